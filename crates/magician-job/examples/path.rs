@@ -1,13 +1,13 @@
-//! Streams a path of many segments, tells how far it is, pauses on the way and goes on.
+//! Streams a path of many segments, prints the progress, pauses on the way and resumes.
 //!
-//! `cargo run -p magician-job --example path -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`. The arm
-//! moves: keep clear of it. The tip stays at z = 20 mm and above.
+//! `cargo run -p magician-job --example path -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`,
+//! `udp:192.168.1.5`. The arm moves: keep clear of it. The tip stays at z = 20 mm and above.
 
 use magician::{Arm, build};
 use magician_job::{Job, JobEvent, JobSpec, JobState, NoJournal, PauseReason};
 use magician_program::{Action, Origin, Plan, Program, Travel};
 
-/// A spiral of so many segments.
+/// A spiral of `segments` segments.
 fn spiral(segments: u32) -> Plan {
     let mut plan = Plan::new("a spiral");
     plan.push(build::path_speed(100.0, 100.0), Origin::NONE);
@@ -58,12 +58,12 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
                 }
                 if percent >= 50 && !was_paused {
                     was_paused = true;
-                    // Asked for by the call; the events tell when it is so.
+                    // The call makes the request; an event reports when the job is paused.
                     drop(job.pause(PauseReason::Person));
                 }
             }
             JobEvent::State(JobState::Paused { .. }) => {
-                // The arm may be moved meanwhile: the job goes back to its place.
+                // The arm may be moved meanwhile: the job returns to its place.
                 let pose = arm.pose().await?;
                 println!("paused at x {:.1} y {:.1}; going on", pose.x, pose.y);
                 job.resume().await?;

@@ -1,11 +1,12 @@
-//! Long computations beside the tasks of the runtime: on a thread of their own, or in slices where threads do not exist.
+//! Long computations off the runtime's tasks: on a blocking thread, or in slices where threads do
+//! not exist.
 
 use std::future::Future;
 
 use magician::Error;
 use magician_program::turns::Turns;
 
-/// The turns of what is computed [`beside`].
+/// Yield points of a computation that runs [`beside`] the tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct BesideTurns;
 
@@ -16,11 +17,14 @@ impl Turns for BesideTurns {
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 thread_local! {
-    /// Wakes who waits for the next turn, where this thread's runtime is turned by hand.
+    /// Wakes a computation that waits for its next slice, if the program drives this thread's
+    /// runtime by hand.
     static NEXT: std::cell::OnceCell<std::sync::Arc<tokio::sync::Notify>> = const { std::cell::OnceCell::new() };
 }
 
-/// Lets computations [`beside`] the tasks advance by one slice. Call it at the end of each turn if the runtime is turned by hand.
+/// Advances computations [`beside`] the tasks by one slice.
+///
+/// A program that drives its runtime by hand calls this at the end of each turn.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub fn next_turn() {
     NEXT.with(|next| next.get_or_init(Default::default).notify_waiters());
@@ -29,8 +33,9 @@ pub fn next_turn() {
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 impl Turns for BesideTurns {
     async fn give(&self) {
-        // Where somebody turns it, neither a yield nor a timer would do: as much runs between two looks for a stop as time has passed
-        // since the last, and that is more each time.
+        // A runtime driven by hand needs its own signal here. With a yield or a timer the runtime
+        // would run as many slices between two checks for a stop as time has passed since the last
+        // check, and that grows with every turn.
         match NEXT.with(|next| next.get().cloned()) {
             Some(next) => next.notified().await,
             None => tokio::task::yield_now().await,
@@ -38,10 +43,10 @@ impl Turns for BesideTurns {
     }
 }
 
-/// Computes what waits for nothing but its [`BesideTurns`].
+/// Runs a computation that waits for nothing but its [`BesideTurns`] on a blocking thread.
 ///
 /// # Errors
-/// [`Closed`](magician::ErrorCode::Closed) where the runtime ends before.
+/// [`Closed`](magician::ErrorCode::Closed) if the runtime ends first.
 #[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
 pub async fn beside<T: Send + 'static>(
     computing: impl Future<Output = T> + Send + 'static,
@@ -51,10 +56,10 @@ pub async fn beside<T: Send + 'static>(
     computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
 }
 
-/// Computes what waits for nothing but its [`BesideTurns`].
+/// Runs a computation that waits for nothing but its [`BesideTurns`], in slices on this thread.
 ///
 /// # Errors
-/// None.
+/// Never fails: the signature is that of the threaded version.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub async fn beside<T>(computing: impl Future<Output = T>) -> Result<T, Error> {
     tokio::task::yield_now().await;

@@ -1,4 +1,4 @@
-//! Why a job did not come to its end, and where it stands: as data, for each program to say in its own words.
+//! Errors and outcomes of a job, as data that each front end words itself.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,22 +11,22 @@ use magician_program::{Diagnostic, RemainingProgram, Report};
 use crate::event::Done;
 use crate::journal::JournalError;
 
-/// The outcome of a job. All waiters get the same.
+/// Outcome of a job. All callers that wait get the same value.
 pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
 
-/// Why a job ended before its end.
+/// Reason why a job ended early.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Fault {
-    /// A stop by [`JobHandle::stop`](crate::JobHandle::stop), by the end of the last handle, or by
+    /// A stop by [`JobHandle::stop`](crate::JobHandle::stop), by the drop of the last handle, or by
     /// the announced end of the line ([`JobError::line_ends`]).
     Stopped {
         /// True if a second stop ended what the first one had begun to do.
         twice: bool,
     },
-    /// An error of the arm or its line; also a stop that did not come through the job.
+    /// An error of the arm or its line; also a stop that was not requested through the job.
     Arm(Arc<Error>),
-    /// A program that cannot be done from where the arm stands.
+    /// A program that cannot run from where the arm stands.
     Program(Diagnostic),
     /// Steps that the check refuses.
     Refused {
@@ -37,21 +37,21 @@ pub enum Fault {
     },
     /// No journal to resume from.
     Journal(JournalError),
-    /// Nothing left to resume: all steps are done.
+    /// All steps are done: nothing is left to resume.
     AllDone,
-    /// Uncertain progress of the last job.
+    /// Unknown progress of the last job.
     Doubt {
-        /// Numbers of finished steps, at least and at most.
+        /// Least and largest possible number of finished steps.
         span: StepRange,
-        /// Reason of the doubt.
+        /// Cause of the doubt.
         why: DoubtReason,
     },
-    /// Commands of the last job that wait in the arm's queue while nothing moves.
+    /// Commands of the last job wait in the arm's queue while nothing moves.
     Stands {
         /// Number of waiting commands.
         waiting: u32,
     },
-    /// A program that depends on where the arm stood when it began, which is unknown.
+    /// A program that depends on the arm's pose at its start, which is unknown.
     BeginsElsewhere,
 }
 
@@ -64,22 +64,23 @@ pub struct Stood {
     pub index: u64,
 }
 
-/// Place where a job goes on that ended before its end.
+/// Place where a job that ended early can be resumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Left {
-    /// An unknown place, as the arm was not asked: it finishes what it has, and then tells how far it came.
+    /// Not read from the arm: it finishes what it has received and can be asked afterwards.
     NotAsked,
-    /// A place behind some steps.
+    /// Known place.
     Known {
-        /// Steps behind which it lies.
+        /// Steps after which the job resumes.
         resume_point: ResumePoint,
-        /// True if the next step goes on where it was stopped.
+        /// True if the next step resumes where it was stopped.
         within: bool,
-        /// Length that is burnt twice at most, mm: it is not known exactly where the light went out.
+        /// Upper bound of the length burnt twice, mm: where the laser went out is not known
+        /// exactly.
         burnt_twice: f64,
     },
-    /// A range of places, as the arm has forgotten what it did: only what was seen to be finished is certain.
+    /// Range of places after a reset of the arm: only the steps seen as finished are certain.
     Forgotten(StepRange),
 }
 
@@ -87,40 +88,40 @@ pub enum Left {
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub enum PenLift {
-    /// Nothing to lift.
+    /// The pen needs no lift.
     #[default]
     None,
-    /// A pen that stays where it is, as wanted.
+    /// The pen stays down on request.
     Stays,
-    /// A pen that went up.
+    /// The pen was lifted.
     Lifted(Lifted),
-    /// A pen that was not lifted.
+    /// The lift failed.
     Failed(Arc<Error>),
-    /// A lift that took too long: the pen may not be up.
+    /// The lift exceeded its deadline: the pen may still be down.
     Late,
 }
 
-/// Why a job did not come to its end, and what is known then.
+/// Error of a job, with everything known at its end.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct JobError {
     /// Cause of the end.
     pub fault: Fault,
-    /// Place where it goes on. `None` if nothing was sent of it, or all of it is done.
+    /// Place to resume at. `None` if nothing was sent, or everything is done.
     pub left: Option<Left>,
-    /// Cause why nothing of its progress is kept, if that is so: a resumed job does not find `left`.
+    /// Why the progress was not stored, if so: a resumed job does not find `left` then.
     pub unkept: Option<Arc<str>>,
     /// True if all steps were done.
     pub all_done: bool,
-    /// True if it was stopped because the program at the other end of the line, a station, was
-    /// about to end ([`EndNotice`](magician::EndNotice)). Without `pose` the arm had got nothing of
-    /// the job, or did not say where it stands.
+    /// True if the job stopped because the program at the other end of the line, a station, was
+    /// about to end ([`EndNotice`](magician::EndNotice)). Without `pose` the arm had received
+    /// nothing of the job, or did not report where it stands.
     pub line_ends: bool,
-    /// Pose and progress of the arm when it was stopped, if it said so.
+    /// Pose and progress of the arm when it was stopped, if it reported them.
     pub stood: Option<Stood>,
-    /// Pose now, after the lift.
+    /// Pose now, after the lift; `None` if unknown.
     pub pose: Option<Pose>,
-    /// Reason why it is not known whether the arm stands, if the arm gave one.
+    /// Error that left it unconfirmed if the arm stands.
     pub unconfirmed: Option<Error>,
     /// Outcome of lifting the pen.
     pub lift: PenLift,
@@ -141,7 +142,7 @@ impl JobError {
         }
     }
 
-    /// True if it was stopped on purpose, through the job.
+    /// True if the job was stopped on purpose, through its handle.
     #[must_use]
     pub const fn is_stop(&self) -> bool {
         matches!(self.fault, Fault::Stopped { .. })
@@ -161,7 +162,7 @@ impl From<Diagnostic> for JobError {
 }
 
 impl JobError {
-    /// Why, in a sentence.
+    /// Cause in one sentence.
     #[must_use]
     pub fn sentence(&self) -> Message {
         match &self.fault {
@@ -204,11 +205,11 @@ impl JobError {
     }
 }
 
-/// For logs: what people read is made by the program that runs the job.
+/// For logs only: each front end words errors for its users itself.
 impl fmt::Display for JobError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.fault {
-            // With the command before it.
+            // Includes the name of the command, unlike [`JobError::sentence`].
             Fault::Arm(error) => error.fmt(f),
             Fault::Program(problem) => problem.fmt(f),
             Fault::Refused { report, .. } if !report.refused_steps.is_empty() => {
@@ -223,13 +224,13 @@ impl fmt::Display for JobError {
 
 impl std::error::Error for JobError {}
 
-/// Why a job was not paused.
+/// Error of a pause request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PauseError {
-    /// All its steps are done, or it is being stopped.
+    /// All steps are done, or the job is being stopped.
     Ending,
-    /// A job that is over.
+    /// The job is over.
     Ended,
 }
 
@@ -244,17 +245,17 @@ impl fmt::Display for PauseError {
 
 impl std::error::Error for PauseError {}
 
-/// Why a job goes on as fast as before.
+/// Error of a change of speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SpeedError {
-    /// A speed is 10 to 100 percent.
+    /// The speed is outside 10 to 100 percent.
     Range,
-    /// A job that burns: at another speed the same power burns deeper, or not as deep.
+    /// The job burns: at another speed the same power burns deeper or less deep.
     Burns,
-    /// All its steps are done, or it is being stopped.
+    /// All steps are done, or the job is being stopped.
     Ending,
-    /// A job that is over.
+    /// The job is over.
     Ended,
 }
 
@@ -271,30 +272,30 @@ impl fmt::Display for SpeedError {
 
 impl std::error::Error for SpeedError {}
 
-/// Why a job that is paused stays so.
+/// Error of a resume request; the job stays paused.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum ResumeError {
-    /// A job that is not paused.
+    /// The job is not paused.
     NotPaused,
-    /// The arm was reset meanwhile (alarm 0x00, a clock that began anew): home it first.
+    /// The arm was reset meanwhile (alarm 0x00, or its clock restarted): home it first.
     Reset,
-    /// The position of the arm, or of the paused job, is unknown: home the arm first.
+    /// The position of the arm or of the paused job is unknown: home the arm first.
     Unknown,
-    /// Alarms that hold the arm.
+    /// Alarms that block motion.
     Alarms(AlarmSet),
-    /// The arm moves, or commands of others wait in its queue.
+    /// The arm moves, or foreign commands wait in its queue.
     Busy,
-    /// The arm or its line.
+    /// An error of the arm or its line.
     Arm(Arc<Error>),
-    /// The program cannot be gone on with from there.
+    /// The program cannot continue from there.
     Program(Diagnostic),
-    /// The check refuses steps: the first of them.
+    /// The check refuses steps: the first one's error.
     Refused(Arc<Error>),
 }
 
 impl ResumeError {
-    /// True if the arm has to be homed before the job can go on.
+    /// True if the arm has to be homed before the job can resume.
     #[must_use]
     pub const fn wants_homing(&self) -> bool {
         matches!(self, Self::Reset | Self::Unknown)

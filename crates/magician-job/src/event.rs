@@ -1,4 +1,4 @@
-//! What a job tells.
+//! States, progress and events of a job.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,33 +11,34 @@ use tokio::sync::broadcast::error::RecvError;
 
 use crate::Settled;
 
-/// What a job is doing.
+/// Phase of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum JobState {
-    /// It looks at arm and program; nothing has moved.
+    /// The engine checks arm and program; nothing has moved.
     Checking,
-    /// Its commands go through the arm's queue.
+    /// Commands go through the arm's queue.
     Running,
-    /// The piece under way comes to its end, and the pen goes up.
+    /// The command in progress runs to its end, and the pen goes up.
     Pausing,
-    /// Nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved.
+    /// Nothing waits in the arm, the laser is off, the pen is up. The arm may be moved.
     Paused {
-        /// Why.
+        /// Reason of the pause.
         reason: PauseReason,
-        /// The part that comes next, from 1, where the job pauses between parts.
+        /// Next part, counted from 1, if the job pauses between parts.
         part: Option<u64>,
     },
-    /// It was stopped: the arm comes to a stand, and the pen goes up.
+    /// The job was stopped: the arm comes to rest, and the pen goes up.
     Stopping,
     /// All steps are done: the pen goes up, the tool is parked, settings are restored.
     Ending,
-    /// It is over: [`JobHandle::outcome`](crate::JobHandle::outcome) tells how.
+    /// The job is over; [`JobHandle::outcome`](crate::JobHandle::outcome) returns its result.
     Ended,
 }
 
 impl JobState {
-    /// Its name in interfaces: `checking`, `running`, `pausing`, `paused`, `stopping`, `ending`, `ended`.
+    /// Name of the state in interfaces: `checking`, `running`, `pausing`, `paused`, `stopping`,
+    /// `ending`, `ended`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -52,22 +53,22 @@ impl JobState {
     }
 }
 
-/// Why a job is paused.
+/// Reason of a pause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PauseReason {
-    /// A person asked for it.
+    /// Requested by a person.
     Person,
-    /// The lease of its starter has ended.
+    /// The lease of the client that started the job ended.
     Lease,
     /// A part of the work is done.
     Part,
-    /// The program says so.
+    /// A pause step of the program.
     Program,
 }
 
 impl PauseReason {
-    /// Its name in interfaces: `person` (a lost lease as well), `part`, `program`.
+    /// Name of the reason in interfaces: `person` (also for a lost lease), `part`, `program`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -78,82 +79,86 @@ impl PauseReason {
     }
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct JobProgress {
-    /// Steps that the arm has finished, over all loops, with those that were passed over at the beginning.
+    /// Finished steps over all loops, including those skipped at the start.
     pub step: u64,
-    /// All steps; none of a job without end.
+    /// Number of all steps; `None` for an endless job.
     pub steps: Option<u64>,
-    /// The loop under way, from 1.
+    /// Current loop, counted from 1.
     pub iteration: u64,
-    /// How long the rest takes by the arm's clock, if that is known.
+    /// Remaining time by the arm's clock, if known.
     pub left: Option<Duration>,
-    /// How long the arm has not answered, while it is waited for.
+    /// Time since the arm's last answer while the driver waits for one.
     pub silent: Duration,
 }
 
-/// Where a job that was resumed goes on.
+/// Place where a resumed job starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct StartsAt {
-    /// Steps that are done.
+    /// Number of finished steps.
     pub steps: u64,
-    /// The next was cut short and goes on where it was stopped.
+    /// True if the next step was cut short and continues where it was stopped.
     pub within: bool,
-    /// The next was cut short, or its end is unknown: it is repeated from its beginning.
+    /// True if the next step is repeated from its beginning, because it was cut short or its end is
+    /// unknown.
     pub again: bool,
     /// Length that is burnt twice, mm.
     pub burnt_twice: f64,
-    /// True if that is the most: the step is repeated, or it is not known exactly where the light went out.
+    /// True if that is an upper bound: the step is repeated, or where the laser went out is not
+    /// known exactly.
     pub at_most: bool,
-    /// Nothing of the earlier job had come to the arm's queue.
+    /// True if no command of the earlier job reached the arm's queue.
     pub nothing_queued: bool,
 }
 
-/// What a job waits for, longer than for an answer.
+/// Longer waits of a job, beyond a normal reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Waits {
-    /// For what an earlier job has left in the arm's queue.
+    /// For commands that an earlier job left in the arm's queue.
     Queue,
     /// For a line that broke while the laser burnt, to switch it off.
     Line,
-    /// For nothing any more.
+    /// The wait is over.
     Nothing,
 }
 
-/// Something that a job tells.
+/// Event of a job.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum JobEvent {
-    /// It does something else now.
+    /// The job entered another state.
     State(JobState),
-    /// How far it is; at most ten times a second.
+    /// Progress, at most ten times a second.
     Progress(JobProgress),
-    /// What became of settings that ended processes have left changed.
+    /// Result of restoring settings that dead processes left changed.
     Settled(Settled),
-    /// An earlier run of the same program at this arm was cut off (its process was killed, the computer failed), and this job does
-    /// not resume it: the earlier one has finished at least so many steps.
+    /// An earlier run of the same program at this arm was interrupted (its process was killed, the
+    /// computer failed), and this job does not resume it.
     Unfinished {
-        /// Steps that it has finished, at least.
+        /// Steps that it has finished at least.
         finished: u64,
-        /// True if the arm still tells how far it came: the earlier run can be resumed.
+        /// True if the arm can still report how far it came, so that the earlier run can be
+        /// resumed.
         resumable: bool,
     },
-    /// Its progress cannot be kept, with the cause; told once. The job goes on, and cannot be resumed
-    /// after its end unless a later write succeeds ([`JobError::unkept`](crate::JobError::unkept)).
+    /// Progress cannot be stored, with the cause; reported once. The job continues, and cannot be
+    /// resumed after its end unless a later write succeeds
+    /// ([`JobError::unkept`](crate::JobError::unkept)).
     Unkept(Arc<str>),
-    /// Where it begins, if that is not the first step, once all is checked.
+    /// Place where the job starts, if not at the first step; sent once everything is checked.
     Starts(StartsAt),
-    /// It waits.
+    /// The job waits, or stopped waiting.
     Waits(Waits),
-    /// What is not sent yet has this share of its speed, percent.
+    /// Speed of the commands not sent yet, percent.
     Speed(u8),
 }
 
-/// The events of a job, from [`JobHandle::events`](crate::JobHandle::events).
+/// Stream of a job's events, from [`JobHandle::events`](crate::JobHandle::events).
 #[derive(Debug)]
 pub struct JobEvents {
     receiver: broadcast::Receiver<JobEvent>,
@@ -165,8 +170,10 @@ impl JobEvents {
         Self { receiver, over }
     }
 
-    /// The next event; `None` when the job is over. A slow reader misses the oldest events:
-    /// [`JobHandle::state`](crate::JobHandle::state) and [`JobHandle::progress`](crate::JobHandle::progress) have the present.
+    /// Waits for the next event; `None` when the job is over.
+    ///
+    /// A slow reader misses the oldest events: [`JobHandle::state`](crate::JobHandle::state) and
+    /// [`JobHandle::progress`](crate::JobHandle::progress) have the current values.
     pub async fn next(&mut self) -> Option<JobEvent> {
         while !self.over {
             match self.receiver.recv().await {
@@ -174,6 +181,7 @@ impl JobEvents {
                     self.over = event == JobEvent::State(JobState::Ended);
                     return Some(event);
                 }
+                // Events were missed; the next receive returns the oldest one left.
                 Err(RecvError::Lagged(_)) => {}
                 Err(RecvError::Closed) => self.over = true,
             }
@@ -182,32 +190,32 @@ impl JobEvents {
     }
 }
 
-/// What a job has come to.
+/// Result of a job that ran to its end.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Done {
-    /// The steps that were done.
+    /// Number of steps done.
     pub steps: u64,
-    /// The first of them, from 0.
+    /// First of them, counted from 0.
     pub from: u64,
-    /// The commands that the arm took for them.
+    /// Commands that the arm took for them.
     pub ran: Ran,
-    /// How long it took by the arm's clock, with its pauses.
+    /// Duration by the arm's clock, pauses included, s.
     pub seconds: f64,
-    /// What was found before anything moved.
+    /// Report of the check before anything moved.
     pub report: Report,
-    /// How the tool stands, where something is made of that.
+    /// Final state of the tool; `None` if the job neither draws nor parks.
     pub end: Option<End>,
 }
 
-/// How the tool stands when all is done.
+/// State of the tool after the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct End {
-    /// Where.
+    /// Pose of the arm.
     pub pose: Pose,
-    /// Whether the pen of a drawing is up; none for other programs.
+    /// True if the pen of a drawing is up; `None` for other programs.
     pub pen_is_up: Option<bool>,
-    /// Whether it was parked.
+    /// True if the tool was parked.
     pub parked: bool,
 }

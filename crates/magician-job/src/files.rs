@@ -1,4 +1,4 @@
-//! Files that people name: written whole or not at all, and never over one that is read.
+//! Files that users name: written completely or not at all, and never over one that is being read.
 
 use std::fmt;
 use std::io;
@@ -10,8 +10,8 @@ pub use magician::files::{
     write_whole,
 };
 
-/// Reads a text of at most `largest` bytes; `None` if there are more. The size that a device or a pipe
-/// tells is not that of what comes.
+/// Reads a text of at most `largest` bytes; `None` if the file is larger. The size is counted while
+/// reading, because the metadata of a device or a pipe does not give the number of bytes to come.
 #[cfg(feature = "settings")]
 pub(crate) fn read_text(path: &Path, largest: u64) -> io::Result<Option<String>> {
     use std::io::Read as _;
@@ -26,15 +26,15 @@ pub(crate) fn read_text(path: &Path, largest: u64) -> io::Result<Option<String>>
     }
 }
 
-/// A file that a command would write over one that it reads, or write twice.
+/// Error: a command would write over a file that it reads, or write one file twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SameFile {
-    /// The output.
+    /// Output path as given.
     pub output: PathBuf,
-    /// The other name of the same file.
+    /// Other name of the same file.
     pub other: PathBuf,
-    /// True if the other one is read, false if it is written.
+    /// True if the other one is an input, false if it is an output.
     pub is_input: bool,
 }
 
@@ -52,11 +52,11 @@ impl fmt::Display for SameFile {
 
 impl std::error::Error for SameFile {}
 
-/// Checks that every output of a command is a file of its own: none of its inputs and no other output,
-/// by whatever name, symbolic or hard link. Pipes and devices may be named twice.
+/// Checks that every output of a command is a separate file: different from all inputs and other
+/// outputs, through symbolic and hard links too. Pipes and devices may be named twice.
 ///
 /// # Errors
-/// [`SameFile`] for the first output that is not.
+/// [`SameFile`] for the first output that repeats a file.
 pub fn check_distinct<'p>(
     inputs: impl IntoIterator<Item = &'p Path>,
     outputs: impl IntoIterator<Item = &'p Path>,
@@ -80,18 +80,18 @@ pub fn check_distinct<'p>(
     Ok(())
 }
 
-/// Identity of a file, the same under all of its names.
+/// Identity of a file, equal under all of its names.
 #[derive(PartialEq, Eq)]
 enum Identity {
-    /// Device and inode of a file that is there.
+    /// Device and inode of an existing file.
     #[cfg(unix)]
     Node(u64, u64),
-    /// Path without links, of a file that may not be there yet.
+    /// Path with links resolved, for a file that may not exist yet.
     Path(PathBuf),
 }
 
 impl Identity {
-    /// `None` for what is no plain file, or cannot be written anyway.
+    /// `None` if the path is not a regular file, or cannot be written anyway.
     fn of(path: &Path) -> Option<Self> {
         let Target::File(path) = Target::of(path).ok()? else {
             return None;
@@ -110,6 +110,7 @@ impl Identity {
         }
         let folder = match path.parent() {
             Some(folder) if !folder.as_os_str().is_empty() => folder,
+            // A bare file name has an empty parent.
             _ => Path::new("."),
         };
         let name = path.file_name().unwrap_or_default();

@@ -1,4 +1,7 @@
-//! The handle of a running job.
+//! Handle of a running job: state, events, and requests to the engine.
+//!
+//! Requests go to the job through a channel; state, progress and outcome come back through watches,
+//! so any number of clones can wait. Events are a bounded broadcast.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -8,11 +11,13 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use crate::error::{JobOutcome, PauseError, ResumeError, SpeedError};
 use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
 
-/// Events that are kept for a slow reader.
+/// Events buffered for a slow reader; older ones are dropped. A choice: 25 seconds of progress
+/// events at ten a second.
 const EVENTS: usize = 256;
 
-/// The speed of a job as its program says it, percent, and the least.
+/// Full speed, as the program sets it, percent.
 pub(crate) const FULL: u8 = 100;
+/// Lowest speed that a job accepts, percent.
 const SLOWEST: u8 = 10;
 
 /// A request to a job.
@@ -23,31 +28,31 @@ pub(crate) enum Request {
     Stop,
 }
 
-/// What is known of a job from its beginning.
+/// Properties of a job that never change.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fixed {
-    /// Whether it may light a laser.
+    /// True if the job may switch a laser on.
     pub(crate) burns: bool,
-    /// Whether something that it burns has its power for one speed only.
+    /// True if something it burns has a power that is right for one speed only.
     pub(crate) needs_speed: bool,
 }
 
-/// What the engine and all handles share.
+/// State that the engine and all handles share.
 #[derive(Debug)]
 pub(crate) struct Shared {
     state: watch::Sender<JobState>,
     progress: watch::Sender<JobProgress>,
     outcome: watch::Sender<Option<JobOutcome>>,
-    /// What is wanted of what is not sent yet, percent.
+    /// Speed requested for commands not sent yet, percent.
     pub(crate) pace: watch::Sender<u8>,
     fixed: Fixed,
     events: broadcast::Sender<JobEvent>,
-    /// What has been told before anybody asked for it.
+    /// Receiver with all events from the start, until the first caller of `events` takes it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
     finished: Arc<AtomicU64>,
-    /// What the person is told who is waited for.
+    /// Text for the person that the job waits for.
     pause_text: Mutex<Option<Arc<str>>>,
-    /// Whether nothing moves any more after a stop.
+    /// True if nothing may move after the stop.
     pub(crate) halted: AtomicBool,
     name: String,
     origin: String,
@@ -55,7 +60,7 @@ pub(crate) struct Shared {
 
 impl Shared {
     pub(crate) fn tell(&self, event: JobEvent) {
-        // Listening is optional.
+        // Fails if there is no listener, which is fine.
         let _ = self.events.send(event);
     }
 
@@ -64,7 +69,7 @@ impl Shared {
         self.tell(JobEvent::State(state));
     }
 
-    /// It is paused, and the person is told this.
+    /// Enters a pause, with the text for the person it waits for.
     pub(crate) fn enter_pause(&self, state: JobState, text: Option<Arc<str>>) {
         *self.pause_text() = text;
         self.enter(state);
@@ -83,7 +88,7 @@ impl Shared {
         *self.progress.borrow()
     }
 
-    /// What is finished, for all observers.
+    /// Publishes the progress to all observers.
     pub(crate) fn reach(&self, progress: JobProgress) {
         self.finished.store(progress.step, Ordering::Relaxed);
         self.progress.send_replace(progress);
@@ -95,7 +100,7 @@ impl Shared {
     }
 }
 
-/// Everything that a handle is, once for all clones.
+/// State of a handle, shared by all clones.
 #[derive(Debug)]
 struct Owner {
     shared: Arc<Shared>,
@@ -106,18 +111,19 @@ struct Owner {
 impl Drop for Owner {
     fn drop(&mut self) {
         if !self.detached.load(Ordering::SeqCst) {
-            // Over already: the task is gone.
+            // Fails if the job is over: its task is gone.
             let _ = self.requests.send(Request::Stop);
         }
     }
 }
 
-/// A job that was started. Clones are cheap, and may be used from any task and thread; a server keeps one for as long as it wants
-/// the job to go on.
+/// Handle of a job. Clones are cheap and may be used from any task and thread; a server keeps one
+/// for as long as the job shall run.
 ///
-/// When the *last* clone is dropped the job is stopped as by [`stop`](Self::stop): the rule of the driver, which stops an arm whose
-/// last handle goes. [`detach`](Self::detach) lets it go on. A runtime that ends takes the job with it; the driver then stops the
-/// arm and switches the laser off, and the journal says what was handed over, as after a crash.
+/// Dropping the *last* clone stops the job as [`stop`](Self::stop) does. This is the rule of the
+/// driver, which stops an arm when its last handle goes. After [`detach`](Self::detach) the job
+/// continues without a handle. If the runtime ends the job ends with it: the driver stops the arm
+/// and switches the laser off, and the journal says what was handed over, as after a crash.
 #[derive(Clone, Debug)]
 pub struct JobHandle(Arc<Owner>);
 
@@ -157,19 +163,20 @@ impl JobHandle {
         &self.0.shared.name
     }
 
-    /// Where the program comes from.
+    /// Origin of the program, for people: a file, for example.
     #[must_use]
     pub fn origin(&self) -> &str {
         &self.0.shared.origin
     }
 
-    /// What it does at present.
+    /// Current state.
     #[must_use]
     pub fn state(&self) -> JobState {
         self.0.shared.state()
     }
 
-    /// What the person is told for whom it pauses; nothing at a pause that was asked for, and while it is not paused.
+    /// Text for the person that the job waits for. `None` if a pause was requested, and while the
+    /// job is not paused.
     #[must_use]
     pub fn pause_text(&self) -> Option<Arc<str>> {
         let shared = &self.0.shared;
@@ -177,19 +184,19 @@ impl JobHandle {
         text.filter(|_| matches!(shared.state(), JobState::Paused { .. }))
     }
 
-    /// How far it is at present.
+    /// Current progress.
     #[must_use]
     pub fn progress(&self) -> JobProgress {
         self.0.shared.progress()
     }
 
-    /// The steps that are finished, as a number that goes along: for what is recorded meanwhile.
+    /// Counter of finished steps that is updated as the job runs, for a recorder.
     #[must_use]
     pub fn finished(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.0.shared.finished)
     }
 
-    /// Its events from now on; the first caller gets all from the start.
+    /// Subscribes to events from now on. The first caller gets all events from the start.
     #[must_use]
     pub fn events(&self) -> JobEvents {
         let shared = &self.0.shared;
@@ -204,14 +211,16 @@ impl JobHandle {
         }
     }
 
-    /// Pauses it: the piece under way ends, what waits in the arm's queue is dropped, the laser goes off, the pen goes up. The
-    /// request is made by the call; the future is over when the job is paused, and may be dropped.
+    /// Pauses the job: the command in progress ends, the arm's queue is emptied, the laser goes
+    /// off, the pen goes up.
     ///
-    /// While the job checks it is paused before it sends anything. While it is paused already nothing changes, the reason
-    /// either.
+    /// The call itself makes the request. The future resolves when the job is paused, and may be
+    /// dropped. A job that is still checking is paused before it sends anything. If the job is
+    /// paused already, nothing changes, not even the reason.
     ///
     /// # Errors
-    /// [`PauseError`] while it ends and when it is over; also when it comes to its end, or fails, on the way to the pause.
+    /// [`PauseError`] if the job is ending or over; also if it ends or fails on the way to the
+    /// pause.
     pub fn pause(
         &self,
         reason: PauseReason,
@@ -226,11 +235,11 @@ impl JobHandle {
         }
     }
 
-    /// Goes on with a job that is paused: above the place where it ended, down, and on. The request is made by the call; the
-    /// future is over when the job runs, or is known to stay paused.
+    /// Resumes a paused job: the tool goes above the place where it stopped, down, and on. The call
+    /// itself makes the request; the future resolves when the job runs, or is known to stay paused.
     ///
     /// # Errors
-    /// [`ResumeError`]; the job stays paused then.
+    /// [`ResumeError`]; the job stays paused.
     pub fn resume(&self) -> impl Future<Output = Result<(), ResumeError>> + Send + use<> {
         let (reply, answer) = oneshot::channel();
         let sent = self.0.requests.send(Request::Resume(reply));
@@ -242,28 +251,31 @@ impl JobHandle {
         }
     }
 
-    /// Whether it may light a laser. Such a job is resumed when a person asks for it, and never by a program of its own accord.
+    /// True if the job may switch a laser on. Only a person may ask to resume such a job, never a
+    /// program on its own.
     #[must_use]
     pub fn burns(&self) -> bool {
         self.0.shared.fixed.burns
     }
 
-    /// How fast it goes what is not sent yet, in percent of what the program says: 100 at first.
+    /// Speed of commands not sent yet, in percent of the program's; 100 at first.
     #[must_use]
     pub fn speed(&self) -> u8 {
         *self.0.shared.pace.borrow()
     }
 
-    /// Has it go faster or slower from here on: what is not sent yet, also behind a pause, has this share of its speed, 10 to 100
-    /// percent. What the arm has already keeps the speed that it was sent with. A job that is resumed in another process goes at
-    /// 100 percent.
+    /// Sets the speed of commands not sent yet, 10 to 100 percent of the program's.
     ///
-    /// A job that burns goes at another speed only if all that it burns has its power in proportion to speed
-    /// ([`Step::follows_speed`](magician_program::Step::follows_speed)): its power follows, so that it burns nowhere deeper than at full
-    /// speed. The change comes on a way with the laser off that is long enough to slow down and speed up on.
+    /// Commands that the arm has already keep their speed. The setting lasts across pauses, but a
+    /// job resumed in another process runs at 100 percent.
+    ///
+    /// A job that burns accepts another speed only if all its laser powers are proportional to
+    /// speed ([`Step::follows_speed`](magician_program::Step::follows_speed)). Its power is then
+    /// scaled too, so that it burns nowhere deeper than at full speed. The change waits for a
+    /// travel line that is long enough to slow down and speed up.
     ///
     /// # Errors
-    /// [`SpeedError`]; nothing changes then.
+    /// [`SpeedError`]; nothing changes.
     pub fn set_speed(&self, percent: u8) -> Result<(), SpeedError> {
         let shared = &self.0.shared;
         if !(SLOWEST..=FULL).contains(&percent) {
@@ -281,37 +293,40 @@ impl JobHandle {
         Ok(())
     }
 
-    /// Stops it: the arm stops at once, the laser is off, what is known is kept, the pen goes up and the settings are restored.
-    /// A second stop ends that: the arm stops again, and nothing moves after it; the settings are restored all the same. The call
-    /// returns at once; [`outcome`](Self::outcome) tells the end. [`StopRule`](crate::StopRule) says which signals are a second stop.
+    /// Stops the job: the arm stops at once, the laser goes off, the checkpoint is written, the pen
+    /// goes up and the settings are restored.
+    ///
+    /// A second stop cuts this short: the arm stops again, nothing moves after it, and the settings
+    /// are restored. The call returns at once; [`outcome`](Self::outcome) waits for the end.
+    /// [`StopRule`](crate::StopRule) says which signals count as a second stop.
     pub fn stop(&self) {
-        // What is over is stopped.
+        // Fails if the job is over, which is as good as stopped.
         let _ = self.0.requests.send(Request::Stop);
     }
 
-    /// As [`stop`](Self::stop), and the pen stays where it is: for a stop of the arm, after which nothing is to move. Settings
-    /// are restored all the same.
+    /// As [`stop`](Self::stop), but the pen stays where it is: for a stop of the arm, after which
+    /// nothing may move. The settings are restored.
     pub fn halt(&self) {
         self.0.shared.halted.store(true, Ordering::SeqCst);
         self.stop();
     }
 
-    /// Lets it go on when the last handle is dropped.
+    /// Lets the job continue when the last handle is dropped.
     pub fn detach(&self) {
         self.0.detached.store(true, Ordering::SeqCst);
     }
 
-    /// Waits for its end. Every clone may.
+    /// Waits for the end of the job. Every clone may call this.
     ///
     /// # Errors
-    /// [`JobError`](crate::JobError): why it did not come to its end, and how it stands then.
+    /// [`JobError`](crate::JobError) with the cause and the state at the end.
     pub async fn outcome(&self) -> JobOutcome {
         let mut outcome = self.0.shared.outcome.subscribe();
         loop {
             if let Some(outcome) = &*outcome.borrow_and_update() {
                 return outcome.clone();
             }
-            // The handle itself keeps the sender.
+            // Cannot fail: this handle keeps the sender alive.
             let _ = outcome.changed().await;
         }
     }

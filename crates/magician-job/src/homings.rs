@@ -1,4 +1,9 @@
-//! Homings that this computer has seen, in files: one for each serial number and port.
+//! Records of homings seen by this computer, as files: one for each serial number and port.
+//!
+//! The protocol does not say if an arm was homed since it was switched on. A record holds the time
+//! at which the arm was switched on, computed from its own clock. Later, an arm with the same
+//! serial number and port counts as homed if its clock gives the same time again, within the drift
+//! of two crystals.
 
 use std::ffi::OsString;
 use std::fs;
@@ -11,43 +16,47 @@ use magician::{ArmIdentity, ClockRate, HomingRecord};
 use serde::{Deserialize, Serialize};
 use tracing::warn;
 
-/// The form that is written now.
+/// Version of the file format.
 const VERSION: u32 = 1;
-/// Two crystals, the arm's and this computer's, each off by 100 ppm at most: 17 s in a day. An arm that was switched off and on is
-/// further off: it was switched on later by the time that it had been on, which is not less than a homing takes.
+/// Largest relative drift between the arm's crystal and this computer's: 100 ppm each, which is 17
+/// s a day. A power cycle shifts the computed time by at least the time that the arm had been on
+/// before, and that is no less than a homing takes.
 const DRIFT: f64 = 200e-6;
-/// Longest time, s, over which a record counts: the arm's clock, in ms of 32 bits, begins anew after 49.7 days.
+/// Longest age of a record, s. The arm's clock (32 bits of ms) wraps after 49.7 days.
 const LONGEST: f64 = 50.0 * 86400.0;
-/// Error of a single reading, s: the arm may take this long to answer, and a computer's clock may be set by as much.
+/// Error of a single reading, s: the arm may take this long to answer, or the computer's clock may
+/// be adjusted by as much.
 const SLACK: f64 = 2.0;
 
-/// Homings kept in the user's directory for state, for [`Options::homings`](magician::Options::homings). `None` where the system
-/// names no such directory.
+/// Homing records in the user's state directory, for
+/// [`Options::homings`](magician::Options::homings).
+///
+/// `None` if the system has no such directory.
 #[must_use]
 pub fn homings() -> Option<Arc<dyn HomingRecord>> {
     let place = crate::dirs::state()?.join("homed");
     Some(Arc::new(HomingFiles { place }))
 }
 
-/// Files of homings. An arm counts as homed if its serial number and its port are those of a file, and it was switched on when
-/// the file says that it was.
+/// Homing records as files. An arm counts as homed if its serial number and port match a file, and
+/// it was switched on at the time that the file states.
 #[derive(Debug)]
 struct HomingFiles {
     place: PathBuf,
 }
 
-/// A homing, as a file has it. Times are seconds since 1970.
+/// Content of a file. Times are seconds since 1970.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Homing {
     version: u32,
     serial: String,
     port: String,
-    /// When the arm was switched on, by its own clock.
+    /// Time at which the arm was switched on, by its own clock.
     powered_up: f64,
-    /// When its clock was read for that.
+    /// Time at which its clock was read for that.
     seen: f64,
-    /// Rate of its clock against this computer's.
+    /// Rate of the arm's clock relative to this computer's.
     clock: Clock,
 }
 
@@ -70,6 +79,7 @@ impl HomingRecord for HomingFiles {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 warn!(%error, "{} cannot be removed: the arm may count as homed while it is not", path.display());
             }
+            // Removed, or never there.
             _ => {}
         }
     }
@@ -81,6 +91,7 @@ impl HomingRecord for HomingFiles {
 
 impl HomingFiles {
     fn keep_at(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate, now: f64) {
+        // Without a serial number the record would fit every arm that has none.
         if arm.serial.is_empty() {
             return;
         }
@@ -93,6 +104,7 @@ impl HomingFiles {
             clock: match rate {
                 ClockRate::Faster => Clock::Faster,
                 ClockRate::Slower => Clock::Slower,
+                // Real arms, and virtual ones in real time.
                 _ => Clock::Steady,
             },
         };
@@ -103,7 +115,7 @@ impl HomingFiles {
 
     fn is_homed_at(&self, arm: &ArmIdentity, uptime: Duration, now: f64) -> bool {
         let path = self.path(arm);
-        // What is no file, a pipe for one, would be waited for.
+        // Only a regular file is read: a pipe would block.
         let read = path.is_file().then(|| fs::read(path).ok()).flatten();
         let homing = read.and_then(|text| serde_json::from_slice::<Homing>(&text).ok());
         let Some(homing) = homing else {
@@ -120,7 +132,7 @@ impl HomingFiles {
         crate::files::replace(path, &serde_json::to_string(homing)?)
     }
 
-    /// The file of an arm: its name tells people which one, and what is in it decides.
+    /// File of an arm. The name is for people; the content decides.
     fn path(&self, arm: &ArmIdentity) -> PathBuf {
         let name: String = format!("{}-{}", arm.serial, port(arm))
             .chars()
@@ -132,7 +144,7 @@ impl HomingFiles {
                 }
             })
             .collect();
-        // The end of a long one tells more than its beginning.
+        // Keep the end of a long name: it is the most specific part.
         let from = name.len().saturating_sub(120);
         self.place
             .join(OsString::from(format!("{}.json", &name[from..])))
@@ -140,26 +152,29 @@ impl HomingFiles {
 }
 
 impl Homing {
-    /// True if an arm that has been on for `uptime` seconds at `now` was switched on when this one was.
+    /// True if an arm that has been on for `uptime` seconds at `now` was switched on at the
+    /// recorded time.
     fn is_of_this_power_up(&self, uptime: f64, now: f64) -> bool {
         let passed = now - self.seen;
         if !(-SLACK..=LONGEST).contains(&passed) {
-            // The computer's clock was set back, or the record is no record: nothing can be said.
+            // The computer's clock was set back, or the record is damaged: nothing can be
+            // concluded.
             return false;
         }
         let slack = SLACK + passed.max(0.0) * DRIFT;
         let later = now - uptime - self.powered_up;
         match self.clock {
-            // A clock that is ahead is another arm's.
+            // A clock that is ahead belongs to another arm.
             Clock::Steady => later.abs() <= slack,
-            // Of a virtual arm that runs ahead of time only falling behind shows a new start.
+            // A virtual arm may run faster than real time, so only falling behind shows a restart.
             Clock::Faster => later <= slack,
+            // A slow clock only proves that the arm has been on for longer than at the record.
             Clock::Slower => uptime >= self.seen - self.powered_up,
         }
     }
 }
 
-/// The port, by the one name that all its names lead to.
+/// Port under its canonical name, so that all of its names match.
 fn port(arm: &ArmIdentity) -> String {
     match fs::canonicalize(&arm.port) {
         Ok(path) => path.display().to_string(),
@@ -177,8 +192,9 @@ mod tests {
     use super::*;
 
     const HOUR: f64 = 3600.0;
-    /// When the arm of these tests was homed, and for how long it had been on by then.
+    /// Time at which the arm of these tests was homed.
     const SEEN: f64 = 1.8e9;
+    /// Time for which it had been on by then, s.
     const UPTIME: f64 = 60.0;
 
     fn seconds(seconds: f64) -> Duration {

@@ -1,10 +1,10 @@
-//! Programs run on a Dobot Magician arm: one engine for the command, the Python package, teaching, the
-//! demonstration, and every server that runs programs.
+//! Job engine for programs on a Dobot Magician arm, shared by the command, the Python package,
+//! teaching, the demonstration, and every server that runs programs.
 //!
-//! [`Job::start`] checks a [`Program`](magician_program::Program), runs it, counts what is done, and can be paused, resumed and
-//! stopped from anywhere by a [`JobHandle`]. What a job changes of the arm's settings it restores ([`SavedSettings`]), and how
-//! far it has come it keeps ([`Journal`]), so that another one can go on where it ended, also in another process.
-//!
+//! [`Job::start`] checks a [`Program`](magician_program::Program), runs it and counts finished
+//! steps. A [`JobHandle`] pauses, resumes and stops the job from any task or thread. The job
+//! restores the settings that it changes ([`SavedSettings`]) and keeps its progress in a
+//! [`Journal`], so that a later job can resume it, even in another process.
 //! ```
 //! use magician::Arm;
 //! use magician_job::{Job, JobSpec, NoJournal};
@@ -25,29 +25,35 @@
 //! # }
 //! ```
 //!
-//! # What a job does, in this order
+//! # Phases of a job
 //!
-//! 1. Checking: nothing moves. Of an earlier run that burnt the laser is switched off and the queue emptied, if it is resumed;
-//!    the arm is known to be homed ([`Homing::check`](magician::Homing::check)), ready and dark; settings that ended processes have left changed are restored; the place to begin at is
-//!    found; no foreign commands wait; the program is checked from where the arm stands.
-//! 2. Running: the settings that it changes are saved, the journal is written before each step goes out.
-//! 3. Ending: pen up, tool parked, settings restored, the journal removed.
+//! 1. Checking: nothing moves. To resume a run that burns, the job first switches the laser off and
+//!    empties the queue. It then verifies that the arm is homed
+//!    ([`Homing::check`](magician::Homing::check)), ready and dark, restores settings that dead
+//!    processes left changed, finds the step to begin at, refuses foreign commands in the queue,
+//!    and checks the program from the current pose.
+//! 2. Running: the job saves the settings that it changes, and writes the journal before each step
+//!    goes out.
+//! 3. Ending: pen up, tool parked, settings restored, journal removed.
 //!
-//! After a stop or an error the arm is stopped, what is known is kept *before* anything moves, then the pen goes up and the
-//! settings are restored. Which signals are such a stop, and which a second one that moves nothing, is a [`StopRule`].
+//! After a stop or an error the job stops the arm and writes what it knows *before* anything moves.
+//! Then it lifts the pen and restores the settings. [`StopRule`] decides which signals are a first
+//! stop, and which are a second one, after which nothing moves.
 //!
-//! # By hand
+//! # Manual control
 //!
-//! [`jog`] is a teach pendant without its buttons, and the session that carries out its orders; [`teach`] is a program that a person
-//! shows the arm. Both are models: keys, pages and pictures are made over them. [`ObservedState`] is what the readings of an arm
-//! come to: whether it stands, so that a point can be taken of it.
+//! [`jog`] models a teach pendant without its buttons, with the session that carries out its
+//! orders. [`teach`] models a program that a person shows to the arm. Keys, pages and pictures are
+//! built on these models. [`ObservedState`] evaluates an arm's readings: speed, freshness, and if
+//! the arm stands, so that a point can be taken.
 //!
-//! # On record
+//! # Recording
 //!
-//! With the feature `record` a `recording::Recorder` records what an arm does, moved by a job, by hand or by another program: readings, or a program that
-//! repeats the motion.
+//! With the feature `record` a `recording::Recorder` records what an arm does, moved by a job, by
+//! hand or by another program: as readings, or as a program that repeats the motion.
 //!
-//! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.
+//! Errors and outcomes are data. No sentence in this crate tells a person what to type: each front
+//! end words that itself.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -1,4 +1,4 @@
-//! An arm as it was observed: where it is, how fast, and whether it is known to stand.
+//! Observed state of an arm: position, speed, and if it is known to stand.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -6,23 +6,24 @@ use std::time::{Duration, Instant};
 use magician::commands::Pose;
 use magician::{RestDetector, Status};
 
-/// Readings that are kept.
+/// Number of speeds kept in the history.
 const HISTORY: usize = 600;
-/// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
+/// Age from which a reading is stale. A choice: many periods at the usual rate of 20 Hz.
 const STALE: Duration = Duration::from_secs(1);
+/// Number of missed readings from which a slower series of readings is stale.
 const MISSED: f64 = 3.0;
 
-/// How fast the tool is, mm/s, and each joint, deg/s, without direction.
+/// Speeds of tool and joints, without direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Speeds {
-    /// Of the tool, mm/s.
+    /// Speed of the tool, mm/s.
     pub tool: f64,
-    /// Of J1 to J4, deg/s.
+    /// Speeds of J1 to J4, deg/s.
     pub joints: [f64; 4],
 }
 
 impl Speeds {
-    /// From one pose to another so many seconds later.
+    /// Mean speeds between two poses that are `seconds` apart.
     fn between(before: &Pose, after: &Pose, seconds: f64) -> Self {
         let apart = |a: f32, b: f32| f64::from(a) - f64::from(b);
         let [x, y, z] = [
@@ -42,8 +43,8 @@ impl Speeds {
     }
 }
 
-/// What the readings of an arm come to ([`Arm::state`](magician::Arm::state)): how fast it is, whether they are news, and whether it
-/// stands, which is when a point can be taken of it.
+/// Evaluates an arm's readings ([`Arm::state`](magician::Arm::state)): speed, freshness, and if the
+/// arm stands, so that a point can be taken.
 ///
 /// ```
 /// use std::time::Instant;
@@ -68,19 +69,20 @@ impl Speeds {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ObservedState {
-    /// The last reading.
+    /// Last reading.
     pub status: Option<Status>,
-    /// Where on the rail, mm, if there is one.
+    /// Position on the rail, mm; `None` without a rail.
     pub rail: Option<f32>,
-    /// Speeds from reading to reading, the latest last; 600 at most.
+    /// Speeds between readings, latest last; at most 600.
     pub speeds: VecDeque<Speeds>,
-    /// Readings a second.
+    /// Smoothed rate of readings, Hz.
     pub rate: f64,
-    /// How old the last reading was at the last look.
+    /// Age of the last reading at the last [`tick`](Self::tick).
     age: Duration,
-    /// From then on it is not news.
+    /// Age from which a reading is stale.
     stale: Duration,
-    /// The poses since the arm was moved; `None` once they were those of an arm at rest, and before it was seen to move.
+    /// Detector fed with the poses since the arm last moved. `None` once the arm came to rest, and
+    /// before it was first seen to move.
     moved: Option<RestDetector>,
     begun: Instant,
 }
@@ -101,7 +103,8 @@ impl Default for ObservedState {
 }
 
 impl ObservedState {
-    /// Expects so many readings a second: where they are far apart each is news for longer than a second, three of them.
+    /// Sets the expected rate, Hz. At low rates a reading is fresh for three periods instead of one
+    /// second.
     #[must_use]
     pub fn reading(mut self, rate: f64) -> Self {
         let missed = Duration::try_from_secs_f64(MISSED / rate).unwrap_or(Duration::MAX);
@@ -109,17 +112,18 @@ impl ObservedState {
         self
     }
 
-    /// How old the last reading was at the last look; since the beginning without one.
+    /// Age of the last reading at the last [`tick`](Self::tick); without a reading, time since
+    /// creation.
     #[must_use]
     pub const fn age(&self) -> Duration {
         self.age
     }
 
-    /// Takes a reading.
+    /// Adds a reading.
     pub fn observe(&mut self, status: Status) {
         if let Some(before) = &self.status {
             let seconds = status.at.saturating_duration_since(before.at).as_secs_f64();
-            // A link that came or went tells the reading before once more.
+            // When the link comes or goes, the last reading is delivered a second time.
             if seconds > 0.0 {
                 self.keep(Speeds::between(&before.pose, &status.pose, seconds));
                 let rate = seconds.recip();
@@ -141,36 +145,36 @@ impl ObservedState {
         self.status = Some(status);
     }
 
-    /// Looks how old the last reading is by now.
+    /// Updates the age of the last reading.
     pub fn tick(&mut self, now: Instant) {
         let last = self.status.as_ref().map_or(self.begun, |status| status.at);
         self.age = now.saturating_duration_since(last);
     }
 
-    /// Something moves the arm: what was read before says nothing of where it is any more.
+    /// Marks the arm as moving: earlier readings no longer give its position.
     pub fn disturb(&mut self) {
         self.moved = Some(RestDetector::default());
     }
 
-    /// Whether the arm has answered lately.
+    /// True if the arm has answered recently.
     #[must_use]
     pub fn answers(&self) -> bool {
         self.age < self.stale
     }
 
-    /// How fast it was at last.
+    /// Last measured speeds.
     #[must_use]
     pub fn speed(&self) -> Speeds {
         self.speeds.back().copied().unwrap_or_default()
     }
 
-    /// Whether it was seen to stand, lately and since it was moved last.
+    /// True if the arm was recently seen to stand, and nothing has moved it since.
     #[must_use]
     pub fn stands(&self) -> bool {
         self.answers() && self.moved.is_none()
     }
 
-    /// Where it stands, if it is known to.
+    /// Pose at which the arm stands, if it is known to.
     #[must_use]
     pub fn standing_pose(&self) -> Option<&Pose> {
         let status = self.status.as_ref()?;
@@ -193,7 +197,7 @@ mod tests {
 
     const READING: Duration = Duration::from_millis(50);
 
-    /// Readings of an arm that stands, 50 ms apart.
+    /// Feeds readings of an arm that stands, 50 ms apart.
     fn read(observed: &mut ObservedState, status: &Status, times: u32) {
         for _ in 0..times {
             let mut next = observed.status.clone().unwrap_or_else(|| status.clone());
@@ -231,7 +235,7 @@ mod tests {
         observed.tick(last + Duration::from_millis(2100));
         assert!(!observed.answers() && !observed.stands());
         assert_eq!(observed.age().as_secs(), 2);
-        // Where readings are far apart they are news for longer.
+        // At a low rate readings are fresh for longer.
         let mut observed = observed.reading(0.5);
         observed.tick(last + Duration::from_millis(2100));
         assert!(observed.answers());

@@ -1,4 +1,4 @@
-//! Pens of the parts of a drawing, as a file.
+//! TOML file of the pens for the parts of a drawing.
 
 use std::path::Path;
 
@@ -7,21 +7,21 @@ use serde::Deserialize;
 
 use crate::files::read_text;
 
-/// The largest file that is read, bytes.
+/// Largest size of a file that is read, bytes. A choice far above any real file.
 const LARGEST: u64 = 1 << 20;
 
-/// A file of pens.
+/// Content of the file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Pens {
-    /// The pens; the first that is for a part counts.
+    /// Pens in order; the first that matches a part applies.
     pen: Vec<PenOptions>,
 }
 
 /// Reads a file of pens.
 ///
 /// # Errors
-/// Why it cannot be read; what is wrong in it, with line and column.
+/// A sentence if the file cannot be read; line and column of a mistake in it.
 pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let shown = path.display();
     let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
@@ -31,10 +31,10 @@ pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 
-/// The pens of such a file.
+/// Parses the text of such a file.
 ///
 /// # Errors
-/// What is wrong in it, with line and column.
+/// A sentence with line and column of the mistake.
 pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
     let pens: Pens = toml::from_str(text).map_err(|error| {
         let at = error.span().map_or(0, |span| span.start);

@@ -1,4 +1,4 @@
-//! What no state watch tells, read again and again beside everything else.
+//! Values that the driver does not watch, polled by a task.
 
 use std::future::Future;
 
@@ -6,7 +6,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{Duration, MissedTickBehavior, interval};
 
-/// A value that is read periodically, until this is dropped. A slow reading blocks no reader.
+/// Value that a task polls until this is dropped. A slow reading blocks no reader.
 #[derive(Debug)]
 pub struct Polled<T> {
     latest: watch::Receiver<Option<T>>,
@@ -14,7 +14,7 @@ pub struct Polled<T> {
 }
 
 impl<T: Clone + Send + Sync + 'static> Polled<T> {
-    /// Begins; must be called within a runtime. A reading of `None` is none.
+    /// Starts polling; must be called within a runtime. A reading of `None` is skipped.
     pub fn every<F, R>(period: Duration, mut read: F) -> Self
     where
         F: FnMut() -> R + Send + 'static,
@@ -23,6 +23,7 @@ impl<T: Clone + Send + Sync + 'static> Polled<T> {
         let (tell, latest) = watch::channel(None);
         let task = tokio::spawn(async move {
             let mut ticks = interval(period);
+            // After a slow reading wait a full period, instead of reading several times in a row.
             ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
             loop {
                 ticks.tick().await;
@@ -37,6 +38,7 @@ impl<T: Clone + Send + Sync + 'static> Polled<T> {
     /// Waits for the next reading.
     pub async fn next(&mut self) -> T {
         loop {
+            // The task is gone with its runtime: no reading will come.
             if self.latest.changed().await.is_err() {
                 std::future::pending::<()>().await;
             }

@@ -1,6 +1,7 @@
-//! Findings of the check of a program, as an object of JSON: the same for the command (`--check --json`) and for a station.
+//! Results of the check of a program as a JSON object, shared by the command (`--check --json`) and
+//! the station.
 //!
-//! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm.
+//! Names and shapes are contracts: fields may be added, but not renamed. Lengths are in mm.
 
 use std::time::Duration;
 
@@ -14,25 +15,26 @@ use magician_program::{
 };
 use serde::Serialize;
 
-/// Number of refused steps that are told, at most.
+/// Largest number of refused steps in a report.
 pub const SHOWN: usize = 10;
-/// A job that takes longer than this is probably a mistake.
+/// Duration above which a job is probably a mistake. A choice.
 const LONG: Duration = Duration::from_secs(2 * 3600);
 
-/// Findings of a check.
+/// Result of a check.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct CheckReport {
-    /// True if the arm can do all of it.
+    /// True if the arm can run the whole program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ok: Option<bool>,
-    /// Figures of what it does.
+    /// Figures of the program.
     #[serde(flatten)]
     pub estimate: Estimate,
     /// Number of refused steps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<usize>,
-    /// Size in which a refused program would fit; `None` within if there is none.
+    /// Size in which a refused program would fit. The inner value is `None` if there is no such
+    /// size.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub would_fit: Option<Option<WouldFit>>,
     /// The first refused steps.
@@ -41,22 +43,23 @@ pub struct CheckReport {
     /// The fence of the arm, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fence: Option<FenceReport>,
-    /// The file of its picture.
+    /// Path of its preview.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub preview: Option<String>,
-    /// Placement, if it was placed.
+    /// Placement that was applied, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placed: Option<AppliedPlacement>,
-    /// Parts, where they were asked for.
+    /// Parts, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub parts: Option<Vec<PartSummary>>,
-    /// Notes on what was taken in a certain way.
+    /// Notes on assumptions and warnings.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
 }
 
-/// The first refused step of each place in the file, no more than are told: what one line, row or element of a file becomes
-/// is refused for the same reason.
+/// First refused step of each place in the file, at most [`SHOWN`].
+///
+/// All steps made from one line, row or element of a file are refused for the same reason.
 #[must_use]
 pub fn refused_places(report: &Report) -> Vec<&RefusedStep> {
     let mut places: Vec<&RefusedStep> = Vec::new();
@@ -73,8 +76,8 @@ pub fn refused_places(report: &Report) -> Vec<&RefusedStep> {
 }
 
 impl CheckReport {
-    /// Creates the report of a program with so many steps left (`None` without an end). `ok` is true if the arm can do all of
-    /// it, or else holds what would do instead.
+    /// Creates the report of a program with `steps` left (`None` if endless). An `Err` in `ok`
+    /// holds the changes that would make it fit.
     #[must_use]
     fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
         let refusals = { refused_places(report).into_iter() }
@@ -93,7 +96,8 @@ impl CheckReport {
         }
     }
 
-    /// Creates the report of what a check has found in the rest of a prepared program, with its notes and warnings.
+    /// Creates the report of a check of the rest of a prepared program, with its notes and
+    /// warnings.
     #[must_use]
     pub fn of(
         prepared: &PreparedProgram,
@@ -117,7 +121,7 @@ impl CheckReport {
         }
     }
 
-    /// Returns the estimate alone, without what is refused.
+    /// Drops the results of the check and keeps the estimate.
     #[must_use]
     pub fn without_check(self) -> Self {
         Self {
@@ -134,21 +138,21 @@ impl CheckReport {
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Estimate {
-    /// Duration by the arm's clock, s. `None` if its end is not known.
+    /// Duration by the arm's clock, s. `None` if endless or unknown.
     pub seconds: Option<f64>,
-    /// Number of steps. `None` if it has no end.
+    /// Number of steps. `None` if endless.
     pub steps: Option<u64>,
-    /// Length that is drawn or burnt, mm.
+    /// Length drawn or burnt, mm.
     pub drawn_mm: f64,
-    /// Length of travel besides, mm.
+    /// Length of travel, mm.
     pub travel_mm: f64,
-    /// Bounds of what draws or burns.
+    /// Bounds of the drawn or burnt lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<Bounds>,
     /// Bounds of all motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub travel_bounds: Option<Bounds>,
-    /// Power of what it burns.
+    /// Range of laser power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power: Option<PowerRange>,
 }
@@ -157,50 +161,50 @@ pub struct Estimate {
 #[derive(Clone, Copy, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PowerRange {
-    /// At most.
+    /// Largest power.
     pub most: f64,
-    /// At least.
+    /// Smallest power.
     pub least: f64,
 }
 
-/// The least and the greatest coordinates of something, mm.
+/// Bounding box, mm.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Bounds {
-    /// Away from the base.
+    /// Range of x, away from the base.
     pub x: [f64; 2],
-    /// To the left.
+    /// Range of y, to the left.
     pub y: [f64; 2],
-    /// Up.
+    /// Range of z, upwards.
     pub z: [f64; 2],
 }
 
-/// A step that is refused.
+/// Refused step.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct Refusal {
-    /// Which, from 1.
+    /// Number of the step, from 1.
     pub step: u64,
-    /// Its line in the file.
+    /// Line in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
-    /// Its column in the file.
+    /// Column in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub column: Option<u32>,
-    /// Its element in the file.
+    /// Element in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The kind of the error.
+    /// Kind of the error.
     pub kind: &'static str,
-    /// What is wrong.
+    /// Error as a sentence.
     pub message: String,
-    /// The same without the command before it, as data.
+    /// The same sentence without the command, as data.
     #[serde(flatten)]
     pub sentence: SentenceReport,
-    /// How far the place is beyond the reach, mm.
+    /// Distance beyond the reach, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beyond: Option<f64>,
-    /// What it is about.
+    /// Figures of the error.
     #[serde(flatten)]
     pub figures: ErrorFigures,
 }
@@ -221,7 +225,7 @@ impl Bounds {
 }
 
 impl Estimate {
-    /// Of a report, with the steps that are left.
+    /// Figures of a report; `steps` are those left.
     #[must_use]
     pub fn new(report: &Report, steps: Option<u64>) -> Self {
         Self {
@@ -240,14 +244,14 @@ impl Estimate {
 }
 
 impl Refusal {
-    /// Of a step of a report.
+    /// Creates the entry for a refused step of `report`.
     #[must_use]
     pub fn of(report: &Report, refused_step: &RefusedStep) -> Self {
         let place = refused_step.origin;
         let known = |value: u32| Some(value).filter(|value| *value > 0);
         let error = &refused_step.error;
         let mut figures = ErrorFigures::of(error);
-        // The complaint has its own.
+        // This entry has its own number of the step.
         figures.step = None;
         Self {
             step: report.number(refused_step.step),
@@ -263,32 +267,34 @@ impl Refusal {
     }
 }
 
-/// What a person can do about a program that is out of reach where it lies.
+/// Changes that would bring a program within reach.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct WayOut {
-    /// In which size it would fit there,
+    /// Size in which it would fit at its place and angle.
     pub straight: Option<WouldFit>,
-    /// and turned, if it may be larger then.
+    /// Size in which it would fit after a turn, if larger.
     pub turned: Option<WouldFit>,
-    /// Where it would fit in its size and turn.
+    /// Position at which it would fit unchanged.
     pub at: Option<[f64; 2]>,
 }
 
 impl WayOut {
-    /// What would do for the rest of a prepared program that is refused.
+    /// Finds the changes for the rest of a refused program.
     #[must_use]
     pub fn of(prepared: &PreparedProgram, rest: &RemainingProgram) -> Self {
         let placement = &prepared.setup.placement;
         if prepared.misfit.is_some() || placement.fit {
-            // No other place or turn: the misfit says it itself, and what is made to fit has been tried at all of them.
+            // No other place or turn: a misfit states its own remedy, and with `fit` all places
+            // were tried already.
             return Self {
                 straight: prepared.would_fit,
                 ..Self::default()
             };
         }
         let (plan, start) = (rest.first(), rest.start());
-        // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
+        // On a surface, G-code in arm coordinates would be moved together with its Z: no other
+        // position is proposed.
         let moves = prepared.format != Format::Gcode || prepared.setup.places();
         let lies = (placement.scale, placement.rotate);
         let straight = would_fit(plan, start, lies.0, lies.1);
@@ -299,57 +305,58 @@ impl WayOut {
         }
     }
 
-    /// In which size and turn it would fit there: the largest there is.
+    /// Largest size in which the program would fit at its place.
     #[must_use]
     pub fn would_fit(&self) -> Option<WouldFit> {
         self.turned.or(self.straight)
     }
 }
 
-/// Something that was read or done in a certain way.
+/// Note on an assumption, or a warning.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct Note {
-    /// Which.
+    /// Name of its code.
     pub code: &'static str,
-    /// What, with what to do about it in the words of a program.
+    /// Text, with the remedy in the words of the front end.
     pub text: String,
-    /// What, without what to do about it, as data.
+    /// Text without the remedy, as data.
     #[serde(flatten)]
     pub sentence: SentenceReport,
-    /// Advice that is no remedy, as data.
+    /// Advice that is not a remedy, as data.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<SentenceReport>,
-    /// Its line in the file.
+    /// Line in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
-    /// Its element in the file.
+    /// Element in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub element: Option<String>,
-    /// What to do about it.
+    /// Remedies.
     #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "remedies")]
     pub remedies: Vec<Remedy>,
 }
 
-/// What came of converting a program to another format.
+/// Result of converting a program to another format.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
 pub struct ConversionReport {
-    /// The name of the program.
+    /// Name of the program.
     pub from: String,
-    /// The name of the new file.
+    /// Name of the new file.
     pub to: String,
-    /// How many steps it has.
+    /// Number of steps.
     pub steps: usize,
-    /// What the new file cannot say.
+    /// Features that the new format cannot express.
     pub lost: Vec<String>,
-    /// What of the program was taken in a certain way, and what the new file cannot say.
+    /// Notes on assumptions about the program, and on features that the new format cannot express.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
 }
 
 impl ConversionReport {
-    /// Of a program of so many steps, with the notes of reading it and what the new file cannot say.
+    /// Creates the report of a conversion; `read` are the notes of reading, `lost` what the new
+    /// format cannot express.
     #[must_use]
     pub fn new(
         voice: &impl Voice,
@@ -369,7 +376,7 @@ impl ConversionReport {
 }
 
 impl Note {
-    /// All of them, each with what to do about it in these words.
+    /// Converts notes, each with its remedy in the words of `voice`.
     pub fn all<'p>(
         voice: &impl Voice,
         notes: impl IntoIterator<Item = &'p Diagnostic>,
@@ -387,7 +394,7 @@ impl Note {
     }
 }
 
-/// What is said of a problem or a note, with what to do about it in these words.
+/// Appends the advice of a problem or note, in the words of `voice`.
 #[must_use]
 pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String {
     match problem.advice(voice) {
@@ -396,7 +403,7 @@ pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String
     }
 }
 
-/// Note of a job whose progress cannot be kept ([`JobEvent::Unkept`](crate::JobEvent::Unkept)).
+/// Note for a job whose progress cannot be stored ([`JobEvent::Unkept`](crate::JobEvent::Unkept)).
 #[must_use]
 pub fn unkept(cause: &str) -> Diagnostic {
     Diagnostic::of_file(message!(
@@ -405,7 +412,7 @@ pub fn unkept(cause: &str) -> Diagnostic {
     ))
 }
 
-/// Outputs that a stop leaves switched on, each with what switches it off.
+/// Notes for outputs that a stop leaves on, each with its remedy.
 #[must_use]
 pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     let mut left = Vec::new();
@@ -433,7 +440,7 @@ pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     left.into_iter().map(coded).collect()
 }
 
-/// What a check has found that is no refusal: [`warnings`] and [`doubts`].
+/// Notes of a check besides refusals: [`warnings`] and [`doubts`].
 #[must_use]
 pub fn findings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagnostic> {
     let mut found = warnings(report, placed);
@@ -441,7 +448,7 @@ pub fn findings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
     found
 }
 
-/// Of a job that is probably a mistake: scaled below a tenth, or more than two hours of work.
+/// Warnings for a job that is probably a mistake: scaled below a tenth, or longer than two hours.
 #[must_use]
 pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
@@ -457,7 +464,7 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
     warnings
 }
 
-/// The steps of a program that this arm may be able to do, and another one may not.
+/// Notes for steps that some arms of this type can do and others cannot.
 #[must_use]
 pub fn doubts(report: &Report) -> Vec<Diagnostic> {
     let told = report.doubtful.iter().map(|doubtful| {
@@ -479,7 +486,7 @@ pub fn doubts(report: &Report) -> Vec<Diagnostic> {
     told.collect()
 }
 
-/// A time as clocks show it: `0:07`, `2:05:09`.
+/// Duration as `m:ss` or `h:mm:ss`: `0:07`, `2:05:09`.
 #[must_use]
 pub fn clock(time: Duration) -> String {
     let seconds = time.as_secs_f64().round() as u64;

@@ -1,9 +1,9 @@
-//! The rule that turns signals into stops, without signals and without a clock.
+//! Rule that turns signals into stops, without handling signals or reading a clock.
 //!
-//! A terminal that closes sends SIGHUP two or three times within milliseconds (kernel, shell, tmux), a
-//! shell forwards the Ctrl-C that the terminal has sent to its job already, and keys bounce. None of these
-//! is a person who is out of patience, so none of them may cut short what the first stop has begun: the
-//! pen that goes up, and the settings that are restored.
+//! A terminal that closes sends SIGHUP two or three times within milliseconds (kernel, shell,
+//! tmux), a shell forwards a Ctrl-C that the terminal has already sent to its job, and keys bounce.
+//! None of these is an impatient person, so none may cut short what the first stop has begun:
+//! lifting the pen and restoring the settings.
 
 use std::time::Duration;
 
@@ -11,32 +11,34 @@ use std::time::Duration;
 /// person who sees that the arm still moves takes longer.
 pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
 
-/// Signal, or request of a person, that a run is to end.
+/// Signal or request to end a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StopSignal {
     /// Ctrl-C (SIGINT).
     Interrupt,
-    /// The system or another program ends this one (SIGTERM).
+    /// Another program or the system ends this one (SIGTERM).
     Terminate,
     /// The terminal is gone (SIGHUP).
     HangUp,
-    /// A key or a line of a person that is no signal.
+    /// Key or input line instead of a signal.
     Request,
 }
 
-/// Order that a run gets because of a [`StopSignal`].
+/// Order to a run that follows from a [`StopSignal`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum StopOrder {
-    /// The arm stops, the laser is off, the pen goes up, settings are restored.
+    /// The arm stops, the laser goes off, the pen goes up, settings are restored.
     Stop,
-    /// The arm stops where it is, and nothing moves after that. Settings are restored all the same.
+    /// The arm stops where it is, and nothing moves afterwards. Settings are restored.
     AtOnce,
 }
 
-/// Decides which signals stop a run, and how: the first one stops it, and the first Ctrl-C or SIGTERM at
-/// least [`SECOND_STOP_DELAY`] after that stops it at once. All others change nothing.
+/// Decides which signals stop a run, and how.
+///
+/// The first signal stops the run. The first Ctrl-C or SIGTERM at least [`SECOND_STOP_DELAY`] later
+/// stops it at once. All others change nothing.
 ///
 /// ```
 /// use std::time::Duration;
@@ -52,15 +54,15 @@ pub enum StopOrder {
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StopRule {
-    /// When the first one came.
+    /// Time of the first signal.
     first: Option<Duration>,
     /// True once the second stop was ordered: there is no third.
     at_once: bool,
 }
 
 impl StopRule {
-    /// Order that follows from a signal at this instant, counted from any fixed one; `None` if it changes
-    /// nothing.
+    /// Order that follows from a signal at `at`, counted from any fixed instant; `None` if it
+    /// changes nothing.
     pub fn hears(&mut self, signal: StopSignal, at: Duration) -> Option<StopOrder> {
         let Some(first) = self.first else {
             self.first = Some(at);
@@ -87,7 +89,7 @@ mod tests {
     use super::*;
 
     const SIGNALS: [StopSignal; 4] = [Interrupt, Terminate, HangUp, Request];
-    /// Pauses before a signal: none, a forwarded one, just too early, just late enough, long after.
+    /// Delays before a signal: immediate, forwarded, just too early, just late enough, long after.
     const PAUSES_MS: [u64; 5] = [0, 100, 499, 500, 5_000];
 
     /// Calls `check` with each sequence of up to `most` signals.

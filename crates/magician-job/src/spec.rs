@@ -1,20 +1,20 @@
-//! What is to be run, and how.
+//! Specification of a job: program, start, ending and checks.
 
 use magician_program::{Ending, Program};
 
 use crate::SavedSettings;
 
-/// Where a job begins.
+/// Step at which a job begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Start {
-    /// At this step, counted from 0 over all loops.
+    /// This step, counted from 0 over all loops.
     Step(u64),
-    /// Where the journal says that the last job of this program ended before its end.
+    /// The place where the last job of this program ended, from the journal.
     Resume,
 }
 
-/// A job that is to be done.
+/// Specification of a job.
 ///
 /// ```
 /// use magician_job::{JobSpec, Start};
@@ -30,38 +30,40 @@ pub enum Start {
 pub struct JobSpec {
     /// The program.
     pub program: Program,
-    /// What becomes of pen and arm at the end, at pauses and after a stop.
+    /// Position of pen and arm at the end, at pauses and after a stop.
     pub ending: Ending,
-    /// Where it begins.
+    /// Step to begin at.
     pub start: Start,
-    /// How far before the place where its light went out a resumed burn begins, along its line, mm.
+    /// Overlap of a resumed burn, mm: it begins this far before the place where the laser went out.
     pub overlap: f64,
-    /// Name of the work, for people: the plan's title at first.
+    /// Name of the work, for people. Defaults to the plan's title.
     pub name: String,
-    /// Where the program comes from, for people: a file, say.
+    /// Origin of the program, for people: a file, for example.
     pub origin: String,
-    /// Runs commands of an earlier program that still wait in the queue, before these.
+    /// Lets commands of an earlier program that still wait in the queue run first.
     pub keep: bool,
     /// Refuses an arm that was not homed since it was switched on, by the check before a motion.
     pub require_homed: bool,
-    /// Refuses a program of which the arm cannot do all. On at first.
+    /// Refuses a program that the arm cannot run completely. On by default.
     pub check: bool,
-    /// Whether the arm may pass over indices of its queue, besides what the program and the line say of that: above window 1.
+    /// True if the arm's index may skip numbers for a reason not visible in the program and the
+    /// line: a window above 1.
     pub passes_over: bool,
-    /// Whether steps that depend on where the arm stood when the program was made count on where it stands now. Such a program
-    /// does not begin behind them.
+    /// True if steps depend on the pose at which the program was made, and count on the current
+    /// one. Such a program cannot begin after those steps.
     pub begins_here: bool,
-    /// True if the program lies on a surface that was assumed: only a virtual arm has that one.
+    /// True if the surface of the program is an assumption: only valid on a virtual arm.
     pub assumes_surface: bool,
-    /// Whether the arm outlives this process: only then the journal is written while the job runs. By itself if not given: yes
-    /// of every arm that is no virtual one in this process.
+    /// True if the arm outlives this process: only then is the journal written while the job runs.
+    /// `None` decides by the arm: true unless it is virtual and in this process.
     pub lasting: Option<bool>,
-    /// What restores the settings that it changes; `None`: nothing.
+    /// Storage for the settings that the job changes and restores; `None` restores nothing.
     pub saved: Option<SavedSettings>,
 }
 
 impl JobSpec {
-    /// The program from its first step, with the pen lifted at the end, and what it changes restored.
+    /// Specification with the defaults: from the first step, pen lifted at the end, settings
+    /// restored.
     #[must_use]
     pub fn new(program: Program) -> Self {
         Self {
@@ -159,7 +161,8 @@ impl JobSpec {
         self
     }
 
-    /// Sets [`saved`](Self::saved): settings that others have saved are restored with those of the job.
+    /// Sets [`saved`](Self::saved). Settings saved there by others are restored with those of the
+    /// job.
     #[must_use]
     pub fn saved(mut self, saved: impl Into<Option<SavedSettings>>) -> Self {
         self.saved = saved.into();

@@ -1,5 +1,5 @@
-//! The work surface from an arm whose tool touches it: what every front end calls that takes a
-//! height or a corner of the paper from where the tool is, and where the result is kept.
+//! Touch-off: the work surface from an arm whose tool touches it. Used by every front end that
+//! takes a height or a corner of the paper from the current pose, and for storing the result.
 
 use magician::commands::{EndEffectorParams, Pose};
 use magician::message;
@@ -7,24 +7,24 @@ use magician::{Arm, Error, ErrorCode, Geometry, JointAngles, Message, Result, To
 use magician_program::artwork::Sheet;
 use magician_program::{Surface, Tool, rounded_height, rounded_surface};
 
-/// Heights of tips that differ by less are the same, mm: biases pass through `f32`.
+/// Largest height difference of two tips that counts as equal, mm: biases pass through `f32`.
 const SAME_HEIGHT: f64 = 0.01;
 
-/// Place where a tool touched a level work surface.
+/// Point where a tool touched a level work surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Touch {
-    /// x and y of the tip, as the arm has them, mm.
+    /// x and y of the tip in arm coordinates, mm.
     pub at: [f64; 2],
-    /// x and y of the tip of the tool that draws, mm: the arm may count its poses from another one.
+    /// x and y of the tip of the drawing tool, mm: the arm's poses may refer to another tool.
     pub tip: [f64; 2],
-    /// Height of the surface, z of the tip, mm.
+    /// Height of the surface: z of the tip, mm.
     pub height: f64,
 }
 
 impl Touch {
-    /// The touch of a tip at x, y and z (mm), as exactly as an arm touches; `None` if one of them is
-    /// not finite.
+    /// Touch of a tip at x, y and z (mm), rounded to the precision of a touch; `None` if one of
+    /// them is not finite.
     ///
     /// ```
     /// let touch = magician_job::Touch::of([220.0, 10.0, -61.43216]).expect("finite");
@@ -43,18 +43,18 @@ impl Touch {
     }
 }
 
-/// The measured work surface under an arm.
+/// Measured work surface of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum WorkSurface {
-    /// A plane that drawings are laid on wherever there is room.
+    /// Plane on which drawings may lie wherever there is room.
     Plane(Surface),
-    /// A sheet of paper, which has a place as well.
+    /// Sheet of paper, which also has a position.
     Sheet(Sheet),
 }
 
 impl WorkSurface {
-    /// The plane of either.
+    /// Plane of the surface.
     #[must_use]
     pub const fn plane(&self) -> Surface {
         match self {
@@ -63,7 +63,7 @@ impl WorkSurface {
         }
     }
 
-    /// The same as exactly as an arm touches: a level height to 0.001 mm.
+    /// Surface rounded to the precision of a touch: a level height to 0.001 mm.
     #[must_use]
     pub fn rounded(self) -> Self {
         match self {
@@ -76,18 +76,19 @@ impl WorkSurface {
     }
 }
 
-/// Takes a place of the work surface from where the tool of an arm touches it. `draws` is the tool
-/// that draws later. Moves nothing.
+/// Takes a point of the work surface from the current pose of an arm whose tool touches it. `draws`
+/// is the tool used for drawing later. Moves nothing.
 ///
 /// # Errors
-/// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`](magician::Homing::check), [`LaserOn`](ErrorCode::LaserOn) as
-/// [`Laser::check_off`](magician::Laser::check_off), [`Busy`](ErrorCode::Busy) if the arm moves,
-/// [`InvalidValue`](ErrorCode::InvalidValue) if the arm counts from the tip of a tool that ends at
-/// another height than the one that draws; else as [`Arm::get`].
+/// [`NotHomed`](ErrorCode::NotHomed) as [`Homing::check`](magician::Homing::check),
+/// [`LaserOn`](ErrorCode::LaserOn) as [`Laser::check_off`](magician::Laser::check_off),
+/// [`Busy`](ErrorCode::Busy) if the arm moves, [`InvalidValue`](ErrorCode::InvalidValue) if the
+/// arm's poses refer to a tool that ends at another height than `draws`; else as [`Arm::get`].
 pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     arm.homing().check().await?;
     arm.laser().check_off().await?;
-    // A hand or another program moves it, too: then two poses differ.
+    // A hand or another program may move the arm without the driver's knowledge, so two poses are
+    // compared.
     if !arm.stands().await? {
         let why = message!("the arm moves: its tool touches nothing yet");
         return Err(Error::new(ErrorCode::Busy, why));
@@ -119,16 +120,16 @@ pub async fn touch_off(arm: &Arm, draws: Tool) -> Result<Touch> {
     })
 }
 
-/// True if both tips end equally low.
+/// True if both tips end at the same height.
 fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
     (mounted.z - draws.z).abs() < SAME_HEIGHT
 }
 
-/// The work surface that the file of settings keeps; `None` if it keeps none. A sheet goes before a
-/// plane.
+/// Work surface stored in the settings file; `None` if there is none. A sheet takes precedence over
+/// a plane.
 ///
 /// # Errors
-/// [`InvalidSettings`](ErrorCode::InvalidSettings) for a file that cannot be read.
+/// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read.
 #[cfg(feature = "settings")]
 pub fn kept_surface() -> Result<Option<WorkSurface>> {
     let file = crate::settings::SettingsFile::load().map_err(unkept)?;
@@ -138,8 +139,8 @@ pub fn kept_surface() -> Result<Option<WorkSurface>> {
     Ok(surface_of(&file).map_err(unkept)?.map(WorkSurface::Plane))
 }
 
-/// The plane that a file of settings keeps beside a sheet: `surface` is a height in mm, or a table
-/// with height and slope.
+/// Plane that a settings file stores under `surface`: a height in mm, or a table with height and
+/// slope. `None` if absent.
 ///
 /// # Errors
 /// [`SettingsError::Broken`](crate::settings::SettingsError::Broken).
@@ -159,12 +160,12 @@ pub fn surface_of(
     }))
 }
 
-/// Keeps a work surface in the file of settings, where the command, a station and Python find it.
-/// `None` forgets plane and sheet.
+/// Stores a work surface in the settings file, where the command, a station and Python find it.
+/// `None` removes plane and sheet.
 ///
 /// # Errors
-/// [`InvalidSettings`](ErrorCode::InvalidSettings) for a file that cannot be read or changed, and
-/// for a plane while the file keeps a sheet, whose height takes precedence: nothing was changed.
+/// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read or edited, and for a
+/// plane while the file has a sheet, whose height takes precedence. Nothing is changed then.
 #[cfg(feature = "settings")]
 pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
     let mut file = crate::settings::SettingsFile::load().map_err(unkept)?;
@@ -194,6 +195,7 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
                     left = left.and_then(|file| file.without(name));
                 }
             }
+            // Nothing to remove: do not touch the file.
             if left.as_ref() == Some(&file) {
                 return Ok(());
             }
@@ -203,7 +205,7 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
     file.change(edited).map_err(unkept)
 }
 
-/// Reason for refusing a touch while there is a sheet.
+/// Message that refuses a touched surface while a sheet is stored.
 #[must_use]
 pub fn sheet_counts() -> Message {
     message!(

@@ -1,4 +1,4 @@
-//! What a check costs: `cargo bench -p magician-program --bench check`.
+//! Cost of a check: `cargo bench -p magician-program --bench check`.
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
@@ -11,7 +11,7 @@ fn main() {
     divan::main();
 }
 
-/// Chance from a seed (xorshift64*), from 0 to 1.
+/// Random numbers from a seed (xorshift64*), from 0 to 1.
 struct Chance(u64);
 
 impl Chance {
@@ -23,7 +23,7 @@ impl Chance {
     }
 }
 
-/// A drawing of so many segments of 0.2 to 1 mm: a random walk that bends, on a sheet of 100 mm.
+/// Drawing of `segments` segments of 0.2 to 1 mm: a random walk with bends, on a sheet of 100 mm.
 fn drawing(segments: usize) -> Plan {
     let mut chance = Chance(20_260_801);
     let mut plan = Plan::new("a walk");
@@ -65,7 +65,7 @@ fn check_a_drawing(bencher: Bencher, segments: usize) {
         .bench_local(|| check(&plan, &start).time);
 }
 
-/// Each segment's time as it is told for a stream.
+/// Duration of each segment, as a stream needs it.
 #[divan::bench(sample_count = 3, sample_size = 1)]
 fn estimate_a_drawing(bencher: Bencher) {
     let plan = drawing(1_000_000);

@@ -1,4 +1,9 @@
-//! What would become of a plan, before anything moves.
+//! Check of a plan before anything moves: what is refused, how long it takes, and how far the tool
+//! travels.
+//!
+//! The check follows the plan with a [`Preflight`], which plans each command as the arm would. A
+//! refused step is left out, and the next one is followed from where the refused one would have
+//! begun; so one run finds all mistakes. Times are those of the virtual arm, to the microsecond.
 
 mod beyond;
 mod foreign;
@@ -22,41 +27,43 @@ use pen::Pen;
 use way::{corners, length, point};
 pub use would_fit::{would_do_at, would_fit, would_fit_turned};
 
-/// Refused steps that are kept; the others are counted.
+/// Refused steps kept in a report; further ones are only counted, so that a plan refused in every
+/// step costs little memory.
 const MOST_REFUSED: usize = 100;
-/// Parts that have figures of their own.
+/// Parts with figures of their own; further ones have none. Bounds the size of a report.
 const MOST_PARTS: usize = 4096;
 
-/// How much of a plan is one of its parts, in all its passes.
+/// Figures of one part of a plan, over all its passes.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PartFigures {
-    /// The part, as it begins first.
+    /// The part, as it first begins.
     pub part: Part,
-    /// How long the tool's way is in it that draws or burns, mm.
+    /// Length drawn or burnt in it, mm.
     pub drawn: f64,
-    /// How long the arm takes for it, if that is known.
+    /// Duration of the part, if known.
     pub time: Option<Duration>,
 }
 
-/// A step that the arm could not do, or that a guard refuses.
+/// Step that the arm cannot do, or that a guard refuses.
 #[derive(Debug)]
 pub struct RefusedStep {
-    /// The place of the step, from 0; the steps' number for what is wrong at the end. [`Report::number`] is what people say.
+    /// Index of the step, from 0; the number of steps for a fault at the end. Users see
+    /// [`Report::number`].
     pub step: usize,
-    /// Where it came from.
+    /// Origin of the step in the file.
     pub origin: Origin,
-    /// The element or point that it belongs to.
+    /// Element or point that it belongs to.
     pub name: Option<String>,
-    /// Why: with value, limit and unit where it is a matter of how much.
+    /// Reason, with value, limit and unit where there is a limit.
     pub error: Error,
-    /// Where the step leads, with which tool and within which limits.
+    /// Target of the step, with the tool and limits in force.
     pub(crate) target: Option<(Geometry, Limits, [f64; 3])>,
 }
 
 impl RefusedStep {
-    /// How far the place that the step leads to is beyond the reach at its height: the distance to the nearest place in reach,
-    /// rounded up to mm. None if the place is in reach, or is not known.
+    /// Distance from the target to the nearest place in reach at the same height, rounded up to mm.
+    /// `None` if the target is in reach or unknown.
     #[must_use]
     pub fn beyond(&self) -> Option<f64> {
         self.target
@@ -79,70 +86,74 @@ impl From<&RefusedStep> for Diagnostic {
     }
 }
 
-/// The steps that lead beyond what every arm keeps to for certain ([`Step::doubt`](magician_host::preflight::Step)): this arm may go
-/// there, and another one may stop with an alarm.
+/// Steps whose target is outside the bounds that every arm is certain to reach
+/// ([`Step::doubt`](magician_host::preflight::Step)): one arm may go there, another may stop with
+/// an alarm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct DoubtfulSteps {
-    /// The place of the first one, from 0.
+    /// Index of the first one, from 0.
     pub step: usize,
-    /// Where it came from.
+    /// Origin of the first one in the file.
     pub origin: Origin,
-    /// The bound that it leaves.
+    /// Bound that it exceeds.
     pub cause: MotionError,
-    /// How many there are.
+    /// Number of such steps.
     pub count: usize,
 }
 
-/// What a check has found.
+/// Result of a check.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Report {
-    /// The first steps that are refused, in their order.
+    /// First refused steps, in order.
     pub refused_steps: Vec<RefusedStep>,
-    /// How many there are in all.
+    /// Number of all refused steps.
     pub refused: usize,
-    /// The steps that not every arm can do, if there are any; they are not refused.
+    /// Steps that not every arm can do, if any; they are not refused.
     pub doubtful: Option<DoubtfulSteps>,
-    /// How many steps the plan has.
+    /// Number of steps in the plan.
     pub steps: usize,
-    /// How many of each kind, by [`Action::name`]; kinds that do not occur are absent.
+    /// Number of steps of each kind, by [`Action::name`]; kinds that do not occur are absent.
     pub counts: BTreeMap<&'static str, usize>,
-    /// How long the arm takes for all that was not refused, on a queue that never runs short: that of the virtual arm to the
-    /// microsecond. `None` if a step has no end that is known (a trigger, homing, a start that is not known).
+    /// Duration of all steps that are not refused, on a queue that never runs empty: equal to the
+    /// virtual arm's to the microsecond. `None` if the end of a step is unknown (a trigger, homing,
+    /// an unknown start).
     pub time: Option<Duration>,
-    /// How long the tool's way is that draws or burns, mm: with the laser lit; in a plan without a laser, the paths, lines and arcs that
-    /// begin and end on the surface, which is at the lowest point of its paths if it is not known.
+    /// Length that draws or burns, mm. With a laser: motion with the laser on. Without: paths,
+    /// lines and arcs that begin and end on the surface, which is assumed at the lowest point of
+    /// the paths if it is unknown.
     pub drawn: f64,
-    /// How long its other ways are, mm. Lines, paths, arcs and circles have their true length, ways of joints and jumps that
-    /// of the straight line between their ends.
+    /// Length of all other motion, mm. Lines, paths, arcs and circles count with their true length,
+    /// joint moves and jumps as the straight line between their ends.
     pub travelled: f64,
-    /// The weakest and the strongest power that is burnt, percent; none if nothing is.
+    /// Smallest and largest laser power, percent; `None` if nothing is burnt.
     pub power: Option<[f64; 2]>,
-    /// The least and the greatest x, y, z of the ways that draw or burn; none if nothing is drawn.
+    /// Bounds (least and greatest x, y, z) of the motion that draws or burns; `None` if nothing is
+    /// drawn.
     pub bounds: Option<[[f64; 3]; 2]>,
-    /// The least and the greatest x, y, z at which steps end.
+    /// Bounds of all end points of steps.
     pub travel_bounds: Option<[[f64; 3]; 2]>,
-    /// The step with the longest way, from 0, and how long that is, mm.
+    /// Step with the longest motion, from 0, and its length, mm.
     pub longest_way: Option<(usize, f64)>,
-    /// The step that takes longest, from 0, and how long; segments of continuous paths aside, and what has no end that is
-    /// known.
+    /// Step with the longest duration, from 0, and that duration. Segments of continuous paths and
+    /// steps without a known end do not count.
     pub longest_time: Option<(usize, Duration)>,
-    /// Its parts in the order in which they begin, if it has any.
+    /// Parts in the order in which they begin.
     pub parts: Vec<PartFigures>,
-    /// What is added to the place of a step to have its number in the program that it is of, from 0.
+    /// Offset from an index in this report to the step's number in the whole program, from 0.
     pub(crate) offset: i64,
 }
 
 impl Report {
-    /// Whether the arm can do all of it.
+    /// True if the arm can do the whole plan.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.refused == 0
     }
 
-    /// The number of the step at a place, as people count them: from 1, and where the check was of what is
-    /// [left](crate::RemainingProgram::check) of a program, over all of that.
+    /// Number of a step for users: counted from 1, over the whole program if the check was of the
+    /// [rest](crate::RemainingProgram::check) of one.
     #[must_use]
     pub fn number(&self, place: usize) -> u64 {
         let place = i64::try_from(place).unwrap_or(i64::MAX);
@@ -207,14 +218,16 @@ impl Report {
     }
 }
 
-/// Follows a plan from where `start` has the arm, with the settings that it has in force, and tells what came of it. A step that
-/// is refused is left out: the next one is followed from where it would have begun.
+/// Checks a plan that begins with the pose and settings of `start`.
+///
+/// A refused step is left out: the next one is followed from where the refused one would have
+/// begun.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
     at_once(check_in_turns(plan, start, &AtOnce))
 }
 
-/// The same, with turns for others.
+/// As [`check`](fn@check), yielding to other tasks between slices.
 pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl Turns) -> Report {
     let mut course = CheckRun {
         arm: start.clone().summing(),
@@ -248,8 +261,10 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
                 Err(error) => course.refuse(plan, at, error),
             }
         }
+        // A long plan takes seconds; let the arm be served in between.
         turns.give().await;
     }
+    // The end of the last path is planned only when nothing follows it.
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);
     }
@@ -262,7 +277,7 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
     report
 }
 
-/// Bounds that hold a point as well.
+/// Widens bounds to include a point.
 pub(crate) fn widen(bounds: &mut Option<[[f64; 3]; 2]>, at: [f64; 3]) {
     let [least, most] = bounds.get_or_insert([at, at]);
     for ((least, most), at) in least.iter_mut().zip(most).zip(at) {
@@ -275,13 +290,13 @@ struct CheckRun {
     arm: Preflight,
     pen: Pen,
     time: Option<Duration>,
-    /// The part under way, and what was drawn and how much time had passed when it began.
+    /// Current part, with the drawn length and the time at its beginning.
     part: Option<(usize, f64, Option<Duration>)>,
     report: Report,
 }
 
 impl CheckRun {
-    /// The time so far, where the path under way would end here.
+    /// Time so far, if the current path ended here.
     fn until_here(&self) -> Option<Duration> {
         self.time?.checked_add(self.arm.clone().rest())
     }
@@ -291,6 +306,7 @@ impl CheckRun {
         let parts = &mut self.report.parts;
         let known = parts.iter().position(|known| known.part.n == part.n);
         let nth = known.unwrap_or(parts.len());
+        // Beyond the limit a part still counts in the totals, only not by itself.
         if nth == MOST_PARTS {
             return;
         }
@@ -322,7 +338,8 @@ impl CheckRun {
         self.report.refuse(plan, step, error, &self.arm);
     }
 
-    /// Refuses a place on a rail that is not in use: the arm would ignore it, and go to the right pose at the wrong place.
+    /// Refuses a position on a rail that is not in use: the arm would ignore it and go to the right
+    /// pose at the wrong place.
     fn check_rail(&self, command: &Set) -> Result<(), Error> {
         let Some(l) = PtpMove::of(command).and_then(|to| to.rail) else {
             return Ok(());
@@ -350,15 +367,17 @@ impl CheckRun {
         }
         self.check_rail(command)?;
         let done = self.arm.check(command)?;
+        // `Duration::MAX` marks an end that is unknown: the total is unknown from here on.
         self.time = self.time.filter(|_| done.time < Duration::MAX);
         self.time = self.time.map(|time| time.saturating_add(done.time));
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
+        // Segments of a path are planned together, so their times are not their own.
         if !is_path {
             self.report.take(step, done.time.saturating_sub(done.path));
         }
         self.pen.note(command);
         match command {
-            // A segment without a length lights nothing.
+            // A segment without length does not burn.
             Set::CpLeCmd(segment) if done.end != before => {
                 self.report.burn(segment.velocity_or_power.into());
             }

@@ -1,4 +1,10 @@
-//! A plan from one of its steps on: to begin later, or to go on after a stop.
+//! Start of a plan in its middle: to begin at a later step, or to resume after a stop.
+//!
+//! A step in the middle depends on all before it: settings, outputs, tool, and the pose. So the
+//! plan is first followed without sending anything. Then the settings in force are sent, and the
+//! tool approaches the step's start: straight up, across, straight down, with the laser off until
+//! it arrives. `within` finds the place within a step that was cut short, `lights` the place where
+//! a burn ended.
 
 pub(crate) mod lights;
 mod settings;
@@ -13,40 +19,45 @@ use magician_motion::Pose;
 use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
 
-/// Heights are tried in steps of this, mm, where the highest is out of reach.
+/// Distance between the heights tried for the way across, mm, if the highest is out of reach.
 const LOWER: f64 = 5.0;
-/// Ways shorter than this need no step, mm.
+/// Moves shorter than this are left out, mm.
 const SHORT: f64 = 1e-3;
-/// The way across is so far above both of its ends at least, if it can be, mm.
+/// Height of the way across above both of its ends, mm, if within reach.
 const LIFT: f64 = 10.0;
-/// What 32 bits may cost in each joint, deg: no more than the arm's own resolution.
+/// Largest joint error caused by 32-bit coordinates, deg: no more than the arm's own resolution.
 const CLOSE: f64 = 0.01;
-/// No tool of the arm gets higher, mm.
+/// Largest height of any tool of the arm, mm.
 const HIGHEST: f64 = 400.0;
-/// Where it cannot be so high above a place, one beside it is tried by this share of its distance from the base, so many times.
+/// Sideways steps, as share of the distance from the base, if the way across cannot be high enough
+/// above the place itself.
 const ASIDE: f64 = 0.05;
+/// Number of sideways steps in each direction.
 const MOST_ASIDE: i32 = 8;
-/// As many heights are tried: down to as far below as above.
+/// Number of heights tried, down to as far below the place as above it.
 const MOST_TRIES: u32 = 160;
 
-/// A plan from one of its steps on, ready to be run on its own.
+/// Plan that begins at a step of another plan and can be run on its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Continuation {
-    /// What is to be done.
+    /// The plan to run.
     pub plan: Plan,
-    /// For each step of it the step of the whole plan (from 0) that it belongs to. What leads to the first one belongs to it:
-    /// an interruption there begins with that one again.
+    /// For each step of `plan` the step (from 0) of the whole plan that it belongs to. The approach
+    /// belongs to the first step: an interruption there begins with that step again.
     pub steps: Vec<usize>,
 }
 
 impl Continuation {
-    /// A plan from a step (from 0) on, for an arm that is as `start` tells. It first sets what the steps before would have
-    /// set (speeds, tool, pins, pump, motors that run), and nothing that they did; goes straight up, across, and straight
-    /// down to where the step begins, with the laser dark; and then goes on as the plan does. A step of a continuous path
-    /// begins where its segment does, at rest.
+    /// Creates the plan from a step (from 0) on, for an arm in the state of `start`.
     ///
-    /// The way across is as high as the plan has been until then, jumps counted, and 10 mm above both of its ends; or as
-    /// high as it can be. Homing is not repeated: an arm that has been switched off in between is to be homed before.
+    /// It first sends the settings that the earlier steps leave in force (speeds, tool, pins, pump,
+    /// running motors), and repeats nothing else of them. Then it goes straight up, across, and
+    /// straight down to where the step begins, with the laser off, and continues as the plan does.
+    /// A step of a continuous path begins at the start of its segment, from rest.
+    ///
+    /// The way across is as high as the plan has been until then, jumps included, and 10 mm above
+    /// both of its ends, or as high as possible. Homing is not repeated: an arm that was switched
+    /// off in between must be homed first.
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -65,13 +76,14 @@ impl Continuation {
     /// ```
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is no such step, an earlier step cannot be done, its start is unknown (behind a
-    /// homing to a point that is not known, say), or the arm cannot get there.
+    /// [`Diagnostic`] if the step does not exist, an earlier step is refused, its start is unknown
+    /// (after homing to an unknown point, for example), or the arm cannot reach it.
     pub fn from_step(plan: &Plan, step: usize, start: &Preflight) -> Result<Self, Diagnostic> {
         Self::within_step(plan, step, None, start)
     }
 
-    /// As [`from_step`](Self::from_step); the step itself, if it leads straight on through this place, goes on from there.
+    /// As [`from_step`](Self::from_step). If the step moves straight through `at`, it continues
+    /// from there.
     pub(crate) fn within_step(
         whole: &Plan,
         step: usize,
@@ -86,6 +98,7 @@ impl Continuation {
             );
             return Err(Diagnostic::of_file(message));
         }
+        // The whole plan is cloned for its names and settings; its steps are replaced below.
         let mut plan = whole.clone();
         let mut added = 0;
         if step > 0 || at.is_some() {
@@ -118,10 +131,10 @@ fn diagnostic_at(plan: &Plan, step: usize, message: magician_host::Message) -> D
     }
 }
 
-/// The highest that the tool has been.
+/// Largest height of the tool so far.
 struct HeightTracker {
     most: f64,
-    /// The settings so far: at first those of an arm at power-up.
+    /// Settings so far, initially those at power-up.
     settings: MotionSettings,
 }
 
@@ -151,19 +164,19 @@ impl HeightTracker {
     }
 }
 
-/// What leads to a step.
+/// Approach to a step.
 struct LeadIn<'p> {
     plan: &'p Plan,
     step: usize,
     settings: Settings,
-    /// Where the step begins.
+    /// Pose at the start of the step.
     place: Pose,
-    /// The joints there.
+    /// Joints at that pose.
     joints: JointAngles,
-    /// The highest z so far.
+    /// Largest z so far.
     height: f64,
     steps: Vec<Step>,
-    /// What is left of the step, where it goes on from within and has to be told so.
+    /// Rest of the step, if it continues from within and needs another command for that.
     left: Option<Action>,
 }
 
@@ -235,7 +248,7 @@ impl<'p> LeadIn<'p> {
         })
     }
 
-    /// Settings, then the way there, then the laser if it is to be lit.
+    /// Emits the settings, then the approach, then the laser if it was on.
     fn make(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
         let mut arm = start.clone().summing();
         let refused = |error: Error| {
@@ -251,6 +264,7 @@ impl<'p> LeadIn<'p> {
             arm.check(&tool).map_err(refused)?;
         }
         let burns = |step: &Step| step.action.is_of_a_laser();
+        // The laser may still be on from an earlier run: switch it off before the arm moves.
         let dark = self
             .plan
             .steps
@@ -262,6 +276,7 @@ impl<'p> LeadIn<'p> {
             steps.push(command.into());
         }
         self.approach(&mut arm, &mut steps).map_err(refused)?;
+        // Targets are sent as 32-bit floats; huge coordinates lose the precision to meet the start.
         if !self.has_arrived(&arm) {
             return Err(refused(Error::invalid(message!(
                 "its coordinates are too large for the precision of 32 bits"
@@ -286,25 +301,26 @@ impl<'p> LeadIn<'p> {
         })
     }
 
-    /// Up, across and down, as far as that is possible and needed.
+    /// Goes up, across and down, as far as possible and needed.
     fn approach(&self, arm: &mut Preflight, steps: &mut Vec<Action>) -> Result<(), Error> {
         let rail = self.settings.rail();
         let begun = arm.arm().map(|at| at.pose);
         if let Some(from) = begun
             && rail.is_none()
             && from.distance_to(&self.place) < SHORT
+            // A tool turned differently still needs a move, though its tip is in place.
             && (from.r - self.place.r).abs() < SHORT
         {
             return Ok(());
         }
         let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
         if let Some(from) = begun {
-            // Where it cannot go up there is nothing that it could run into.
+            // If the tool cannot go up, nothing above is in its way: continue.
             let _ = highest(&from, height, |pose| {
                 go(arm, steps, pose, &[Travel::Line], None)
             });
         }
-        // From an unknown start only all joints together lead to a place that is known.
+        // From an unknown pose only a joint move has a known end.
         let across: &[Travel] = match begun {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
@@ -321,8 +337,8 @@ impl<'p> LeadIn<'p> {
         }
     }
 
-    /// As high as that all the way across, and straight down from there; where it cannot be so high above the place itself, from
-    /// beside it, nearer to the base or farther from it.
+    /// Goes across at `height` and straight down. If that height is out of reach above the place,
+    /// tries places beside it, nearer to the base or farther away.
     fn come_down(
         &self,
         height: f64,
@@ -340,6 +356,7 @@ impl<'p> LeadIn<'p> {
                 z,
                 ..self.place
             };
+            // Try on a copy: both moves must be possible, or neither is made.
             let (mut tried, mut added) = (arm.clone(), Vec::new());
             if z > self.place.z + SHORT
                 && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
@@ -354,7 +371,8 @@ impl<'p> LeadIn<'p> {
     }
 }
 
-/// Goes to a pose in the first of some ways that is possible; if none is, why the first is not.
+/// Goes to a pose by the first possible motion type; if none is possible, returns the error of the
+/// first.
 fn go(
     arm: &mut Preflight,
     steps: &mut Vec<Action>,
@@ -381,10 +399,11 @@ fn go(
             Err(error) => refusal = refusal.or(Some(error)),
         }
     }
+    // The first motion type is the wanted one, so its refusal is the useful one.
     refusal.map_or(Ok(()), Err)
 }
 
-/// Goes above a place: as high as that, or as high as it can be. Nothing if it is as high already.
+/// Goes above a place to `height`, or as high as possible. `None` if the tool is that high already.
 fn highest(
     place: &Pose,
     height: f64,
@@ -401,7 +420,7 @@ fn highest(
     refusal
 }
 
-/// From which step on the place is known.
+/// Sentence that names the steps from which on the pose is known.
 fn places_known_after(plan: &Plan, step: usize) -> String {
     let leads = |step: &Step| {
         let way = |by: Travel| by == Travel::Joints;

@@ -1,4 +1,4 @@
-//! What the arm does when a program has ended, or was stopped.
+//! Pen and arm at the end of a program or after a stop.
 
 use magician_host::build::move_to;
 use magician_host::message;
@@ -6,7 +6,7 @@ use magician_host::{Error, Result};
 
 use crate::{Depths, Plan, RemainingProgram, Surface};
 
-/// What becomes of pen and arm at the end of a program. What needs the arm is the driver's:
+/// Treatment of pen and arm at the end of a program. The motion itself is done by the driver:
 /// `Arm::lift` and `Arm::park`.
 ///
 /// ```
@@ -22,20 +22,22 @@ use crate::{Depths, Plan, RemainingProgram, Surface};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ending {
-    /// How far a pen goes up, mm.
+    /// Height by which a pen is lifted, mm.
     pub lift: f64,
-    /// The pen stays where it is.
+    /// True to leave the pen where it is.
     pub stay: bool,
-    /// Where the tip of the tool (x, y, z) is taken when all is done, mm.
+    /// Parking position of the tool tip (x, y, z), mm.
     pub park: Option<[f64; 3]>,
-    /// The program was made of a drawing, an image or G-code: a tool that it does not name draws.
+    /// True if the program was made from a drawing, an image or G-code: its tool draws even if the
+    /// program does not name one.
     pub drawing: bool,
-    /// Treatment of depths below the surface: a pen is not parked there either, unless they are kept.
+    /// Treatment of depths below the surface: unless they are kept, a pen is not parked there
+    /// either.
     pub depths: Depths,
 }
 
 impl Default for Ending {
-    /// The pen goes up as far as between two lines.
+    /// Lifts the pen as far as between two lines.
     fn default() -> Self {
         Self {
             lift: crate::artwork::Marking::pen().lift,
@@ -48,22 +50,24 @@ impl Default for Ending {
 }
 
 impl Ending {
-    /// Whether a plan draws with a pen. One for the pen does; one that does not name its tool does if it follows paths or arcs
-    /// and is a [drawing](Self::drawing), or says where its surface is; nothing of a laser, a suction cup or a gripper does.
+    /// True if a plan draws with a pen: a plan for the pen does. A plan without a tool does if it
+    /// follows paths or arcs and is a [drawing](Self::drawing), or names its surface. Plans for a
+    /// laser, suction cup or gripper do not.
     #[must_use]
     pub fn draws(&self, plan: &Plan) -> bool {
         plan.draws(self.drawing)
     }
 
-    /// How far the pen goes up from where the arm stands when a program was stopped, or is paused; nothing if it does not draw,
-    /// or is to stay.
+    /// Height by which the pen is lifted after a stop or in a pause, mm. `None` if the plan does
+    /// not draw, or the pen shall stay.
     #[must_use]
     pub fn after_stop(&self, plan: &Plan) -> Option<f64> {
         Some(self.lift).filter(|_| !self.stay && self.draws(plan))
     }
 
-    /// How far the tool goes up when all is done and it stands there (x, y, z): a pen so far that it is above its paper by the
-    /// lift, any other tool before it is parked.
+    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm: a pen
+    /// until it is above its paper by the lift, any other tool before it is parked. `None` if it
+    /// needs no lift.
     #[must_use]
     pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
         let up = if self.stay {
@@ -76,16 +80,17 @@ impl Ending {
         up.filter(|up| *up > 0.0)
     }
 
-    /// True if the tool is a pen that never goes below its surface.
+    /// True if the tool is a pen that must never go below its surface.
     fn is_held(&self, plan: &Plan) -> bool {
         self.depths == Depths::Flatten && self.draws(plan)
     }
 
-    /// Whether the arm gets to where it is parked from where the program ends.
+    /// Checks that the arm can reach the parking position from the end of the program.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](magician_host::ErrorKind::InvalidInput) for a pen that would be parked below the surface.
-    /// [`ErrorKind::Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit if it does not.
+    /// [`ErrorKind::InvalidInput`](magician_host::ErrorKind::InvalidInput) for a pen that would be
+    /// parked below the surface; [`ErrorKind::Unreachable`](magician_host::ErrorKind::Unreachable)
+    /// with value and limit if it is out of reach.
     pub fn check(&self, rest: &RemainingProgram) -> Result<()> {
         let Some(place) = self.park else {
             return Ok(());
@@ -114,9 +119,9 @@ impl Ending {
     }
 }
 
-/// That a pen is not parked below its surface.
+/// Checks that a pen is not parked below its surface.
 fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
-    /// What lies lower by less is on the surface: places are rounded, mm.
+    /// Depth that still counts as on the surface, mm: positions are rounded.
     const ROUNDING: f64 = 0.01;
     let deep = surface.at([x, y]) - z;
     if deep <= ROUNDING {

@@ -1,6 +1,7 @@
-//! What people draw, teach and engrave with a Dobot Magician arm, as plans that are checked before anything moves.
+//! Programs for a Dobot Magician arm from drawings, images, G-code and taught points, as plans that
+//! are checked before anything moves.
 //!
-//! One way for all of it:
+//! All input takes one route:
 //!
 //! ```text
 //! file --read--> Plan                        playback, G-code, Blockly, points, our own plan files
@@ -10,25 +11,26 @@
 //!      --Program, RemainingProgram--> Arm::start   from any step on, in iterations, with the time that is left
 //! ```
 //!
-//! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.
-//! * [`Plan`] is a value: kept in a file of our own, compared, moved, scaled, rotated, repeated.
-//! * [`PrepareRequest`] is the whole way: a file, options, what settings and the arm say, and where it begins; its
-//!   [`PreparedProgram`] is what every door checks, shows and runs.
-//! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
-//!   travels.
+//! * [`read`](fn@read) reads the bytes of a file of any [`Format`]. Each step knows where in the
+//!   file it came from.
+//! * [`Plan`] is a value: it can be stored in a plan file, compared, moved, scaled, rotated and
+//!   repeated.
+//! * [`PrepareRequest`] covers the whole route: file, options, settings, state of the arm, start
+//!   step. Every front end checks, shows and runs the resulting [`PreparedProgram`].
+//! * [`check`](fn@check) follows a plan as the arm would and reports refused steps, duration and
+//!   lengths.
 //!
-//! Files are read by the crate `magician-formats`, whose values are here, too. Without features
-//! there is all that plans need: reading and writing their own files, placing, checking, rehearsals,
-//! resuming. Pictures of plans are those of the crate `magician-picture`; what they show is
-//! [`toolpath`]. `readers` alone is on by default.
+//! The crate `magician-formats` reads files; its values are re-exported here. Without features this
+//! crate has all that plans need: plan files, placement, check, rehearsal, resuming. The crate
+//! `magician-picture` draws plans from their [`toolpath`]. Only `readers` is on by default.
 //!
 //! | feature | what it adds |
 //! |---|---|
 //! | `readers` | every reader of files; features of `magician-formats` choose some of them |
 //! | `system-fonts` | the installed fonts that texts in SVG name |
 //!
-//! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
-//! sheet: x to the right, y up, from the lower left corner.
+//! Lengths are mm, angles degrees, times seconds. The coordinates of a [`Plan`] are the arm's.
+//! Those of an [`Artwork`] are its sheet's: x to the right, y up, from the lower left corner.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

@@ -1,9 +1,9 @@
-//! Sizes of paper, as people name them.
+//! Paper sizes by name or dimensions.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// The sizes that have a name (ISO 216, and US Letter): width and height, mm.
+/// Named sizes (ISO 216, and US Letter): width and height, mm.
 const NAMED: [(&str, [f64; 2]); 10] = [
     ("a3", [297.0, 420.0]),
     ("a3-landscape", [420.0, 297.0]),
@@ -16,10 +16,11 @@ const NAMED: [(&str, [f64; 2]); 10] = [
     ("letter", [215.9, 279.4]),
     ("letter-landscape", [279.4, 215.9]),
 ];
-/// The longest side, mm.
+/// Longest side, mm.
 const LONGEST: f64 = 10_000.0;
 
-/// A size of paper: `a4` stands upright, `a4-landscape` lies on its side, `200x150` is 200 mm wide and 150 mm high.
+/// Paper size: `a4` is portrait, `a4-landscape` is landscape, `200x150` is 200 mm wide and 150 mm
+/// high.
 ///
 /// ```
 /// use magician_program::Paper;
@@ -37,7 +38,7 @@ pub struct Paper {
 }
 
 impl Paper {
-    /// The names of sizes.
+    /// Names of the named sizes.
     pub const NAMES: &'static [&'static str] = &{
         let mut names = [""; NAMED.len()];
         let mut nth = 0;
@@ -48,7 +49,7 @@ impl Paper {
         names
     };
 
-    /// Its width and height, mm.
+    /// Width and height, mm.
     #[must_use]
     pub fn size(self) -> [f64; 2] {
         self.size
@@ -136,7 +137,7 @@ mod tests {
         ] {
             assert_eq!(text.parse::<Paper>().unwrap().to_string(), text);
         }
-        // The name of a size is shorter.
+        // A named size prints its name.
         assert_eq!(
             "297x210".parse::<Paper>().unwrap().to_string(),
             "a4-landscape"

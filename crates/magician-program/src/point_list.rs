@@ -1,4 +1,4 @@
-//! A plan as a list of points.
+//! Plan as a list of points.
 
 use std::fmt::Write as _;
 
@@ -7,10 +7,10 @@ use magician_protocol::commands::{PtpCmd, PtpWithLCmd};
 
 use crate::{Action, Plan, Travel};
 
-/// The steps of a plan as CSV, each with the point that it leads to.
+/// Returns the steps of a plan as CSV, each with its target point.
 #[must_use]
 pub fn point_list(plan: &Plan) -> String {
-    // A program that moves along a rail has a column for its positions.
+    // The column for rail positions appears only if the program uses a rail.
     let on_rail = plan.uses_rail();
     let mut text = "step,action,x,y,z,r,line,name".to_owned();
     text.push_str(if on_rail { ",l\n" } else { "\n" });
@@ -44,7 +44,7 @@ pub fn point_list(plan: &Plan) -> String {
     text
 }
 
-/// A move that takes the rail along as the same move without it, and the position on the rail.
+/// Splits a move with rail into the same move without it, and the rail position.
 fn without_rail(action: &Action) -> Option<(Action, f32)> {
     let Action::Command(command) = action else {
         return None;
@@ -96,7 +96,7 @@ fn word(action: &Action) -> &'static str {
     }
 }
 
-/// As CSV has a text with anything in it.
+/// Quotes a CSV field if necessary.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", text.replace('"', "\"\""))

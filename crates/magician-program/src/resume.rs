@@ -1,8 +1,9 @@
-//! How far a run has come, kept so that another can go on where it ended.
+//! Progress of a run, stored so that another run can resume where it ended.
 //!
-//! The arm counts what it has finished (its current index). While a run lasts, a [`StepCounter`] says which step an index belongs to,
-//! and a [`Checkpoint`] is kept outside the process. However the run ends, the checkpoint and one more look at the arm tell where to
-//! resume, or which steps are in doubt: [`Checkpoint::resume_point`].
+//! The arm counts finished commands (its current index). While a run lasts, a [`StepCounter`] maps
+//! an index to a step, and a [`Checkpoint`] is kept outside the process. However the run ends, the
+//! checkpoint and one more look at the arm give the place to resume at, or the steps in doubt:
+//! [`Checkpoint::resume_point`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -11,44 +12,46 @@ use serde::{Deserialize, Serialize};
 
 use crate::program::StepNumbering;
 
-/// As many pairs are remembered: more than any queue is long.
+/// Number of index and command pairs kept: more than any queue is long.
 const REMEMBERED: usize = 256;
 
-/// Which step a queue index belongs to. A driver may put commands of its own between those of a plan, and pass over indices, so
-/// that there is no fixed difference.
+/// Maps a queue index to a step. A driver may insert commands between those of a plan and skip
+/// indices, so the difference is not constant.
 #[derive(Clone, Debug, Default)]
 pub struct StepCounter {
-    /// Commands before the first step.
+    /// Number of commands before the first step.
     lead: u64,
-    /// Whether the driver may put commands of its own between the steps, or pass over indices.
+    /// True if the driver may insert commands between the steps, or skip indices.
     mixed: bool,
-    /// An index, and the commands of the plan up to it.
+    /// Indices with the number of the plan's commands up to each.
     pairs: VecDeque<(u64, u64)>,
-    /// The index that the arm had finished last when it was at rest, before the first command.
+    /// Last finished index of the arm at rest, before the first command.
     rest: Option<u64>,
-    /// Commands that are none of the plan's, by how many the arm had taken with each.
+    /// Inserted commands that are not the plan's, by their number among all commands taken.
     inserted: VecDeque<u64>,
-    /// Those of them that are remembered no more.
+    /// Number of inserted commands that are no longer listed.
     forgotten: u64,
-    /// Which steps have no command, and the commands of those before the first.
+    /// Numbering of the steps, some of which have no command.
     numbering: StepNumbering,
+    /// Number of commands of the steps before the first.
     before: u64,
     /// The first step.
     from: u64,
 }
 
-/// A number of steps that is known within bounds.
+/// Number of steps known within bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepRange {
-    /// At least.
+    /// Lower bound.
     pub least: u64,
-    /// At most.
+    /// Upper bound.
     pub most: u64,
 }
 
 impl StepCounter {
-    /// For a run whose first step is preceded by so many commands. `mixed`: the driver may put commands of its own between
-    /// them (to darken a laser), or pass over indices (above window 1, when commands were lost and go again).
+    /// Creates the counter of a run whose first step is preceded by `lead` commands. `mixed` is
+    /// true if the driver may insert commands (to switch a laser off), or skip indices (above
+    /// window 1, when lost commands are sent again).
     #[must_use]
     pub fn new(lead: u64, mixed: bool) -> Self {
         Self {
@@ -64,7 +67,8 @@ impl StepCounter {
         }
     }
 
-    /// The same of a program whose steps do not all have a command, from this step of it on.
+    /// Applies the numbering of a program in which some steps have no command, starting at step
+    /// `from`.
     #[must_use]
     pub(crate) fn numbered(self, numbering: StepNumbering, from: u64) -> Self {
         Self {
@@ -75,7 +79,7 @@ impl StepCounter {
         }
     }
 
-    /// The steps up to the last of so many commands.
+    /// Number of steps that this many commands complete.
     fn steps(&self, commands: u64) -> u64 {
         match commands.saturating_sub(self.lead) {
             0 => 0,
@@ -86,15 +90,16 @@ impl StepCounter {
         }
     }
 
-    /// Before the first command the arm was at rest, its queue empty, and this was the index it had finished last.
+    /// Sets the last finished index of an arm that was at rest, with an empty queue, before the
+    /// first command.
     #[must_use]
     pub fn from_rest(mut self, index: Option<u64>) -> Self {
         self.rest = index.map(counts_from);
         self
     }
 
-    /// The command with this number, from 1, is none of the plan's: it is counted for no step. To be said before the arm takes it,
-    /// and in order.
+    /// Marks the command with this number (from 1) as inserted: it counts for no step. Call this
+    /// before the arm takes the command, and in order.
     pub fn insert(&mut self, command: u64) {
         if self.inserted.len() >= REMEMBERED {
             self.inserted.pop_front();
@@ -103,14 +108,14 @@ impl StepCounter {
         self.inserted.push_back(command);
     }
 
-    /// Whether the arm has finished all that was inserted, when it has finished this index.
+    /// True if the arm has finished all inserted commands when it has finished this index.
     #[must_use]
     pub fn has_passed_inserted(&self, current: u64) -> bool {
         let last = self.inserted.back();
         last.is_none_or(|last| self.taken(current).least >= *last)
     }
 
-    /// So many commands without those that were inserted.
+    /// Number of commands without the inserted ones.
     fn of_plan(&self, commands: u64) -> u64 {
         let later = self.inserted.iter().rev();
         let later = later.take_while(|inserted| **inserted > commands).count() as u64;
@@ -118,12 +123,12 @@ impl StepCounter {
         commands.saturating_sub(earlier)
     }
 
-    /// The arm has taken so many commands, the last of them under this index.
+    /// Notes that the arm has taken `commands` in all, the last one under `index`.
     pub fn note(&mut self, commands: u64, index: u64) {
         if commands == 0 {
             return;
         }
-        // What was dropped from the queue is counted anew.
+        // Commands dropped from the queue and sent again get new indices.
         while self
             .pairs
             .back()
@@ -131,7 +136,8 @@ impl StepCounter {
         {
             self.pairs.pop_back();
         }
-        // The first and the last index with as many commands up to them: between those are the driver's own.
+        // Keep the first and the last index with the same number of commands: those between are the
+        // driver's own.
         let as_many = self
             .pairs
             .iter()
@@ -140,13 +146,14 @@ impl StepCounter {
         if as_many.count() > 1 {
             self.pairs.pop_back();
         }
+        // The oldest pair is far behind anything still in the queue.
         if self.pairs.len() >= REMEMBERED {
             self.pairs.pop_front();
         }
         self.pairs.push_back((index, commands));
     }
 
-    /// The steps that are finished when the arm has finished this index.
+    /// Range of steps finished when the arm has finished this index.
     #[must_use]
     pub fn finished(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.commands(current);
@@ -156,13 +163,14 @@ impl StepCounter {
         }
     }
 
-    /// True if the commands before the first step are finished for certain when the arm has finished this index.
+    /// True if the commands before the first step are certainly finished when the arm has finished
+    /// this index.
     #[must_use]
     pub fn is_at_first(&self, current: u64) -> bool {
         self.commands(current).least >= self.lead
     }
 
-    /// The same in commands, with those before the first step.
+    /// As [`finished`](Self::finished), in commands, including those before the first step.
     pub(crate) fn commands(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.taken(current);
         StepRange {
@@ -171,7 +179,7 @@ impl StepCounter {
         }
     }
 
-    /// The same with those that were inserted.
+    /// As [`commands`](Self::commands), including inserted ones.
     fn taken(&self, current: u64) -> StepRange {
         let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
         let after = self.pairs.iter().find(|(index, _)| *index > current);
@@ -185,12 +193,14 @@ impl StepCounter {
             most = most.min(*commands);
         }
         if !self.mixed {
+            // Without foreign commands the nearest known index is exact.
             (least, most) = match after {
                 Some(_) => (least, least),
                 None => (most, most),
             };
         }
-        // Before the first answer nothing is, but for what the arm may have taken without saying so.
+        // Before the first reply nothing is known, except for what the arm may have taken without a
+        // reply arriving.
         if self.pairs.is_empty() {
             (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
@@ -200,8 +210,8 @@ impl StepCounter {
         }
     }
 
-    /// The same where an index may stand for a command of others, or for one that came twice, behind the last that the arm is
-    /// known to have taken.
+    /// As [`finished`](Self::finished), if indices after the last known one may belong to foreign
+    /// or duplicate commands.
     #[must_use]
     pub fn certain(&self, current: u64) -> StepRange {
         let span = self.finished(current);
@@ -214,10 +224,10 @@ impl StepCounter {
         }
     }
 
-    /// The last index, and the steps up to it.
+    /// Last known index, and the steps up to it.
     ///
-    /// As long as no step was taken it is the one of the last command before the first step. The
-    /// arm's queue was empty when the run began, so its index is known before the arm has given it.
+    /// Until a step is taken, this is the index of the last command before the first step. The
+    /// queue was empty at the start, so that index is known before the arm reports it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
         let ahead = self.ahead();
@@ -228,7 +238,7 @@ impl StepCounter {
         }
     }
 
-    /// Commands before the first step, with those that were inserted among them.
+    /// Number of commands before the first step, including those inserted among them.
     fn ahead(&self) -> u64 {
         let inserted = (0..).zip(&self.inserted);
         let ahead = inserted.take_while(|(nth, command)| **command <= self.lead + nth + 1);
@@ -236,99 +246,102 @@ impl StepCounter {
     }
 }
 
-/// How far a run has come: what is kept while it lasts, and after it ended badly. Steps are counted over all loops.
+/// Progress of a run, stored while it lasts and after it ended early. Steps are counted over all
+/// loops.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
-    /// Of this form.
+    /// Version of the format.
     pub version: u32,
-    /// What is run.
+    /// Title of the program.
     pub title: String,
-    /// Steps in all; none if they go on for ever.
+    /// Number of all steps; `None` if endless.
     pub steps: Option<u64>,
-    /// So many are known to be finished.
+    /// Steps known to be finished.
     pub finished: u64,
-    /// So many, at most, have been given to the arm.
+    /// Upper bound of the steps handed to the arm.
     pub handed: u64,
-    /// The index of a step that the arm has taken, and how many steps there are up to it.
+    /// Index of a step that the arm has taken, and the number of steps up to it.
     pub index: Option<(u64, u64)>,
-    /// The index that the arm had finished last when the run began, if it was at rest then.
+    /// Last finished index of the arm before the run, if it was at rest then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest: Option<u64>,
-    /// The arm's clock when that was seen, ms.
+    /// The arm's clock at that observation, ms.
     pub clock: u32,
-    /// Whether the driver may have put commands of its own between the steps, or passed over indices.
+    /// True if the driver may have inserted commands or skipped indices.
     pub mixed: bool,
-    /// Where the step behind so many goes on, if not at its beginning: x, y, z.
+    /// Number of finished steps, and the position (x, y, z) within the next one where the run
+    /// resumes; `None` for its beginning.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<(u64, [f64; 3])>,
-    /// Largest length from where it goes on that has been burnt already, mm.
+    /// Upper bound of the length after that place that is burnt already, mm.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub twice: f64,
-    /// The run has ended and said so: `finished` is exact.
+    /// How the run ended; `finished` is exact then. `None` if it was interrupted.
     pub ended: Option<RunEnd>,
 }
 
-/// How a run has ended, as its checkpoint keeps it.
+/// End of a run as stored in its checkpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RunEnd {
     /// Between two steps.
     Between,
-    /// In the middle of one: the one after those that are finished.
+    /// Within the step after the finished ones.
     Within,
-    /// The steps up to `handed` may be finished or not.
+    /// Unknown: steps up to `handed` may be finished or not.
     Doubt,
 }
 
-/// How far the arm says that it is, when a run is over.
+/// Progress reported by the arm after a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ObservedProgress {
-    /// The index that it finished last.
+    /// Last finished index.
     pub current: u64,
-    /// Its clock, ms.
+    /// The arm's clock, ms.
     pub clock: u32,
 }
 
-/// Where a run is resumed.
+/// Place where a run resumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResumePoint {
-    /// So many steps are finished, and the next has not begun.
+    /// After this many finished steps; the next one has not begun.
     After(u64),
-    /// So many steps are finished; the next was cut short and has to be done again.
+    /// After this many finished steps; the next one was cut short and is repeated.
     Again(u64),
-    /// So many at least and so many at most.
+    /// Unknown within this range.
     Doubt(StepRange),
 }
 
-/// Why it is not known how far a run came.
+/// Reason for unknown progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum DoubtReason {
-    /// The run ended in doubt, and its checkpoint says so.
+    /// The run itself ended in doubt, as recorded in its checkpoint.
     Ended,
     /// The arm cannot be asked.
     NotAsked,
-    /// Commands waited in the arm's queue when the run began, so its indices say nothing of the run.
+    /// Commands waited in the arm's queue when the run began, so its index says nothing about the
+    /// run.
     NotAtRest,
-    /// The arm's clock or index began anew.
+    /// The arm's clock or index has restarted.
     Reset,
-    /// The arm has finished more commands than the run gave it.
+    /// The arm has finished more commands than the run sent.
     Others,
-    /// The arm counts commands that are no steps, and does not say which it has finished.
+    /// The arm counts commands that are not steps, so its index is ambiguous.
     Mixed,
 }
 
-/// Uncertain progress of a run: its bounds, and the reason.
+/// Unknown progress of a run, with bounds and reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Doubt {
-    /// Steps at least and at most.
+    /// Bounds of the finished steps.
     pub span: StepRange,
-    /// Why.
+    /// Reason.
     pub why: DoubtReason,
 }
 
-/// Follows "the progress of the last run is not known: ".
+/// Completes the sentence "the progress of the last run is not known: ".
 impl fmt::Display for DoubtReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -348,10 +361,10 @@ impl fmt::Display for DoubtReason {
 }
 
 impl Checkpoint {
-    /// The form that is written now.
+    /// Current version of the format.
     pub const VERSION: u32 = 1;
 
-    /// A run that has not begun.
+    /// Checkpoint of a run that has not begun.
     #[must_use]
     pub fn new(title: &str, steps: Option<u64>, mixed: bool) -> Self {
         Self {
@@ -363,9 +376,11 @@ impl Checkpoint {
         }
     }
 
-    /// Where to go on, when nothing of the run waits in the arm's queue any more. `seen` is what the arm says, if it can be
-    /// asked. `stands_after` tells whether the arm stands where so many steps leave it; `None` if that is not known. The arm counts
-    /// commands, of which not all steps have one (`numbering`).
+    /// Place to resume at, once nothing of the run waits in the arm's queue.
+    ///
+    /// `seen` is the arm's report, if it can be asked. `stands_after` returns if the arm stands
+    /// where a number of finished steps leaves it; `None` if unknown. The arm counts commands, and
+    /// `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
         &self,
@@ -380,6 +395,7 @@ impl Checkpoint {
             None => {}
         }
         let after = |commands: u64| self.after(commands, numbering);
+        // The arm counts commands; steps without one follow from the numbering.
         let point = match self.in_commands(numbering).counted(seen) {
             Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
             Err((_, span)) => in_doubt(span),
@@ -397,7 +413,7 @@ impl Checkpoint {
         }
     }
 
-    /// Why the arm does not tell exactly how far the run came; `None` if it does.
+    /// Reason why the arm's report leaves the progress unknown; `None` if it is exact.
     #[must_use]
     pub fn doubt(
         &self,
@@ -420,7 +436,7 @@ impl Checkpoint {
         }
     }
 
-    /// Bounds of the finished steps by the checkpoint alone.
+    /// Bounds of the finished steps from the checkpoint alone.
     fn all(&self) -> StepRange {
         StepRange {
             least: self.finished,
@@ -428,20 +444,20 @@ impl Checkpoint {
         }
     }
 
-    /// The steps up to the last of so many commands. A pause or the beginning of a part behind it may
-    /// be done already.
+    /// Number of steps that this many commands complete. A pause or the beginning of a part after
+    /// them may be done already.
     fn after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
         numbering.steps(commands).max(self.finished)
     }
 
-    /// True if the arm had an empty queue when the run began, and has taken nothing since.
+    /// True if the arm's queue was empty when the run began, and the arm has taken nothing since.
     #[must_use]
     pub fn is_untouched(&self, seen: Option<ObservedProgress>) -> bool {
         self.ended.is_none()
             && seen.is_some_and(|seen| self.rest == Some(seen.current) && seen.clock >= self.clock)
     }
 
-    /// The same with commands for steps: the arm counts those.
+    /// Same checkpoint counted in commands, which is what the arm counts.
     fn in_commands(&self, numbering: &StepNumbering) -> Self {
         Self {
             finished: numbering.commands(self.finished),
@@ -453,8 +469,8 @@ impl Checkpoint {
         }
     }
 
-    /// Commands that are finished. Of a run in commands, as [`in_commands`](Self::in_commands) makes
-    /// it; an error has the bounds.
+    /// Range of finished commands, for a checkpoint counted in commands
+    /// ([`in_commands`](Self::in_commands)). The error has the bounds.
     fn counted(
         &self,
         seen: Option<ObservedProgress>,
@@ -463,8 +479,8 @@ impl Checkpoint {
         let seen = seen.ok_or((DoubtReason::NotAsked, all))?;
         let span = match self.index {
             Some((index, steps)) => {
-                // A clock that runs behind, or an index: the arm was switched off and on. Before the
-                // first step is finished the arm may be at any command ahead of it.
+                // A clock or index that runs behind means a power cycle. Until the first step is
+                // finished the arm may be at any of the commands before it.
                 let under_way = steps.saturating_sub(self.finished);
                 let least = index.saturating_sub(under_way);
                 let least = match self.rest {
@@ -477,9 +493,11 @@ impl Checkpoint {
                 }
                 self.count(seen.current, (index, steps))
             }
+            // No index at all: the arm was not at rest, and no reply arrived.
             None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
             None => self.since_rest(seen).ok_or((DoubtReason::Reset, all))?,
         };
+        // More than this run sent: another client has used the arm since.
         if span.most > all.most {
             Err((DoubtReason::Others, all))
         } else if span.least != span.most {
@@ -489,14 +507,14 @@ impl Checkpoint {
         }
     }
 
-    /// Where the step behind so many goes on, if not at its beginning.
+    /// Place within the step after `steps` where it resumes; `None` for its beginning.
     #[must_use]
     pub fn place_after(&self, steps: u64) -> Option<[f64; 3]> {
         let (behind, place) = self.within?;
         (behind == steps).then_some(place)
     }
 
-    /// The checkpoint of a run that is over: where it is resumed.
+    /// Checkpoint of a run that is over and resumes at this point.
     #[must_use]
     pub fn ended(mut self, resume_point: ResumePoint) -> Self {
         match resume_point {
@@ -514,8 +532,8 @@ impl Checkpoint {
         self
     }
 
-    /// Of a run that had no answer from an arm that was at rest when it began: an arm that still is has done nothing of it, and
-    /// each step that it has done has raised its index.
+    /// Range for a run without a reply, on an arm that was at rest before: each command that the
+    /// arm has done since then has raised its index by one.
     fn since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
         let raised = counts_from(seen.current).checked_sub(counts_from(self.rest?))?;
         let most = self.finished.saturating_add(raised);
@@ -540,13 +558,14 @@ impl Checkpoint {
     }
 }
 
-/// Index behind which the next commands of an arm at rest are numbered. Arms begin with 2 (model section 14), so that 0, of
-/// one that has finished none, counts as 1. On an arm that begins with 1 one command too few counts, until its first answer.
+/// Index after which the commands of an arm at rest are numbered. Arms begin with 2 (model section
+/// 14), so 0, of an arm that has finished none, counts as 1. On an arm that begins with 1 the count
+/// is one command too low until its first reply.
 fn counts_from(current: u64) -> u64 {
     current.max(1)
 }
 
-/// The arm counts a step that was cut short as finished; where it stands tells the two apart.
+/// The arm counts a step that was cut short as finished; its pose tells the two apart.
 #[must_use]
 pub fn resume_point_at(
     finished: u64,
@@ -558,12 +577,12 @@ pub fn resume_point_at(
     }
 }
 
-/// True if nothing is burnt twice.
+/// True if nothing is burnt twice; used to skip the field.
 fn is_zero(mm: &f64) -> bool {
     *mm == 0.0
 }
 
-/// One step in doubt is done again; more are for a person to decide.
+/// Repeats a single step in doubt; more of them are for a person to decide.
 fn in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),

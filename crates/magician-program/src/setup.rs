@@ -1,4 +1,11 @@
-//! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
+//! Setup: from the content of a file to a plan for this arm, with its place, tool and speeds.
+//!
+//! The order of the work is fixed by what depends on what. Depths are flattened first, because the
+//! remaining lines decide the size. Then come the requested size, the page, tidying and order of
+//! the lines, the place (with `fitting` if the size is free), the final offset, and last the laser
+//! powers, which depend on the speeds.
+//! Programs in arm coordinates skip the placement, but a pen is still held above its surface
+//! (`hold`).
 
 use magician_host::build;
 use magician_host::message;
@@ -14,67 +21,69 @@ use crate::{
     SheetTransform, Surface, Tool,
 };
 
-/// The tool of an arm that a plan does not tell of one: what it has at power-up.
+/// Tool of an arm if a plan does not set one: the default at power-up.
 pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
 
-/// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
+/// Instructions for making a plan of a file. Whatever is left open comes from the file, or has a
+/// default.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setup {
-    /// The tool that was asked for.
+    /// Requested tool.
     pub tool: Option<Tool>,
-    /// The tool that is on the arm as a rule: for files that name none; for drawings and images if it can draw or burn them.
+    /// Tool usually mounted: for files that name none, and for drawings and images if it can draw
+    /// or burn them.
     pub default_tool: Option<Tool>,
-    /// The surface that was asked for.
+    /// Requested surface.
     pub surface: Option<Surface>,
-    /// The surface that drawings and images lie on, by default.
+    /// Default surface of drawings and images.
     pub default_surface: Option<Surface>,
-    /// The surface of drawings and images where none was said or measured: the table of a virtual arm. It bounds nothing
-    /// that is in the arm's coordinates.
+    /// Surface of drawings and images if none was given or measured: the table of a virtual arm. It
+    /// does not limit programs in arm coordinates.
     pub assumed_surface: Option<Surface>,
-    /// The sheet that drawings lie on, where it is known.
+    /// Sheet for drawings, if known.
     pub sheet: Option<Sheet>,
-    /// Where it goes.
+    /// Placement.
     pub placement: Placement,
-    /// How lines are drawn with a pen.
+    /// Marking with a pen.
     pub pen: Marking,
-    /// How the lines of a drawing are tidied.
+    /// Tidying of the lines of a drawing.
     pub tidy: Tidy,
-    /// Whether those of a program are as well: of G-code, a plan, playback, points.
+    /// True to tidy the lines of programs as well: G-code, plans, playback, points.
     pub tidy_programs: bool,
-    /// Whether the lines of a drawing may be taken in another order, to travel less.
+    /// True if the lines of a drawing may be reordered to reduce travel.
     pub order: bool,
-    /// What is made of drawings and images.
+    /// Kind of work for drawings and images.
     pub work: Work,
-    /// How images are engraved where the work is left to the file.
+    /// Engraving of images if the work is left to the file.
     pub engrave: Engrave,
-    /// How large it becomes, before it is scaled.
+    /// Size before scaling.
     pub size: Size,
-    /// How the greys of an image are changed first.
+    /// Adjustment of an image's grey levels, applied first.
     pub adjust: Adjust,
-    /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
+    /// Speed of the tool at work, mm/s; replaces that of the file or of the marking.
     pub speed: Option<f32>,
-    /// Speed of the laser on drawings and images by default, mm/s.
+    /// Default speed of the laser on drawings and images, mm/s.
     pub laser_speed: Option<f64>,
-    /// How filled shapes are filled.
+    /// Filling of shapes.
     pub filling: Filling,
-    /// The full power that was asked for, whatever burns.
+    /// Requested full power, for everything that burns.
     pub power: Option<Power>,
-    /// Full power, by default.
+    /// Default full power.
     pub default_power: Option<Power>,
-    /// What the parts of a drawing are, if that was said.
+    /// Division of a drawing into parts, if requested.
     pub parts: Option<PartMode>,
-    /// The parts that are drawn: by name, colour or number; all of them if it is empty.
+    /// Parts to draw: names, colours or numbers; empty for all.
     pub only: Vec<String>,
-    /// How often each part is drawn, once unless given.
+    /// Number of passes over each part; 1 by default.
     pub passes: Option<u32>,
-    /// The pens of the parts; the first that is for a part counts.
+    /// Pens of the parts; the first that matches a part applies.
     pub pens: Vec<PartRule>,
-    /// Whether it never waits for a person.
+    /// True to omit pauses for a person.
     pub no_pause: bool,
-    /// The fence of the arm: what is made to fit keeps to it.
+    /// Fence of the arm, which fitting respects.
     pub fence: Option<Fence>,
-    /// Going round what would be marked, instead of marking it.
+    /// Frame to trace instead of the marks.
     pub framing: Option<Framing>,
     /// Treatment of depths below the surface.
     pub depths: Depths,
@@ -106,7 +115,8 @@ pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
 pub(crate) use work_lines::WorkLines;
 
-/// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
+/// Position of the tool's tip for an arm in this state; without a tool, that of the arm's current
+/// one.
 #[must_use]
 pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
     let mut told = start.clone();
@@ -117,47 +127,47 @@ pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
     Some([pose.x, pose.y, pose.z])
 }
 
-/// What is made of drawings and images.
+/// Kind of work for drawings and images.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum Work {
-    /// Drawings are drawn, images engraved.
+    /// Draws drawings and engraves images.
     #[default]
     Default,
-    /// All is drawn with a pen, images as lines.
+    /// Draws everything with a pen, images as lines.
     Draw(Trace),
-    /// All is burnt, drawings along their lines with the most power.
+    /// Burns everything, drawings along their lines at the largest power.
     Engrave(Engrave),
 }
 
-/// Where something goes.
+/// Placement of content.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Placement {
-    /// Whose coordinates those of the file are.
+    /// Coordinate system of the file.
     pub frame: Frame,
-    /// The Z of placed G-code at which its pen touches, mm; the lowest at which it draws, if not said.
+    /// Z of placed G-code at which its pen touches, mm; by default the lowest at which it draws.
     pub pen_z: Option<f64>,
-    /// Its middle goes to this x and y, mm.
+    /// Position of its middle in x and y, mm.
     pub at: Option<[f64; 2]>,
-    /// True if the middle of the file's page goes there, and not that of what it draws.
+    /// True to put the middle of the file's page there instead of the middle of the drawing.
     pub keeps_page: bool,
-    /// Its size, 1 being the true one.
+    /// Scale; 1 is the true size.
     pub scale: f64,
-    /// Turned to the left, degrees.
+    /// Rotation to the left, degrees.
     pub rotate: f64,
-    /// The page that it lies on: its middle on the middle of the page, or the file's page on it if both have the same size.
+    /// Page to place it on: middle on middle, or page on page if the file's page has the same size.
     pub page: Option<Page>,
-    /// Where it is repeated afterwards: what is said of the page is said of all of it.
+    /// Grid of copies, applied last: the page holds all of them.
     pub grid: Option<Grid>,
-    /// Made smaller until it can be reached, and lies on the page.
+    /// True to scale it down until it is within reach and on the page.
     pub fit: bool,
-    /// True if it may be turned by 90 degrees: what is made to fit where that lets it be larger, anything else where that lets
-    /// it lie in front of the arm.
+    /// True if it may be turned by 90 degrees: with `fit` to become larger, otherwise to lie in
+    /// front of the arm.
     pub turn: bool,
-    /// Mirrored, left to right.
+    /// True to mirror it left to right.
     pub mirror: bool,
-    /// Moved on from there, mm.
+    /// Final offset, mm.
     pub by: [f64; 3],
 }
 
@@ -216,20 +226,20 @@ impl Default for Setup {
 }
 
 impl Setup {
-    /// The surface that was said or measured, else the assumed one.
+    /// Requested or measured surface, else the assumed one.
     #[must_use]
     pub fn known_surface(&self) -> Option<Surface> {
         self.measured_surface().or(self.assumed_surface)
     }
 
-    /// The surface that was said or measured.
+    /// Requested or measured surface.
     #[must_use]
     pub fn measured_surface(&self) -> Option<Surface> {
         let sheet = self.sheet.map(|sheet| sheet.surface);
         self.surface.or(sheet).or(self.default_surface)
     }
 
-    /// As it is laid with this scale and turn.
+    /// Makes the plan with this scale and rotation.
     fn made(&self, format: Format, content: &Content) -> Result<PlacedPlan, Diagnostic> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
@@ -290,7 +300,7 @@ impl Setup {
         })
     }
 
-    /// Refuses a program that was to burn and does not.
+    /// Refuses a program that should burn and does not.
     fn check_burns(&self) -> Result<(), Diagnostic> {
         if !matches!(self.work, Work::Engrave(_)) {
             return Ok(());
@@ -306,7 +316,7 @@ impl Setup {
             ))
     }
 
-    /// A plan that is in the arm's coordinates already.
+    /// Makes the plan of a program in arm coordinates.
     fn taught(
         &self,
         format: Format,
@@ -336,7 +346,8 @@ impl Setup {
         let (mut plan, scale) = self.placed(plan)?;
         if let Some(surface) = self.bound_of(format, &plan) {
             notes.extend(hold_above(&mut plan, surface)?.map(Raised::note));
-            // Moved down, a plan takes the surface that it names along; the real one stays where it is.
+            // Moving a plan down also moves the surface it names; the real surface stays where it
+            // is.
             let first = plan.steps.iter().find_map(|step| step.action.target());
             if let (Some(named), Some([x, y, _])) = (&mut plan.surface, first) {
                 let at = [x, y].map(f64::from);
@@ -352,16 +363,16 @@ impl Setup {
         })
     }
 
-    /// The surface that a plan in the arm's coordinates never goes below, because a pen draws it.
+    /// Surface that a plan in arm coordinates must not go below, because it draws with a pen.
     pub(crate) fn bound_of(&self, format: Format, plan: &Plan) -> Option<Surface> {
         let drawing = format.is_drawing() || self.work != Work::Default;
         let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !handles(plan);
         self.measured_surface().filter(|_| is_held)
     }
 
-    /// With the powers that are wanted.
+    /// Applies the requested powers.
     fn powered(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
-        // The arm is faster on longer lines: the powers that follow the speed come last.
+        // The arm is faster on longer lines, so powers that follow the speed are computed last.
         let plan = plan.powered_by_speed();
         notes.extend(plan.notes);
         match self.full_power() {
@@ -370,17 +381,17 @@ impl Setup {
         }
     }
 
-    /// Full power, as far as anybody has said it.
+    /// Full power, if given.
     fn full_power(&self) -> Option<Power> {
         self.power.or(self.default_power)
     }
 
-    /// Speed of the laser, mm/s, if anybody has said it.
+    /// Speed of the laser, mm/s, if given.
     fn said_laser_speed(&self) -> Option<f64> {
         self.speed.map(f64::from).or(self.laser_speed)
     }
 
-    /// How an image is engraved, and how fast a drawing is burnt.
+    /// Engraving with the given speed and power.
     fn engraving(&self, mut engrave: Engrave) -> Engrave {
         engrave.speed = self.said_laser_speed().unwrap_or(engrave.speed);
         if let Some(power) = self.full_power() {
@@ -389,7 +400,7 @@ impl Setup {
         engrave
     }
 
-    /// Mirrored, scaled, turned about the middle, brought where it belongs.
+    /// Mirrors, scales, turns about the middle, and moves to the position.
     fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Diagnostic> {
         let Placement {
             at,
@@ -432,8 +443,8 @@ impl Setup {
         Ok((plan, scale))
     }
 
-    /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
-    /// implies. A bias that was measured is that of a pen.
+    /// Tool that draws or burns: the requested one, else the usual one if it can, else the one that
+    /// the work implies. A measured bias counts as a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
         let usual = self.default_tool.filter(|usual| match usual {
             Tool::Bias(_) => implied == Tool::Pen,
@@ -486,7 +497,7 @@ impl Setup {
             rotate,
             at,
             keeps_page,
-            // The margins of a layout that is kept are the file's.
+            // If the file's layout is kept, its margins apply instead of the page's.
             room: page.filter(|_| !keeps_page).map(|page| page.room()),
             fit,
             turn: self.may_turn(),
@@ -499,7 +510,7 @@ impl Setup {
         self.known_surface().ok_or_else(Diagnostic::unknown_surface)
     }
 
-    /// Moved on over its surface, and above it; a pen never below.
+    /// Applies the final offset over the surface. A pen is not moved below it.
     fn pushed(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
         let [x, y, mut z] = self.placement.by;
         let slope = plan.surface.map_or([0.0; 2], |surface| surface.slope);
@@ -515,16 +526,16 @@ impl Setup {
     }
 }
 
-/// A plan as it lies.
+/// Plan at its place.
 struct Laid {
     plan: Plan,
-    /// Its size, 1 being the true one.
+    /// Scale; 1 is the true size.
     scale: f64,
-    /// Why it does not fit there, if that is known.
+    /// Reason why it does not fit there, if known.
     misfit: Option<FitFailure>,
 }
 
-/// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws
+/// Middle of the drawn or burnt part of a plan, and its lowest point; of all targets if it draws
 /// nothing.
 pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     let drawn = extent_of_marks(plan).or_else(|| plan.extent());
@@ -533,14 +544,14 @@ pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     [middle(0), middle(1), least[2]]
 }
 
-/// The least and the greatest x, y, z of what a plan draws or burns, if it does.
+/// Bounds of the drawn or burnt part of a plan, if any.
 pub(crate) fn extent_of_marks(plan: &Plan) -> Option<[[f64; 3]; 2]> {
     let marks = WorkLines::of(plan, None).ok()?;
     let bounds = marks.artwork.bounds()?;
     Some(bounds.map(|[x, y]| [x, y, marks.touch]))
 }
 
-/// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
+/// Moves a plan within reach, and scales it down if allowed and necessary; returns the scale.
 fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
     let Some(SheetTransform { scale, offset }) = place_of(&plan, fit)? else {
         return Ok((plan, 1.0));
@@ -553,13 +564,13 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
     Ok((scaled.moved([x, y, 0.0])?, scale))
 }
 
-/// By how much a plan would have to be moved for all of it to be reached as it is.
+/// Offset that brings a plan within reach unchanged; `None` if no offset does.
 pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
     let place = place_of(plan, Fit::TrueSize).ok()??;
     Some(place.offset)
 }
 
-/// The best place for all the places to which a plan leads; none if it leads nowhere.
+/// Best place for all targets of a plan; `None` if it has none.
 fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
     let Some([least, most]) = plan.extent() else {
         return Ok(None);
@@ -575,7 +586,7 @@ fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic>
     reach.best_place(&points, fit).map(Some)
 }
 
-/// Paths that are to be drawn faster than the arm goes.
+/// Note for paths faster than the arm's ceiling.
 fn above_ceiling(plan: &Plan) -> Option<Diagnostic> {
     let speeds = plan.settings().filter_map(|setting| match setting {
         Set::CpParams(speeds) => Some(f64::from(speeds.junction_vel)),

@@ -1,19 +1,20 @@
-//! Long computing that gives others a turn: where there are no threads, an arm is served and a stop is heard between two slices of it.
+//! Cooperative computation: long work yields between slices, so that without threads an arm is
+//! still served and a stop is heard.
 
 use std::future::Future;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
-/// So many steps of a plan are taken at a stretch: 10 to 20 ms in a browser.
+/// Steps of a plan processed between two yields: 10 to 20 ms in a browser.
 pub(crate) const SLICE: usize = 8192;
 
-/// Who gets a turn between the slices of something that takes long.
+/// Yield points of a long computation.
 pub trait Turns: Sync {
-    /// Gives them one.
+    /// Yields once.
     fn give(&self) -> impl Future<Output = ()> + Send;
 }
 
-/// Nobody: it is computed at one go.
+/// Never yields: the computation runs in one go.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AtOnce;
 
@@ -21,7 +22,7 @@ impl Turns for AtOnce {
     async fn give(&self) {}
 }
 
-/// What a computation comes to that waits for nobody.
+/// Runs a computation that never waits to its end.
 ///
 /// ```
 /// use magician_program::turns::{AtOnce, Turns, at_once};

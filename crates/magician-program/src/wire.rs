@@ -1,8 +1,9 @@
-//! A request to prepare a file, and the program that it became, as bytes: for another WebAssembly module, which prepares it.
+//! Serialisation of a request to prepare a file, and of its result, for another WebAssembly module
+//! that does the work.
 //!
-//! Both modules are of one build, and the form is promised to nobody else. It begins with [`FORM`], which is another one after
-//! each change of these files or version: what another build has written is refused, never misread. No bytes make it panic, and
-//! none make it take more memory than a small multiple of their number.
+//! Both modules come from one build; the format is private to it. It begins with [`FORM`], which
+//! changes with these files and the version: data of another build is refused, never misread. No
+//! input panics, and none takes more memory than a small multiple of its length.
 #![allow(clippy::cast_possible_truncation)] // Lengths are below 2^32 on what this runs on, and are read back by their u64.
 
 mod codec;
@@ -25,16 +26,16 @@ use crate::{
 };
 use codec::{Input, Wire};
 
-/// What came of preparing a file.
+/// Result of preparing a file.
 pub type FileAnswer = Result<Preparation, PrepareError>;
 
-/// Bytes that are no request or answer of this build.
+/// Error: bytes that are not a request or result of this build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WireError {
-    /// Another build wrote them.
+    /// Written by another build.
     OtherBuild,
-    /// They are cut short, or damaged.
+    /// Truncated or damaged.
     Malformed,
 }
 
@@ -51,10 +52,11 @@ impl fmt::Display for WireError {
 
 impl std::error::Error for WireError {}
 
-/// What the form is known by: FNV-1a of this file, that of the values and the version.
+/// Identifier of the format: FNV-1a of this file, of the codec, and of the version.
 pub const FORM: [u8; 8] = form().to_le_bytes();
 
 const fn form() -> u64 {
+    // Offset basis of 64-bit FNV-1a; computed at compile time.
     let mut hash = 0xCBF2_9CE4_8422_2325;
     let mut part = 0;
     let parts: [&[u8]; 3] = [
@@ -74,7 +76,7 @@ const fn form() -> u64 {
 }
 
 impl PrepareRequest {
-    /// As bytes.
+    /// Serialises the request.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let Self {
@@ -90,6 +92,7 @@ impl PrepareRequest {
             tool,
             start,
         } = self;
+        // Room for the file and typical options, to avoid copying a large file.
         let mut out = Vec::with_capacity(bytes.len() + 1024);
         out.extend(FORM);
         format.put(&mut out);
@@ -102,6 +105,7 @@ impl PrepareRequest {
         fence.put(&mut out);
         tool.put(&mut out);
         start.put(&mut out);
+        // The file comes last and without a length: it is the rest of the message.
         out.extend_from_slice(bytes);
         out
     }
@@ -129,8 +133,8 @@ impl PrepareRequest {
     }
 }
 
-/// Prepares the file of a request: the answer as bytes. To what is no request of this build the answer is the form alone, by which the
-/// other side knows its own.
+/// Prepares the file of a request and serialises the result. For anything but a request of this
+/// build it returns the identifier alone, which tells the other side what this build expects.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
     match PrepareRequest::from_bytes(request) {
@@ -139,7 +143,7 @@ pub fn answer(request: &[u8]) -> Vec<u8> {
     }
 }
 
-/// What came of preparing a file, as bytes.
+/// Serialises the result of preparing a file.
 #[must_use]
 pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     let mut out = FORM.to_vec();
@@ -147,7 +151,7 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
         Ok(Preparation::Done(prepared)) => {
             out.push(0);
             Head::of(prepared).put(&mut out);
-            // They come last, and are taken in slices.
+            // Steps come last, so that they can be read in slices.
             prepared.program.plan.steps.put(&mut out);
         }
         Ok(Preparation::NeedsStart) => out.push(1),
@@ -159,15 +163,15 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     out
 }
 
-/// What came of a request, from the bytes of its answer; the request may have lost its file by then.
+/// Deserialises the result for a request, which need not hold its file any more.
 ///
 /// # Errors
-/// Where they are no answer of this build.
+/// [`WireError`] if the bytes are not a result of this build.
 pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer, WireError> {
     at_once(answer_in_turns(request, bytes, &AtOnce))
 }
 
-/// The same, with turns for others.
+/// As [`answer_from`], yielding to other tasks between slices.
 ///
 /// # Errors
 /// As [`answer_from`].
@@ -184,6 +188,7 @@ pub async fn answer_in_turns(
         Some(2) => PrepareError::take(&mut input).map(Err),
         _ => None,
     };
+    // Trailing bytes mean a different format that happened to decode.
     { answer.filter(|_| input.0.is_empty()) }.ok_or(WireError::Malformed)
 }
 
@@ -194,6 +199,7 @@ async fn prepared(
 ) -> Option<Preparation> {
     let head = Head::take(input)?;
     let mut left = input.count::<Step>()?;
+    // Safe to allocate: `count` has checked that the input can hold this many.
     let mut steps = Vec::with_capacity(left);
     while left > 0 {
         for _ in 0..left.min(SLICE) {
@@ -205,7 +211,7 @@ async fn prepared(
     Some(Preparation::Done(Box::new(head.with(request, steps))))
 }
 
-/// A prepared program without its steps, and without what its request says.
+/// Prepared program without its steps, and without what the request contains.
 struct Head {
     title: String,
     tool: Option<Tool>,
@@ -314,7 +320,7 @@ impl Input<'_> {
     }
 }
 
-/// All fields, in this order: one that is forgotten does not compile.
+/// Serialises all fields in this order. A forgotten field does not compile.
 macro_rules! fields {
     ($($kind:ident { $($field:ident),* $(,)? })*) => {$(
         impl Wire for $kind {
@@ -403,8 +409,8 @@ impl Wire for Fence {
     }
 }
 
-/// Messages within messages that keep their templates, at most. Bytes that nest deeper are refused, so that none exhausts
-/// the stack.
+/// Largest nesting of messages that keep their templates. Deeper input is refused, so that none
+/// exhausts the stack.
 const DEEPEST_MESSAGE: usize = 8;
 
 impl Wire for Message {
@@ -456,7 +462,8 @@ fn take_message(depth: usize, input: &mut Input<'_>) -> Option<Message> {
     Some(Message::from_parts(text, template, values))
 }
 
-/// As their JSON, which says all but that a file is done as it is. A font in a file has none, and no client can name one.
+/// As JSON, with [`WorkOption::ByFile`] apart. A font from a file has no JSON form, and no client
+/// can name one.
 impl Wire for SetupOptions {
     fn put(&self, out: &mut Vec<u8>) {
         let by_file = self.work == Some(WorkOption::ByFile);
@@ -476,7 +483,7 @@ impl Wire for SetupOptions {
     }
 }
 
-/// Kinds by a byte.
+/// Serialises variants as a byte.
 macro_rules! kinds {
     ($($kind:ident { $($number:literal = $variant:ident $(($($part:ident),*))?),* $(,)? })*) => {$(
         impl Wire for $kind {
@@ -486,7 +493,7 @@ macro_rules! kinds {
                         out.push($number);
                         $($($part.put(out);)*)?
                     })*
-                    // Kinds of this crate are all known.
+                    // All variants are known within this workspace.
                     #[cfg(not(magician_workspace))]
                     #[allow(unreachable_patterns)]
                     _ => unreachable!(),
@@ -516,7 +523,7 @@ kinds! {
     Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word), 6 = Position(at) }
 }
 
-/// Kinds by their names: they come and go elsewhere.
+/// Serialises variants by name: they change in other crates.
 macro_rules! named {
     ($($kind:ident),*) => {$(
         impl Wire for $kind {
@@ -533,7 +540,7 @@ macro_rules! named {
 }
 named!(PauseCause, Format, DiagnosticCode, Deed, Setting);
 
-/// More parameters than any command has, and what stands before it then: a step that sends nothing.
+/// Marker of a step that sends nothing, in place of the parameter count: more than any command has.
 const SILENT: u8 = u8::MAX;
 const PART: u8 = 0;
 const PAUSE: u8 = 1;
@@ -557,7 +564,8 @@ impl Wire for Set {
     }
 }
 
-/// An action is its command, which it is made of again to the last bit; what has none is marked.
+/// An action is stored as its command, which restores it exactly. Actions without a command have a
+/// marker.
 impl Wire for Action {
     const LEAST: usize = Set::LEAST;
 

@@ -1,4 +1,4 @@
-//! How much memory a large drawing takes. A process of its own: the most that it has taken is counted.
+//! Memory taken by a large drawing. A separate process, because its peak is measured.
 #![cfg(target_os = "linux")]
 
 use magician::preflight::Preflight;
@@ -7,10 +7,11 @@ use magician_program::{Artwork, Content, Format, Origin, Program, Setup, Stroke,
 
 const STROKES: u32 = 600;
 const POINTS: u32 = 400;
-/// Bytes for each point of a drawing, at most: its steps take 56, its points 16 wherever they are kept.
+/// Largest number of bytes per point of a drawing: its steps take 56, and its points 16 in each
+/// place that keeps them.
 const MOST: u64 = 230;
 
-/// Memory of the process, bytes: a line of its status.
+/// Value in bytes of a line in the status of the process.
 fn taken(what: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("readable");
     let line = status.lines().find(|line| line.starts_with(what));
@@ -20,7 +21,7 @@ fn taken(what: &str) -> u64 {
         .expect("a number")
 }
 
-/// The most that the process has taken but for its own code, which is as large as what is built in.
+/// Peak memory of the process without its code, which includes embedded data.
 fn peak() -> u64 {
     taken("VmHWM:") - taken("RssFile:")
 }
@@ -44,7 +45,7 @@ fn a_large_drawing_is_fitted_and_checked_in_few_bytes_for_each_point() {
     let mut setup = Setup::default();
     setup.surface = Some(Surface::level(-60.0));
     setup.placement.fit = true;
-    // Every point counts here.
+    // Keep every point.
     setup.tidy.simplify = 0.0;
     let made = setup.plan(Format::Svg, Content::Artwork(artwork));
     let made = made.expect("it is made to fit");

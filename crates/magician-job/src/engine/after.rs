@@ -1,4 +1,9 @@
-//! What becomes of a job that ends before its end.
+//! End of a job that stops or fails early.
+//!
+//! The order is the same for all causes: stop the arm, read where it stands, write the checkpoint,
+//! then move. The checkpoint comes first because the lift of the pen counts among the arm's queued
+//! commands and would shift its index. Every phase has a deadline, so that a silent arm cannot hold
+//! the caller; settings that the arm does not take in time are left to the next program.
 
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -19,25 +24,28 @@ use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
 use crate::event::{Done, JobEvent, JobState, Waits};
 use crate::saved::SavedSettings;
 
-/// How long an arm is asked how it stands, and may take to take its settings.
+/// Deadline for the arm to report its state, and to take its settings.
 const AFTERMATH: Duration = Duration::from_secs(3);
-/// The same after a second stop, whose caller waits: a line that is well needs a tenth of it.
+/// Deadline after a second stop, whose caller waits. A healthy line needs a tenth of it.
 const AT_ONCE: Duration = Duration::from_millis(800);
-/// How long a pen may take to go up.
+/// Deadline for the pen to go up.
 const LIFT: Duration = Duration::from_secs(4);
-/// How long a line that broke while the laser burnt is waited for.
+/// Longest wait for a line to come back that broke while the laser burnt.
 const BACK: Duration = Duration::from_secs(10);
 
 impl Work {
-    /// It was told to stop. What is known is kept before anything moves, because a lift counts among the arm's commands.
+    /// Ends a job that was asked to stop.
+    ///
+    /// Writes the checkpoint before anything moves, because the lift of the pen counts among the
+    /// arm's commands.
     pub(super) async fn stopped(&self, inbox: &mut Inbox, paused: AtPause) -> JobError {
         self.shared.enter(JobState::Stopping);
         inbox.answer_pauses(|| Err(PauseError::Ending));
         let mut error = JobError::new(Fault::Stopped { twice: false });
         error.line_ends = inbox.line_ends();
         if error.line_ends && paused.is_none() && self.has_done_nothing() {
-            // Somebody else's run may be on its way to a good end on the arm: a stop would drop its
-            // lift.
+            // Another client's run may be about to finish on the arm: a stop would drop the lift of
+            // its pen.
             return error;
         }
         let ends = self.comes_to_a_stop(&mut error, paused);
@@ -58,7 +66,7 @@ impl Work {
         error
     }
 
-    /// True if the arm has got nothing of the job: no command, and no setting.
+    /// True if the arm has received nothing of the job: no command and no setting.
     fn has_done_nothing(&self) -> bool {
         let saved = self.spec.saved.as_ref();
         self.left().is_none()
@@ -70,6 +78,7 @@ impl Work {
         match timeout(AFTERMATH, self.stand()).await {
             Ok(Ok((stood, _))) => error.stood = Some(stood),
             Ok(Err(why)) => error.unconfirmed = Some(why),
+            // Timed out: neither a pose nor an error is known.
             Err(_) => {}
         }
         self.keep(false, error.stood.as_ref());
@@ -78,7 +87,8 @@ impl Work {
             return;
         };
         error.pose = Some(stood.pose);
-        // An arm that does not take them says so at the lift, or when all settings are restored.
+        // The result is ignored: an arm that refuses these settings also refuses the lift or the
+        // restore below, which report it.
         let _ = timeout(AFTERMATH, self.leaves_pace(&self.arm)).await;
         error.lift = match paused {
             Some((_, lift)) => lift,
@@ -96,16 +106,19 @@ impl Work {
         match timeout(AFTERMATH, last).await {
             Ok(Ok(pose)) => error.pose = Some(pose),
             Ok(Err(why)) => error.unconfirmed = Some(why),
+            // Timed out after the lift: the pose read before it no longer holds.
             Err(_) => error.pose = None,
         }
     }
 
-    /// However a job ends, what it owes the arm is restored: also what a second stop, an error or a slow arm has kept from it
-    /// until now. What the arm does not take in time is left to the next program.
+    /// Restores the settings that the job still owes the arm, however it ended: after a second
+    /// stop, an error or a slow arm some are outstanding. Settings that the arm does not take in
+    /// time are left to the next program.
     pub(super) async fn restores_settings(&self, outcome: &Result<Done, JobError>) {
         let Some(saved) = self.spec.saved.as_ref().filter(|saved| !saved.is_empty()) else {
             return;
         };
+        // With a known pose the arm was stopped; otherwise the restore has to stop it first.
         let stands = matches!(outcome, Err(error) if error.pose.is_some());
         let restoring = async {
             if stands {
@@ -115,10 +128,11 @@ impl Work {
             }
         };
         let _ = timeout(AT_ONCE, restoring).await;
+        // What the arm did not take stays in the file, for the next program.
         saved.leave();
     }
 
-    /// It has failed: the arm is stopped and asked how far it came, if it can be.
+    /// Ends a job that has failed: stops the arm and reads its progress, if the arm answers.
     pub(super) async fn fails(&self, inbox: &mut Inbox, error: Error) -> JobError {
         inbox.answer_pauses(|| Err(PauseError::Ended));
         let mut failed = JobError::from(error);
@@ -135,7 +149,8 @@ impl Work {
         };
         let kind = error.kind();
         let gone = kind == ErrorKind::Port;
-        // On a line that is found again the laser is put out first.
+        // A line that comes back is first used to switch the laser off, so a job that burns waits
+        // for it.
         let gone = gone && !(self.spec.program.plan().burns() && self.is_back().await);
         let asked = if gone {
             None
@@ -151,6 +166,7 @@ impl Work {
             && self.was_reset(stood, *clock)
         {
             let mut track = self.track();
+            // After a reset the arm's index no longer counts this job's commands.
             if track.open && track.pulled > 0 {
                 track.is_forgotten();
             }
@@ -162,6 +178,7 @@ impl Work {
             failed.pose = stood.map(|stood| stood.pose);
             self.keep(uncertain, stood.as_ref());
             failed.left = self.left();
+            // After an alarm or another client's stop nothing may move, not even a pen.
             if let Some(stood) = stood.filter(|_| kind.lifts()) {
                 let _ = timeout(AFTERMATH, self.leaves_pace(&self.arm)).await;
                 failed.lift = self.lift(&stood).await;
@@ -172,7 +189,7 @@ impl Work {
         }
     }
 
-    /// Stops the arm; how it stands then, and its clock.
+    /// Stops the arm; returns its pose, index and clock (ms).
     async fn stand(&self) -> Result<(Stood, u32), Error> {
         self.arm.stop().await?;
         let pose = self.arm.get::<Pose>().await?;
@@ -181,7 +198,7 @@ impl Work {
         Ok((Stood { pose, index }, clock))
     }
 
-    /// The pen of a drawing that has begun goes up; once, whatever comes of it.
+    /// Lifts the pen of a drawing that has begun. Tries once, whatever the outcome.
     pub(super) async fn lift(&self, stood: &Stood) -> PenLift {
         if self.shared.halted.load(Ordering::SeqCst) {
             return PenLift::Stays;
@@ -190,7 +207,7 @@ impl Work {
             let track = self.track();
             let Track { rest, counter, .. } = &*track;
             let moved = |rest: &RemainingProgram| rest.has_moved(counter, stood.index, &stood.pose);
-            // A pen that was moved before the job began is not the job's.
+            // A pen that moved before the first command was not moved by this job.
             let moved = track.pulled > 0 && rest.as_ref().is_some_and(moved);
             if !moved {
                 return PenLift::None;
@@ -207,7 +224,7 @@ impl Work {
         };
         self.saves_speed().await;
         let lifted = self.arm.lift(height).await;
-        // Only now: a stop that ends a pause on its way up finds a pen that still has to go up.
+        // Cleared only now: if a stop interrupts the lift of a pause, the pen still has to go up.
         self.track().lift = None;
         match lifted {
             Ok(lifted) => PenLift::Lifted(lifted),
@@ -215,7 +232,8 @@ impl Work {
         }
     }
 
-    /// Has the speed of moves restored: a lift has one of its own, which the driver restores after it, unless a stop drops the lift.
+    /// Saves the speed of moves for the restore. The lift sets its own speed, which the driver
+    /// restores, unless a stop drops the lift.
     pub(super) async fn saves_speed(&self) {
         let Some(saved) = &self.spec.saved else {
             return;
@@ -227,9 +245,9 @@ impl Work {
         }
     }
 
-    /// Waits a while for a line that broke while the laser burnt; whether it is back.
+    /// Waits up to [`BACK`] for a line that broke while the laser burnt; true if it is back.
     async fn is_back(&self) -> bool {
-        // Asked for now, it goes out as soon as the line is there.
+        // The driver keeps this request and sends it as soon as the line is back.
         let _ = self.arm.stopper().request_stop();
         self.shared.tell(JobEvent::Waits(Waits::Line));
         let back = timeout(BACK, self.arm.reconnected()).await;
@@ -237,23 +255,25 @@ impl Work {
         matches!(back, Ok(Ok(())))
     }
 
-    /// Whether the arm counts anew since the job began: its index says nothing of the job then.
+    /// True if the arm was reset since the job began: its index then says nothing about the job.
     fn was_reset(&self, stood: &Stood, clock: u32) -> bool {
         let track = self.track();
         if !track.open {
             return false;
         }
         let most = track.from() + track.counter.finished(stood.index).most;
+        // A clock or a count below an earlier observation means that the arm has restarted.
         clock < track.checkpoint.clock || most < track.checkpoint.finished
     }
 
-    /// Keeps what is known of a job that is over before its end, if that was not done yet.
+    /// Writes the checkpoint of a job that ended early, unless that is done already.
     fn keep(&self, uncertain: bool, stood: Option<&Stood>) {
         let mut track = self.track();
         if !track.open || track.pulled == 0 {
             return;
         }
         let Some(stood) = stood else {
+            // The arm could not be asked: the job that resumes reads its index instead.
             track.breaks_off();
             return;
         };
@@ -270,7 +290,8 @@ impl Work {
         {
             return track.ends_burning(place);
         }
-        // Where indices were passed over the pose decides, unless a command may have come twice.
+        // If the index counts other commands too, the pose decides, unless a command may have run
+        // twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
             && let Some((resume_point, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
                 .or_else(|| {
@@ -281,7 +302,7 @@ impl Work {
             let within = within.map(|place| (steps, place));
             return track.ends_at(resume_point, within, (self.burns, &stood.pose));
         }
-        // Before the end of the first step the index says nothing of it: the pose does.
+        // During the first step the index says nothing about its progress, but the pose does.
         let first = track
             .rest
             .as_ref()
@@ -310,6 +331,7 @@ impl Work {
             (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
         let (resume_point, within) = match goes_on {
             Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
+            // No position within a step: resume at the beginning of one.
             _ => (resume_point, None),
         };
         track.ends_at(resume_point, within, (self.burns, &stood.pose));

@@ -1,4 +1,4 @@
-//! Place where a burn is resumed that was cut short.
+//! Place where a burn that was cut short is resumed.
 
 use magician::LightsOut;
 use magician::commands::Pose;
@@ -7,14 +7,16 @@ use magician_program::{BurnPlace, RemainingProgram};
 
 use super::pause::Goes;
 
-/// An arm that was this far from where it stands was moving, mm. Poses of an arm at rest are equal, and less than this is left
-/// to go only at a speed whose braking way is no gap.
+/// Distance between two poses from which the arm counts as moving, mm. The poses of an arm at rest
+/// are equal, and an arm that has less than this left to go is so slow that its braking distance
+/// leaves no gap in the burn.
 const MOVED: f32 = 0.001;
-/// Shortest length burnt twice that is worth telling, mm.
+/// Shortest length burnt twice that is reported, mm. A choice: less is not worth a note.
 pub const NOTICEABLE: f64 = 0.05;
 
-/// Resume point of an arm that stands within the last step that it has certainly finished: it counts a step that was cut short
-/// as finished.
+/// Resume point of an arm that stands within the last step it reports as finished.
+///
+/// The arm counts a step that a stop cut short as finished.
 pub(super) fn cut_short(rest: &RemainingProgram, least: u64, pose: &Pose) -> Option<Goes> {
     let resume_point = ResumePoint::Again(least.checked_sub(1)?);
     let place = rest.goes_on(resume_point, pose)?;
@@ -22,8 +24,11 @@ pub(super) fn cut_short(rest: &RemainingProgram, least: u64, pose: &Pose) -> Opt
     Some((ResumePoint::Again(steps), place))
 }
 
-/// The place where the light went out, of an arm that stands `stood` and has finished between `least` and `most` steps. `None`
-/// if it stood when it was told to put the light out: something else had stopped it, and put the light out, before.
+/// Place where the laser went out, for an arm that stands at `stood` and has finished between
+/// `least` and `most` steps.
+///
+/// `None` if the arm already stood when the driver switched the laser off: then something else had
+/// stopped the arm and the laser before.
 pub(super) fn goes_on_dark(
     rest: &RemainingProgram,
     (least, most): (u64, u64),
@@ -36,7 +41,7 @@ pub(super) fn goes_on_dark(
         dark.pose.z - stood.z,
     ];
     let moved = off.iter().map(|off| off * off).sum::<f32>().sqrt() > MOVED;
-    // One that was not stopped may have burnt on until it stood.
+    // An arm that was not stopped may have burnt on until it came to rest.
     let until = (!dark.stopped).then_some(stood);
     moved.then(|| rest.dark_at((least, most), &dark.pose, dark.late, until))?
 }

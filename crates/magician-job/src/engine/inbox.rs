@@ -1,4 +1,4 @@
-//! What is wanted of a job, heard at every moment of it.
+//! Requests to a running job: stop, pause and resume, received at every await of the engine.
 
 use std::future::{Future, pending};
 
@@ -9,44 +9,46 @@ use crate::error::{PauseError, ResumeError};
 use crate::event::PauseReason;
 use crate::handle::Request;
 
-/// A stop was asked for.
+/// Marker: a stop was requested.
 #[derive(Debug)]
 pub(super) struct Stopped;
 
 type PauseReply = oneshot::Sender<Result<(), PauseError>>;
 pub(super) type ResumeReply = oneshot::Sender<Result<(), ResumeError>>;
 
-/// The requests to a job.
+/// Receiver of the requests to a job.
 pub(super) struct Inbox {
     requests: mpsc::UnboundedReceiver<Request>,
-    /// Stops the job as a person does: the program at the other end of the line is about to end.
+    /// Announces that the program at the other end of the line is about to end; it stops the job as
+    /// a person does.
     line_ends: EndNotice,
     stop: FirstStop,
-    /// Pauses that are not answered, and the reason of the first.
+    /// Pause requests without a reply yet.
     pauses: Vec<PauseReply>,
+    /// Reason of the first of them.
     reason: Option<PauseReason>,
 }
 
-/// What a job that runs is to do.
+/// Request to a running job.
 #[derive(Debug)]
 pub(super) enum Wish {
     Pause,
     Stop,
 }
 
-/// What a job that is paused is to do.
+/// Request to a paused job.
 pub(super) enum Next {
     Resume(ResumeReply),
     Stop,
 }
 
-/// First stop of a job.
+/// Source of the first stop of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FirstStop {
     None,
     Person,
-    /// The end of the line. The first stop of a person after it is the same stop, and no second
-    /// one: Ctrl-C in a terminal reaches the station and the job at once.
+    /// The end of the line. The first stop of a person after it counts as the same stop, not as a
+    /// second one: Ctrl-C in a terminal reaches the station and the job at once.
     Line,
     LineAndPerson,
 }
@@ -62,17 +64,17 @@ impl Inbox {
         }
     }
 
-    /// Whether a pause was requested that has not come yet.
+    /// True if a pause was requested and the job is not paused yet.
     pub(super) fn wants_pause(&self) -> bool {
         self.reason.is_some()
     }
 
-    /// Why the job is to be paused.
+    /// Reason of the pending pause; [`PauseReason::Person`] if none is pending.
     pub(super) fn reason(&self) -> PauseReason {
         self.reason.unwrap_or(PauseReason::Person)
     }
 
-    /// Answers all requests for a pause.
+    /// Replies to all pending pause requests.
     pub(super) fn answer_pauses(&mut self, answer: impl Fn() -> Result<(), PauseError>) {
         self.reason = None;
         for reply in self.pauses.drain(..) {
@@ -81,7 +83,7 @@ impl Inbox {
         }
     }
 
-    /// True if the end of the line has stopped the job.
+    /// True if the end of the line stopped the job.
     pub(super) fn line_ends(&self) -> bool {
         matches!(self.stop, FirstStop::Line | FirstStop::LineAndPerson)
     }
@@ -110,6 +112,7 @@ impl Inbox {
                     *stop = FirstStop::Person;
                     return request;
                 }
+                // A second stop, or a pause or resume.
                 _ => return request,
             }
         }
@@ -120,15 +123,16 @@ impl Inbox {
         self.pauses.push(reply);
     }
 
-    /// Does this unless a stop comes first. What is asked for meanwhile waits.
+    /// Runs `work` unless a stop comes first. Pause requests that arrive meanwhile stay pending.
     pub(super) async fn unless_stopped<T>(
         &mut self,
         work: impl Future<Output = T>,
     ) -> Result<T, Stopped> {
-        // On the heap: what a job does is much, and some stacks are small.
+        // Boxed: the engine's futures are large, and some threads have small stacks.
         let mut work = Box::pin(work);
         loop {
             tokio::select! {
+                // Requests first: work that is always ready must not starve a stop.
                 biased;
                 request = self.next() => match request {
                     Request::Stop => return Err(Stopped),
@@ -140,7 +144,7 @@ impl Inbox {
         }
     }
 
-    /// The next wish while the job runs.
+    /// Waits for the next stop or pause while the job runs.
     pub(super) async fn wish(&mut self) -> Wish {
         loop {
             match self.next().await {
@@ -154,12 +158,12 @@ impl Inbox {
         }
     }
 
-    /// The next wish while the job is paused.
+    /// Waits for the next stop or resume while the job is paused.
     pub(super) async fn while_paused(&mut self) -> Next {
         loop {
             match self.next().await {
                 Request::Stop => return Next::Stop,
-                // It is.
+                // The job is paused already.
                 Request::Pause(_, reply) => drop(reply.send(Ok(()))),
                 Request::Resume(reply) => return Next::Resume(reply),
             }

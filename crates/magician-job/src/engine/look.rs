@@ -1,4 +1,9 @@
-//! What is looked at before anything moves.
+//! Checks before anything moves: readiness, place to begin at, and the check of the program.
+//!
+//! A resumed job has to find out how far the earlier one came. The checkpoint says what was handed
+//! over, the arm's index how many commands it has finished, and its pose where it stands. The index
+//! decides if nothing else counts on it; the pose decides where foreign commands are mixed in. If
+//! neither is conclusive the job refuses with [`Fault::Doubt`] instead of guessing.
 
 use std::time::Duration;
 
@@ -20,30 +25,34 @@ use crate::journal::JournalKey;
 use crate::saved::{Access, SavedSettings};
 use crate::spec::Start;
 
-/// Between two looks at an arm that still has something to do.
+/// Poll interval while the arm still moves: a choice between load on the line and delay.
 const LOOKS: Duration = Duration::from_millis(100);
-/// So many steps are looked at at a stretch.
+/// Steps whose permissions are checked between two yields, so that a long program does not block
+/// the runtime.
 const PERMITTED: usize = 65_536;
-/// A queue that stands for so long does not go on by itself.
+/// Time after which a queue without progress is taken to be stuck. A choice: a longer wait command
+/// in the queue looks the same and is refused too.
 const STANDING: Duration = Duration::from_secs(3);
 
-/// What was found before anything moves.
+/// Result of the checks before anything moves.
 pub(super) struct Found {
     pub(super) rest: RemainingProgram,
     pub(super) report: Report,
     pub(super) timetable: Timetable,
     pub(super) begun: Begun,
-    /// The index of the arm at rest.
+    /// Index of the arm if it is at rest, `None` otherwise.
     pub(super) rests_at: Option<u64>,
-    /// Where the arm stood.
+    /// Pose of the arm when it was checked.
     pub(super) pose: Pose,
 }
 
 impl Work {
-    /// The arm is ready, and the place to begin at is found: the steps that are done, and the place within the next.
+    /// Makes the arm ready and finds the place to begin at: number of finished steps, and the
+    /// position within the next step.
     pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
+        // Refuse here what the driver would refuse only when the command goes out, in mid-program.
         for steps in program.plan().steps.chunks(PERMITTED) {
             let commands: Vec<Set> = steps
                 .iter()
@@ -54,12 +63,13 @@ impl Work {
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
-            // A run that died may have left it burning.
-            // Where that finds an arm that moves, the burn goes on.
+            // A run whose process died may have left the laser on. The pose is read at the same
+            // instant: if the arm is moving, the burn is resumed from there.
             let (dark, _) = tokio::join!(arm.laser().switch_off(), arm.get::<Pose>());
             dark?;
             arm.stop_gentle().await?;
-            // A Clear may end the piece under way where it is, and the arm would count it as finished.
+            // Wait before clearing: a Clear may cut the command in progress short, and the arm
+            // would count it as finished.
             if !arm.stands().await? {
                 self.shared.tell(JobEvent::Waits(Waits::Queue));
                 while !arm.stands().await? {
@@ -67,6 +77,7 @@ impl Work {
                 }
                 self.shared.tell(JobEvent::Waits(Waits::Nothing));
             }
+            // Nothing of the dead run may follow once the arm is started again.
             arm.queue().clear().await?;
         }
         self.check_ready().await?;
@@ -82,13 +93,14 @@ impl Work {
         if spec.begins_here && program.depends_on_start(place.0) {
             return Err(Fault::BeginsElsewhere.into());
         }
-        // A program that homes first needs no homed arm, but what it sees of its own homing is kept.
+        // A program that homes first needs no homed arm. The query is made all the same, so that
+        // the driver records the homing it will see.
         if program.homes_first(place.0) {
             arm.homing().is_homed().await?;
         } else {
             arm.homing().check().await?;
         }
-        // A surface is measured with an arm that is homed: that comes first.
+        // Comes after the homing check: a surface can be measured only with a homed arm.
         if spec.assumes_surface && !arm.is_virtual() {
             return Err(Fault::Program(Diagnostic::unknown_surface()).into());
         }
@@ -97,16 +109,17 @@ impl Work {
             self.shared.tell(JobEvent::Settled(settled));
         }
         if !spec.keep {
-            // An empty run refuses foreign commands in the queue: a clearer error than a check from an unknown start.
+            // Starting an empty run refuses foreign commands in the queue. That error is clearer
+            // than a check from an unknown start.
             arm.start([]).wait(|_| {}).await?;
         }
         Ok(place)
     }
 
-    /// Tells of a run that was cut off, which this one is about to forget.
+    /// Reports an interrupted run of the same program that this job is about to forget.
     async fn tell_unfinished(&self) -> Result<(), Error> {
         let left = self.track().journal.left();
-        // One that ended in order has said so itself.
+        // A run that ended in order has reported its end itself.
         let cut_off = left
             .ok()
             .filter(|left| left.ended.is_none() && left.handed > 0);
@@ -116,7 +129,8 @@ impl Work {
                 clock: self.arm.get::<DeviceTime>().await?.g_systick,
             };
             let doubt = left.doubt(Some(seen), self.spec.program.numbering());
-            // After a reset nothing tells how far it came. Other doubts may be settled by the pose.
+            // After a reset no source says how far the run came. Other doubts may be settled by the
+            // pose.
             let reset = doubt.is_some_and(|doubt| doubt.why == DoubtReason::Reset);
             self.shared.tell(JobEvent::Unfinished {
                 finished: left.finished,
@@ -132,7 +146,7 @@ impl Work {
         self.arm.front_end().check_ready(&first, guards).await
     }
 
-    /// Checks what is left from there, from where the arm stands.
+    /// Checks the rest of the program after `from` steps, from the current pose.
     pub(super) async fn look(
         &self,
         from: u64,
@@ -173,8 +187,10 @@ impl Work {
         })
     }
 
-    /// What is left from there, what its check finds, and how long it takes. That may be a while, and others have connections to
-    /// be served.
+    /// Returns the rest of the program, its check report and its timetable.
+    ///
+    /// Long programs take a while, so this runs beside the runtime's tasks, which serve other
+    /// connections.
     pub(super) async fn checked(
         &self,
         from: u64,
@@ -186,13 +202,15 @@ impl Work {
         Ok(checked.await??)
     }
 
-    /// Whose journal it is.
+    /// Key of the job's journal: program and arm.
     async fn key(&self) -> JournalKey {
+        // An arm may report no serial number; then its name identifies it.
         let serial = self.arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
             .unwrap_or_default();
         let arm = match (self.lasting, serial.trim()) {
+            // The serial number of an arm that ends with this process identifies nothing.
             (false, _) => "virtual",
             (true, "") => self.arm.name(),
             (true, serial) => serial,
@@ -207,7 +225,8 @@ impl Work {
         key
     }
 
-    /// The steps behind which an earlier job of the same goes on, and the place within the next, if it is not at its beginning.
+    /// Steps after which an earlier job of the same program is resumed, and the position within the
+    /// next step unless that starts at its beginning.
     async fn resumed(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, program) = (&self.arm, &self.spec.program);
         let left = self.track().journal.left();
@@ -224,13 +243,14 @@ impl Work {
         };
         let pose = arm.get::<Pose>().await?;
         let start = arm.preflight_for(&program.kinds()).await?;
+        // Without the whole plan, the pose cannot be compared with it and the index alone decides.
         let whole = program.remaining(0, start).ok();
         let seen = self.lasting.then_some(seen);
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
-        // Where commands that are no steps are among those that the arm counts, its pose may decide:
-        // not before the first motion, for where the arm stood when it began is not known any more.
+        // If the arm also counts commands that are not steps, its pose may decide. Not before the
+        // first motion of the program: where the arm stood when that began is not known any more.
         let doubt = checkpoint.doubt(seen, program.numbering());
         let mixed = doubt.filter(|doubt| doubt.why == DoubtReason::Mixed);
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
@@ -241,7 +261,8 @@ impl Work {
             found.or_else(|| burns.then(|| cut_short(whole, least, &pose))?)
         });
         let resume_point = told.map_or(resume_point, |(told, _)| told);
-        // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
+        // A run without a recorded end may have been stopped within a step. If the arm still stands
+        // on that step's line, it continues from there.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
         let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
@@ -272,7 +293,8 @@ impl Work {
         let again =
             within.is_none() && kept_twice == 0.0 && matches!(resume_point, ResumePoint::Again(_));
         let (steps, within, burnt_twice) = match &whole {
-            // Where it stopped is not known: up to its end, perhaps.
+            // The position within the step is unknown: as much as the whole step may be burnt
+            // twice.
             Some(whole) if again => (steps, within, whole.burn_after(steps).unwrap_or(0.0)),
             Some(whole) => whole.overlapped((steps, within), self.spec.overlap),
             None => (steps, within, 0.0),
@@ -287,6 +309,7 @@ impl Work {
             nothing_queued: checkpoint.is_untouched(seen),
         };
         self.shared.tell(JobEvent::Starts(starts));
+        // The earlier run finished its last step, but ended before it removed the journal.
         if program.steps().is_some_and(|all| steps >= all) {
             self.track().journal.remove();
             return Err(Fault::AllDone.into());
@@ -294,7 +317,7 @@ impl Work {
         Ok((steps, within))
     }
 
-    /// Waits until the arm has done what a job that died has left in its queue.
+    /// Waits until the arm has finished what a dead job left in its queue.
     async fn idle(&self) -> Result<(), JobError> {
         let (_, places) = self.arm.stats().await?;
         let mut before = None;
@@ -306,6 +329,7 @@ impl Work {
                 self.arm.queue().current_index().await?,
                 self.arm.get::<Pose>().await?,
             );
+            // An empty queue and two equal readings: nothing moves any more.
             if waiting == 0 && before == Some(now) {
                 return Ok(());
             }
@@ -332,7 +356,7 @@ async fn checked(
     Ok((rest, report, timetable))
 }
 
-/// The index that the arm has finished last, if its queue is empty.
+/// Index of the last finished command if the queue is empty, `None` otherwise.
 pub(super) async fn at_rest(arm: &Arm) -> Result<Option<u64>, Error> {
     let (_, places) = arm.stats().await?;
     let empty = arm.queue().left_space().await? >= places;

@@ -1,4 +1,10 @@
 //! The engine: one job from its check to its end.
+//!
+//! A job is a task that owns a [`Work`] and an [`Inbox`]. It checks (`look`), then runs one
+//! [`Segment`] after another; a segment ends at a pause, a stop, an error or the end of the
+//! program. `track` counts what is finished and writes the journal, `pace` changes the speed
+//! between two commands, `after` handles an early end. Every long wait
+//! also listens to the inbox, so a stop is never delayed by the step in progress.
 
 mod after;
 mod burn;
@@ -28,19 +34,19 @@ use crate::handle::{Fixed, JobHandle, Shared};
 use crate::journal::Journal;
 use crate::spec::{JobSpec, Start};
 
-/// A program on its way through an arm; [`start`](Self::start) makes one.
+/// Entry point of the engine; [`start`](Self::start) runs a program as a job.
 #[derive(Debug)]
 pub struct Job;
 
 impl Job {
-    /// Starts a job on the present tokio runtime, and returns at once; see [`JobHandle`] for what becomes of it when handles are
-    /// dropped.
+    /// Starts a job on the current tokio runtime and returns at once. [`JobHandle`] documents what
+    /// happens when handles are dropped.
     ///
-    /// The job has a clone of the arm: the connection lasts as long as the job, and its calls may light the laser if those of
-    /// this handle may.
+    /// The job holds a clone of `arm`: the connection lasts as long as the job, and its calls may
+    /// switch the laser on if those of this handle may.
     ///
     /// # Panics
-    /// Outside of a tokio runtime.
+    /// Panics outside of a tokio runtime.
     pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
         let lasting = spec
             .lasting
@@ -50,7 +56,8 @@ impl Job {
             .plan()
             .commands()
             .any(|command| arm.laser().burns(&command));
-        // What burns at a power of its own needs its speed; so does a laser that is no path's.
+        // A burn with a fixed power needs the speed it was made for; so does a laser outside of
+        // path commands.
         let steps = spec.program.plan().steps.iter();
         let needs_speed = burns && { steps }.any(|step| {
             let follows = step.follows_speed && matches!(step.action, Action::Burn { .. });
@@ -84,6 +91,7 @@ impl Job {
         };
         let ends = EndsAnyway(shared);
         tokio::spawn(async move {
+            // Move the guard into the task, so that it drops with the task.
             let ends = ends;
             let mut inbox = Inbox::new(requests, work.arm.front_end().end_notice());
             let mut outcome = work.to_the_end(&mut inbox).await;
@@ -92,7 +100,7 @@ impl Job {
             }
             work.restores_settings(&outcome).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));
-            // Before the end is reported: the waiting process may exit at once.
+            // The drop comes before the end is reported: the waiting process may exit at once.
             drop(work);
             ends.0.end(outcome.map(Arc::new).map_err(Arc::new));
         });
@@ -100,7 +108,7 @@ impl Job {
     }
 }
 
-/// Waiting for a job ends also when its task is gone because its runtime has ended.
+/// Guard that ends the wait for a job whose task is gone because its runtime has ended.
 struct EndsAnyway(Arc<Shared>);
 
 impl Drop for EndsAnyway {
@@ -115,26 +123,26 @@ impl Drop for EndsAnyway {
     }
 }
 
-/// What the engine works with.
+/// State of the engine for one job.
 struct Work {
     arm: Arm,
     spec: JobSpec,
     shared: Arc<Shared>,
     track: Mutex<Track>,
     pace: Mutex<Pace>,
-    /// Stops of the arm before it began: those are not its own.
+    /// Stops of the arm before the job began, which are not the job's.
     stops: u64,
-    /// Whether indices may be passed over: the driver may put commands of its own between those of the program, and a line
-    /// that doubles what it carries does.
+    /// True if the arm's index may skip numbers: the driver may insert commands of its own between
+    /// those of the program, and a line that duplicates frames adds some.
     passes_over: bool,
-    /// Whether it may light a laser.
+    /// True if the job may switch a laser on.
     burns: bool,
-    /// Whether something that it burns has its power for one speed only.
+    /// True if the power of something it burns is right for one speed only.
     needs_speed: bool,
     lasting: bool,
 }
 
-/// When a job began, by our clock and by the arm's, ms.
+/// Start of a job by the host's clock and by the arm's, ms.
 #[derive(Clone, Copy)]
 struct Begun {
     ours: Instant,
@@ -155,7 +163,7 @@ impl Work {
         let (begun, from) = (found.begun, found.rest.from());
         let (found, stops) = if inbox.wants_pause() {
             let found = Box::pin(self.pause_ahead(inbox, found)).await?;
-            // What was stopped while it was paused was not this job.
+            // Stops during the pause were not aimed at this job.
             (found, self.arm.stops())
         } else {
             (found, self.stops)
@@ -205,7 +213,7 @@ impl Work {
         Box::pin(self.done(inbox, begun, from, all, report)).await
     }
 
-    /// All steps are done: pen up, tool parked, settings restored.
+    /// Ends a job whose steps are all done: pen up, tool parked, settings restored.
     async fn done(
         &self,
         inbox: &mut Inbox,
@@ -214,10 +222,11 @@ impl Work {
         ran: Ran,
         report: magician_program::Report,
     ) -> Result<Done, JobError> {
-        // What follows waits as long as the run did.
+        // The commands after the run get the run's patience: a slow arm must not fail here.
         let arm = &self.arm.front_end().patient(RunOptions::default().patience);
         let ends = async {
             let seconds = begun.seconds(arm).await?;
+            // All steps are done: a failure from here on must not make them resumable.
             self.track().remove();
             self.leaves_pace(arm).await?;
             let end = self.ends(arm).await?;
@@ -251,7 +260,7 @@ impl Work {
         }
     }
 
-    /// The pen goes up as far as the program has not lifted it, and the tool to where it is parked.
+    /// Lifts the pen as far as the program has not, and parks the tool.
     async fn ends(&self, arm: &Arm) -> Result<Option<End>, Error> {
         let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
         if !ending.draws(plan) && ending.park.is_none() {
@@ -259,7 +268,7 @@ impl Work {
         }
         let mut pose = arm.get::<Pose>().await?;
         let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
-        // A stop from here on finds a pen that has to go up so far only.
+        // From here on a stop lifts the pen by this much only.
         self.track().lift = up;
         if up.is_some() || ending.park.is_some() {
             self.saves_speed().await;
@@ -286,13 +295,13 @@ impl Work {
         self.pace.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// All steps, if there is an end.
+    /// Number of all steps; `None` for an endless program.
     fn steps(&self) -> Option<u64> {
         self.spec.program.steps()
     }
 }
 
-/// What all segments of a job have run.
+/// Adds the commands of a segment to those of the job.
 fn add(all: &mut Ran, ran: Ran) {
     all.commands += ran.commands;
     all.first = all.first.or(ran.first);
@@ -306,7 +315,8 @@ impl Begun {
         Ok(Self { ours, clock })
     }
 
-    /// What the arm's clock shows by now, at least: it may be an eighth slower than ours.
+    /// Lower bound of the arm's clock now, ms. The arm's clock may run an eighth slower than the
+    /// host's.
     fn clock_at_least(self) -> u32 {
         let elapsed = u32::try_from(self.ours.elapsed().as_millis()).unwrap_or(u32::MAX);
         self.clock.saturating_add(elapsed - elapsed / 8)

@@ -1,7 +1,12 @@
-//! How fast a job goes, in percent of what its program says: settings that go out between its commands.
+//! Speed of a running job, in percent of the speed its program sets.
 //!
-//! What is sent already keeps its speed. Of the arm's settings three are changed, which are the documented ones for moves, paths
-//! and arcs; each has the value that the program, or the arm without it, gives it (the *full* one), times the share.
+//! To change it, the engine inserts settings between the commands of the program. Commands that the
+//! arm has already keep their speed. Only the three documented settings for moves, paths and arcs
+//! are changed; each gets the value that the program (or the arm, if the program sets none) gives
+//! it, the *full* value, times the share.
+//!
+//! A path comes to rest at each setting. A job that burns must not stop with its laser on, so there
+//! the change waits for a travel line that is long enough to be cut in two (see `seam`).
 
 use std::collections::VecDeque;
 use std::iter::Peekable;
@@ -19,12 +24,13 @@ use crate::beside::{BesideTurns, beside};
 use crate::event::JobEvent;
 use crate::handle::FULL;
 
-/// A way that is cut is so much longer than speeding up and slowing down takes at full speed.
+/// Margin factor on the distance that braking and accelerating at full speed need, when a travel
+/// line is cut. A choice: 10 %.
 const ROOM: f64 = 1.1;
-/// The least ratio that a move may have (1.10.4).
+/// Smallest ratio allowed for a move, percent (1.10.4).
 const LEAST_RATIO: f32 = 1.0;
 
-/// The settings that say how fast an arm goes.
+/// The settings that determine how fast an arm moves.
 #[derive(Clone, Copy, Debug, Default)]
 struct Speeds {
     moves: Option<PtpCommonParams>,
@@ -32,26 +38,27 @@ struct Speeds {
     arcs: Option<ArcParams>,
 }
 
-/// The pace of a job.
+/// Speed of a job, as requested and as sent.
 #[derive(Debug, Default)]
 pub(super) struct Pace {
-    /// What is wanted of what goes out from now on, percent, once all is known that it needs.
+    /// Speed for the commands from now on, percent. Set once everything it needs is known.
     wanted: u8,
-    /// What the arm has been told.
+    /// Speed that the arm was set to last, percent.
     told: u8,
     full: Speeds,
-    /// Settings that go out next.
+    /// Settings to send next, before the program continues.
     next: VecDeque<Set>,
-    /// Which settings are restored at the end of the job.
+    /// Kinds of settings that are restored at the end of the job.
     saved: Vec<Discriminant<Set>>,
-    /// From which step of the segment on how long is left is in which table: the last that begins so early.
+    /// Timetables by the step of the segment from which each applies, in order. The last entry that
+    /// begins early enough counts.
     tables: Vec<(u64, Timetable)>,
-    /// The one of what is wanted.
+    /// Timetable for the requested speed.
     table: Option<Timetable>,
 }
 
 impl Speeds {
-    /// Notes a setting, if it is one of these.
+    /// Records a setting, if it is one of the three.
     fn note(&mut self, command: &Set) {
         match command {
             Set::PtpCommonParams(moves) => self.moves = Some(*moves),
@@ -61,7 +68,7 @@ impl Speeds {
         }
     }
 
-    /// Takes from others what is not known here.
+    /// Fills settings unknown here from `other`.
     fn or(self, other: Self) -> Self {
         Self {
             moves: self.moves.or(other.moves),
@@ -77,9 +84,12 @@ impl Speeds {
     }
 }
 
-/// A command at this pace. A power that follows the speed has the share. What speeds up and slows down takes as much longer as what goes evenly: accelerations have the square
-/// of the share. Those of paths have the share itself, because corners are as fast as they allow (model section 8):
-/// so a path is at no place slower than its share, and what burns at the same share of its power burns nowhere deeper.
+/// A command at this speed.
+///
+/// Velocities get the share. Accelerations get its square, so that ramps last as much longer as the
+/// even parts. The acceleration of paths gets the share alone, because corners are taken as fast as
+/// it allows (model section 8): at no place is the path slower than its share. A laser power that
+/// follows the speed also gets the share, so nothing is burnt deeper than at full speed.
 fn paced(command: Set, percent: u8) -> Set {
     if percent == FULL {
         return command;
@@ -88,6 +98,7 @@ fn paced(command: Set, percent: u8) -> Set {
     let square = share * share;
     match command {
         Set::PtpCommonParams(moves) => {
+            // The arm takes more than 100 % as 100 %, so the share applies to at most that.
             let ratio = |ratio: f32, share: f32| (ratio.min(100.0) * share).max(LEAST_RATIO);
             PtpCommonParams {
                 velocity_ratio: ratio(moves.velocity_ratio, share),
@@ -96,6 +107,7 @@ fn paced(command: Set, percent: u8) -> Set {
             .into()
         }
         Set::CpParams(paths) => {
+            // With real-time tracking this field is a period, which grows as the speed falls.
             let last = if paths.real_time_track.is_on() {
                 share.recip()
             } else {
@@ -121,12 +133,13 @@ fn paced(command: Set, percent: u8) -> Set {
             r_acceleration: arcs.r_acceleration * square,
         }
         .into(),
+        // Other commands do not depend on these speeds.
         other => other,
     }
 }
 
 impl Pace {
-    /// A job that restores these settings at its end.
+    /// Speed state of a job that restores these settings at its end.
     pub(super) fn new<'s>(saved: impl IntoIterator<Item = &'s Set>) -> Self {
         Self {
             wanted: FULL,
@@ -136,21 +149,23 @@ impl Pace {
         }
     }
 
-    /// How long is left of a segment when so many of its steps are finished.
+    /// Time left of a segment when `steps` of its steps are finished.
     pub(super) fn left(&self, full: &Timetable, steps: u64) -> Option<Duration> {
         let behind = self.tables.iter().take_while(|(from, _)| *from <= steps);
         let behind = behind.count();
         let table = |nth: usize| nth.checked_sub(1).map_or(full, |at| &self.tables[at].1);
         let mut left = table(behind).left(steps)?;
-        // Up to where the next pace begins by this one, and from there by the next.
+        // Up to the step where the next speed begins by the current table, from there by the next
+        // one.
         for (nth, (from, next)) in self.tables.iter().enumerate().skip(behind) {
             left = left.saturating_sub(table(nth).left(*from)?) + next.left(*from)?;
         }
         Some(left)
     }
 
-    /// The settings of what is wanted, if the arm has not been told them; to be called between two commands of the program.
-    /// `before` goes out before them.
+    /// Queues the settings of the requested speed, with `before` ahead of them.
+    ///
+    /// Called between two commands of the program.
     fn turns(&mut self, step: u64, before: Option<Set>) {
         self.told = self.wanted;
         let percent = self.told;
@@ -160,36 +175,38 @@ impl Pace {
             .extend(self.table.clone().map(|table| (step, table)));
     }
 
-    /// A command of the program, as it goes out.
+    /// Returns a command of the program at the current speed, and records it if it is a setting.
     fn passes(&mut self, command: Set) -> Set {
         self.full.note(&command);
         paced(command, self.told)
     }
 }
 
-/// The commands of a segment with the settings that its pace puts between them.
+/// Commands of a segment, with the settings of its speed inserted.
 pub(super) struct Paced<'w, I: Iterator<Item = Set>> {
     pub(super) work: &'w Work,
     pub(super) commands: Peekable<I>,
     pub(super) lead: u64,
-    /// Where the last command ends, if it says so.
+    /// End of the last command, if known.
     pub(super) end: Option<[f32; 3]>,
-    /// Whether the last command was a segment of a path.
+    /// True if the last command was a segment of a path.
     pub(super) on_path: bool,
 }
 
 impl<I: Iterator<Item = Set>> Paced<'_, I> {
-    /// What goes out before the settings: nothing where they can go out at once, none if they have to wait.
+    /// Command to send before new settings. `None`: the settings have to wait. `Some(None)`: they
+    /// can go out now.
     ///
-    /// A path comes to rest at a setting. What burns is not to do that with a power that was made for more speed, so a way with
-    /// the laser off is cut in its middle, if it is long enough for what comes before and behind it to be as fast as without.
+    /// A path comes to rest at a setting. A burn must not do that with a power made for a higher
+    /// speed. So a line with the laser off is cut in its middle, if it is long enough that its
+    /// neighbours are as fast as without the cut.
     fn seam(&mut self, full: &Speeds) -> Option<Option<Set>> {
         let next = self.commands.peek()?;
         if !self.work.burns || !self.on_path {
             return Some(None);
         }
         let Set::CpLeCmd(line) = next else {
-            // Before all else that moves a path comes to rest anyway.
+            // Before any other motion a path comes to rest anyway.
             return (!matches!(next, Set::CpCmd(_))).then_some(None);
         };
         let (from, paths) = (self.end?, full.paths?);
@@ -207,14 +224,15 @@ impl<I: Iterator<Item = Set>> Paced<'_, I> {
 
     fn notes(&mut self, command: &Set) {
         self.on_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
-        // Settings leave it where it is.
+        // Settings do not move the arm.
         if let Some(end) = end_of(command) {
             self.end = end;
         }
     }
 }
 
-/// Where a command leads, if it says so; none if it leads nowhere.
+/// End position of a command. `None` if it does not move the arm, `Some(None)` if its end is
+/// unknown.
 fn end_of(command: &Set) -> Option<Option<[f32; 3]>> {
     match command {
         Set::CpLeCmd(line) if line.cp_mode == CpMode::Absolute => {
@@ -232,6 +250,7 @@ impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
     type Item = Set;
 
     fn next(&mut self) -> Option<Set> {
+        // Release the lock first: `seam` reads ahead in the program.
         let full = {
             let pace = self.work.pace();
             (pace.next.is_empty() && pace.wanted != pace.told).then_some(pace.full)
@@ -257,23 +276,24 @@ impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
 }
 
 impl Work {
-    /// Waits for wishes to be faster or slower, and has what goes out from then on follow them.
+    /// Follows requests to change the speed: later commands go out at the requested one.
     pub(super) async fn follow_pace(&self, segment: &Segment) -> std::convert::Infallible {
         let mut wanted = self.shared.pace.subscribe();
         loop {
             let percent = *wanted.borrow_and_update();
             let before = self.pace().wanted;
             if before != percent && self.takes_pace(segment, percent).await.is_err() {
-                // An arm that does not tell its speeds keeps them; the run hears of it as well.
+                // An arm that does not report its speeds keeps them. The run sees the same error,
+                // so it is not reported here.
                 self.shared.pace.send_replace(before);
                 self.shared.tell(JobEvent::Speed(before));
             }
-            // The sender is the job's own.
+            // Cannot fail: the job itself owns the sender.
             let _ = wanted.changed().await;
         }
     }
 
-    /// A segment begins: the arm has the speeds of the program, or its own.
+    /// Prepares the speed of a segment: full, or the share that was requested before.
     pub(super) async fn begins_paced(&self, segment: &Segment) -> Result<(), Error> {
         {
             let mut pace = self.pace();
@@ -298,9 +318,10 @@ impl Work {
         Ok(())
     }
 
-    /// From now on what goes out has this pace: the settings that it changes are restored at the end.
+    /// Applies `percent` to the commands from now on. Saves the settings that it changes, to be
+    /// restored at the end.
     async fn takes_pace(&self, segment: &Segment, percent: u8) -> Result<(), Error> {
-        // What they say is no matter: these settings are read.
+        // The values do not matter: these commands only name the settings to read.
         let kinds = [
             build::speed(FULL.into(), FULL.into()),
             build::path_speed(1.0, 1.0),
@@ -336,14 +357,14 @@ impl Work {
             .await?
         };
         let mut pace = self.pace();
-        // The program may have said more meanwhile.
+        // The program may have set more in the meantime.
         pace.full = pace.full.or(full);
         (pace.wanted, pace.table) = (percent, Some(table));
         Ok(())
     }
 
-    /// Gives the arm the full speeds again, between two segments and before the pen goes up: a person who moves it then goes as fast
-    /// as always.
+    /// Restores full speed between two segments and before the pen goes up: a person who moves the
+    /// arm in a pause expects its usual speed.
     pub(super) async fn leaves_pace(&self, arm: &Arm) -> Result<(), Error> {
         let full = {
             let mut pace = self.pace();

@@ -1,4 +1,9 @@
-//! A job that is paused: nothing of it is in the arm, and where it goes on is known.
+//! Pauses: nothing of the job is in the arm, and the place to resume at is known.
+//!
+//! A pause stops the queue, lets the command in progress end, empties the queue and lifts the pen.
+//! The place to resume at is found as after a stop: by the arm's index where that is exact, by its
+//! pose otherwise. While the job is paused a person may move the arm, so a resume checks alarms,
+//! homing and the program again before anything moves.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,24 +21,25 @@ use super::{Begun, Work};
 use crate::error::{Fault, JobError, Left, PenLift, ResumeError, Stood};
 use crate::event::{JobState, PauseReason};
 
-/// Between two looks whether the piece under way has ended.
+/// Poll interval while the command in progress ends.
 const LOOKS: Duration = Duration::from_millis(50);
-/// The longest that a command is waited for which the pose does not show: homing, a motor, the rail (model section 11).
+/// Longest wait for a command that does not show in the pose: homing, a motor, the rail
+/// (model section 11).
 const HIDDEN: Duration = Duration::from_secs(60);
-/// As many steps are told apart by where the arm stands.
+/// Largest number of steps among which the pose may choose. A choice that bounds the work.
 const MOST: u64 = 64;
 
-/// Where a paused job goes on, and how the arm was then.
+/// Place where a paused job resumes, and the arm's state at the pause.
 struct Place {
-    /// Nothing if it cannot be told.
+    /// Finished steps and position within the next; `None` if unknown.
     from: Option<(u64, Option<[f64; 3]>)>,
     /// The arm's clock, ms.
     clock: u32,
-    /// Whether alarm 0x00 stood.
+    /// True if alarm 0x00 (reset) was set.
     was_reset: bool,
 }
 
-/// A step that waits for a person.
+/// A step of the program that waits for a person.
 struct PausedAt {
     reason: PauseReason,
     part: Option<u64>,
@@ -41,7 +47,7 @@ struct PausedAt {
 }
 
 impl Work {
-    /// A pause that came before anything was sent: what is to be run when it ends.
+    /// Pauses before anything was sent; returns what to run when the pause ends.
     pub(super) async fn pause_ahead(
         &self,
         inbox: &mut Inbox,
@@ -76,8 +82,8 @@ impl Work {
         }
     }
 
-    /// The queue was stopped: the job is paused when the piece under way has ended. What is to be run when the pause ends;
-    /// nothing if that piece was the last.
+    /// Pauses a job whose queue was stopped, once the command in progress has ended. Returns the
+    /// segment to run when the pause ends, `None` if that command was the last.
     pub(super) async fn pause(&self, inbox: &mut Inbox) -> Result<Option<Segment>, JobError> {
         let come_to_rest = self.come_to_rest();
         let stood = match inbox.unless_stopped(come_to_rest).await {
@@ -90,7 +96,7 @@ impl Work {
         if from.is_some_and(all_done) {
             return Ok(None);
         }
-        // From here on a stop finds a job of which all is known.
+        // From here on a stop finds everything recorded.
         let rise = async {
             self.leaves_pace(&self.arm).await?;
             let lift = self.lift(&stood).await;
@@ -113,7 +119,7 @@ impl Work {
             .map(Some)
     }
 
-    /// The segment behind a pause, when it ends.
+    /// Waits for the end of the pause and returns the segment to run after it.
     async fn resumed_after(
         &self,
         inbox: &mut Inbox,
@@ -141,8 +147,8 @@ impl Work {
         }
     }
 
-    /// All before a step that waits for a person is done: the job is paused there. What is to be run when the pause ends; nothing if
-    /// that step was the last.
+    /// Pauses at a step that waits for a person, once everything before it is done. Returns the
+    /// segment to run when the pause ends, `None` if that step was the last.
     pub(super) async fn pause_at_step(
         &self,
         inbox: &mut Inbox,
@@ -154,6 +160,7 @@ impl Work {
         let paused = PausedAt {
             reason: match pause.cause {
                 PauseCause::Part => PauseReason::Part,
+                // Every other cause is a pause written in the program.
                 _ => PauseReason::Program,
             },
             part: rest.part_after(step).map(|part| part.n),
@@ -165,7 +172,7 @@ impl Work {
             Ok(Err(error)) => return Err(self.fails(inbox, error).await),
             Err(Stopped) => return Err(self.stopped(inbox, None).await),
         };
-        // The step itself is done when a person has gone on.
+        // The step itself is done when a person resumes.
         self.track().ends(ResumePoint::After(step), None);
         let rise = async {
             self.leaves_pace(&self.arm).await?;
@@ -198,13 +205,14 @@ impl Work {
         segment.await.map(Some)
     }
 
-    /// The pen goes up at a step that waits, and between parts the tool to where it is parked.
+    /// Lifts the pen at a step that waits; between parts also parks the tool.
     async fn rises(&self, stood: &Stood, reason: PauseReason) -> Result<PenLift, Error> {
         let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
         let at = [stood.pose.x, stood.pose.y, stood.pose.z].map(f64::from);
         let begun = self.track().pulled > 0;
         if reason == PauseReason::Part {
-            // Between parts the pen is up already, but for what the program has not lifted it.
+            // Between parts the program has lifted the pen already, except for the rest computed
+            // here.
             self.track().lift = ending.after_done(plan, at);
         }
         let lift = self.lift(stood).await;
@@ -217,7 +225,8 @@ impl Work {
         Ok(lift)
     }
 
-    /// The job is paused until the next request; `step` is the one that waits, if one does.
+    /// Enters the paused state and waits for the next request. `step` is the step that waits for a
+    /// person, if the program paused.
     async fn hold(&self, inbox: &mut Inbox, step: Option<&PausedAt>) -> Next {
         let (reason, part) = match step {
             Some(step) => (step.reason, step.part),
@@ -232,7 +241,8 @@ impl Work {
         inbox.while_paused().await
     }
 
-    /// Waits until the piece under way has ended, empties the queue, switches the laser off; how the arm stands then.
+    /// Waits until the command in progress has ended, empties the queue and switches the laser off.
+    /// Returns how the arm stands.
     async fn come_to_rest(&self) -> Result<Stood, Error> {
         let arm = &self.arm;
         let began = Instant::now();
@@ -242,6 +252,7 @@ impl Work {
             let pose = arm.get::<Pose>().await?;
             let now = Stood { pose, index };
             let still = before.replace(now) == Some(now);
+            // A pose that stands proves rest, unless the command in progress does not show in it.
             if still && !(self.is_hidden(index) && began.elapsed() < HIDDEN) {
                 break now;
             }
@@ -251,12 +262,12 @@ impl Work {
         if self.burns {
             arm.laser().switch_off().await?;
         }
-        // What was finished meanwhile counts.
+        // Counts a command that finished during the Clear.
         let index = arm.queue().current_index().await?.0.max(stood.index);
         Ok(Stood { index, ..stood })
     }
 
-    /// Whether the command behind this index is one that may be under way while the pose stands.
+    /// True if the command after this index may be in progress while the pose stands still.
     fn is_hidden(&self, index: u64) -> bool {
         let track = self.track();
         let Some(rest) = &track.rest else {
@@ -274,7 +285,7 @@ impl Work {
         least == most && handed && next.is_some_and(hidden)
     }
 
-    /// Keeps where the job goes on, before anything moves again; nothing if that cannot be told.
+    /// Records where the job resumes, before anything moves again. `None` if that is unknown.
     fn keep_place(&self, stood: &Stood) -> Option<(u64, Option<[f64; 3]>)> {
         let mut track = self.track();
         if track.pulled == 0 {
@@ -286,7 +297,8 @@ impl Work {
         let StepRange { least, most } = track.counter.finished(stood.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {
-            // What burns goes out in pieces: the step that is not finished may be half done, and the last one is whole.
+            // The host splits burning lines into pieces: an unfinished step may be half done while
+            // its last piece is complete.
             let half = self.burns && rest.stands_after(least, &stood.pose, false) != Some(true);
             let half = half.then(|| rest.goes_on(ResumePoint::Again(least), &stood.pose));
             if let Some(place @ (steps, Some(_))) = half.flatten() {
@@ -309,12 +321,14 @@ impl Work {
         Some((steps, within))
     }
 
-    /// Whether the job can go on now, and what is run then.
+    /// Checks if the job can resume now, and what to run then.
     async fn look_again(&self, place: &Place, found: Option<Found>) -> Result<Found, ResumeError> {
         let arm = &self.arm;
         let told = |error: Error| ResumeError::Arm(Arc::new(error));
         let alarms = arm.alarms().await.map_err(told)?;
         let clock = arm.get::<DeviceTime>().await.map_err(told)?.g_systick;
+        // The 32-bit clock wraps after 49.7 days, so a restart shows as a difference beyond half of
+        // its range.
         let began_anew = clock.wrapping_sub(place.clock) > u32::MAX / 2;
         if began_anew || alarms.contains(Alarm::ResetOccurred) && !place.was_reset {
             return Err(ResumeError::Reset);
@@ -325,7 +339,7 @@ impl Work {
         let Some((from, within)) = place.from else {
             return Err(ResumeError::Unknown);
         };
-        // Clearing the alarm of a reset homes nothing.
+        // Clearing the alarm of a reset does not home the arm.
         if !self.spec.program.homes_first(from) {
             arm.homing()
                 .check()
@@ -344,6 +358,7 @@ impl Work {
         }
         self.check_ready().await.map_err(told)?;
         let pose = arm.get::<Pose>().await.map_err(told)?;
+        // The arm has not moved since the first check, whose result still holds.
         if let Some(found) = found.filter(|found| found.pose == pose) {
             let begun = Begun::now(arm).await.map_err(told)?;
             return Ok(Found { begun, ..found });
@@ -356,15 +371,17 @@ impl Work {
                 Some(first) => ResumeError::Refused(Arc::new(first.error)),
                 None => ResumeError::Unknown,
             },
+            // Doubt, stops and journal faults do not come from a look at known steps.
             _ => ResumeError::Unknown,
         })?;
+        // From an unknown pose the approach cannot be checked.
         if found.rest.start().arm().is_none() {
             return Err(ResumeError::Unknown);
         }
         Ok(found)
     }
 
-    /// What is left of a pause that is stopped.
+    /// Record of where a job that is stopped in a pause can be resumed.
     pub(super) fn left(&self) -> Option<Left> {
         self.track().left
     }
@@ -372,8 +389,10 @@ impl Work {
 
 pub(super) type Goes = (ResumePoint, (u64, Option<[f64; 3]>));
 
-/// Where a job goes on of which so many steps are done at least, and so many at most, by where the arm stands: behind the one
-/// step that ends there, or within the one whose line it is on. Nothing where several would do.
+/// Resume point chosen by the pose, if between `least` and `most` steps are done: after the only
+/// step that ends at the pose, or within the only one whose line the pose is on.
+///
+/// `None` if several steps match.
 pub(super) fn by_pose(
     rest: &RemainingProgram,
     (least, most): (u64, u64),
@@ -395,9 +414,10 @@ pub(super) fn by_pose(
         let place = rest.goes_on(resume_point, pose)?;
         place.1.map(|_| (ResumePoint::Again(place.0), place))
     });
+    // Several candidates are acceptable if all of them give the same place.
     let first = within.next()?;
     within.all(|other| other.1 == first.1).then_some(first)
 }
 
-/// What became of the pen at a pause, where the job is stopped then.
+/// State of arm and pen at a pause, for a stop during it.
 pub(super) type AtPause = Option<(Stood, PenLift)>;

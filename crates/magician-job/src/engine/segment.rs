@@ -1,4 +1,4 @@
-//! What runs between two pauses.
+//! Segments: the part of a program that runs between two pauses.
 
 use std::pin::pin;
 use std::time::Duration;
@@ -12,29 +12,30 @@ use super::pace::Paced;
 use super::{Begun, Work};
 use crate::event::{JobEvent, JobProgress, JobState};
 
-/// Between two events that say how far it is.
+/// Interval between two progress events.
 const TELL: Duration = Duration::from_millis(100);
-/// So long may a run take to end when the arm's queue was stopped.
+/// Deadline for a run to end after the queue was stopped. A choice, far above a reply's usual
+/// delay.
 const GIVE_UP: Duration = Duration::from_secs(3);
 
-/// A part of a program, from where it begins or goes on.
+/// Part of a program, from where it begins or resumes.
 pub(super) struct Segment {
     pub(super) rest: RemainingProgram,
     pub(super) timetable: Timetable,
     pub(super) begun: Begun,
     pub(super) keep: bool,
-    /// Stops of the arm before it.
+    /// Stops of the arm before the segment.
     pub(super) stops: u64,
-    /// The index of the arm at rest before it.
+    /// Index of the arm at rest before the segment.
     pub(super) rests_at: Option<u64>,
 }
 
-/// How it ended.
+/// Outcome of a segment.
 pub(super) enum End {
     Done,
-    /// All is done up to a step that waits for a person.
+    /// Everything before a step that waits for a person is done.
     AtPause,
-    /// The queue is stopped, and the piece under way comes to its end.
+    /// The queue is stopped, and the command in progress runs to its end.
     Paused,
     Stopped,
     Failed(Error),
@@ -59,7 +60,7 @@ impl Segment {
 }
 
 impl Work {
-    /// Runs it to its end, or to what ends it before; what it has run until then.
+    /// Runs a segment until it ends; returns what it has run.
     pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
         let rest = &segment.rest;
         if rest.begins_with_pause() {
@@ -81,7 +82,8 @@ impl Work {
             .reach(self.progress(rest.from(), segment, Duration::ZERO));
         self.shared.enter(JobState::Running);
         if inbox.wants_pause() {
-            // Asked for while the job was about to begin, or to go on: nothing goes out before it.
+            // Requested while the job was about to start or resume: nothing is sent before the
+            // pause.
             self.shared.enter(JobState::Pausing);
             return (Ran::default(), End::Paused);
         }
@@ -92,7 +94,8 @@ impl Work {
             end: None,
             on_path: false,
         };
-        // Only of what keeps its speed it is no matter how much is handed on.
+        // The lead over the arm is limited so that a speed change takes effect soon. A job that
+        // keeps its speed needs no limit.
         let lead = Some(RunOptions::default().horizon).filter(|_| !self.needs_speed);
         let options = RunOptions::default()
             .keep(segment.keep)
@@ -103,6 +106,7 @@ impl Work {
         let end = {
             let mut finish = pin!(run.wait(|progress| self.reached(segment, &progress)));
             let wish = tokio::select! {
+                // Requests first: a run that ends at the same moment must not hide a stop.
                 biased;
                 wish = inbox.wish() => Ok(wish),
                 never = self.follow_pace(segment) => match never {},
@@ -111,7 +115,7 @@ impl Work {
             match wish {
                 Err(Ok(_)) => comes_to_end(),
                 Err(Err(error)) => End::Failed(error),
-                // What it knows by its end counts: a run that is let go of says nothing.
+                // Waits for the run's last report: a dropped run reports nothing.
                 Ok(Wish::Stop) => {
                     let stop = self.arm.stop();
                     let _ = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
@@ -122,12 +126,14 @@ impl Work {
                     let stop = self.arm.stop_gentle();
                     let (stopped, ran) = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
                     match (stopped, ran) {
-                        // It came to its end before.
+                        // The run ended before the stop reached it.
                         (_, Ok(Ok(_))) => comes_to_end(),
                         (Err(error), _) => End::Failed(error),
                         (_, Ok(Err(error))) if !self.is_own_stop(segment, &error) => {
                             End::Failed(error)
                         }
+                        // Ended by the stop of this pause, or too slow to report: the arm is asked
+                        // next.
                         _ => End::Paused,
                     }
                 }
@@ -163,12 +169,12 @@ impl Work {
         (ran, end)
     }
 
-    /// Whether a run was ended by the stop of the queue for a pause, and by nothing else.
+    /// True if the run was ended by the queue stop of a pause, and by nothing else.
     fn is_own_stop(&self, segment: &Segment, error: &Error) -> bool {
         error.kind() == ErrorKind::Closed && self.arm.stops() == segment.stops
     }
 
-    /// So much has been sent and finished.
+    /// Records what was sent and finished.
     fn reached(&self, segment: &Segment, progress: &Progress) {
         let mut track = self.track();
         let from = track.from();

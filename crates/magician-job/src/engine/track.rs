@@ -1,4 +1,8 @@
-//! How far a job is, and what of that is kept outside of the process.
+//! Progress of a job, and the checkpoint that outlives the process.
+//!
+//! [`Track`] counts the commands taken from the program, maps the arm's index to finished steps,
+//! and writes a [`Checkpoint`] to the journal. The write comes before the commands go out,
+//! [`AHEAD`] steps at a time, so a checkpoint never claims less than the arm may have received.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -14,41 +18,42 @@ use crate::handle::Shared;
 use crate::journal::{Journal, JournalKey};
 use crate::spec::JobSpec;
 
-/// Between two writes that only say how far it is.
+/// Shortest interval between two writes that only record progress.
 const PAUSE: Duration = Duration::from_millis(100);
-/// So many steps are written down before they are given to the arm.
+/// Steps recorded as handed over ahead of time, so that the journal is not written for every
+/// command.
 const AHEAD: u64 = 64;
 
-/// What must be known of a job when it is given up in its middle.
+/// State needed to resume a job that ends early.
 pub(super) struct Track {
     pub(super) journal: Box<dyn Journal>,
     pub(super) checkpoint: Checkpoint,
-    /// While the job runs its journal is written only for an arm that outlives this process.
+    /// True if the arm outlives this process: only then is the journal written while the job runs.
     lasting: bool,
     written: Option<Instant>,
-    /// Whether what is known has still to be kept.
+    /// True while the checkpoint still has to be written at the end.
     pub(super) open: bool,
     pub(super) counter: StepCounter,
-    /// Commands taken from the program since it began, or went on.
+    /// Commands taken from the program since the job started or resumed, inserted ones included.
     pub(super) pulled: u64,
-    /// Those of them that are not the program's.
+    /// Number of inserted commands among them (settings of the pace).
     inserted: u64,
-    /// Whether indices may be passed over, or stand for commands that are not the program's, all along.
+    /// True if the arm's index may skip numbers or count foreign commands at any time.
     passes_over: bool,
-    /// What is run.
+    /// The rest of the program that runs.
     pub(super) rest: Option<RemainingProgram>,
-    /// How far the pen goes up when the job is stopped now, mm.
+    /// Height by which the pen is lifted if the job is stopped now, mm.
     pub(super) lift: Option<f64>,
-    /// Where it goes on, once that is known.
+    /// Place to resume at, once known.
     pub(super) left: Option<Left>,
-    /// When progress was told last.
+    /// Time of the last progress event.
     pub(super) told: Option<Instant>,
-    /// True if the arm had finished what comes before the first step before anything stopped it. Its index at the stop does not
-    /// tell: a command that was cut short may count as finished.
+    /// True if the arm had finished everything before the first step before any stop. The index at
+    /// a stop does not tell: a command that was cut short may count as finished.
     pub(super) at_first: bool,
-    /// Cause why the journal holds nothing of the job, if its last write failed.
+    /// Why the journal holds nothing of the job, if its last write failed.
     pub(super) unkept: Option<Arc<str>>,
-    /// True once that was told: the next failures are not news.
+    /// True once a failed write was reported: later failures are not reported again.
     told_unkept: bool,
     shared: Arc<Shared>,
 }
@@ -81,14 +86,14 @@ impl Track {
         }
     }
 
-    /// The journal is of this arm.
+    /// Opens the journal for this program and arm.
     pub(super) fn is_of(&mut self, key: &JournalKey, passes_over: bool) {
         self.journal.open(key);
         (self.checkpoint.mixed, self.passes_over) = (passes_over, passes_over);
     }
 
-    /// The job begins, or goes on, behind so many steps, at that place within the next if there is one, when the arm's clock
-    /// shows this, ms, and its index this, if it is at rest.
+    /// Starts or resumes the job after the steps of `rest`, at position `within` of the next step
+    /// if given. `clock` is the arm's clock, ms; `rests_at` its index if it is at rest.
     pub(super) fn begins(
         &mut self,
         rest: &RemainingProgram,
@@ -114,30 +119,30 @@ impl Track {
         self.rest = Some(rest.clone());
     }
 
-    /// The first step, over all iterations.
+    /// First step of the segment, counted over all iterations.
     pub(super) fn from(&self) -> u64 {
         self.rest.as_ref().map_or(0, RemainingProgram::from)
     }
 
-    /// Steps that have been given to the arm, at most.
+    /// Upper bound of the steps handed over to the arm.
     pub(super) fn handed(&self) -> u64 {
         let steps = self.from() + self.steps_of(self.pulled);
         steps.min(self.checkpoint.steps.unwrap_or(u64::MAX))
     }
 
-    /// Steps since it began, or went on, that have been taken from the program.
+    /// Steps taken from the program since the job started or resumed.
     pub(super) fn steps_pulled(&self, lead: u64) -> u64 {
         self.steps_of(self.pulled.saturating_sub(self.inserted + lead))
     }
 
-    /// The steps since then of which this is the last of so many commands.
+    /// Number of the step to which the last of `commands` belongs.
     fn steps_of(&self, commands: u64) -> u64 {
         let rest = self.rest.as_ref();
         rest.map_or(commands, |rest| rest.steps_of(commands))
     }
 
-    /// A command is about to go out that is not the program's. Behind the first step an index may
-    /// stand for it until the arm has finished it; ahead of that it only shifts the index.
+    /// Counts an inserted command that is about to go out. After the first step an index may stand
+    /// for it until the arm has finished it; before that it only shifts the index.
     pub(super) fn inserts(&mut self, lead: u64) {
         let ahead = self.pulled - self.inserted <= lead;
         self.pulled += 1;
@@ -154,14 +159,16 @@ impl Track {
         }
     }
 
-    /// The next command is about to go out.
+    /// Counts the next command of the program, which is about to go out.
     pub(super) fn pulls(&mut self, lead: u64) {
-        // What an earlier run has left ends before the first command of this one goes out.
+        // The first write happens with the first command even if no new step begins: the checkpoint
+        // must replace that of the earlier run.
         let first = self.pulled == 0;
         self.pulled += 1;
         let steps = self.from() + self.steps_pulled(lead);
         if steps > self.checkpoint.handed {
             let most = self.checkpoint.steps.unwrap_or(u64::MAX);
+            // Written before the command goes out: after a crash this is an upper bound.
             self.checkpoint.handed = steps.saturating_add(AHEAD).min(most);
             self.write_if_lasting();
         } else if first {
@@ -169,7 +176,7 @@ impl Track {
         }
     }
 
-    /// How far it is.
+    /// Records the progress and writes it, at most every [`PAUSE`].
     pub(super) fn reached(
         &mut self,
         finished: u64,
@@ -195,7 +202,7 @@ impl Track {
         }
     }
 
-    /// It is over, or paused, before its end; where it goes on, at that place within the next step if there is one.
+    /// Records that the job ended early or is paused, and where it resumes.
     pub(super) fn ends(&mut self, resume_point: ResumePoint, within: Option<(u64, [f64; 3])>) {
         self.checkpoint.handed = self.handed();
         self.checkpoint.within = within;
@@ -208,8 +215,8 @@ impl Track {
         self.close();
     }
 
-    /// As [`ends`](Self::ends), for an arm that was stopped at this pose. What `burns` goes on a braking way before it: where its
-    /// light went out is not known.
+    /// As [`ends`](Self::ends), for an arm that was stopped at `pose`. A burn resumes a braking
+    /// distance before it, because where the laser went out is unknown.
     pub(super) fn ends_at(
         &mut self,
         resume_point: ResumePoint,
@@ -223,7 +230,7 @@ impl Track {
         }
     }
 
-    /// It is over before its end, and what burns goes on there.
+    /// Records an early end of a burn that resumes at `place`.
     pub(super) fn ends_burning(&mut self, place: BurnPlace) {
         let resume_point = match place.within {
             Some(_) => ResumePoint::Again(place.steps),
@@ -233,14 +240,14 @@ impl Track {
         self.ends(resume_point, place.within.map(|at| (place.steps, at)));
     }
 
-    /// It is over, and how far it came is not known yet.
+    /// Records an early end whose progress is unknown.
     pub(super) fn breaks_off(&mut self) {
         self.checkpoint.handed = self.handed();
         self.left = Some(Left::NotAsked);
         self.close();
     }
 
-    /// It is over, and the arm has forgotten what it did.
+    /// Records an early end after a reset: the arm no longer knows what it did.
     pub(super) fn is_forgotten(&mut self) {
         self.checkpoint.handed = self.handed();
         let span = StepRange {
@@ -252,7 +259,7 @@ impl Track {
         self.close();
     }
 
-    /// It has come to its end.
+    /// Removes the journal of a finished job.
     pub(super) fn remove(&mut self) {
         self.open = false;
         self.left = None;

@@ -1,42 +1,46 @@
-//! A hold-to-run control: the arm moves only while it is held (a dead man's switch).
+//! Hold-to-run control: the arm moves only while the control is held (a dead man's switch).
 //!
-//! Some controls report when they are released: there the jog goes on from press to release. Others report presses only, and a held
-//! one as presses again and again, the second half a second after the first (keys of most terminals). There a press alone jogs for a
-//! moment, so that a tap is a nudge; when it comes again soon the control is being held, and the jog goes on from then until no more
-//! come. Which kind it is shows with the first release that is reported.
+//! Some controls report their release: the jog lasts from press to release. Others (keys of most
+//! terminals) report only presses, and a held key as repeated presses, of which the second comes
+//! half a second after the first. For these a single press jogs for a moment, so a tap is a nudge.
+//! A repeat within [`REPEATS`] means that the key is held: the jog continues until repeats stop.
+//! The first reported release shows which kind the control is.
 
 use std::time::Duration;
 
 use super::JogDirection;
 
-/// How long a jog goes on after its control was reported as held last.
+/// Time for which a jog continues after the last report that its control is held.
 const HELD: Duration = Duration::from_millis(250);
-/// How long the driver lets it go on when it hears nothing from here: a little longer, for when this program hangs.
+/// Hold time given to the driver: slightly longer than [`HELD`], it takes effect only if this
+/// program hangs.
 const KEEP: Duration = Duration::from_millis(300);
-/// How long a tap jogs, where releases are not reported.
+/// Duration of a tap's jog if releases are not reported.
 const TAP: Duration = Duration::from_millis(150);
-/// A press that comes again within this time is a hold: longer than the longest delay before keys repeat (660 ms under X).
+/// A press repeated within this time is a hold: longer than the longest delay before keys repeat
+/// (660 ms under X).
 const REPEATS: Duration = Duration::from_millis(700);
 
-/// What a report of the control comes to.
+/// Action that follows from a report of the control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HoldAction {
-    /// Jog from now on; it ends by itself after `keep` unless kept up.
+    /// Start a jog. It ends by itself after `keep` unless kept alive.
     Begin {
-        /// Which way.
+        /// Direction of the jog.
         direction: JogDirection,
-        /// For how long without being kept up.
+        /// Hold time without a keep-alive.
         keep: Duration,
     },
-    /// Let it go on.
+    /// Send a keep-alive for the jog.
     Keep,
-    /// End it.
+    /// End the jog.
     End,
-    /// Nothing changes.
+    /// No action.
     Nothing,
 }
 
-/// The control that is held, and what is known of its kind. Times are since any beginning, the same for all calls.
+/// State of the control, and what is known of its kind. Times count from any fixed origin, the same
+/// for all calls.
 ///
 /// ```
 /// use std::time::Duration;
@@ -53,10 +57,10 @@ pub enum HoldAction {
 /// ```
 #[derive(Clone, Debug)]
 pub struct HoldToRun {
-    /// Whether releases are reported.
+    /// True if releases are reported.
     releases: bool,
     held: Option<Held>,
-    /// The last press.
+    /// Last press and its time.
     last: Option<(JogDirection, Duration)>,
 }
 
@@ -64,9 +68,9 @@ pub struct HoldToRun {
 struct Held {
     direction: JogDirection,
     seen: Duration,
-    /// It is a tap as far as is known: it is not kept up.
+    /// True while the press may be a tap: the jog is not kept alive.
     tap: bool,
-    /// Repeats were reported: if they fail to come, the release was lost.
+    /// True once repeats were reported: if they stop, the release was lost.
     repeats: bool,
 }
 
@@ -77,7 +81,7 @@ impl Default for HoldToRun {
 }
 
 impl HoldToRun {
-    /// Nothing is held, and nothing is known of releases.
+    /// A control that is not held; nothing is known about releases.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -87,24 +91,24 @@ impl HoldToRun {
         }
     }
 
-    /// Says that releases are reported, or are not as far as is known. The first release or repeat that is reported says so, too.
+    /// Sets if releases are reported. The first reported release or repeat also sets it.
     pub const fn set_reports_releases(&mut self, reports: bool) {
         self.releases = reports;
     }
 
-    /// Whether the control is known to report releases.
+    /// True if the control is known to report releases.
     #[must_use]
     pub const fn reports_releases(&self) -> bool {
         self.releases
     }
 
-    /// The direction that is held.
+    /// Direction that is held, if any.
     #[must_use]
     pub fn direction(&self) -> Option<JogDirection> {
         self.held.map(|held| held.direction)
     }
 
-    /// The control of a direction was pressed.
+    /// Handles a press of the control for `direction`.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         let again = self
             .last
@@ -119,7 +123,7 @@ impl HoldToRun {
         }
     }
 
-    /// A repeat that is reported as one: such a control reports releases, too.
+    /// Handles a press reported as a repeat. A control that reports repeats also reports releases.
     pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         self.releases = true;
         let turn = self.press(direction, now);
@@ -129,7 +133,7 @@ impl HoldToRun {
         turn
     }
 
-    /// The control of this direction was released; with `None` any other one.
+    /// Handles the release of the control for `direction`; `None` means any other control.
     pub fn release(&mut self, direction: Option<JogDirection>) -> HoldAction {
         self.releases = true;
         match self.held {
@@ -138,7 +142,8 @@ impl HoldToRun {
         }
     }
 
-    /// The control is alive and nothing was reported: to be called several times a second.
+    /// Handles the passage of time. Call it several times a second while the source of the reports
+    /// is alive.
     pub fn tick(&mut self, now: Duration) -> HoldAction {
         let Some(held) = self.held else {
             return HoldAction::Nothing;
@@ -154,12 +159,12 @@ impl HoldToRun {
         } else if self.releases && !held.tap {
             HoldAction::Keep
         } else {
-            // Without releases only further presses keep it up.
+            // Without reported releases only further presses keep the jog alive.
             HoldAction::Nothing
         }
     }
 
-    /// Ends it, whatever the control does.
+    /// Ends the jog, whatever the control does.
     pub fn release_all(&mut self) -> HoldAction {
         match self.held.take() {
             Some(_) => HoldAction::End,
@@ -215,7 +220,7 @@ mod tests {
         assert_eq!(hold.tick(ms(50)), HoldAction::Nothing);
         assert_eq!(hold.tick(ms(150)), HoldAction::End);
         assert_eq!(hold.tick(ms(200)), HoldAction::Nothing);
-        // A second tap much later is one again.
+        // A second tap much later is a new tap.
         assert_eq!(hold.press(UP, ms(1000)), begin(UP));
     }
 
@@ -265,7 +270,7 @@ mod tests {
 
     #[test]
     fn another_direction_is_a_jog_of_its_own() {
-        // The control only says so; that the arm comes to rest between two axes is the driver's.
+        // This model only reports the change; the driver brings the arm to rest between two axes.
         let mut hold = plain();
         hold.press(UP, ms(0));
         assert_eq!(hold.press(DOWN, ms(20)), begin(DOWN));

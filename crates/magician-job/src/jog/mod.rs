@@ -1,7 +1,8 @@
-//! Moving an arm by hand, with a teach pendant, buttons on a page, keys: which order each control comes to ([`Pendant`]), the
-//! control that has to be held ([`HoldToRun`]), and the arm that takes the orders ([`PendantSession`]).
+//! Manual jogging: controls and the orders they give ([`Pendant`]), the hold-to-run control
+//! ([`HoldToRun`]), and the session that carries out orders on an arm ([`PendantSession`]).
 //!
-//! Nothing here knows a key, a picture or a sentence: what an order and its end look like is for the program that has the controls.
+//! No keys, pictures or sentences here: the program with the controls presents orders and their
+//! outcomes.
 
 mod hold;
 mod order;

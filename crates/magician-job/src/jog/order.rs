@@ -1,4 +1,4 @@
-//! What a pendant orders, and what comes of that.
+//! Orders of a pendant, and their outcomes.
 
 use std::fmt;
 use std::sync::Arc;
@@ -11,60 +11,62 @@ use magician_program::{Grip, Plan};
 use super::JogDirection;
 use crate::JobError;
 
-/// What an arm is to do for a person.
+/// Order from a person to an arm.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PendantOrder {
-    /// Jog until [`EndJog`](Self::EndJog), or until it was not kept up for so long. Takes the place of another jog.
+    /// Jogs until [`EndJog`](Self::EndJog), or until the keep-alive is missing for `keep`. Replaces
+    /// another jog.
     Jog {
-        /// Which way.
+        /// Direction of the jog.
         direction: JogDirection,
-        /// How long it goes on without [`PendantOrder::Keep`].
+        /// Hold time without [`PendantOrder::Keep`].
         keep: Duration,
     },
-    /// Let the jog go on.
+    /// Keeps the jog alive.
     Keep,
-    /// End the jog. A jog or a step that waits for the end of a stop is dropped.
+    /// Ends the jog. Drops a jog or step that waits for the end of a stop.
     EndJog,
-    /// A checked move by so much, from where the arm comes to rest.
+    /// Makes a checked move by a length, from where the arm comes to rest.
     Step {
-        /// Which way.
+        /// Direction of the move.
         direction: JogDirection,
-        /// How far, mm or deg; above 0.
+        /// Length, mm or deg; above 0.
         length: f32,
-        /// The laser burns, and that is meant.
+        /// True if the laser burns and is meant to.
         burning: bool,
     },
-    /// Stop whatever moves, now: the queue is emptied, the laser is off, and orders for tools that wait are dropped.
+    /// Stops all motion now: the queue is emptied, the laser goes off, and tool orders that wait
+    /// are dropped.
     Stop,
-    /// Home the arm.
+    /// Homes the arm.
     Home,
-    /// Clear the alarms that stand.
+    /// Clears the alarms.
     ClearAlarms,
-    /// Something of the tools, at once and past the queue.
+    /// Switches a tool at once, bypassing the queue.
     Tool(ToolOrder),
-    /// Share of the set speeds of jogs and moves, percent: above 0, at most 100.
+    /// Sets the ratio of the speeds of jogs and moves, percent: above 0, at most 100.
     Speed(f32),
-    /// A program from one of its steps (from 0) on, checked as a whole first.
+    /// Runs a program from a step (counted from 0). The whole program is checked first.
     Run {
         /// The program.
         plan: Box<Plan>,
-        /// The step it begins with.
+        /// Step to begin with.
         from: usize,
     },
 }
 
-/// What a tool is to do.
+/// Order to a tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum ToolOrder {
-    /// The suction cup goes on or off.
+    /// Switches the suction cup on or off.
     Suction(bool),
-    /// The gripper closes, opens, or its pump goes off.
+    /// Closes or opens the gripper, or switches its pump off.
     Gripper(Grip),
-    /// The laser burns, or is dark. The caller has made sure that it may burn.
+    /// Switches the laser on or off. The caller has verified that it may burn.
     Laser(bool),
-    /// The arm counts from a tip that is so far from its flange, mm.
+    /// Sets the tip that poses refer to: its offset from the flange, mm.
     Tip(ToolBias),
 }
 
@@ -81,13 +83,13 @@ impl ToolOrder {
     }
 }
 
-/// What an order comes to: what moves the arm, or was done.
+/// Activity that follows from an order: what moves the arm, or was done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Activity {
-    /// A jog, as long as it goes on.
+    /// A jog, for as long as it lasts.
     Jog(JogDirection),
-    /// A checked move by a step.
+    /// A checked move of one step.
     Step(JogDirection),
     /// A stop.
     Stop,
@@ -95,32 +97,32 @@ pub enum Activity {
     Home,
     /// Clearing the alarms.
     ClearAlarms,
-    /// Something of the tools.
+    /// Switching a tool.
     Tool(ToolOrder),
-    /// Setting the speeds to so many percent.
+    /// Setting the speed ratios, percent.
     Speed(f32),
     /// A program.
     Run,
 }
 
-/// What came of an order.
+/// Outcome of an order.
 #[derive(Debug)]
 pub struct OrderDone {
-    /// What was ordered.
+    /// Activity that was ordered.
     pub activity: Activity,
-    /// Whether it was done.
+    /// Result of the activity.
     pub outcome: Result<(), OrderError>,
 }
 
-/// Why an order was not carried out.
+/// Error of an order.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum OrderError {
-    /// Something else moves the arm: only a stop, and a jog for a jog, takes its place.
+    /// Another activity moves the arm. Only a stop replaces it, and a jog replaces a jog.
     Busy,
-    /// The arm or its line.
+    /// An error of the arm or its line.
     Arm(Arc<Error>),
-    /// The program did not come to its end.
+    /// The program did not run to its end.
     Program(Arc<JobError>),
 }
 
@@ -130,7 +132,7 @@ impl From<Error> for OrderError {
     }
 }
 
-/// For logs: what people read is made by the program that they use.
+/// For logs only: each front end words errors for its users itself.
 impl fmt::Display for OrderError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,4 +1,5 @@
-//! A teach pendant without its buttons: what its controls are set to, and which order each of them comes to.
+//! Model of a teach pendant without its buttons: the settings of its controls, and the order that
+//! each control gives.
 
 use std::time::Duration;
 
@@ -9,33 +10,34 @@ use super::{
     ToolState,
 };
 
-/// Lengths of steps, mm or degrees.
+/// Selectable step lengths, mm or degrees.
 const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
-/// Shares of the set speeds, percent.
+/// Selectable speed ratios, percent.
 const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
 
-/// What the controls for directions move.
+/// Coordinates that the direction controls move along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogFrame {
-    /// The tool, along x, y, z and r.
+    /// Tool coordinates x, y, z and r.
     Cartesian,
-    /// Joint by joint.
+    /// Single joints.
     Joints,
 }
 
-/// How a control for a direction moves the arm.
+/// Effect of a direction control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JogMode {
-    /// The arm moves while the control is held.
+    /// Jog while the control is held.
     Hold,
-    /// Each press is a checked move by the length that is set.
+    /// Checked move by the selected length at each press.
     Step,
 }
 
-/// The state of a pendant. It does nothing itself: its inputs come to orders, which are for a
-/// [`PendantSession`](super::PendantSession), and what came of them is told to it ([`done`](Self::done)).
+/// State of a pendant. It has no side effects: inputs return orders for a
+/// [`PendantSession`](super::PendantSession), whose outcomes are passed back to
+/// [`done`](Self::done).
 ///
-/// Times are since any beginning, the same for all calls.
+/// Times count from any fixed origin, the same for all calls.
 ///
 /// ```
 /// use std::time::Duration;
@@ -57,30 +59,33 @@ pub enum JogMode {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Pendant {
-    /// What directions are of. [`set_frame`](Self::set_frame) changes it while something may be held.
+    /// Coordinates of the direction controls. Use [`set_frame`](Self::set_frame) to change them
+    /// while a control may be held.
     pub frame: JogFrame,
-    /// What a press does. [`set_mode`](Self::set_mode) changes it while something may be held.
+    /// Effect of a press. Use [`set_mode`](Self::set_mode) to change it while a control may be
+    /// held.
     pub mode: JogMode,
     /// Length of a step, mm or deg.
     pub step: f32,
-    /// Share of the set speeds of jogs and moves, percent.
+    /// Speed ratio of jogs and moves, percent.
     pub speed: f32,
-    /// What the tools do, as far as is known.
+    /// Known state of the tools.
     pub tools: ToolState,
-    /// Whether there is a rail.
+    /// True if the arm is on a rail.
     pub rail: bool,
-    /// The control that is held.
+    /// The hold-to-run control.
     pub hold: HoldToRun,
-    /// What moves the arm: as [`PendantSession::activity`](super::PendantSession::activity) says.
+    /// Activity that moves the arm, from
+    /// [`PendantSession::activity`](super::PendantSession::activity).
     pub activity: Option<Activity>,
-    /// The laser was told to burn and has not answered.
+    /// True while an order to switch the laser on has no reply.
     laser_pending: bool,
-    /// The step that waits for the end of a stop.
+    /// Step that waits for the end of a stop.
     step_pending: Option<JogDirection>,
 }
 
 impl Pendant {
-    /// With steps of 5 mm along coordinates; at that share of the set speeds, percent.
+    /// A pendant in Cartesian coordinates with steps of 5 mm, at this speed ratio in percent.
     #[must_use]
     pub fn new(speed: f32, tools: ToolState, rail: bool) -> Self {
         Self {
@@ -97,8 +102,10 @@ impl Pendant {
         }
     }
 
-    /// The control for a direction is pressed. While a step is under way further ones are not kept for later; while a stop is,
-    /// the last one waits for its end, unless its control is released before.
+    /// Handles a press of a direction control.
+    ///
+    /// During a step further presses are ignored. During a stop the last press waits for its end,
+    /// unless its control is released first.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
             JogMode::Hold => self.turn(|hold| hold.press(direction, now)),
@@ -106,7 +113,7 @@ impl Pendant {
         }
     }
 
-    /// It is reported again, as a repeat of a press.
+    /// Handles a press reported as a repeat.
     pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
             JogMode::Hold => self.turn(|hold| hold.repeat(direction, now)),
@@ -114,28 +121,28 @@ impl Pendant {
         }
     }
 
-    /// It is released; `None` for any other control.
+    /// Handles the release of a direction control; `None` means any other control.
     pub fn release(&mut self, direction: Option<JogDirection>) -> Option<PendantOrder> {
         let stepped = self.step_pending.take_if(|step| Some(*step) == direction);
         let order = self.turn(|hold| hold.release(direction));
         order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
-    /// To be called several times a second, as long as the holder of the control is known to be present: what is held
-    /// goes on, or
-    /// ends when it was not reported for too long.
+    /// Handles the passage of time. Call it several times a second while the person at the control
+    /// is known to be present: a held jog is kept alive, or ends if its control was not reported
+    /// for too long.
     pub fn tick(&mut self, now: Duration) -> Option<PendantOrder> {
         self.turn(|hold| hold.tick(now))
     }
 
-    /// The holder may be gone: a held jog ends, and a step that waits is dropped.
+    /// Ends a held jog and drops a waiting step: the person at the control may be gone.
     pub fn release_all(&mut self) -> Option<PendantOrder> {
         let stepped = self.step_pending.take();
         let order = self.turn(HoldToRun::release_all);
         order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
-    /// Everything stops, and the laser goes dark.
+    /// Stops everything and switches the laser off.
     pub fn stop(&mut self) -> PendantOrder {
         self.hold.release_all();
         self.step_pending = None;
@@ -144,47 +151,47 @@ impl Pendant {
         PendantOrder::Stop
     }
 
-    /// Lets directions be of something else: what is held ends.
+    /// Changes the coordinates of the direction controls. Ends a held jog.
     pub fn set_frame(&mut self, frame: JogFrame) -> Option<PendantOrder> {
         self.frame = frame;
         self.release_all()
     }
 
-    /// Lets a press do something else: what is held ends.
+    /// Changes the effect of a press. Ends a held jog.
     pub fn set_mode(&mut self, mode: JogMode) -> Option<PendantOrder> {
         self.mode = mode;
         self.release_all()
     }
 
-    /// The next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
+    /// Selects the next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
     pub fn longer_step(&mut self) {
         self.step = next(&STEPS, self.step, true);
     }
 
-    /// The next shorter step.
+    /// Selects the next shorter step.
     pub fn shorter_step(&mut self) {
         self.step = next(&STEPS, self.step, false);
     }
 
-    /// The next higher speed of 1, 5, 10, 20, 30, 50, 75 and 100 %.
+    /// Order for the next higher speed ratio of 1, 5, 10, 20, 30, 50, 75 and 100 %.
     #[must_use]
     pub fn faster(&self) -> PendantOrder {
         PendantOrder::Speed(next(&SPEEDS, self.speed, true))
     }
 
-    /// The next lower speed.
+    /// Order for the next lower speed ratio.
     #[must_use]
     pub fn slower(&self) -> PendantOrder {
         PendantOrder::Speed(next(&SPEEDS, self.speed, false))
     }
 
-    /// The suction cup goes on, or off if it is on.
+    /// Order that toggles the suction cup.
     #[must_use]
     pub const fn toggle_suction(&self) -> PendantOrder {
         PendantOrder::Tool(ToolOrder::Suction(!self.tools.suction))
     }
 
-    /// The gripper closes, then opens, then its pump goes off, and so on.
+    /// Order for the next state of the gripper: closed, open, pump off.
     #[must_use]
     pub const fn next_gripper(&self) -> PendantOrder {
         PendantOrder::Tool(ToolOrder::Gripper(match self.tools.gripper {
@@ -194,31 +201,31 @@ impl Pendant {
         }))
     }
 
-    /// The laser burns or goes dark. The caller has made sure that it may.
+    /// Order that switches the laser. The caller has verified that it may burn.
     pub const fn laser(&mut self, on: bool) -> PendantOrder {
         self.laser_pending = on;
         PendantOrder::Tool(ToolOrder::Laser(on))
     }
 
-    /// Whether the laser burns, or was told to and has not answered.
+    /// True if the laser burns, or was ordered on and has not answered.
     #[must_use]
     pub const fn may_burn(&self) -> bool {
         self.tools.laser || self.laser_pending
     }
 
-    /// Whether this axis is being moved by an order.
+    /// True if an order moves this axis.
     #[must_use]
     pub fn moves(&self, axis: Axis) -> bool {
         matches!(self.activity, Some(Activity::Jog(direction) | Activity::Step(direction)) if direction.axis == axis)
     }
 
-    /// Takes note of what came of an order.
+    /// Applies the outcome of an order.
     pub fn done(&mut self, done: &OrderDone) {
         match (done.activity, &done.outcome) {
             (Activity::Jog(_), Err(_)) => {
                 self.hold.release_all();
             }
-            // What waited for it has begun, or will not.
+            // The step that waited for the stop has begun by now, or was dropped.
             (Activity::Stop, _) => self.step_pending = None,
             (Activity::Speed(percent), Ok(())) => self.speed = percent,
             (Activity::Tool(tool), outcome) => {
@@ -229,6 +236,7 @@ impl Pendant {
                     self.tools.apply(tool);
                 }
             }
+            // Other outcomes change nothing that the pendant shows.
             _ => {}
         }
     }
@@ -253,7 +261,7 @@ impl Pendant {
     }
 }
 
-/// The next one of a list, upwards or downwards.
+/// Next entry of an ascending list, upwards or downwards; `now` at its end.
 fn next(list: &[f32], now: f32, up: bool) -> f32 {
     let found = if up {
         list.iter().find(|one| **one > now)

@@ -1,4 +1,7 @@
-//! An arm while a person moves it by hand: orders go in, what comes of them and what the arm reports comes out.
+//! Session of manual jogging: takes orders, returns their outcomes and the arm's reports.
+//!
+//! One task owns the session and calls [`PendantSession::next`] in a loop; there the orders make
+//! progress, and readings and events arrive.
 
 use std::time::Duration;
 
@@ -9,27 +12,27 @@ use super::worker::{ArmWorker, SpeedRatios};
 use super::{Activity, OrderDone, Pendant, PendantOrder, ToolState};
 use crate::{Polled, SavedSettings};
 
-/// Readings a second.
+/// Rate of pose readings, Hz.
 const RATE: f64 = 20.0;
-/// Looks at the rail are so far apart.
+/// Interval between readings of the rail. A choice: each reading costs a request besides the pose.
 const RAIL: Duration = Duration::from_millis(250);
 
-/// What a session tells.
+/// Event of a session.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum PendantEvent {
-    /// An order is done, or was refused.
+    /// An order is done or was refused.
     Done(OrderDone),
-    /// The arm was read, 20 times a second.
+    /// A reading of the arm; 20 a second.
     Status(Status),
-    /// Something happened to the arm or its line.
+    /// An event of the arm or its line.
     Arm(Event),
-    /// Where on its rail it is, mm.
+    /// Position on the rail, mm.
     Rail(f32),
 }
 
-/// The arm while a pendant is used. One thing moves it at a time, and a stop overtakes it. A jog goes on only while it is kept up;
-/// what is under way when a session is dropped is stopped.
+/// An arm controlled by a pendant. One activity moves it at a time, and a stop overtakes any other.
+/// A jog lasts only while it is kept alive. Dropping the session stops whatever moves.
 ///
 /// ```
 /// use std::time::Duration;
@@ -69,10 +72,12 @@ pub struct PendantSession {
 }
 
 impl PendantSession {
-    /// Reads what a pendant has to know. `saved` restores the speeds that orders change; clones of it may save more.
+    /// Opens a session and reads the initial state of the pendant. `saved` restores the speeds that
+    /// orders change; its clones may save more settings.
     ///
     /// # Errors
-    /// As [`Laser::check_off`](magician::Laser::check_off): not while the laser burns; and as [`Arm::get`].
+    /// As [`Laser::check_off`](magician::Laser::check_off) if the laser burns; else as
+    /// [`Arm::get`].
     pub async fn open(arm: &Arm, saved: &SavedSettings) -> Result<(Self, Pendant)> {
         arm.laser().check_off().await?;
         let ratios = SpeedRatios {
@@ -92,30 +97,35 @@ impl PendantSession {
         Ok((session, pendant))
     }
 
-    /// Begins what is ordered, or says at once why not. What was ordered before and is not done yet gives way only to a stop, and
-    /// a jog to another jog, which begins along another axis when the arm stands; everything else is [`OrderError::Busy`](super::OrderError::Busy) then, but for tools, speeds and
-    /// alarms, which are seen to meanwhile, one after the other. While a stop is under way the newest order for a jog, a
-    /// step or homing waits for its end; a jog begins then only if it is kept up, and [`PendantOrder::EndJog`] drops it and a step.
+    /// Starts an order, or returns its refusal at once.
+    ///
+    /// Only a stop replaces the current activity, and a jog replaces a jog (along another axis it
+    /// begins once the arm stands). All other motion is refused with
+    /// [`OrderError::Busy`](super::OrderError::Busy). Tools, speeds and alarms are handled in
+    /// parallel, one after the other. During a stop the newest jog, step or homing waits for its
+    /// end. A waiting jog then begins only if it was kept alive, and [`PendantOrder::EndJog`] drops
+    /// a waiting jog or step.
     pub fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
         self.worker.order(order)
     }
 
-    /// What moves the arm by an order.
+    /// Activity that moves the arm, if any.
     #[must_use]
     pub fn activity(&self) -> Option<Activity> {
         self.worker.activity()
     }
 
-    /// The step of the program that the arm is at, from 0, once that is known.
+    /// Current step of the running program, from 0, once known.
     #[must_use]
     pub fn step(&self) -> Option<usize> {
         self.worker.step()
     }
 
-    /// Waits for what happens next. Has to be called again and again: orders go on in here. Dropping the future loses nothing.
+    /// Waits for the next event. Call it in a loop: orders make progress only in here. Dropping the
+    /// future loses nothing.
     ///
     /// # Errors
-    /// When the connection is closed for good.
+    /// Fails when the connection is closed for good.
     pub async fn next(&mut self) -> Result<PendantEvent> {
         tokio::select! {
             biased;
@@ -126,10 +136,12 @@ impl PendantSession {
         }
     }
 
-    /// Ends it: what moves the arm is stopped, the settings are as they were, and a laser that may burn goes dark.
+    /// Ends the session: stops motion, restores the settings, and switches off a laser that may
+    /// burn.
     ///
     /// # Errors
-    /// When the arm does not confirm that it stands, does not take its settings, or cannot be darkened.
+    /// Fails if the arm does not confirm that it stands, refuses its settings, or cannot switch the
+    /// laser off.
     pub async fn close(self, pendant: &Pendant) -> Result<()> {
         let finished = self.worker.finish().await;
         if pendant.may_burn() {
@@ -139,27 +151,28 @@ impl PendantSession {
     }
 }
 
-/// Where the carriage on the rail is, mm, four times a second.
+/// Polls the position of the carriage on the rail, mm, four times a second.
 #[must_use]
 pub fn rail_position(arm: &Arm) -> Polled<f32> {
     let arm = arm.clone();
     Polled::every(RAIL, move || {
         let arm = arm.clone();
-        // What cannot be read now is read the next time.
+        // A failed reading is retried at the next interval.
         async move { arm.get::<PoseL>().await.ok().map(|at| at.pose_l) }
     })
 }
 
-/// The name that was given to the arm; empty if it has none, or does not tell.
+/// Name given to the arm; empty if it has none, or does not report it.
 ///
 /// # Errors
-/// As [`Arm::get`], but for an arm that does not know the command.
+/// As [`Arm::get`], except for an arm that does not know the command.
 pub async fn device_name(arm: &Arm) -> Result<String> {
     let name = known(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
     Ok(name.unwrap_or_default())
 }
 
-/// Nothing where an arm has no such thing.
+/// Turns the errors of an arm that lacks a function into `None`. A timeout counts too, for an arm
+/// that leaves an unknown command unanswered.
 pub(super) fn known<T>(answer: Result<T>) -> Result<Option<T>> {
     match answer {
         Ok(answer) => Ok(Some(answer)),
@@ -175,7 +188,7 @@ pub(super) fn known<T>(answer: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// The next reading, if anything is read at all.
+/// Next reading of `polled`; `None` if nothing is polled.
 async fn next_of<T: Clone + Send + Sync + 'static>(polled: &mut Option<Polled<T>>) -> Option<T> {
     match polled {
         Some(polled) => Some(polled.next().await),

@@ -1,22 +1,22 @@
-//! What the tools of an arm do.
+//! State of the tools of an arm.
 
 use magician::{Arm, GripperState, Result};
 use magician_program::Grip;
 
 use super::ToolOrder;
 
-/// What the tools were last told or seen to do.
+/// Last known state of the tools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ToolState {
-    /// Whether the suction cup is on.
+    /// True if the suction cup is on.
     pub suction: bool,
-    /// What the gripper does.
+    /// State of the gripper.
     pub gripper: Grip,
-    /// Whether the laser burns.
+    /// True if the laser burns.
     pub laser: bool,
 }
 
-/// All is off.
+/// All tools off.
 impl Default for ToolState {
     fn default() -> Self {
         Self {
@@ -28,10 +28,10 @@ impl Default for ToolState {
 }
 
 impl ToolState {
-    /// Asks an arm. What it does not have, or is not known, is off.
+    /// Reads the state from an arm. Missing or unknown outputs count as off.
     ///
     /// # Errors
-    /// As [`Arm::get`], but for an arm that does not know the commands of a tool.
+    /// As [`Arm::get`], except for an arm that does not know the commands of a tool.
     pub async fn read(arm: &Arm) -> Result<Self> {
         let outputs = arm.read_outputs().await?;
         Ok(Self {
@@ -45,7 +45,8 @@ impl ToolState {
         })
     }
 
-    /// The arm has done that. One pump is for suction cup and gripper: what is told to one ends the other.
+    /// Applies an order that the arm has carried out. Suction cup and gripper share one pump: an
+    /// order to one ends the other.
     pub(super) const fn apply(&mut self, order: ToolOrder) {
         match order {
             ToolOrder::Suction(on) => {

@@ -1,4 +1,9 @@
-//! The arm at the orders of a pendant: one thing moves it at a time, and a stop overtakes it.
+//! Worker that carries out a pendant's orders: one activity moves the arm at a time, and a stop
+//! overtakes it.
+//!
+//! Work is a set of futures that only [`ArmWorker::next`] polls, so the session needs no task of
+//! its own. Three slots hold it: `moving` for the activity that moves the arm, `beside` for tools,
+//! speeds and alarms in order, and `waiting` for the newest order that a stop holds back.
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
@@ -19,7 +24,7 @@ use crate::{JobHandle, JobSpec, NoJournal, SavedSettings, Start};
 
 type Worked = Result<Option<Jog>, OrderError>;
 type Work = Pin<Box<dyn Future<Output = Worked> + Send>>;
-/// The program that runs, or ran last.
+/// The running or last program.
 type Running = Arc<Mutex<Option<JobHandle>>>;
 
 struct Job {
@@ -27,51 +32,53 @@ struct Job {
     work: Work,
 }
 
-/// The settings that jogs and moves go by, as they were found.
+/// Speed ratios of jogs and moves as first read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpeedRatios {
-    /// Of jogs.
+    /// Ratio for jogs.
     pub(super) jog: JogCommonParams,
-    /// Of moves.
+    /// Ratio for moves.
     pub(super) moves: PtpCommonParams,
 }
 
-/// The arm at the orders of a pendant.
+/// Worker for the orders of a pendant.
 pub(super) struct ArmWorker {
     arm: Arm,
     saved: SavedSettings,
     ratios: SpeedRatios,
-    /// Whether the ratios are not those that were found.
+    /// True if the ratios were changed.
     changed: bool,
     jog: Option<(JogDirection, Jog)>,
-    /// What moves it.
+    /// Activity that moves the arm.
     moving: Option<Job>,
-    /// What is to move it once the stop under way has ended, and when that was ordered, or kept up, last.
+    /// Order that waits for the current stop, and when it was last given or kept alive.
     waiting: Option<(PendantOrder, Instant)>,
-    /// What is done beside.
+    /// Work that does not move the arm, in order.
     beside: VecDeque<Job>,
-    /// The program that runs, or ran last.
+    /// The running or last program.
     program: Running,
-    /// Where a stop is sent from when this is dropped.
+    /// Runtime on which the drop sends its stop.
     runtime: Handle,
 }
 
-/// What is under way stops: a jog by its guard, a program by its handle, a move by a stop of its own.
+/// Stops the current activity: a jog by its guard, a program by its handle, a move by an explicit
+/// stop.
 impl Drop for ArmWorker {
     fn drop(&mut self) {
+        // A jog that is about to begin ends with its future.
         if self.jogs() {
             return;
         }
         if self.moving.take().is_some() {
             let arm = self.arm.clone();
-            // The receiver is gone.
+            // The result is ignored: the session that would receive it is gone.
             self.runtime.spawn(async move { arm.stop().await.ok() });
         }
     }
 }
 
 impl ArmWorker {
-    /// At this arm; what it changes is restored by `saved`. Within a runtime.
+    /// Creates a worker; `saved` restores what it changes. Must be called within a runtime.
     pub(super) fn new(arm: &Arm, saved: SavedSettings, ratios: SpeedRatios) -> Self {
         Self {
             arm: arm.clone(),
@@ -87,7 +94,7 @@ impl ArmWorker {
         }
     }
 
-    /// What moves the arm, as far as this knows.
+    /// Activity that moves the arm, as far as the worker knows.
     pub(super) fn activity(&self) -> Option<Activity> {
         let jog = self
             .jog
@@ -96,14 +103,14 @@ impl ArmWorker {
         self.moving.as_ref().map(|job| job.activity).or(jog)
     }
 
-    /// The step of the program that the arm is at, from 0, once that is known.
+    /// Current step of the program, from 0, once known.
     pub(super) fn step(&self) -> Option<usize> {
         let program = lock(&self.program).clone();
         usize::try_from(program?.progress().step).ok()
     }
 
-    /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
-    /// stop, and a jog to another jog; what moves the arm by hand waits for the end of a stop, the newest order for all.
+    /// Starts an order, or returns its refusal at once. Only a stop replaces the current activity,
+    /// and a jog replaces a jog. During a stop the newest motion order waits for its end.
     pub(super) fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
         if self.stops() && moves(&order) {
             self.waiting = Some((order, Instant::now()));
@@ -118,9 +125,11 @@ impl ArmWorker {
             PendantOrder::Stop => {
                 self.jog = None;
                 self.waiting = None;
-                // The last that holds it, but for what waits for it and is let go of here: it stops.
+                // The last handle except the clone in the future that `begin` replaces: dropping
+                // both stops the program.
                 drop(lock(&self.program).take());
-                // What has not been sent would come after it: a laser that is switched on, say.
+                // Tool orders not sent yet are dropped: sent after the stop, one could switch the
+                // laser on.
                 self.beside
                     .retain(|job| !matches!(job.activity, Activity::Tool(_)));
                 let arm = self.arm.clone();
@@ -134,7 +143,7 @@ impl ArmWorker {
                 self.beside(Activity::ClearAlarms, work)
             }
             PendantOrder::Tool(tool) => {
-                // The caller has made sure that it may burn.
+                // The caller has verified that the laser may burn.
                 let arm = self.arm.allowing_laser();
                 let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
                 self.beside(Activity::Tool(tool), work)
@@ -151,7 +160,7 @@ impl ArmWorker {
                 let guards = Guards::default().laser(!burning);
                 let arm = self.arm.clone();
                 let work = async move {
-                    // From where it has come to rest: a jog may be ending.
+                    // Wait for rest: a jog may still be braking.
                     arm.wait_still().await?;
                     arm.run_with(&[command], RunOptions::default().guards(guards), |_| {})
                         .await?;
@@ -172,7 +181,7 @@ impl ArmWorker {
         }
     }
 
-    /// Waits until something is done.
+    /// Waits until an order is done.
     pub(super) async fn next(&mut self) -> OrderDone {
         let (activity, outcome) = poll_fn(|context| {
             if let Some(job) = &mut self.moving
@@ -203,17 +212,17 @@ impl ArmWorker {
         OrderDone { activity, outcome }
     }
 
-    /// Ends what is under way: what moves is stopped, and settings are given back.
+    /// Ends the current activity and restores the settings.
     ///
     /// # Errors
-    /// When the arm does not confirm that it stands, and as [`SavedSettings::restore`].
+    /// Fails if the arm does not confirm that it stands; else as [`SavedSettings::restore`].
     pub(super) async fn finish(mut self) -> magician::Result<()> {
         self.moving = None;
         self.beside.clear();
         let program = lock(&self.program).take();
         if let Some(program) = program {
             program.stop();
-            // It gives back its settings.
+            // Waits for the program to restore its settings.
             let _ = program.outcome().await;
         }
         if let Some((_, jog)) = self.jog.take() {
@@ -230,14 +239,16 @@ impl ArmWorker {
             *kept = Instant::now();
         }
         if self.jogs() {
-            // The one before gives way to the one that begins: its end is no news of the control that is held.
+            // A new jog is replacing the old one, whose end says nothing about the control that is
+            // held now.
             return None;
         }
         let (direction, jog) = self.jog.as_ref()?;
         let (activity, kept) = (Activity::Jog(*direction), jog.keep());
         let error = kept.err()?;
         self.jog = None;
-        // That it was kept up too late is how a control ends whose hold was reported too late.
+        // A keep-alive that came too late is a normal end: the control was released, and its last
+        // report was late.
         let outcome = match error.code() {
             ErrorCode::NotKept => Ok(()),
             _ => Err(error.into()),
@@ -255,23 +266,23 @@ impl ArmWorker {
         }
     }
 
-    /// Whether what moves it is a jog that begins.
+    /// True if a jog is about to begin.
     fn jogs(&self) -> bool {
         (self.moving.as_ref()).is_some_and(|job| matches!(job.activity, Activity::Jog(_)))
     }
 
-    /// Whether a stop is under way.
+    /// True if a stop is in progress.
     fn stops(&self) -> bool {
         (self.moving.as_ref()).is_some_and(|job| job.activity == Activity::Stop)
     }
 
-    /// A stop has ended: what waited for that begins, if the arm stands and its control is still held.
+    /// Starts the order that waited for a stop, if the arm stands and the control is still held.
     fn begin_waiting(&mut self, stands: bool) {
         let Some((order, kept)) = self.waiting.take().filter(|_| stands) else {
             return;
         };
         if !matches!(order, PendantOrder::Jog { keep, .. } if kept.elapsed() >= keep) {
-            // Nothing moves the arm, so that nothing refuses it.
+            // Cannot be refused: nothing moves the arm.
             self.order(order);
         }
     }
@@ -283,8 +294,9 @@ impl ArmWorker {
         let arm = self.arm.clone();
         let options = JogOptions::default().keep(keep);
         let work = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
-        // The guard of the one under way is kept until this one begins: in the opposite direction the arm goes over into it.
-        // Along another axis the driver ends that first and sees the arm at rest; what is released meanwhile starts nothing.
+        // The guard of the current jog is kept until the new one begins: in the opposite direction
+        // the arm reverses without a stop. Along another axis the driver first ends the jog and
+        // waits for rest. A release in the meantime starts nothing.
         self.begin_if_free(Activity::Jog(direction), work)
     }
 
@@ -343,7 +355,7 @@ impl ArmWorker {
     }
 }
 
-/// Whether an order moves the arm by hand.
+/// True if an order moves the arm by hand.
 fn moves(order: &PendantOrder) -> bool {
     matches!(
         order,
@@ -351,11 +363,11 @@ fn moves(order: &PendantOrder) -> bool {
     )
 }
 
-/// Checks a program from here on, and runs it.
+/// Checks a program from step `from` on, and runs it.
 async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> Worked {
     drop(lock(&program).take());
     arm.wait_still().await?;
-    // A stop leaves the tool where it is.
+    // A stop leaves the tool where it is: the person at the pendant decides where it goes.
     let ending = Ending {
         stay: true,
         ..Ending::default()
@@ -390,7 +402,7 @@ mod tests {
         ArmWorker::new(arm, SavedSettings::default(), ratios)
     }
 
-    /// A control that is held for so long, kept up as a pendant does; what was refused or ended of it.
+    /// Holds a control for `ms` with the keep-alives of a pendant; returns the orders that failed.
     async fn hold(worker: &mut ArmWorker, axis: &str, ms: u64) -> Vec<OrderDone> {
         let direction: JogDirection = axis.parse().unwrap();
         let keep = Duration::from_millis(300);
@@ -422,7 +434,8 @@ mod tests {
         assert!(told.is_empty(), "{told:?}");
         let after = sim.state().pose;
         assert!(after.y < before.y - 10.0, "{before:?} {after:?}");
-        // It braked along x, and nothing of that speed went into y the wrong way.
+        // The arm braked along x; none of that speed turned into motion along y in the wrong
+        // direction.
         assert!(after.x > before.x && after.x < before.x + 10.0);
         // A key that is released while the arm comes to rest starts nothing.
         let direction = "z+".parse().unwrap();
@@ -449,7 +462,7 @@ mod tests {
         assert!(worker.order(PendantOrder::Stop).is_none());
         assert_eq!(worker.next().await.activity, Activity::Stop);
         assert!(worker.beside.is_empty());
-        // What is asked for after it is done.
+        // Orders given after the stop are carried out.
         let suction = ToolOrder::Suction(true);
         assert!(worker.order(PendantOrder::Tool(suction)).is_none());
         assert_eq!(worker.next().await.activity, Activity::Tool(suction));

@@ -1,7 +1,8 @@
-//! The journal as a small file: there while the job lasts, gone at its good end.
+//! The journal as a small file that exists while the job lasts, and is removed when it ends well.
 //!
-//! A file belongs to one job of one arm, and is locked meanwhile: arms that tell the same serial number, as
-//! all virtual ones do that end with their process, each have a file of their own.
+//! The file belongs to one job of one arm and is locked by its process. Several arms can report the
+//! same serial number (all virtual arms that end with their process do), so each gets a file of its
+//! own, with a number in its name.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -18,66 +19,68 @@ use super::{InterruptedJob, Journal, JournalError, JournalKey};
 use crate::dirs;
 use crate::files::{replace, replace_locked};
 
-/// Arms with one serial number that have journals of one program, at most. Beyond that nothing is kept.
+/// Largest number of arms with one serial number that keep journals of one program. Further ones
+/// keep none.
 const MOST_ARMS: u32 = 32;
 
-/// Interrupted jobs of other programs that are told.
+/// Largest number of interrupted jobs of other programs in an error.
 const MOST_OTHERS: usize = 20;
 
-/// Claims by path of the first such file and number of the arm.
+/// Claims by path of the first such file and number of the virtual arm.
 type Claims = BTreeMap<(PathBuf, u64), Claim>;
 
-/// Files of the virtual arms of this process between two jobs. The world of such an arm ends with the process,
-/// so until then its journal is of no other arm.
+/// Files of this process's virtual arms between two jobs. The world of such an arm ends with the
+/// process, so until then its journal belongs to no other arm.
 fn of_virtual_arms() -> MutexGuard<'static, Claims> {
     static CLAIMS: Mutex<Claims> = Mutex::new(Claims::new());
     CLAIMS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A [`Journal`] in the user's directory for state (`runs/KEY-ARM.json`), which all programs share: what one has left another
-/// goes on with.
+/// A [`Journal`] in the user's state directory (`runs/KEY-ARM.json`), shared by all programs: one
+/// can resume what another has left.
 ///
-/// Beside a job of another arm with the same serial number it is `runs/KEY-ARM-2.json`. A virtual arm that ends
-/// with its process goes on with its own, or else with the newest of a process that has ended.
+/// If an arm with the same serial number is running a job already, the file is
+/// `runs/KEY-ARM-2.json`. A virtual arm that ends with its process resumes its own file, or else
+/// the newest left by a process that has ended.
 #[derive(Debug, Default)]
 pub struct FileJournal {
     folder: Option<PathBuf>,
-    /// The first of the files of this program and serial number, and the number of the arm if it is a
-    /// virtual one.
+    /// First of the files of this program and serial number, and the number of the arm if it is
+    /// virtual.
     key: Option<(PathBuf, Option<u64>)>,
     claim: Option<Claim>,
-    /// What another program needs to go on with the job, and the arm that it is of.
+    /// Order that another program needs to resume the job, and the arm it belongs to.
     order: Option<(serde_json::Map<String, Value>, String)>,
 }
 
-/// Folder beside that of the journals. For a journal it has, under its name, what another program needs to go on with the job.
+/// Folder next to that of the journals, with the order of each journal under the same name.
 const ORDERS: &str = "orders";
 
-/// That file of a journal.
+/// Path of the order that belongs to a journal.
 fn order_of(journal: &Path) -> PathBuf {
     let folder = journal.parent().unwrap_or(Path::new(""));
     let name = journal.file_name().unwrap_or_default();
     folder.with_file_name(ORDERS).join(name)
 }
 
-/// A job that was interrupted, with what another program needs to go on with it.
+/// Interrupted job, with the order that another program needs to resume it.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LeftRun {
     /// Name of its journal.
     pub name: String,
-    /// Arm that it is of: [`JournalKey::arm`].
+    /// Arm of the job: [`JournalKey::arm`].
     pub arm: String,
-    /// What its program said of it ([`FileJournal::with_order`]).
+    /// Description of the job by its program ([`FileJournal::with_order`]).
     pub order: Value,
-    /// How far it is.
+    /// Progress of the job.
     pub checkpoint: Checkpoint,
-    /// When that was written.
+    /// Time of the last write.
     pub at: SystemTime,
 }
 
-/// Jobs in this folder (`runs` of the user's directory for state) that were interrupted and say what they are. Those that are
-/// under way in some process are left out.
+/// Lists the interrupted jobs in a folder (`runs` of the user's state directory) that have an
+/// order. Jobs that a process is running are left out.
 #[must_use]
 pub fn left_runs(folder: &Path) -> Vec<LeftRun> {
     let orders = fs::read_dir(folder.with_file_name(ORDERS));
@@ -102,7 +105,7 @@ pub fn left_runs(folder: &Path) -> Vec<LeftRun> {
     left
 }
 
-/// A file that is one job's.
+/// File that belongs to one job.
 #[derive(Debug)]
 struct Claim {
     path: PathBuf,
@@ -111,13 +114,13 @@ struct Claim {
 }
 
 impl FileJournal {
-    /// In the user's directory for state; where the system names none, nothing is kept.
+    /// A journal in the user's state directory. Keeps nothing if the system has no such directory.
     #[must_use]
     pub fn new() -> Self {
         Self::within(dirs::state().map(|state| state.join("runs")))
     }
 
-    /// In this folder.
+    /// A journal in this folder.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
         Self::within(Some(folder.into()))
@@ -132,15 +135,18 @@ impl FileJournal {
         }
     }
 
-    /// Lets other programs go on with the job: while the journal is there, this is beside it ([`left_runs`]). One that goes on
-    /// with a job that said nothing of itself adds nothing: it is its first program's.
+    /// Adds an order, with which other programs can resume the job: it is stored next to the
+    /// journal ([`left_runs`]).
+    ///
+    /// When a job that had no order is resumed, none is added: the job belongs to the program that
+    /// started it.
     #[must_use]
     pub fn with_order(mut self, order: serde_json::Map<String, Value>) -> Self {
         self.order = Some((order, String::new()));
         self
     }
 
-    /// Writes what the job is, once.
+    /// Writes the order, once.
     fn write_order(&mut self, path: &Path) -> io::Result<()> {
         if let Some((mut order, arm)) = self.order.take() {
             order.insert("arm".to_owned(), arm.into());
@@ -150,14 +156,16 @@ impl FileJournal {
         Ok(())
     }
 
-    /// Keeps other processes from choosing a file at the same time, where the system can lock a folder.
+    /// Locks the folder, where the system can do that, so that no other process chooses a file at
+    /// the same time.
     fn guard(&self) -> Option<File> {
         let folder = File::open(self.folder.as_ref()?).ok()?;
         folder.lock().ok()?;
         Some(folder)
     }
 
-    /// Why there is nothing of this program, with what there is of others at the same arm.
+    /// Error for a program without a journal, with the interrupted jobs of other programs at the
+    /// same arm.
     fn nothing(&self) -> JournalError {
         let others = self.others().unwrap_or_default();
         if others.is_empty() {
@@ -177,7 +185,7 @@ impl FileJournal {
                 .and_then(|stem| stem.split_once('-'))
                 .map(|(_, rest)| rest);
             let rest = rest.and_then(|rest| rest.strip_prefix(arm));
-            // Arms of one serial number are counted.
+            // Further arms of one serial number have a number at the end.
             let is_number =
                 |count: &str| !count.is_empty() && count.bytes().all(|sign| sign.is_ascii_digit());
             rest.is_some_and(|rest| {
@@ -233,6 +241,7 @@ impl Journal for FileJournal {
                 '-'
             }
         };
+        // Shortened, because file systems limit the length of names.
         let arm: String = key.arm.chars().map(plain).take(60).collect();
         let name = format!("{}-{arm}.json", key.program);
         let first = self.folder.as_ref().map(|folder| folder.join(name));
@@ -268,6 +277,7 @@ impl Journal for FileJournal {
         let written = serde_json::to_string(checkpoint)
             .map_err(io::Error::from)
             .and_then(|text| self.try_write(&text));
+        // An older checkpoint would be taken for the last one.
         if written.is_err() {
             self.remove();
         }
@@ -277,7 +287,7 @@ impl Journal for FileJournal {
     fn remove(&mut self) {
         let _guard = self.guard();
         if let Some(claim) = self.claim.take() {
-            // One that was never written is not there.
+            // Fails if the file was never written.
             let _ = fs::remove_file(&claim.path);
             let _ = fs::remove_file(order_of(&claim.path));
         }
@@ -286,6 +296,7 @@ impl Journal for FileJournal {
 
 impl Drop for FileJournal {
     fn drop(&mut self) {
+        // Keep the lock, so that no other arm takes the file between two jobs.
         if let (Some((first, Some(number))), Some(claim)) = (self.key.take(), self.claim.take()) {
             of_virtual_arms().insert((first, number), claim);
         }
@@ -293,17 +304,17 @@ impl Drop for FileJournal {
 }
 
 impl Claim {
-    /// Takes a file that is no other job's.
+    /// Claims a file unless another job holds it.
     fn of(path: PathBuf) -> Option<Self> {
         let file = File::open(&path).ok()?;
-        // Where the file system knows no locks, it is taken as it always was.
+        // On a file system without locks the file counts as free.
         let is_taken = matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock));
         (!is_taken).then_some(Self { path, file })
     }
 
     fn text(&self) -> io::Result<String> {
         let (mut file, mut text) = (&self.file, String::new());
-        // Read through the file that is locked: some systems let no other one read it.
+        // Read through the locked file: some systems refuse to read it through another one.
         file.rewind()?;
         file.read_to_string(&mut text)?;
         Ok(text)
@@ -319,7 +330,7 @@ fn paths(first: &Path) -> impl Iterator<Item = PathBuf> {
     })
 }
 
-/// The newest of the files that are no job's.
+/// Newest of the files that no job holds.
 fn newest(first: &Path) -> Option<Claim> {
     let free = paths(first).filter_map(Claim::of);
     free.max_by_key(|claim| {

@@ -1,4 +1,7 @@
-//! What a job leaves for the one that goes on with it.
+//! Journals: the checkpoint that a job leaves for a later one to resume from.
+//!
+//! The engine decides when to write; an implementation only stores. `FileJournal` keeps files,
+//! [`NoJournal`] nothing.
 
 #[cfg(feature = "files")]
 mod file;
@@ -11,21 +14,22 @@ use magician_program::resume::Checkpoint;
 #[cfg(feature = "files")]
 pub use file::{FileJournal, LeftRun, left_runs};
 
-/// Whose journal it is.
+/// Key of a journal: program and arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct JournalKey {
-    /// The program: [`Program::key`](magician_program::Program::key).
+    /// Key of the program: [`Program::key`](magician_program::Program::key).
     pub program: String,
-    /// The arm: its serial number, or its name where it tells none, or `virtual` for one that ends with this process.
+    /// Serial number of the arm, its name if it reports none, or `virtual` if it ends with this
+    /// process.
     pub arm: String,
-    /// Number of a virtual arm among those of this process: its journal is of no other arm while this process
-    /// lives. `None` for an arm that outlives it.
+    /// Number of a virtual arm among those of this process: while the process lives its journal
+    /// belongs to no other arm. `None` for an arm that outlives the process.
     pub virtual_arm: Option<u64>,
 }
 
 impl JournalKey {
-    /// Key of a program at an arm that outlives this process.
+    /// Key for an arm that outlives this process.
     #[must_use]
     pub fn new(program: impl Into<String>, arm: impl Into<String>) -> Self {
         Self {
@@ -36,56 +40,56 @@ impl JournalKey {
     }
 }
 
-/// A job of another program that was interrupted.
+/// Interrupted job of another program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct InterruptedJob {
-    /// What was run.
+    /// Title of its plan.
     pub title: String,
-    /// Steps that are known to be finished.
+    /// Steps known to be finished.
     pub finished: u64,
-    /// When that was written.
+    /// Time of the last write.
     pub at: SystemTime,
 }
 
-/// Why there is nothing to resume.
+/// Error of reading a journal.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum JournalError {
     /// No job of this program was interrupted at this arm.
     Nothing,
-    /// The same, but jobs of other programs were: the newest first. The same file placed or drawn in another way is another
-    /// program.
+    /// As `Nothing`, but jobs of other programs were interrupted, newest first. The same file with
+    /// another placement or other options is another program.
     Others(Vec<InterruptedJob>),
-    /// It is there and cannot be read: another version wrote it, or something damaged it.
+    /// The journal exists but cannot be read: another version wrote it, or it is damaged.
     Unreadable {
-        /// Where it is.
+        /// Path of the journal.
         place: String,
     },
 }
 
-/// Keeps how far a job is, so that another one can go on with it, also in another process. Each call returns soon: it is made
-/// while the arm moves.
+/// Storage for the progress of a job, so that another job can resume it, even in another process.
 ///
-/// The engine says when to write and how often; a journal that cannot be written is no reason to stop the arm.
+/// Calls are made while the arm moves and must return quickly. The engine decides when to write; a
+/// failed write does not stop the arm.
 pub trait Journal: Send {
-    /// Names the job that it is of; the first call.
+    /// Names the job. Always the first call.
     fn open(&mut self, key: &JournalKey);
 
-    /// What an earlier job of the same has left.
+    /// Returns the checkpoint of an earlier job with the same key.
     ///
     /// # Errors
-    /// [`JournalError`] if there is nothing, or nothing that can be read.
+    /// [`JournalError`] if there is none, or it cannot be read.
     fn left(&self) -> Result<Checkpoint, JournalError>;
 
-    /// Keeps this.
+    /// Stores a checkpoint.
     ///
     /// # Errors
-    /// The cause if it cannot be kept. Nothing is left of the job then: an older state of it would be
-    /// taken for its last one.
+    /// The cause of the failure. Then nothing of the job may remain stored: an older checkpoint
+    /// would be mistaken for the last one.
     fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()>;
 
-    /// The job has come to its end: nothing of it is left.
+    /// Removes the checkpoint: the job has run to its end.
     fn remove(&mut self);
 }
 
@@ -107,7 +111,7 @@ impl<J: Journal + ?Sized> Journal for Box<J> {
     }
 }
 
-/// Keeps nothing: a job that cannot be resumed.
+/// Journal that stores nothing: the job cannot be resumed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoJournal;
 

@@ -1,8 +1,8 @@
-//! Presets: options of drawing and engraving under a name, as files beside the user's file of settings, or wherever a
-//! [`PresetStore`] keeps them.
+//! Presets: named options for drawing and engraving, as files next to the user's settings file, or
+//! wherever a [`PresetStore`] keeps them.
 //!
-//! A file has the names of options as keys ([`SetupOptions::keys`]), and a `note` for people. Some presets come with this crate; a
-//! file of the same name goes before one of these.
+//! The keys of a file are names of options ([`SetupOptions::keys`]), plus a `note` for people. Some
+//! presets come with this crate; a file of the same name takes precedence.
 
 mod report;
 mod store;
@@ -24,20 +24,20 @@ pub use report::{PresetList, PresetReport};
 pub use store::PresetFolder;
 pub use store::PresetStore;
 
-/// A larger file cannot be a preset.
+/// Largest size of a preset, bytes. A choice far above any real preset.
 const LARGEST: usize = 1 << 16;
-/// As many presets are kept, at most, besides those that come with this crate.
+/// Largest number of stored presets; shipped ones do not count.
 const MOST: usize = 1000;
-/// No name is longer.
+/// Longest name, bytes.
 const LONGEST: usize = 64;
-/// The key of a preset's note.
+/// Key of the note.
 const NOTE: &str = "note";
-/// What a preset does not decide: which work it is, and whether it is done.
+/// Options that a preset may not contain: the kind of work, and if it is done at all.
 const NOT_OF_A_PRESET: [&str; 3] = ["work", "frame", "frame_power"];
-/// What no file may be called on Windows.
+/// Device names that no file may have on Windows.
 const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
-/// Those that come with this crate.
+/// Presets that come with this crate.
 const SHIPPED: [(&str, &str); 5] = [
     ("pen", include_str!("../../presets/pen.toml")),
     ("marker", include_str!("../../presets/marker.toml")),
@@ -52,30 +52,31 @@ const SHIPPED: [(&str, &str); 5] = [
     ),
 ];
 
-/// Options under a name.
+/// Named options.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Preset {
-    /// What it is called.
+    /// Name of the preset.
     pub name: String,
-    /// Its note.
+    /// Note for people.
     pub note: Option<String>,
-    /// What it says.
+    /// Options that the preset sets.
     pub options: SetupOptions,
-    /// Whether it comes with this crate.
+    /// True if it comes with this crate.
     pub shipped: bool,
-    /// Its file, if it has one.
+    /// Path of its file, if it has one.
     pub path: Option<PathBuf>,
-    /// The text of the file.
+    /// Text of the file.
     pub text: String,
 }
 
 impl Preset {
-    /// Returns options for a file of this format, completed by this preset where they say nothing; and
-    /// what a person is told of it: its note, and its options that the other work would take.
+    /// Completes `given` with the options of this preset, for a file of this format. Also returns a
+    /// note for the user: the preset's note, and its options that do not apply to this kind of
+    /// work.
     ///
     /// # Errors
-    /// What contradicts each other in the two together.
+    /// [`OptionError`] if the combined options contradict each other.
     pub fn complete(
         &self,
         given: &SetupOptions,
@@ -83,7 +84,7 @@ impl Preset {
     ) -> Result<(SetupOptions, Option<Diagnostic>), OptionError> {
         let mut own = self.options.clone();
         if format == Some(Format::TestGrid) {
-            // A grid has its own.
+            // A test grid defines its own powers and speeds.
             (own.power, own.speed) = (None, None);
         }
         let options = given.or(&own);
@@ -111,30 +112,30 @@ impl Preset {
     }
 }
 
-/// What is wrong with a preset.
+/// Error of a preset.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum PresetError {
-    /// No preset can be called so.
+    /// The name is not allowed.
     Name(String),
-    /// No preset has this name; the names that exist.
+    /// No preset has this name; the second field lists the known names.
     Unknown(String, Vec<String>),
-    /// It comes with this crate, and cannot be removed.
+    /// The preset comes with this crate and cannot be removed.
     Shipped(String),
-    /// What the file says is wrong, where.
+    /// The file has a mistake.
     Broken {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Its text.
+        /// Text of the file.
         text: String,
-        /// What is wrong with it.
+        /// The mistake and its place.
         problem: Box<Diagnostic>,
     },
-    /// What was to be saved cannot be.
+    /// The options cannot be saved as a preset.
     Unsaid(String),
-    /// There is no place to keep presets in.
+    /// The system has no directory for presets.
     Homeless,
-    /// No more presets are kept.
+    /// The limit on presets is reached.
     TooMany,
     /// The file cannot be read or written.
     File(PathBuf, io::Error),
@@ -169,14 +170,14 @@ impl fmt::Display for PresetError {
 
 impl std::error::Error for PresetError {}
 
-/// The presets that there are: those that come with this crate, and those that are kept.
+/// All presets: the ones shipped with this crate, and the ones in a store.
 #[derive(Clone, Debug, Default)]
 pub struct Presets {
     store: Option<Arc<dyn PresetStore>>,
 }
 
 impl Presets {
-    /// Those of this user: `presets`, beside the file of settings ([`magician::arms::file`]).
+    /// Presets of this user: `presets`, next to the settings file ([`magician::arms::file`]).
     #[cfg(feature = "settings")]
     #[must_use]
     pub fn of_user() -> Self {
@@ -185,30 +186,31 @@ impl Presets {
         folder.map_or_else(Self::default, Self::at)
     }
 
-    /// Those in a folder.
+    /// Presets in a folder.
     #[cfg(feature = "files")]
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
         Self::kept_in(Arc::new(PresetFolder::at(folder)))
     }
 
-    /// Those that are kept elsewhere.
+    /// Presets in another store.
     #[must_use]
     pub fn kept_in(store: Arc<dyn PresetStore>) -> Self {
         Self { store: Some(store) }
     }
 
-    /// The names of all, those that come with this crate first.
+    /// Names of all presets, shipped ones first.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
         let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
         let mut own = self.own_names();
+        // A file that hides a shipped preset is listed at the shipped one's place.
         own.retain(|name| !names.contains(name));
         names.append(&mut own);
         names
     }
 
-    /// The names of those that are kept.
+    /// Names of the presets in the store.
     fn own_names(&self) -> Vec<String> {
         let mut own = { self.store.as_ref() }.map_or_else(Vec::new, |store| store.names());
         own.retain(|name| is_name(name));
@@ -216,7 +218,7 @@ impl Presets {
         own
     }
 
-    /// The preset of a name.
+    /// Loads the preset with this name.
     ///
     /// # Errors
     /// [`PresetError`].
@@ -251,7 +253,7 @@ impl Presets {
         })
     }
 
-    /// Keeps options under a name, in the place of what was kept under it.
+    /// Saves options under a name, replacing a preset of that name.
     ///
     /// # Errors
     /// [`PresetError`].
@@ -263,11 +265,12 @@ impl Presets {
     ) -> Result<Preset, PresetError> {
         check_name(name)?;
         let text = written(note, options)?;
+        // Options that could not be loaded again must not be saved.
         parse(&text).map_err(|problem| PresetError::Unsaid(problem.message.into()))?;
         self.save_text(name, text)
     }
 
-    /// Keeps the text of a file of a preset under a name, in the place of what was kept under it.
+    /// Saves the text of a preset file under a name, replacing a preset of that name.
     ///
     /// # Errors
     /// [`PresetError`].
@@ -296,7 +299,8 @@ impl Presets {
         })
     }
 
-    /// Removes the file of a preset: where it went before one that comes with this crate, that one counts again. Where it was.
+    /// Removes the file of a preset and returns its path. If it hid a preset that comes with this
+    /// crate, that one applies again.
     ///
     /// # Errors
     /// [`PresetError`].
@@ -329,7 +333,7 @@ fn check_name(name: &str) -> Result<(), PresetError> {
     }
 }
 
-/// Whether a preset can be called so on every system.
+/// True if a preset can have this name on every system.
 fn is_name(name: &str) -> bool {
     let lower = name.to_ascii_lowercase();
     let numbered = |stem: &str| {
@@ -350,7 +354,7 @@ fn shipped_text(name: &str) -> Option<&'static str> {
     all.find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
-/// What a file says, or where it is wrong.
+/// Parses the text of a preset file into its note and options; an error has its place.
 fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
     let lines = Lines::new(text);
     let spans = DeTable::parse(text).map_err(|error| {
@@ -364,7 +368,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
     for (key, span) in spans.get_ref() {
         let at_value = lines.origin(span.span());
         let value = match values.remove(key.get_ref().as_ref()) {
-            // What JSON has no form for: a number that is none, or infinite.
+            // JSON has no NaN and no infinity: keep the text, so that the check names the option.
             None | Some(Value::Null) => text[span.span()].into(),
             Some(value) => value,
         };
@@ -384,7 +388,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
             return Err(Diagnostic::new(lines.origin(key.span()), message));
         }
         let alone = Map::from_iter([(name.clone(), value.clone())]);
-        // Alone it may lack what it needs beside it: that is seen when all of them are there.
+        // A single option may need others next to it: that is checked below, on all of them.
         SetupOptions::from_fields_of_some(&alone)
             .map_err(|error| Diagnostic::new(at_value, error.message))?;
         places.push((name.clone(), at_value));
@@ -401,7 +405,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
     Ok((note, options))
 }
 
-/// Options as a file.
+/// Text of a preset file with these options.
 fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
     if let Some(FontChoice::File { name, .. }) = &options.font {
         let message = message!("a preset cannot keep the font of a file: {name}", name);
@@ -555,8 +559,8 @@ mod tests {
             env!("CARGO_MANIFEST_DIR"),
             "/../magician-program/tests/data/bad_options.json"
         );
-        /// Entries that no preset can say: null, no name of an option, and what a preset does not
-        /// decide.
+        /// Entries that no preset can contain: null, unknown keys, and options that a preset may
+        /// not set.
         const UNSAYABLE: usize = 116;
         let table = fs::read_to_string(TABLE).expect("the table");
         let table: Vec<Value> = serde_json::from_str(&table).expect("JSON");
@@ -572,7 +576,7 @@ mod tests {
                 continue;
             }
             let text = toml::to_string(options).expect("TOML");
-            // Numbers that are none are no text in TOML.
+            // TOML writes NaN and infinity without quotes.
             let text = ["nan", "inf", "-inf"].iter().fold(text, |text, number| {
                 text.replace(&format!("= \"{number}\""), &format!("= {number}"))
             });

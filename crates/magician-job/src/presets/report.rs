@@ -1,38 +1,38 @@
-//! Presets as objects of JSON: the same for the command and for a station.
+//! Presets as JSON objects, shared by the command and the station.
 
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::{Preset, Presets};
 
-/// A preset as JSON has it.
+/// Preset as JSON.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PresetReport {
-    /// What it is called.
+    /// Name of the preset.
     pub name: String,
-    /// Whether it comes with this program; a file of its name goes before it.
+    /// True if it comes with this program and no file of its name hides it.
     pub shipped: bool,
-    /// Its note.
+    /// Note for people.
     pub note: Option<String>,
-    /// Its file, if it has one.
+    /// Path of its file, if it has one.
     pub path: Option<String>,
-    /// What it says; not in a list.
+    /// Options that it sets; absent in a list.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub options: Option<Map<String, Value>>,
-    /// The text of its file; not in a list.
+    /// Text of its file; absent in a list.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
-    /// What is wrong with its file.
+    /// Mistake in its file, if there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub problem: Option<String>,
 }
 
-/// All presets.
+/// List of all presets.
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct PresetList {
-    /// Those that come with this program first.
+    /// Presets, shipped ones first.
     pub presets: Vec<PresetReport>,
 }
 
@@ -51,7 +51,7 @@ impl From<&Preset> for PresetReport {
 }
 
 impl PresetList {
-    /// Those that there are. One that is wrong does not hide the others.
+    /// Lists the presets. A broken file appears with its problem and does not hide the others.
     #[must_use]
     pub fn of(presets: &Presets) -> Self {
         let listed = { presets.names().into_iter() }.map(|name| match presets.load(&name) {

@@ -1,4 +1,4 @@
-//! Where presets are kept.
+//! Storage of presets.
 
 use std::fmt;
 #[cfg(feature = "files")]
@@ -9,37 +9,37 @@ use std::path::PathBuf;
 #[cfg(feature = "files")]
 use crate::files::replace;
 
-/// Keeps the texts of presets under their names, which [`Presets`](super::Presets) has checked.
+/// Storage for the texts of presets. [`Presets`](super::Presets) has checked the names.
 pub trait PresetStore: fmt::Debug + Send + Sync {
-    /// The names of those that are there.
+    /// Names of the stored presets.
     fn names(&self) -> Vec<String>;
 
-    /// The text of one; nothing if it is not there.
+    /// Loads the text of a preset; `None` if it does not exist.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The cause if it cannot be read.
     fn load(&self, name: &str) -> io::Result<Option<String>>;
 
-    /// Keeps this text, in the place of what was there.
+    /// Stores a text, replacing an earlier one.
     ///
     /// # Errors
-    /// It cannot be kept.
+    /// The cause if it cannot be written.
     fn save(&self, name: &str, text: &str) -> io::Result<()>;
 
-    /// Removes one; whether it was there.
+    /// Removes a preset; true if it existed.
     ///
     /// # Errors
-    /// It cannot be removed.
+    /// The cause if it cannot be removed.
     fn remove(&self, name: &str) -> io::Result<bool>;
 
-    /// The file of one, if it is one.
+    /// Path of a preset's file, if it is stored as one.
     fn path(&self, name: &str) -> Option<PathBuf> {
         let _ = name;
         None
     }
 }
 
-/// Presets as files of a folder: `NAME.toml`.
+/// Presets as files `NAME.toml` in a folder.
 #[cfg(feature = "files")]
 #[derive(Clone, Debug)]
 pub struct PresetFolder {
@@ -48,7 +48,7 @@ pub struct PresetFolder {
 
 #[cfg(feature = "files")]
 impl PresetFolder {
-    /// In this folder, which is made when it is needed.
+    /// A store in this folder, which is created on the first save.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
         Self {
@@ -76,11 +76,11 @@ impl PresetStore for PresetFolder {
         let file = self.file(name);
         match fs::metadata(&file) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
-            // What is no preset is not read to its end.
+            // Too large for a preset: refuse it before reading.
             Ok(about) if about.len() > super::LARGEST as u64 => {
                 Err(io::Error::other("it is too large for a preset"))
             }
-            // A pipe may never end, nor a device.
+            // Pipes and devices may never end.
             Ok(about) if !about.is_file() => Err(io::Error::other("it is not a regular file")),
             _ => fs::read_to_string(&file).map(Some),
         }

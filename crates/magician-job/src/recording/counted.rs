@@ -1,20 +1,23 @@
-//! The tool that poses are counted for, which another program may change while the arm is recorded.
+//! Tool that recorded poses refer to, which another program may change during a recording.
 //!
-//! A new bias moves the pose and not the arm: a recorder of poses has to know, or it records a motion that never
-//! happened. Each pose tells its bias itself, beside the joints.
+//! A new bias changes the pose without any motion: a recorder that misses it records a motion that
+//! never happened. The bias can be computed from every pose, because a pose also contains the joint
+//! angles.
 
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Arm, Geometry, JointAngles, ToolBias};
 use magician_program::Tool;
 
-/// Biases that differ by less are the same: an arm's own geometry is known to 0.03 mm, and no two tools are so alike, mm.
+/// Smallest difference between two biases that counts, mm. An arm's own geometry is known to 0.03
+/// mm, and no two tools are this similar.
 const SAME: f64 = 0.5;
 
-/// What poses are counted for.
+/// Tool that the poses of an arm refer to.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Counted {
     tool: Tool,
-    /// Whether this arm's poses and joints are those of the geometry that is known here.
+    /// True if the arm's poses and joints agree with the geometry known here; `None` before the
+    /// first pose.
     tells: Option<bool>,
 }
 
@@ -23,8 +26,8 @@ impl Counted {
         Self { tool, tells: None }
     }
 
-    /// The tool that this pose is counted for; the arm is asked when it must be another one than before. Nothing if the arm
-    /// does not say, or it was changed once more in between.
+    /// Tool that `pose` refers to. Reads it from the arm if the pose shows a change. `None` if the
+    /// arm does not answer, or the tool has changed once more since.
     pub(super) async fn of(&mut self, pose: &Pose, arm: &Arm) -> Option<Tool> {
         if self.is_another(pose) {
             let tool = Tool::from(&arm.get::<EndEffectorParams>().await.ok()?);
@@ -42,7 +45,7 @@ impl Counted {
     }
 }
 
-/// This pose, counted for another tool.
+/// The same pose of the arm, expressed for another tool.
 pub(super) fn recounted(pose: &Pose, from: Tool, to: Tool) -> Pose {
     let (from, to) = (from.bias(), to.bias());
     let (x, y) = (to.x - from.x, to.y - from.y);
@@ -61,7 +64,7 @@ fn same(one: ToolBias, other: ToolBias) -> bool {
     apart.iter().all(|part| part.abs() < SAME)
 }
 
-/// The bias that lies between the wrist, where the joints have it, and the tip, where the pose has it.
+/// Bias between the wrist, computed from the joints, and the tip, given by the pose.
 fn bias_of(pose: &Pose) -> ToolBias {
     let joints = JointAngles::from(pose.joint_angle.map(f64::from));
     let wrist = Geometry::magician(ToolBias::NONE).forward(&joints);
@@ -110,7 +113,7 @@ mod tests {
         let mut counted = Counted::new(Tool::None);
         assert!(!counted.is_another(&pose(joints, Tool::None)));
         assert!(counted.is_another(&pose(joints, Tool::Pen)));
-        // One that has never agreed tells nothing.
+        // An arm that never agreed with the geometry shows nothing.
         let mut counted = Counted::new(Tool::None);
         assert!(!counted.is_another(&pose(joints, Tool::Pen)));
         assert!(!counted.is_another(&pose(joints, Tool::Suction)));

@@ -1,4 +1,4 @@
-//! Why an arm is not recorded any more, as data.
+//! Errors of a recording, as data.
 
 use std::fmt;
 use std::io;
@@ -7,39 +7,39 @@ use std::sync::Arc;
 
 use magician_program::Diagnostic;
 
-/// Why an arm cannot be recorded, or no longer.
+/// Error that prevents or ends a recording.
 #[derive(Debug)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum RecordError {
-    /// The end of the file's name is that of no [`Format`](super::Format).
+    /// The extension of the file belongs to no [`Format`](super::Format).
     Format(PathBuf),
-    /// The file cannot be made or replaced.
+    /// The file cannot be created or replaced.
     Unwritable {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         why: io::Error,
     },
-    /// The file takes nothing more, as on a full disk.
+    /// Writing failed, for example on a full disk.
     Write(io::Error),
-    /// The motion makes no program of this format.
+    /// The motion cannot be expressed as a program of this format.
     Program(Diagnostic),
-    /// The arm did not say what has to be known of it.
+    /// The arm did not answer a request that the recording needs.
     Arm(magician::Error),
-    /// The line to the arm is gone; what was recorded before is in the file.
+    /// The line to the arm was lost; earlier readings are in the file.
     Lost {
         /// Time of the last reading, s.
         seconds: f64,
         /// Readings until then.
         readings: u64,
-        /// What became of the line; `None` if it was closed.
+        /// Cause; `None` if the line was closed.
         why: Option<Arc<str>>,
     },
-    /// The task is gone, with what it said last: an internal error.
+    /// The task died: an internal error, with its last message.
     Died(String),
 }
 
-/// What to say of a file that the system does not let be written.
+/// Maps an I/O error of `path` to a [`RecordError`].
 pub(super) fn unwritable(path: &Path) -> impl Fn(io::Error) -> RecordError {
     move |why| RecordError::Unwritable {
         path: path.to_owned(),

@@ -1,6 +1,7 @@
-//! Records an arm that is moved by hand, by its keys, or by another program.
+//! Recording of an arm that is moved by hand, by its keys, or by another program.
 //!
-//! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of the program.
+//! A [`Recorder`] runs as a task. A reading is in the file within a second, even if the program
+//! then dies.
 
 mod counted;
 mod error;
@@ -29,42 +30,44 @@ use error::unwritable;
 pub use sink::Format;
 use sink::{Beginning, Sink};
 
-/// What was recorded is in the file so often.
+/// Interval at which readings are flushed to the file.
 const FLUSH: Duration = Duration::from_secs(1);
-/// How long an arm has to tell how it stands in the end.
+/// Deadline for the last reading: an arm that no longer answers must not hold up the end.
 const LAST_LOOK: Duration = Duration::from_millis(500);
 
-/// How an arm is recorded.
+/// Options of a recording.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// When it begins: a file of readings says so.
+    /// Start time, written into files of readings.
     pub began: SystemTime,
-    /// Readings a second.
+    /// Rate of readings, Hz.
     pub rate: f64,
-    /// How far a program may be from the motion, mm.
+    /// Largest distance between a recorded program and the motion, mm.
     pub tolerance: f64,
-    /// Whose clock counts.
+    /// Clock for the times of readings.
     pub clock: Clock,
-    /// Where the steps of a running program are counted.
+    /// Counter of the steps of a running program.
     pub steps: Option<Arc<AtomicU64>>,
-    /// Whether a file of rows has a second line with the units.
+    /// True if a CSV file gets a second line with units.
     pub units: bool,
-    /// Where the paper lies, if a pen is mounted: a file for Foxglove shows what it draws.
+    /// Paper plane, if a pen is mounted: a file for Foxglove then shows the drawing.
     pub paper: Option<Surface>,
 }
 
-/// Whose clock counts.
+/// Clock for the times of readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clock {
-    /// This computer's.
+    /// This computer's clock.
     Host,
-    /// The arm's, which costs one more read for each reading: for a virtual one that runs faster. One whose clock leaps is sampled
-    /// on its way ([`Arm::samples`]).
+    /// The arm's clock, at the cost of one more request for each reading: for a virtual arm that
+    /// runs faster than real time. If its clock leaps, the arm is sampled along its motion
+    /// ([`Arm::samples`]).
     Arm,
 }
 
 impl Options {
-    /// Readings by the host's clock from this time on, so many a second; a program within 0.5 mm of the motion.
+    /// Options for readings by the host's clock from `began` on at `rate` Hz, and programs within
+    /// 0.5 mm of the motion.
     #[must_use]
     pub const fn new(began: SystemTime, rate: f64) -> Self {
         Self {
@@ -79,40 +82,41 @@ impl Options {
     }
 }
 
-/// How far a recording is.
+/// Progress of a recording.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tally {
     /// Time of the last reading, s.
     pub seconds: f64,
     /// Readings so far.
     pub readings: u64,
-    /// x, y, z, r of the last reading, mm and deg.
+    /// Last x, y, z (mm) and r (deg).
     pub pose: [f32; 4],
     /// Speed of the tool, mm/s.
     pub speed: f64,
-    /// Way of the tool, mm.
+    /// Length of the tool's path so far, mm.
     pub length: f64,
 }
 
-/// What a recording has come to.
+/// Result of a recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// What it is.
+    /// Format of the file.
     pub format: Format,
     /// Time of the last reading, s.
     pub seconds: f64,
     /// Readings taken.
     pub readings: u64,
-    /// Way of the tool, mm.
+    /// Length of the tool's path, mm.
     pub length: f64,
-    /// Steps of the program, if it is one.
+    /// Number of steps, if the recording is a program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps: Option<usize>,
 }
 
-/// An arm being recorded. Dropping it ends that; [`finish`](Self::finish) takes a last reading before, and tells what came of it.
+/// An arm being recorded. Dropping the recorder ends the recording; [`finish`](Self::finish) takes
+/// a last reading first and returns the result.
 ///
 /// ```
 /// use std::time::SystemTime;
@@ -134,17 +138,18 @@ pub struct Summary {
 /// ```
 pub struct Recorder {
     tally: watch::Receiver<Tally>,
-    /// Told, the task takes a last look; dropped, it ends at once.
+    /// A message asks the task for a last reading; dropping the sender ends it at once.
     stop: oneshot::Sender<()>,
     task: JoinHandle<Result<Summary, RecordError>>,
 }
 
 impl Recorder {
-    /// Begins; must be called within a runtime, which its reads and writes are done in. The end of the file's name says what it
-    /// is; a file that is there is written over.
+    /// Starts a recording; must be called within a runtime, which does its reads and writes. The
+    /// extension of `path` selects the format; an existing file is replaced.
     ///
     /// # Errors
-    /// A [`RecordError`]: the name, the file, or the arm does not answer.
+    /// [`RecordError`] for a bad name, a file that cannot be written, or an arm that does not
+    /// answer.
     pub async fn begin(arm: &Arm, path: &Path, options: Options) -> Result<Self, RecordError> {
         let format = Format::of(path)?;
         let (_, places) = arm.stats().await?;
@@ -198,19 +203,20 @@ impl Recorder {
         Ok(Self { tally, stop, task })
     }
 
-    /// How far it is.
+    /// Current progress.
     #[must_use]
     pub fn tally(&self) -> Tally {
         *self.tally.borrow()
     }
 
-    /// What tells how far it is, also when it has ended: for another thread.
+    /// Function that returns the current progress, for another thread. It keeps working after the
+    /// end.
     pub fn teller(&self) -> impl Fn() -> Tally + Send + Sync + use<> {
         let tally = self.tally.clone();
         move || *tally.borrow()
     }
 
-    /// Waits until it ends by itself, which is because it cannot go on.
+    /// Waits until the recording ends by itself, which happens only after an error.
     pub async fn failed(&mut self) -> RecordError {
         match (&mut self.task).await {
             Ok(Err(error)) => error,
@@ -222,9 +228,9 @@ impl Recorder {
     /// Takes a last reading and completes the file.
     ///
     /// # Errors
-    /// A [`RecordError`], also one that has ended it before.
+    /// [`RecordError`], also one that ended the recording before.
     pub async fn finish(self) -> Result<Summary, RecordError> {
-        // A recording that ended before has an error to report.
+        // Fails if the task has ended already; its error is returned below.
         let _ = self.stop.send(());
         match self.task.await {
             Ok(outcome) => outcome,
@@ -233,7 +239,7 @@ impl Recorder {
     }
 }
 
-/// What was read of the arm.
+/// Values read from the arm.
 struct Seen {
     pose: Pose,
     index: u64,
@@ -241,24 +247,24 @@ struct Seen {
     alarms: AlarmSet,
 }
 
-/// The task.
+/// State of the recording task.
 struct Work {
     state: StateWatch,
     events: Events,
     arm: Arm,
-    /// What the arm's clock showed at the beginning, if it counts.
+    /// Arm's clock at the start, if times follow it.
     clock: Option<u32>,
-    /// Of a virtual arm whose clock leaps: all readings are these.
+    /// Samples of a virtual arm whose clock leaps: then all readings come from here.
     samples: Option<Samples>,
     steps: Option<Arc<AtomicU64>>,
     begun: Instant,
     places: u32,
     counted: Counted,
     sink: Box<dyn Sink>,
-    /// The reading before, and the tool that its pose is counted for.
+    /// Last reading, and the tool that its pose refers to.
     last: Option<(Instant, Reading, Tool)>,
     tally: watch::Sender<Tally>,
-    /// Why there is no line.
+    /// Cause of a lost line.
     broke: Option<Arc<str>>,
 }
 
@@ -269,7 +275,7 @@ impl Work {
         summary: Summary,
     ) -> Result<Summary, RecordError> {
         let outcome = self.record(stopped).await;
-        // What there is is completed, however it came to its end.
+        // Complete the file even after an error: earlier readings are valid.
         let finished = self.sink.finish();
         outcome?;
         let Tally {
@@ -289,9 +295,11 @@ impl Work {
 
     async fn record(&mut self, mut stopped: oneshot::Receiver<()>) -> Result<(), RecordError> {
         let mut flushes = interval(FLUSH);
+        // After a delay flush once, not once for each missed interval.
         flushes.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
+                // The end first: a busy arm must not delay it.
                 biased;
                 told = &mut stopped => {
                     if let Some(samples) = &self.samples {
@@ -299,7 +307,7 @@ impl Work {
                         return self.keep_samples(None);
                     }
                     if told.is_ok() {
-                        // An arm that says nothing any more has said all.
+                        // Ignored if it fails: an arm that stopped answering has nothing to add.
                         let _ = timeout(LAST_LOOK, self.look()).await;
                     }
                     return Ok(());
@@ -329,19 +337,21 @@ impl Work {
     async fn see(&mut self, status: &Status) -> Result<(), RecordError> {
         match &status.link {
             Link::Up => {}
+            // The driver is searching for the line; readings continue once it is back.
             Link::Lost { sought: true, .. } => return Ok(()),
             Link::Lost { why, .. } => {
                 self.broke = Some(why.clone());
                 return Err(self.lost());
             }
+            // An unknown state of the link: nothing more can be recorded.
             _ => return Err(self.lost()),
         }
         if let Some(samples) = &self.samples {
-            // However little happens, so many are taken in a second of the wall's clock.
+            // Take samples at the rate of the wall clock even if the arm's clock stands.
             samples.take();
             return Ok(());
         }
-        // A line that was found tells the reading before once more.
+        // When a line is found again, the last reading is delivered a second time.
         if self.last.is_some_and(|(at, ..)| at == status.at) {
             return Ok(());
         }
@@ -354,7 +364,7 @@ impl Work {
         self.keep(status.at, seen).await
     }
 
-    /// Reads the arm once more.
+    /// Takes one more reading of the arm.
     async fn look(&mut self) -> Result<(), RecordError> {
         let at = Instant::now();
         let seen = Seen {
@@ -368,7 +378,7 @@ impl Work {
 
     async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), RecordError> {
         let Some(tool) = self.counted.of(&seen.pose, &self.arm).await else {
-            // It is unknown which tool the pose is for.
+            // Skip a reading whose tool is unknown.
             return Ok(());
         };
         let t = match self.clock {
@@ -381,7 +391,7 @@ impl Work {
         self.write(at, t, &seen, tool)
     }
 
-    /// Keeps this sample, and all that are there.
+    /// Writes this sample and all others that are ready.
     fn keep_samples(&mut self, first: Option<Sample>) -> Result<(), RecordError> {
         let mut coming = first;
         while let Some(sample) = coming.take().or_else(|| self.samples.as_mut()?.ready()) {
@@ -438,7 +448,7 @@ impl Work {
         });
     }
 
-    /// The line is gone, and with it what was to be recorded.
+    /// Error for a lost line.
     fn lost(&self) -> RecordError {
         let Tally {
             seconds, readings, ..
@@ -451,7 +461,7 @@ impl Work {
     }
 }
 
-/// The next sample of those that are taken, if any are.
+/// Next sample; never resolves if none are taken.
 async fn next(samples: &mut Option<Samples>) -> Option<Sample> {
     match samples {
         Some(samples) => samples.next().await,
@@ -459,7 +469,7 @@ async fn next(samples: &mut Option<Samples>) -> Option<Sample> {
     }
 }
 
-/// From one pose to the next, mm.
+/// Distance between two poses, mm.
 fn way(a: &Pose, b: &Pose) -> f64 {
     let apart = |a: f32, b: f32| f64::from(b) - f64::from(a);
     let [x, y, z] = [apart(a.x, b.x), apart(a.y, b.y), apart(a.z, b.z)];

@@ -1,4 +1,4 @@
-//! A program that repeats the motion.
+//! Recording as a program that repeats the motion.
 
 use std::path::{Path, PathBuf};
 
@@ -12,17 +12,17 @@ use super::sink::{Beginning, Format, Sink};
 use super::{RecordError, unwritable};
 use crate::files::WholeFile;
 
-/// The file is rewritten as a whole each time: what a killed program leaves can be run.
+/// The file is rewritten completely at each flush, so that a killed program leaves a runnable one.
 pub(super) struct Program {
     path: PathBuf,
-    /// `None` once it is complete.
+    /// `None` once the file is complete.
     file: Option<WholeFile>,
     format: Format,
-    /// The one that the program is for.
+    /// Tool that the program is for.
     tool: Tool,
     tolerance: f64,
     recording: Recording,
-    /// Whether there is something that the file does not have.
+    /// True if readings are missing in the file.
     stale: bool,
 }
 
@@ -42,7 +42,7 @@ impl Program {
             recording: Recording::new(beginning.tolerance),
             stale: false,
         };
-        // Nothing yet, but what cannot be written is known now.
+        // Write an empty program first, so that a file that cannot be written fails now.
         match format {
             Format::Playback => program.write("<root></root>")?,
             _ => program.write(&program.plan().to_json())?,
@@ -61,7 +61,7 @@ impl Program {
             .plan(title.trim_end_matches(".playback"), Some(self.tool), follow)
     }
 
-    /// Writes it; its steps.
+    /// Writes the program; returns its number of steps.
     fn save(&mut self) -> Result<usize, RecordError> {
         let plan = self.plan();
         let text = match self.format {
@@ -86,7 +86,7 @@ impl Program {
 impl Sink for Program {
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError> {
         if tool != self.tool && self.recording.length() == 0.0 {
-            // Told before anything moved, it is the tool of what comes.
+            // Nothing has moved yet: the changed tool applies to the whole program.
             self.tool = tool;
             self.recording = Recording::new(self.tolerance);
         }

@@ -1,4 +1,4 @@
-//! Readings in a file, whatever its format.
+//! Recording as readings, in any of the formats for data.
 
 use std::io::{self, BufWriter};
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::files::WholeFile;
 
 type Writer = Box<dyn WriteReadings + Send>;
 
-/// The file, until it is complete. One that is not completed does not replace another.
+/// Writer and file until it is complete. An incomplete file does not replace an existing one.
 pub(super) struct Readings(Option<(Writer, WholeFile)>);
 
 impl Readings {
@@ -57,7 +57,7 @@ impl Readings {
     }
 }
 
-/// Nanoseconds since 1970.
+/// Nanoseconds since 1970; 0 for earlier times.
 fn unix(time: SystemTime) -> u64 {
     let since_1970 = time
         .duration_since(SystemTime::UNIX_EPOCH)

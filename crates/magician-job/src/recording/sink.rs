@@ -1,4 +1,4 @@
-//! The files that a recording can be.
+//! File formats of a recording.
 
 use std::path::Path;
 use std::time::SystemTime;
@@ -10,50 +10,50 @@ use serde::Serialize;
 
 use super::{RecordError, program, readings};
 
-/// What is known before the first reading.
+/// Parameters known before the first reading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beginning {
-    /// When it began.
+    /// Start time.
     pub(super) began: SystemTime,
-    /// Readings a second.
+    /// Rate of readings, Hz.
     pub(super) rate: f64,
-    /// How far a program may be from the motion, mm.
+    /// Largest distance between a program and the motion, mm.
     pub(super) tolerance: f64,
-    /// The tool that poses are counted for at first.
+    /// Tool that poses refer to at first.
     pub(super) tool: Tool,
     pub(super) counts_steps: bool,
-    /// Whether rows have a line of units.
+    /// True if a CSV file gets a line of units.
     pub(super) units: bool,
-    /// Where a pen draws.
+    /// Paper plane.
     pub(super) paper: Option<Surface>,
 }
 
-/// Where readings go.
+/// Receiver of readings.
 pub(super) trait Sink: Send {
-    /// A reading, and the tool that its pose is counted for.
+    /// Writes a reading; `tool` is the one that its pose refers to.
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError>;
-    /// Something has happened.
+    /// Writes an event at time `t`, s.
     fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError>;
-    /// What was written is to outlive this program from now on.
+    /// Makes everything written so far survive a crash of this program.
     fn flush(&mut self) -> Result<(), RecordError>;
-    /// No more come; steps of the program, if it is one.
+    /// Completes the file; returns the number of steps if it is a program.
     fn finish(&mut self) -> Result<Option<usize>, RecordError>;
 }
 
-/// What a recording can be, by the end of its file's name.
+/// Format of a recording, chosen by the extension of its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum Format {
     /// Readings, for Foxglove.
     Mcap,
-    /// Readings as rows.
+    /// Readings as CSV.
     Csv,
     /// Readings as JSON lines.
     Jsonl,
-    /// A program of ours that repeats the motion.
+    /// Plan that repeats the motion.
     Plan,
-    /// The same for DobotStudio.
+    /// DobotStudio playback that repeats the motion.
     Playback,
 }
 
@@ -66,14 +66,14 @@ impl Format {
         (".plan.json", Self::Plan),
         (".plan", Self::Plan),
         (".playback", Self::Playback),
-        // What `run --record` has taken for lines of objects.
+        // `run --record` has always written JSON lines under this extension.
         (".json", Self::Jsonl),
     ];
 
-    /// What a file is to be.
+    /// Format for a file name.
     ///
     /// # Errors
-    /// [`RecordError::Format`] for any other name.
+    /// [`RecordError::Format`] for an unknown extension.
     pub fn of(path: &Path) -> Result<Self, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.to_ascii_lowercase();
@@ -83,7 +83,7 @@ impl Format {
         format.ok_or_else(|| RecordError::Format(path.to_owned()))
     }
 
-    /// Whether it is a program that repeats the motion.
+    /// True for a program that repeats the motion.
     #[must_use]
     pub fn is_program(self) -> bool {
         matches!(self, Self::Plan | Self::Playback)

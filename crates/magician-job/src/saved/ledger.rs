@@ -1,7 +1,9 @@
-//! Saved settings of arms, in files: one for each process and arm, there while something is saved.
+//! Files with the saved settings of arms: one for each process and arm, present while something is
+//! to be restored.
 //!
-//! The file is locked by the process that owes, so that the end of the process, however it comes, unlocks it. Of several that
-//! save the same setting all keep what it was before the first of them.
+//! The process that owes the restore holds a lock on its file, so its end, even by a crash, unlocks
+//! the file. If several processes save the same setting, each keeps the value from before the first
+//! change.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
@@ -16,36 +18,37 @@ use serde::{Deserialize, Serialize};
 
 use crate::files::WholeFile;
 
-/// The form that is written now.
+/// Version of the file format.
 const VERSION: u32 = 1;
-/// No file of ours is as long.
+/// Largest size that is read, bytes; longer files are damaged.
 const LONGEST: u64 = 1 << 16;
-/// How files end that are whole; others are being written.
+/// Extension of complete files; others are being written.
 const ENDING: &str = "json";
 
-/// Where the files are.
+/// Directory of the files.
 #[derive(Clone, Debug)]
 pub(super) struct Ledger(PathBuf);
 
-/// The file of this process for one arm. Dropped, it stays and is unlocked: what is saved is for others to restore.
+/// File of this process for one arm. Dropping it unlocks the file but keeps it, so that another
+/// process restores the settings.
 #[derive(Debug)]
 pub(super) struct Entry {
     path: PathBuf,
     serial: String,
-    /// Open as long as the file is this process's.
+    /// Held open to keep the lock.
     _lock: File,
 }
 
-/// What earlier processes have left for an arm.
+/// Files that earlier processes left for an arm.
 #[derive(Debug, Default)]
 pub(super) struct Left {
-    /// Each with what it owes; nothing where its file is damaged.
+    /// Entries with their settings; `None` if the file is damaged.
     pub(super) entries: Vec<(Entry, Option<SettingsBackup>)>,
-    /// Whether a process that lives owes the arm something as well.
+    /// True if a live process also has settings of the arm to restore.
     pub(super) others: bool,
 }
 
-/// What a file says.
+/// Content of a file.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Page {
@@ -66,13 +69,13 @@ impl Ledger {
         Self(path)
     }
 
-    /// Whether no settings are left to restore, as far as can be told without reading.
+    /// True if there are no files; none is read for this.
     pub(super) fn is_empty(&self) -> bool {
         self.files().next().is_none()
     }
 
-    /// Keeps that this process owes the arm of this serial number these settings. What other files say of the same settings
-    /// goes before: it is from before they were changed first.
+    /// Records that this process has to restore `saved` on the arm with this serial number. Values
+    /// in files of other processes take precedence: they are from before the first change.
     pub(super) fn keep(
         &self,
         serial: &str,
@@ -105,6 +108,7 @@ impl Ledger {
         };
         fs::create_dir_all(&self.0)?;
         let mut file = WholeFile::create(&path)?;
+        // Locked before it gets its final name: no other process ever sees it unlocked.
         file.try_lock()?;
         file.write_all(&serde_json::to_vec(&page)?)?;
         let lock = file.finish_open()?;
@@ -115,7 +119,7 @@ impl Ledger {
         })
     }
 
-    /// What is left for the arm of this serial number. It is this process's from now on.
+    /// Claims the files left for an arm. They belong to this process from now on.
     pub(super) fn left(&self, serial: &str) -> Left {
         let mut left = Left::default();
         for path in self.of(serial) {
@@ -124,13 +128,13 @@ impl Ledger {
             };
             match lock.try_lock() {
                 Ok(()) => {}
-                // A process that may be alive counts as alive.
+                // If the lock is in doubt, assume that the process is alive.
                 Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {
                     left.others = true;
                     continue;
                 }
             }
-            // Another process has restored it between the look and the lock.
+            // Another process restored it between the listing and the lock.
             if !path.exists() {
                 continue;
             }
@@ -146,7 +150,8 @@ impl Ledger {
         left
     }
 
-    /// The files that may be of this arm: those of an arm with another serial number are no more than read.
+    /// Files that may belong to this arm. The content decides: different serial numbers can share a
+    /// file name.
     fn of(&self, serial: &str) -> impl Iterator<Item = PathBuf> {
         let prefix = format!("{}-", plain(serial));
         let mut of: Vec<PathBuf> = self
@@ -156,7 +161,7 @@ impl Ledger {
                 let digits = name
                     .and_then(|name| name.strip_prefix(&prefix))
                     .and_then(|rest| rest.strip_suffix(&format!(".{ENDING}")));
-                // A serial number that goes on behind this one is another.
+                // Excludes longer serial numbers that begin with this one.
                 digits.is_some_and(|rest| rest.split('-').count() == 2)
             })
             .collect();
@@ -172,9 +177,9 @@ impl Ledger {
 }
 
 impl Entry {
-    /// What it says is given back.
+    /// Removes the file: its settings are restored.
     pub(super) fn remove(self) -> io::Result<()> {
-        // Still locked: no other process takes it over.
+        // The lock is still held, so no other process can claim the file.
         fs::remove_file(&self.path)
     }
 
@@ -202,7 +207,7 @@ impl Line {
     }
 }
 
-/// What a file has saved of this arm.
+/// Reads the settings saved for this arm; `None` if the file is damaged or of another arm.
 fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
     let mut text = Vec::new();
     file.take(LONGEST).read_to_end(&mut text).ok()?;
@@ -218,7 +223,7 @@ fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
     )
 }
 
-/// A serial number as a part of a file's name.
+/// Serial number as part of a file name.
 fn plain(serial: &str) -> String {
     let plain = |sign: char| {
         if sign.is_ascii_alphanumeric() {
@@ -267,7 +272,7 @@ mod tests {
         }
         let left = ledger.left("A1");
         assert_eq!(of(&left), [Some(vec![slow, fast])]);
-        // Two that look at the same time: one has it.
+        // Only one of two simultaneous claims succeeds.
         assert!(ledger.left("A1").others);
         for (entry, _) in left.entries {
             entry.remove().expect("removed");

@@ -1,5 +1,9 @@
-//! Settings of the arm that a program changes for its own time and restores, however it ends: also when the process is
-//! killed, then by the next program that moves or sets.
+//! Settings of the arm that a program changes temporarily and restores however it ends. If its
+//! process is killed, the next program that moves or sets restores them.
+//!
+//! A job saves a setting before it changes it. The values are in memory and, for an arm that
+//! outlives the process, in a file that the process keeps locked (`ledger`). A file without a lock
+//! means that its process died: the next program restores it.
 
 #[cfg(feature = "files")]
 mod ledger;
@@ -13,10 +17,11 @@ use tracing::{info, warn};
 #[cfg(feature = "files")]
 use self::ledger::{Entry, Ledger, Left};
 
-/// The settings that a program has to restore. Clones share them.
+/// Settings that a program has to restore. Clones share them.
 ///
-/// With the feature `files` they are also kept in a file, for an arm that outlives the process and tells its serial number: the
-/// next program that moves or sets restores them ([`settle`](Self::settle)) when this one was killed.
+/// With the feature `files` they are also stored in a file, if the arm outlives the process and
+/// reports a serial number. If this process is killed, the next program that moves or sets restores
+/// them ([`settle`](Self::settle)).
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
@@ -40,56 +45,56 @@ pub struct SavedSettings(Arc<Mutex<Saved>>);
 #[derive(Debug, Default)]
 struct Saved {
     settings: SettingsBackup,
-    /// The file that says so, where the arm outlives this process.
+    /// File of these settings, if the arm outlives this process.
     #[cfg(feature = "files")]
     kept: Option<Entry>,
 }
 
-/// What a program does with the arm.
+/// Kind of access that a program has to the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Access {
-    /// It only reads.
+    /// Only reads.
     Reads,
-    /// It moves or sets something, or may.
+    /// Moves or sets something, or may.
     Sets,
-    /// It ends something that may be dangerous: nothing comes before that.
+    /// Ends something dangerous: nothing may delay that.
     Stops,
 }
 
 impl Access {
-    /// Of a program that moves or sets only then.
+    /// [`Sets`](Self::Sets) if `sets`, else [`Reads`](Self::Reads).
     #[must_use]
     pub const fn sets_if(sets: bool) -> Self {
         if sets { Self::Sets } else { Self::Reads }
     }
 }
 
-/// What became of the settings that ended processes have left changed.
+/// Result of restoring settings that dead processes left changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Settled {
-    /// There are none, or the arm does not tell its serial number.
+    /// No settings to restore, or the arm does not report its serial number.
     Nothing,
-    /// These settings are restored.
+    /// Names of the settings that were restored.
     Restored(Vec<&'static str>),
-    /// These are still to be restored.
+    /// Names of the settings that are still to be restored.
     Left(Vec<&'static str>),
-    /// These are to be restored when the arm has done what is in its queue.
+    /// Names of the settings to restore once the arm's queue is empty.
     Later(Vec<&'static str>),
-    /// The file that names them is damaged.
+    /// The file with the settings is damaged.
     Damaged(String),
 }
 
 impl SavedSettings {
-    /// Has this setting restored. It is kept before this returns, so change it after.
+    /// Saves a setting to restore later. It is stored before this returns: change it afterwards.
     pub async fn save(&self, arm: &Arm, setting: impl Into<Set>) {
         let mut settings = SettingsBackup::default();
         settings.save(setting);
         self.save_all(arm, settings).await;
     }
 
-    /// Has these settings restored, as [`save`](Self::save).
+    /// Saves several settings, as [`save`](Self::save).
     pub async fn save_all(&self, arm: &Arm, settings: SettingsBackup) {
         if settings.is_empty() {
             return;
@@ -103,20 +108,21 @@ impl SavedSettings {
         let _ = arm;
     }
 
-    /// True if a setting of this kind is to be restored.
+    /// True if a setting of this kind is saved.
     pub(crate) fn has(&self, id: u8) -> bool {
         let saved = self.lock();
         let mut settings = saved.settings.settings().iter();
         settings.any(|setting| setting.row().id == id)
     }
 
-    /// Whether nothing has to be restored.
+    /// True if nothing has to be restored.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lock().settings.is_empty()
     }
 
-    /// The work goes on without: what is not kept is restored at the end of this process all the same.
+    /// Stores the settings in a file. A failure is only logged: this process restores them all the
+    /// same.
     #[cfg(feature = "files")]
     fn keep(&self, ledger: &Ledger, serial: &str) {
         let mut saved = self.lock();
@@ -130,20 +136,22 @@ impl SavedSettings {
         }
     }
 
-    /// The arm's queue restores them.
+    /// Forgets the settings: commands in the arm's queue restore them.
     pub fn forget(&self) {
         self.take().remove();
     }
 
-    /// This program does not restore them: what is kept is for the next one.
+    /// Leaves the settings to the next program, with the file as it is.
     pub fn leave(&self) {
         self.take();
     }
 
-    /// Restores them. If the future is dropped before its end nothing is forgotten, and all of them can be restored once more.
+    /// Restores the settings. If the future is dropped early, nothing is forgotten and all can be
+    /// restored again.
     ///
     /// # Errors
-    /// As [`Arm::set`], at the first setting that the arm does not take; the others are not restored then.
+    /// As [`Arm::set`], at the first setting that the arm refuses; the remaining ones are not
+    /// restored.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
         let restoring = Restoring {
             of: self,
@@ -157,8 +165,9 @@ impl SavedSettings {
         Ok(())
     }
 
-    /// After a failure: what was set going ends, so that nothing of it comes later, and the settings are restored as far as the
-    /// arm takes them. The failure that is on its way to the user is the better story, so no other is told.
+    /// Restores after a failure: stops the arm first, so that no pending command follows, then
+    /// restores as far as the arm allows. Errors are ignored, since the caller reports the failure
+    /// itself.
     pub async fn restore_after_failure(&self, arm: &Arm) {
         if self.is_empty() {
             return;
@@ -178,7 +187,8 @@ impl SavedSettings {
     }
 }
 
-/// Settings on their way to the arm. Dropped before they are there, it gives them back: a stop may end the wait for them.
+/// Settings being restored. If dropped early they return to the owner: a stop may cancel the
+/// restore.
 struct Restoring<'a> {
     of: &'a SavedSettings,
     saved: Option<Saved>,
@@ -190,7 +200,7 @@ impl Restoring<'_> {
         saved.map_or_else(SettingsBackup::default, |saved| saved.settings.clone())
     }
 
-    /// What was saved: it is not given back any more.
+    /// Takes the settings out: they are not returned to the owner.
     fn over(mut self) -> Saved {
         self.saved.take().unwrap_or_default()
     }
@@ -205,10 +215,10 @@ impl Drop for Restoring<'_> {
 }
 
 impl Saved {
-    /// Has what was saved before as well.
+    /// Merges settings that were saved before the present ones.
     fn gets_back(&mut self, before: Self) {
         let since = std::mem::replace(self, before);
-        // Restored in order: what was there first is restored last.
+        // Restored in order: the oldest value has to come last.
         let first = std::mem::replace(&mut self.settings, since.settings);
         self.settings.append(first);
         #[cfg(feature = "files")]
@@ -225,7 +235,8 @@ impl Saved {
 
 #[cfg(not(feature = "files"))]
 impl SavedSettings {
-    /// Restores what ended processes have left changed: nothing is known of them without the feature `files`.
+    /// Restores settings that dead processes left changed. Without the feature `files` none are
+    /// known.
     #[allow(clippy::unused_async, reason = "as with the feature `files`")]
     pub async fn settle(_arm: &Arm, _access: Access) -> Settled {
         Settled::Nothing
@@ -234,9 +245,11 @@ impl SavedSettings {
 
 #[cfg(feature = "files")]
 impl SavedSettings {
-    /// Restores what ended processes have left changed: the process was killed, the line lost. Not while another process has the
-    /// arm's settings changed, nor while the arm has commands in its queue, which may change them yet.
-    /// An arm that fails here fails in the work too, which says it better.
+    /// Restores settings that dead processes left changed (killed, or the line was lost).
+    ///
+    /// Waits for another time while a live process has settings of the arm changed, or commands in
+    /// the queue may still change some. Errors are only logged: the work that follows fails too and
+    /// reports it better.
     pub async fn settle(arm: &Arm, access: Access) -> Settled {
         if access == Access::Stops {
             return Settled::Nothing;
@@ -261,6 +274,7 @@ impl SavedSettings {
                 }
             }
         }
+        // A live process restores its settings itself; restoring them now would undo its changes.
         if whole.is_empty() || others {
             return damaged.map_or(Settled::Nothing, Settled::Damaged);
         }
@@ -284,7 +298,7 @@ impl SavedSettings {
     }
 }
 
-/// Restores the settings of an arm whose queue is empty; whether it is.
+/// Restores the settings if the arm's queue is empty; returns if it is.
 #[cfg(feature = "files")]
 async fn restore_if_idle(arm: &Arm, mut settings: SettingsBackup) -> Result<bool> {
     let (_, places) = arm.stats().await?;
@@ -306,8 +320,8 @@ fn remove(entry: Option<Entry>) {
     }
 }
 
-/// Where the settings of this arm are kept, and under which serial number. Nowhere for an arm that ends with this process, and
-/// one without a serial number.
+/// Ledger and serial number for this arm. `None` for an arm that ends with this process or has no
+/// serial number.
 #[cfg(feature = "files")]
 async fn of(arm: &Arm) -> Option<(Ledger, String)> {
     if arm.front_end().is_in_process() {
@@ -325,7 +339,7 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
     (!serial.is_empty()).then(|| (ledger, serial.to_owned()))
 }
 
-/// The same, if the settings of any arm are kept: nothing is asked otherwise.
+/// As `of`, but without a request to the arm if no settings of any arm are stored.
 #[cfg(feature = "files")]
 async fn of_any(arm: &Arm) -> Option<(Ledger, String)> {
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));

@@ -1,13 +1,14 @@
-//! Changes to a file of settings that leave the rest of it, comments too, as its owner wrote it.
+//! Edits of a settings file that keep the rest of it, comments included, as its owner wrote it.
 //!
-//! `toml_edit` was tried: what it adds stands before a comment that ends the file, and a value that it changes or removes takes the
-//! comment above along. To mend that takes as many lines as these.
+//! `toml_edit` was tried: it inserts before a comment at the end of the file, and takes along the
+//! comment above a value that it changes or removes. Correcting that takes as many lines as this
+//! module.
 
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
 
-/// The text with a value for this name. `None` if it is written in a way that this cannot change.
+/// Text with this value for a name. `None` if the place cannot be edited.
 pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
     if let Some((_, old)) = find(text, name)? {
         return Some(format!(
@@ -36,7 +37,7 @@ pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
     }
 }
 
-/// The text with this table, at its end; what it said of it before is gone.
+/// Text with this table at its end, in place of an earlier one.
 pub(super) fn with_table(text: &str, name: &str, table: &toml::Table) -> Option<String> {
     let mut text = without(text, name)?;
     text.truncate(text.trim_end().len());
@@ -50,7 +51,7 @@ pub(super) fn with_table(text: &str, name: &str, table: &toml::Table) -> Option<
     Some(text)
 }
 
-/// The text without this name, and without the rest of its lines.
+/// Text without this name and the rest of its lines.
 pub(super) fn without(text: &str, name: &str) -> Option<String> {
     let Some((key, value)) = find(text, name)? else {
         return Some(text.to_owned());
@@ -58,7 +59,7 @@ pub(super) fn without(text: &str, name: &str) -> Option<String> {
     let is_table = text.get(key.clone())?.starts_with('[') || text.get(..key.start)?.ends_with('[');
     let start = text.get(..key.start)?.rfind('\n').map_or(0, |at| at + 1);
     let end = if is_table {
-        // A table under a header of its own lasts until the next.
+        // A table with its own header extends to the next header.
         value.end.max(next_header(text, key.end))
     } else {
         value.end
@@ -72,7 +73,7 @@ pub(super) fn without(text: &str, name: &str) -> Option<String> {
     Some(format!("{}{}", text.get(..start)?, text.get(after..)?))
 }
 
-/// Where a name and its value stand. `None` if the text is no TOML.
+/// Spans of a name and its value. `None` if the text is not TOML.
 pub(super) fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range<usize>)>> {
     let file = DeTable::parse(text).ok()?;
     let mut table = file.get_ref();
@@ -90,12 +91,13 @@ pub(super) fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range
     None
 }
 
-/// Where the first line stands that begins a table.
+/// Offset of the first line that begins a table.
 fn first_header(text: &str) -> usize {
     next_header(text, 0)
 }
 
-/// Where the next line stands that begins a table, from here on; the end if there is none.
+/// Offset of the next line from `from` on that begins a table; the end of the text if there is
+/// none.
 fn next_header(text: &str, from: usize) -> usize {
     let mut at = 0;
     for line in text.split_inclusive('\n') {
@@ -107,7 +109,7 @@ fn next_header(text: &str, from: usize) -> usize {
     text.len()
 }
 
-/// Where the line after a table's own header begins.
+/// Offset of the line after the header of a table.
 fn header(text: &str, section: &str) -> Option<usize> {
     let mut end = 0;
     for line in text.split_inclusive('\n') {
@@ -123,7 +125,7 @@ fn header(text: &str, section: &str) -> Option<usize> {
     None
 }
 
-/// With a line at a place where lines begin.
+/// Text with a line inserted at an offset where a line begins.
 fn inserted(text: &str, at: usize, line: &str) -> String {
     let (before, after) = text.split_at_checked(at).unwrap_or((text, ""));
     let feed = if before.is_empty() || before.ends_with('\n') {

@@ -1,6 +1,9 @@
-//! The user's file of settings: what it says, and changes that leave the rest of it as its owner wrote it.
+//! The user's settings file: its values, and edits that keep the rest of it as its owner wrote it.
 //!
-//! Which names it may have is the business of the program that shows them; here is the file.
+//! The names allowed in it are defined by the program that shows them.
+//!
+//! Edits work on the text and return a copy; [`SettingsFile::change`] checks the result and writes
+//! it as a whole, so a failed edit leaves the file unchanged.
 
 mod edit;
 
@@ -14,29 +17,29 @@ use toml::de::DeTable;
 
 use crate::files::{read_text, replace};
 
-/// A larger file cannot be one of settings.
+/// Largest size of a settings file, bytes. A choice far above any real file.
 const LARGEST: u64 = 1 << 20;
 
-/// The text of a file of settings; one that is not there says nothing.
+/// Text of a settings file; empty if the file does not exist.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SettingsFile {
     path: Option<PathBuf>,
     text: String,
 }
 
-/// What is wrong with the file.
+/// Error of a settings file.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum SettingsError {
-    /// It cannot be read, or is too large.
+    /// The file cannot be read, or is too large.
     Unreadable(PathBuf, String),
-    /// This is not TOML, or no value of that kind.
+    /// The file is not TOML, or a value has the wrong type.
     Broken(PathBuf, String),
     /// The system has no directory for settings.
     Homeless,
-    /// What is to change is written in a way that [`SettingsFile`] cannot change.
+    /// The place to change is written in a way that [`SettingsFile`] cannot edit.
     NotEditable(PathBuf),
-    /// It cannot be written.
+    /// The file cannot be written.
     Unwritable(PathBuf, io::Error),
 }
 
@@ -57,7 +60,7 @@ impl fmt::Display for SettingsError {
 impl std::error::Error for SettingsError {}
 
 impl SettingsFile {
-    /// Reads the file of this user ([`magician::arms::file`]).
+    /// Reads this user's file ([`magician::arms::file`]).
     ///
     /// # Errors
     /// [`SettingsError::Unreadable`].
@@ -70,26 +73,26 @@ impl SettingsFile {
         Ok(Self { path, text })
     }
 
-    /// Where it is or would be.
+    /// Path of the file, even if it does not exist yet.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
 
-    /// What it says.
+    /// Text of the file.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// How the value of this name is written; dots separate the names of tables.
+    /// Text of the value of a name; dots separate the names of tables.
     #[must_use]
     pub fn written(&self, name: &str) -> Option<&str> {
         let (_, value) = edit::find(&self.text, name)??;
         self.text.get(value)
     }
 
-    /// The value of this name, which is at the top of the file.
+    /// Value of a top-level name; `None` if absent.
     ///
     /// # Errors
     /// [`SettingsError::Broken`].
@@ -106,20 +109,20 @@ impl SettingsFile {
             .map_err(|error: toml::de::Error| broken(format!("{name}: {}", error.message())))
     }
 
-    /// With this value for a name: `value` is how TOML writes it. `None` if that cannot be done.
+    /// Copy with a new value for a name; `value` is TOML text. `None` if that is impossible.
     #[must_use]
     pub fn with(&self, name: &str, value: &str) -> Option<Self> {
         Some(self.of(edit::with(&self.text, name, value)?))
     }
 
-    /// With this table under a header of its own, at the end. `None` if that cannot be done.
+    /// Copy with this table under its own header at the end. `None` if that is impossible.
     #[must_use]
     pub fn with_table(&self, name: &str, value: &impl Serialize) -> Option<Self> {
         let table = toml::Table::try_from(value).ok()?;
         Some(self.of(edit::with_table(&self.text, name, &table)?))
     }
 
-    /// Without this name. `None` if that cannot be done.
+    /// Copy without a name. `None` if that is impossible.
     #[must_use]
     pub fn without(&self, name: &str) -> Option<Self> {
         Some(self.of(edit::without(&self.text, name)?))
@@ -130,13 +133,14 @@ impl SettingsFile {
         Self { path, text }
     }
 
-    /// Takes what an edit has come to, and writes it.
+    /// Applies an edit and writes the file.
     ///
     /// # Errors
-    /// [`SettingsError::Homeless`], [`SettingsError::NotEditable`] without an edit or where it comes to no TOML,
-    /// [`SettingsError::Unwritable`]; then the file is as it was.
+    /// [`SettingsError::Homeless`]; [`SettingsError::NotEditable`] without an edit, or if it
+    /// results in invalid TOML; [`SettingsError::Unwritable`]. The file is unchanged then.
     pub fn change(&mut self, edited: Option<Self>) -> Result<(), SettingsError> {
         let path = self.path.clone().ok_or(SettingsError::Homeless)?;
+        // The edits work on text, so check that the result is still TOML.
         let edited = edited.filter(|edited| DeTable::parse(&edited.text).is_ok());
         let edited = edited.ok_or_else(|| SettingsError::NotEditable(path.clone()))?;
         replace(&path, &edited.text).map_err(|error| SettingsError::Unwritable(path, error))?;
@@ -145,7 +149,7 @@ impl SettingsFile {
     }
 }
 
-/// A text as TOML has it.
+/// Text as a TOML string.
 #[must_use]
 pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()

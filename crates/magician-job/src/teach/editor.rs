@@ -1,4 +1,5 @@
-//! A person teaches: places are stored where the arm stands, and what has been taught is played.
+//! Teaching by demonstration: points are stored where the arm stands, and the program is played
+//! back.
 
 use magician::commands::Pose;
 use magician_program::Plan;
@@ -6,8 +7,8 @@ use magician_program::Plan;
 use super::{ProgramModel, TeachError};
 use crate::jog::{Activity, PendantOrder, ToolOrder};
 
-/// A program that is being taught, beside an arm that shows it points and plays it. It does nothing itself: what is to be done is an
-/// order for a [`PendantSession`](crate::jog::PendantSession).
+/// Program being taught, next to an arm that demonstrates points and plays it. It has no side
+/// effects: actions are returned as orders for a [`PendantSession`](crate::jog::PendantSession).
 ///
 /// ```
 /// use magician::commands::Pose;
@@ -23,24 +24,25 @@ use crate::jog::{Activity, PendantOrder, ToolOrder};
 /// ```
 #[derive(Clone, Debug)]
 pub struct TeachEditor {
-    /// What has been taught.
+    /// Program taught so far.
     pub program: ProgramModel,
-    /// Whether points are stored that a hand teaches ([`guided_points`](super::guided_points)); `None` if the arm does not report them.
+    /// True if hand-guided points are stored ([`guided_points`](super::guided_points)); `None` if
+    /// the arm does not report them.
     pub hand_guiding: Option<bool>,
     playing: Option<Playing>,
 }
 
-/// What is played: from [`TeachEditor::play`].
+/// Position in the program being played, from [`TeachEditor::play`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Playing {
-    /// The step that the program begins with.
+    /// First taught step of the plan being played.
     first: usize,
-    /// The step that the arm is at.
+    /// Current taught step.
     step: usize,
 }
 
 impl TeachEditor {
-    /// For an arm that reports no points that a hand teaches.
+    /// An editor for an arm that does not report hand-guided points.
     #[must_use]
     pub const fn new(program: ProgramModel) -> Self {
         Self {
@@ -50,15 +52,15 @@ impl TeachEditor {
         }
     }
 
-    /// Stores where the arm stands after the step that is selected, and selects it; the name that it got.
+    /// Stores the pose after the selected step, selects it, and returns its name.
     ///
     /// # Errors
-    /// [`TeachError::Moving`] unless it is `still`, [`TeachError::NoAnswer`] without a pose.
+    /// [`TeachError::Moving`] unless `still`, [`TeachError::NoAnswer`] without a pose.
     pub fn store(&mut self, pose: Option<&Pose>, still: bool) -> Result<String, TeachError> {
         Ok(self.program.store(standing(pose, still)?))
     }
 
-    /// Lets the step that is selected lead to where the arm stands.
+    /// Replaces the target of the selected step by the pose.
     ///
     /// # Errors
     /// As [`store`](Self::store), and as [`ProgramModel::reteach`].
@@ -66,7 +68,7 @@ impl TeachEditor {
         self.program.reteach(standing(pose, still)?)
     }
 
-    /// Lets the next point that is stored be the end of an arc through where the arm stands.
+    /// Makes the next stored point the end of an arc through this pose.
     ///
     /// # Errors
     /// As [`store`](Self::store).
@@ -75,22 +77,26 @@ impl TeachEditor {
         Ok(())
     }
 
-    /// Stores where a hand has left the arm; nothing if such points are not wanted, and where the step that is selected leads
-    /// already.
+    /// Stores a hand-guided point. `None` if that is off, or the selected step already leads to
+    /// this pose.
     pub fn store_guided(&mut self, pose: &Pose) -> Option<String> {
         let wanted = self.hand_guiding == Some(true) && !self.program.is_at(pose);
         wanted.then(|| self.program.store(pose))
     }
 
-    /// Stores points that a hand teaches from now on, or no more; whether it does. `None` if the arm does not report them.
+    /// Switches the storing of hand-guided points; returns the new state. `None` if the arm does
+    /// not report them.
     pub fn toggle_hand_guiding(&mut self) -> Option<bool> {
         let hand_guiding = self.hand_guiding.as_mut()?;
         *hand_guiding = !*hand_guiding;
         Some(*hand_guiding)
     }
 
-    /// The order that plays from a step on; when it was taken, [`playing_began`](Self::playing_began) is to know. A step that only
-    /// leads on begins where the one before ends, and nowhere else: then the program is all of it, from that step's first step.
+    /// Order that plays from a step on. If it is accepted, call
+    /// [`playing_began`](Self::playing_began).
+    ///
+    /// A step without an absolute target can begin only where the previous one ends. In that case
+    /// the plan contains the whole program, and the order starts it at the step's first action.
     #[must_use]
     pub fn play(&self, from: usize) -> (PendantOrder, Playing) {
         let (first, step) = if self.program.leads_from_anywhere(from) {
@@ -103,18 +109,18 @@ impl TeachEditor {
         (order, Playing { first, step: from })
     }
 
-    /// The order to play was taken.
+    /// Notes that the order to play was accepted.
     pub const fn playing_began(&mut self, playing: Playing) {
         self.playing = Some(playing);
     }
 
-    /// The step that is played, from 0, as far as [`follow`](Self::follow) knows.
+    /// Step being played, from 0, as far as [`follow`](Self::follow) knows.
     #[must_use]
     pub fn playing(&self) -> Option<usize> {
         self.playing.map(|playing| playing.step)
     }
 
-    /// Takes note of what the arm does, and of the step of the program that it is at.
+    /// Updates the played step from the arm's activity and the current step of its plan.
     pub fn follow(&mut self, doing: Option<Activity>, step: Option<usize>) {
         let Some(playing) = self.playing.filter(|_| doing == Some(Activity::Run)) else {
             self.playing = None;
@@ -125,8 +131,8 @@ impl TeachEditor {
         self.playing = Some(Playing { step, ..playing });
     }
 
-    /// Goes on with a program that was left unsaved, in place of this one. Its points are for its tool, and those that follow have
-    /// to be, too: the order, if that is another one, has the arm count from its tip.
+    /// Replaces the program by an unsaved one of an earlier session. Its points refer to its tool,
+    /// and so must later ones: if the tool differs, the returned order sets it on the arm.
     pub fn recover(&mut self, left: &Plan) -> Option<ToolOrder> {
         let before = self.program.tool;
         let title = std::mem::take(&mut self.program.title);
@@ -139,7 +145,7 @@ impl TeachEditor {
     }
 }
 
-/// Where the arm stands.
+/// Pose of an arm that stands still.
 fn standing(pose: Option<&Pose>, still: bool) -> Result<&Pose, TeachError> {
     match pose {
         Some(pose) if still => Ok(pose),
@@ -209,7 +215,7 @@ mod tests {
     #[test]
     fn what_is_played_is_followed_row_by_row() {
         let mut editor = taught();
-        // From a move on the program is what comes from there; an arc needs what comes before.
+        // A move can be played from itself on; an arc needs the steps before it.
         for (from, steps, begins) in [(0, 4, 0), (1, 3, 0), (2, 4, 3)] {
             let (order, playing) = editor.play(from);
             let PendantOrder::Run { plan, from: step } = order else {

@@ -1,26 +1,26 @@
-//! Why something cannot be taught.
+//! Errors of teaching.
 
 use std::fmt;
 
-/// Why a program that is being taught was not changed.
+/// Reason why a taught program was not changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TeachError {
-    /// There are no steps yet.
+    /// The program has no steps.
     Empty,
-    /// The step leads nowhere: it has no place that could be taught.
+    /// The step has no target that could be taught.
     NoTarget,
-    /// An arc stays one: it goes through a point that no other way has.
+    /// The step is an arc, which has a single motion type.
     IsArc,
-    /// The step is no move to a point, of which there are several ways.
+    /// The step is not a move to a point, so it has no other motion types.
     NotAMove,
-    /// The arm moves: a point is where it stands.
+    /// The arm moves: a point can be stored only at rest.
     Moving,
     /// The arm does not answer: its position is unknown.
     NoAnswer,
 }
 
-/// For logs: what people read is made by the program that they use.
+/// For logs only: each front end words errors for its users itself.
 impl fmt::Display for TeachError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

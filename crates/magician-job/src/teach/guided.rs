@@ -1,4 +1,4 @@
-//! Points that a hand teaches: the arm reports when its unlock key is released.
+//! Hand-guided points: the arm reports when its unlock key is released.
 
 use std::time::Duration;
 
@@ -8,14 +8,16 @@ use magician::{Arm, ErrorKind, Result, SettingsBackup};
 
 use crate::{Polled, SavedSettings};
 
-/// Looks at the trigger are so far apart.
+/// Interval between polls of the trigger. A choice between the delay of a stored point and load on
+/// the line.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Lets the arm report when its unlock key is released (document 1.7), and where it was left then, ten times a second; nothing if
-/// it cannot. `saved` restores what is changed for that.
+/// Makes the arm report releases of its unlock key (document 1.7), and polls the pose at each
+/// release, ten times a second. `None` if the arm cannot do that. `saved` restores the changed
+/// settings.
 ///
 /// # Errors
-/// When the line is gone, when the arm does not take the settings, and for an arm that is not known to be homed
+/// Fails if the line is gone, if the arm refuses the settings, or if it is not known to be homed
 /// ([`Homing::check`](magician::Homing::check)).
 pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
     arm.homing().check().await?;
@@ -29,6 +31,7 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
         Err(error) if matches!(error.kind(), ErrorKind::Port | ErrorKind::Closed) => {
             return Err(error);
         }
+        // The arm lacks these commands.
         Err(_) => return Ok(None),
     };
     let mut before = SettingsBackup::default();
@@ -41,7 +44,7 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
     .await?;
     let is_enabled = Flag::ON;
     arm.set(&HhtTrigOutputEnabled { is_enabled }).await?;
-    // What was taught before belongs to no program; reading it clears it.
+    // Reading the trigger clears it: a release before the start belongs to no program.
     let _ = arm.get::<HhtTrigOutput>().await?;
     let arm = arm.clone();
     Ok(Some(Polled::every(PERIOD, move || {

@@ -1,11 +1,11 @@
-//! Undo and redo of whole states.
+//! Undo and redo of complete states.
 
 use std::collections::VecDeque;
 
-/// So many edits can be undone.
+/// Number of edits that can be undone. States share their steps, so each costs little.
 const EDITS: usize = 500;
 
-/// The states before each edit, and after each that was undone.
+/// States before each edit, and after each undone edit.
 #[derive(Clone, Debug)]
 pub(super) struct History<T> {
     undo: VecDeque<T>,
@@ -20,7 +20,7 @@ impl<T> History<T> {
         }
     }
 
-    /// An edit was made of this state: what was undone before cannot be redone any more.
+    /// Records an edit of `before`. Clears the redo list.
     pub(super) fn edited(&mut self, before: T) {
         if self.undo.len() == EDITS {
             self.undo.pop_front();
@@ -29,14 +29,14 @@ impl<T> History<T> {
         self.redo.clear();
     }
 
-    /// The state before the last edit, in place of this one.
+    /// State before the last edit, in exchange for the current one.
     pub(super) fn undo(&mut self, now: T) -> Option<T> {
         let before = self.undo.pop_back()?;
         self.redo.push(now);
         Some(before)
     }
 
-    /// The state after the edit that was undone last, in place of this one.
+    /// State after the edit undone last, in exchange for the current one.
     pub(super) fn redo(&mut self, now: T) -> Option<T> {
         let after = self.redo.pop()?;
         self.undo.push_back(now);

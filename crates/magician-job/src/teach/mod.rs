@@ -1,7 +1,7 @@
-//! Programs that a person shows the arm, point by point: the program with undo and redo ([`ProgramModel`]),
-//! teaching it beside an arm ([`TeachEditor`]), and points that a hand teaches ([`guided_points`]).
+//! Programs taught point by point: the program with undo and redo ([`ProgramModel`]), teaching next
+//! to an arm ([`TeachEditor`]), and hand-guided points ([`guided_points`]).
 //!
-//! Where programs are kept, and what all of it looks like, is for the program that people use.
+//! Storage and presentation of programs are left to the front end.
 
 mod editor;
 mod error;

@@ -1,4 +1,4 @@
-//! A program that is being taught: its steps, and every edit of them, with undo and redo.
+//! Model of a taught program: its steps and all edits, with undo and redo.
 
 use std::sync::Arc;
 
@@ -8,15 +8,15 @@ use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 use super::history::History;
 use super::{TeachError, TeachStep};
 
-/// What undo goes back to.
+/// State for undo.
 #[derive(Clone, Debug, PartialEq)]
 struct Snapshot {
     steps: Arc<Vec<TeachStep>>,
     selected: usize,
 }
 
-/// A program that is being taught: steps that can be added, edited, moved and deleted, with undo and redo. Edits are of the selected
-/// step.
+/// Taught program whose steps can be added, edited, moved and deleted, with undo and redo. Edits
+/// apply to the selected step.
 ///
 /// ```
 /// use magician::commands::Pose;
@@ -36,25 +36,25 @@ struct Snapshot {
 /// ```
 #[derive(Clone, Debug)]
 pub struct ProgramModel {
-    /// What it is called.
+    /// Title of the program.
     pub title: String,
-    /// The tool whose tip is at the points.
+    /// Tool whose tip is at the points.
     pub tool: Option<Tool>,
     surface: Option<Surface>,
-    /// Shared with the history and with what is shown: many steps cost no more than few.
+    /// Shared with the history and the display, so that a copy of many steps is cheap.
     steps: Arc<Vec<TeachStep>>,
-    /// The selected step; 0 if there is none.
+    /// Selected step, from 0; 0 if there are no steps.
     selected: usize,
-    /// How new points are reached.
+    /// Motion type of new points.
     by: Travel,
-    /// The point that the arc to the next one goes through.
+    /// Via point of the arc to the next point.
     via: Option<[f32; 4]>,
     history: History<Snapshot>,
     saved: Arc<Vec<TeachStep>>,
 }
 
 impl ProgramModel {
-    /// Nothing is taught yet.
+    /// A program without steps.
     #[must_use]
     pub fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
         Self {
@@ -70,7 +70,8 @@ impl ProgramModel {
         }
     }
 
-    /// The program of a plan: every step of the plan is in one of its steps, and [`plan`](Self::plan) gives them back.
+    /// Creates the program of a plan. Every step of the plan becomes part of a step here, and
+    /// [`plan`](Self::plan) restores them.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let mut steps: Vec<TeachStep> = Vec::new();
@@ -90,7 +91,7 @@ impl ProgramModel {
         }
     }
 
-    /// The program of steps that were taught elsewhere; unsaved.
+    /// Creates the program of steps that were taught elsewhere; unsaved.
     #[must_use]
     pub fn of_steps(
         title: impl Into<String>,
@@ -105,36 +106,36 @@ impl ProgramModel {
         }
     }
 
-    /// Its steps. The list is shared: as long as nothing changes a clone is the same allocation, so that many steps
-    /// cost no more than few to show and to compare.
+    /// Steps of the program. The list is shared: until an edit, a clone is the same allocation, so
+    /// it is cheap to show and to compare.
     #[must_use]
     pub const fn steps(&self) -> &Arc<Vec<TeachStep>> {
         &self.steps
     }
 
-    /// The selected step, from 0; 0 if there is none.
+    /// Selected step, from 0; 0 if there are no steps.
     #[must_use]
     pub const fn selected(&self) -> usize {
         self.selected
     }
 
-    /// The point that the arc to the next one goes through, if one was marked.
+    /// Via point of the arc to the next point, if one was marked.
     #[must_use]
     pub const fn via(&self) -> Option<[f32; 4]> {
         self.via
     }
 
-    /// Lets the next point be the end of an arc through where the arm is.
+    /// Makes the next point the end of an arc through this pose.
     pub const fn arc_through(&mut self, pose: &Pose) {
         self.via = Some(place(pose));
     }
 
-    /// Lets the next point be reached as ever.
+    /// Cancels the arc: the next point is reached by the usual motion.
     pub const fn cancel_arc(&mut self) {
         self.via = None;
     }
 
-    /// The plan of the steps from this one on, counted from 0.
+    /// Plan of the steps from `from` on, counted from 0.
     #[must_use]
     pub fn plan(&self, from: usize) -> Plan {
         let mut plan = Plan::new(self.title.clone());
@@ -152,7 +153,8 @@ impl ProgramModel {
         plan
     }
 
-    /// The step that a step of [`plan(from)`](Self::plan) belongs to; both are counted from 0.
+    /// Step that a step of [`plan(from)`](Self::plan) belongs to, both counted from 0; `None`
+    /// beyond the end.
     #[must_use]
     pub fn step_at(&self, from: usize, plan_step: usize) -> Option<usize> {
         let mut left = plan_step;
@@ -166,15 +168,15 @@ impl ProgramModel {
         None
     }
 
-    /// How many steps of the whole plan come before this one.
+    /// Number of steps of the whole plan before this one.
     #[must_use]
     pub fn plan_steps_before(&self, step: usize) -> usize {
         let steps = self.steps.iter().take(step);
         steps.map(|step| step.actions().count()).sum()
     }
 
-    /// Whether a step leads to the same place wherever the arm is, and by a way that does not depend on what was before. The
-    /// first one has nothing before it.
+    /// True if the step reaches the same place by the same path from anywhere. Always true for the
+    /// first step, which has no predecessor.
     #[must_use]
     pub fn leads_from_anywhere(&self, step: usize) -> bool {
         let motion = self.steps.get(step).and_then(|step| step.motion.as_ref());
@@ -185,23 +187,23 @@ impl ProgramModel {
         step == 0 || absolute
     }
 
-    /// Whether the steps are as they were saved.
+    /// True if the steps are as they were saved.
     #[must_use]
     pub fn is_saved(&self) -> bool {
         Arc::ptr_eq(&self.steps, &self.saved) || self.steps == self.saved
     }
 
-    /// The steps as they are have been saved.
+    /// Marks the current steps as saved.
     pub fn mark_saved(&mut self) {
         self.saved = Arc::clone(&self.steps);
     }
 
-    /// The steps as they are have not been saved, wherever they came from.
+    /// Marks the current steps as unsaved, wherever they came from.
     pub fn mark_unsaved(&mut self) {
         self.saved = Arc::default();
     }
 
-    /// Adds where the arm is, after the selected step, and selects it; the name that it got.
+    /// Adds the pose after the selected step and selects it; returns its name.
     pub fn store(&mut self, pose: &Pose) -> String {
         let to = place(pose);
         let motion = match self.via.take() {
@@ -215,6 +217,7 @@ impl ProgramModel {
                 motion: Some(motion),
                 ..TeachStep::default()
             };
+            // Without steps the selection is 0, which is no step.
             let at = (program.selected + 1).min(program.steps.len());
             program.steps_mut().insert(at, step);
             program.selected = at;
@@ -222,7 +225,7 @@ impl ProgramModel {
         name
     }
 
-    /// Whether the selected step leads to this very place.
+    /// True if the selected step leads to exactly this pose.
     #[must_use]
     pub fn is_at(&self, pose: &Pose) -> bool {
         let motion = self
@@ -235,10 +238,10 @@ impl ProgramModel {
         }
     }
 
-    /// Lets the selected step lead to where the arm is.
+    /// Replaces the target of the selected step by the pose.
     ///
     /// # Errors
-    /// [`TeachError::Empty`] without steps, [`TeachError::NoTarget`] for one that does not lead to a place.
+    /// [`TeachError::Empty`] without steps, [`TeachError::NoTarget`] for a step without a target.
     pub fn reteach(&mut self, pose: &Pose) -> Result<(), TeachError> {
         self.edit(|step| {
             let here = place(pose);
@@ -254,11 +257,11 @@ impl ProgramModel {
         })
     }
 
-    /// Changes how the selected step is reached: joint by joint, straight, as a jump, and so on. Steps that are added later are reached
-    /// so, too; without steps that is all.
+    /// Changes the motion type of the selected step to the next one: joints, straight, jump and so
+    /// on. Later steps get it too. Without steps only the type of later ones changes.
     ///
     /// # Errors
-    /// [`TeachError::IsArc`] and [`TeachError::NotAMove`] for steps that have one way only.
+    /// [`TeachError::IsArc`] and [`TeachError::NotAMove`] for steps with a single motion type.
     pub fn next_travel(&mut self) -> Result<(), TeachError> {
         if self.steps.is_empty() {
             self.by = self.by.next();
@@ -278,12 +281,12 @@ impl ProgramModel {
         Ok(())
     }
 
-    /// Lets points that are added from now on be reached so.
+    /// Sets the motion type of points added from now on.
     pub const fn reach_by(&mut self, by: Travel) {
         self.by = by;
     }
 
-    /// Names the selected step; space around the name is not of it.
+    /// Names the selected step; surrounding space is removed.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -295,7 +298,7 @@ impl ProgramModel {
         })
     }
 
-    /// Sets how long the arm stays at the selected step, ms; 0 for no pause.
+    /// Sets the pause at the selected step, ms; 0 for no pause.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -306,7 +309,8 @@ impl ProgramModel {
         })
     }
 
-    /// Sets what gripper and suction cup do at the selected step; nothing new where it is `None`.
+    /// Sets the action of gripper and suction cup at the selected step; `None` leaves a tool as it
+    /// is.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -321,7 +325,7 @@ impl ProgramModel {
         })
     }
 
-    /// Turns on what the gripper does at the selected step: nothing new, close, open, off.
+    /// Cycles the action of the gripper at the selected step: unchanged, close, open, off.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -337,7 +341,7 @@ impl ProgramModel {
         })
     }
 
-    /// Turns on what the suction cup does at the selected step: nothing new, on, off.
+    /// Cycles the action of the suction cup at the selected step: unchanged, on, off.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -352,7 +356,7 @@ impl ProgramModel {
         })
     }
 
-    /// Deletes the selected step, and selects the next one, or the last.
+    /// Deletes the selected step and selects the next one, or the last.
     ///
     /// # Errors
     /// [`TeachError::Empty`] without steps.
@@ -368,7 +372,7 @@ impl ProgramModel {
         Ok(())
     }
 
-    /// Moves the selected step towards the end, or the beginning.
+    /// Moves the selected step one place towards the end or the beginning.
     pub fn shift(&mut self, down: bool) {
         let other = if down {
             self.selected + 1
@@ -384,12 +388,12 @@ impl ProgramModel {
         }
     }
 
-    /// Selects a step, from 0; the last one if there are fewer.
+    /// Selects a step, from 0; the last one if `step` is beyond the end.
     pub fn select_at(&mut self, step: usize) {
         self.selected = step.min(self.steps.len().saturating_sub(1));
     }
 
-    /// Selects the next step, or the one before.
+    /// Selects the next or the previous step.
     pub fn select(&mut self, down: bool) {
         let other = if down {
             self.selected + 1
@@ -399,13 +403,13 @@ impl ProgramModel {
         self.selected = other.min(self.steps.len().saturating_sub(1));
     }
 
-    /// Undoes the last edit; whether there was one. 500 can be undone.
+    /// Undoes the last edit; true if there was one. Up to 500 can be undone.
     pub fn undo(&mut self) -> bool {
         let before = self.history.undo(self.snapshot());
         self.restore(before)
     }
 
-    /// Redoes the edit that was undone last; whether there was one.
+    /// Redoes the edit undone last; true if there was one.
     pub fn redo(&mut self) -> bool {
         let after = self.history.redo(self.snapshot());
         self.restore(after)
@@ -433,6 +437,7 @@ impl ProgramModel {
     fn change(&mut self, change: impl FnOnce(&mut Self)) {
         let before = self.snapshot();
         change(self);
+        // An edit without effect needs no undo.
         if before.steps != self.steps {
             self.history.edited(before);
         }
@@ -458,7 +463,7 @@ impl ProgramModel {
         true
     }
 
-    /// A name that no step has.
+    /// Returns a name that no step has.
     fn fresh_name(&self) -> String {
         let taken = |name: &str| self.steps.iter().any(|step| step.name == name);
         let mut names = (self.steps.len() + 1..).map(|number| format!("P{number}"));

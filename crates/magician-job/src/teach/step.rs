@@ -1,25 +1,26 @@
-//! A step of a program that is taught, and the steps of a plan that it stands for.
+//! Step of a taught program, and the steps of a plan that it stands for.
 
 use magician_program::{Action, Grip};
 
-/// A step of a program that is taught: where the arm goes, what its tool does there, how long it stays. In a plan that is up to four
-/// steps.
+/// Step of a taught program: target, action of the tool there, and pause. In a plan it becomes up
+/// to four steps.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TeachStep {
-    /// What it is called; empty if it has no name.
+    /// Name; empty if the step has none.
     pub name: String,
-    /// A move as a rule; also anything else that a file may have, which is kept as it is. `None`: where the step before ends.
+    /// Usually a move; also any other action found in a file, which is kept unchanged. `None` stays
+    /// where the previous step ends.
     pub motion: Option<Action>,
-    /// What the gripper does there; nothing new without.
+    /// Action of the gripper there; `None` leaves it as it is.
     pub gripper: Option<Grip>,
-    /// Whether the suction cup goes on or off there; nothing new without.
+    /// True switches the suction cup on, false off; `None` leaves it as it is.
     pub suction: Option<bool>,
-    /// How long it stays there, ms.
+    /// Pause there, ms.
     pub pause: u32,
 }
 
 impl TeachStep {
-    /// What is done for it, in order.
+    /// Actions of the step, in order.
     pub(super) fn actions(&self) -> impl Iterator<Item = Action> + '_ {
         let pause = (self.pause > 0).then_some(Action::Wait(self.pause));
         let motion = self.motion.clone();
@@ -30,7 +31,7 @@ impl TeachStep {
             .chain(pause)
     }
 
-    /// Takes a step of a plan as a part of this one, if it can be one.
+    /// Adds an action of a plan to this step; false if it does not fit.
     pub(super) fn takes(&mut self, action: &Action) -> bool {
         let fresh = self.pause == 0;
         match *action {
@@ -44,7 +45,7 @@ impl TeachStep {
         true
     }
 
-    /// A step that begins with this one of a plan.
+    /// Creates a step that begins with this action.
     pub(super) fn of(action: &Action, name: &str) -> Self {
         let mut step = Self {
             name: name.to_owned(),

@@ -1,4 +1,4 @@
-//! Burns that end before their end and are resumed: no gap is left, and what is burnt twice is said.
+//! Burns that end early and are resumed: no gap is left, and the reported double burn is correct.
 
 use std::time::Duration;
 
@@ -12,14 +12,14 @@ use super::killed::{Watched, killed};
 use super::life::Memory;
 use super::place::{ink, place};
 
-/// No gap in a burn is longer, mm.
+/// Longest gap allowed in a burn, mm.
 const GAP: f64 = 0.2;
-/// The controller reports one pose for so many seconds, while the arm goes on to the next: the light may have gone out anywhere on
-/// that way.
+/// Time for which the controller reports one pose while the arm moves on to the next, s. The laser
+/// may have gone out anywhere on that distance.
 const PERIOD: f64 = 0.02;
-/// The longest piece of a burn, mm.
+/// Longest piece of a burn, mm.
 const LONGEST: f64 = 17.0;
-/// The corners of the burn.
+/// Corners of the burn.
 const CORNERS: [[f64; 2]; 4] = [[205.0, -40.0], [205.0, 40.0], [240.0, 40.0], [240.0, -40.0]];
 
 fn length(from: [f64; 2], to: [f64; 2]) -> f64 {
@@ -33,7 +33,7 @@ fn whole() -> f64 {
         .sum()
 }
 
-/// The place so far along the burn.
+/// Position at a distance along the burn.
 fn at(mut along: f64) -> [f64; 2] {
     for side in CORNERS.windows(2) {
         let (from, to) = (side[0], side[1]);
@@ -135,12 +135,12 @@ fn burnt(cell: &VirtualArm) -> (f64, f64) {
     (gap.max(whole() - until), twice)
 }
 
-/// Resumes a burn. Returns the length that it says is burnt twice, mm.
+/// Resumes a burn. Returns the reported length of the double burn, mm.
 async fn resume(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> f64 {
     tried(arm, spec, journal).await.expect("it goes on")
 }
 
-/// The same; `None` if the arm's indices leave it in doubt which steps are done.
+/// As `resume`; `None` if the arm's indices leave the finished steps in doubt.
 async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Option<f64> {
     let job = Job::start(arm, spec.start(Start::Resume), journal);
     let mut events = job.events();
@@ -153,7 +153,7 @@ async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Opt
     match job.outcome().await {
         Ok(_) => {}
         Err(error) if matches!(error.fault, Fault::AllDone) => {}
-        // Nothing was sent, or all is done.
+        // Nothing was sent, or everything is done.
         Err(error) if matches!(error.fault, Fault::Journal(JournalError::Nothing)) => {
             return Some(0.0);
         }
@@ -170,7 +170,7 @@ enum Cause {
     Stop,
     /// The arm is stopped by another handle.
     Arm,
-    /// The arm is stopped from outside of any task.
+    /// The arm is stopped outside of any task.
     Stopper,
     /// An alarm holds the arm.
     Alarm,
@@ -186,7 +186,7 @@ const CAUSES: [Cause; 5] = [
     Cause::Line,
 ];
 
-/// A burn that this ends after so long.
+/// Runs a burn and ends it for this cause after a delay.
 async fn ended(cause: Cause, program: &Program, after: Duration) -> (VirtualArm, Arm, Memory) {
     let (cell, arm) = place(program).await;
     let journal = Memory::default();
@@ -240,15 +240,17 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
                 let said = resume(&arm, JobSpec::new(program.clone()), journal).await;
                 let (gap, twice) = burnt(&cell);
                 assert!(gap <= GAP, "{told}: {gap:.2} mm are left out");
-                // What has stopped the arm by itself has put the light out somewhere on its braking way. On a line that is found
-                // again the laser is put out before the arm is stopped, and not every firmware heeds that.
+                // If the arm was stopped without the driver, the laser went out somewhere on the
+                // braking distance. After a lost line the driver switches the laser off before it
+                // stops the arm, and not every firmware obeys while moving.
                 let braking = f64::from(speed * speed) / 1000.0;
                 let period = PERIOD * f64::from(speed);
                 let (most, least) = match cause {
                     Cause::Alarm => (braking + period, said - period - GAP),
                     Cause::Line => (braking + period, said - braking - period),
-                    // One that comes to rest within a period looks as if it had stood when it was told to stop, and its light had
-                    // gone out on a braking way before: at a deceleration of at least v / T that is v^2 / 2a = v T / 2.
+                    // An arm that comes to rest within a period looks as if it had stood already at
+                    // the stop, with the laser off since the braking before: at a deceleration of
+                    // at least v / T that is v^2 / 2a = v T / 2.
                     _ => (1.5 * period, said - 1.5 * period - GAP),
                 };
                 assert!(said <= most + GAP, "{told}: {said:.2} mm are burnt twice");
@@ -261,8 +263,8 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
     }
 }
 
-/// Another process resumes a killed one's burn while the arm still burns what it has: it puts the light out first, and this
-/// arm, as others may, burns on to the end of the piece under way.
+/// A second process resumes a killed one's burn while the arm still burns its queue. It switches
+/// the laser off first; this arm, like others may, burns to the end of the current piece.
 #[tokio::test(start_paused = true)]
 async fn burn_of_a_killed_process_resumes_without_a_gap() {
     let mut all_tried = (0, 0);
@@ -295,7 +297,7 @@ async fn burn_of_a_killed_process_resumes_without_a_gap() {
     assert!(all_tried.1 * 10 < all_tried.0, "{all_tried:?}");
 }
 
-/// Another program stops what a killed process has left: the light went out on the braking way.
+/// Another program stops what a killed process left: the laser went out on the braking distance.
 #[tokio::test(start_paused = true)]
 async fn burn_stopped_by_another_program_repeats_the_braking_way() {
     let program = burn(60.0);
@@ -321,7 +323,7 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
             twice <= said + GAP,
             "{told}: {twice:.2} mm twice, {said:.2} said"
         );
-        // Its braking way from 60 mm/s, and a period of that.
+        // The braking distance from 60 mm/s, and one period at that speed.
         assert!(
             said <= 3.6 + 60.0 * PERIOD,
             "{told}: {said:.2} mm are burnt twice"
@@ -331,7 +333,7 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
     assert!(longest > 1.0, "{longest}");
 }
 
-/// The hint at the stop and the note at the resumption agree.
+/// The length reported at the stop agrees with the note of the resumed job.
 #[tokio::test(start_paused = true)]
 async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
     let program = burn(60.0);
@@ -341,7 +343,8 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
         let journal = Memory::default();
         let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
         sleep(Duration::from_secs_f64(seconds)).await;
-        // Another program stops the arm, as a station does: when the job hears of it the arm stands.
+        // Another program stops the arm, as a station does: when the job learns of it, the arm
+        // stands.
         let other = Arm::simulated(cell.clone(), Options::default()).await;
         other
             .expect("a virtual arm")
@@ -365,7 +368,8 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
     assert!(longest > 1.0, "{longest}");
 }
 
-/// A station stops the arm: when the job hears of it the arm stands, each time within the same piece.
+/// A station stops the arm again and again within the same piece; each time the job learns of it
+/// once the arm stands.
 #[tokio::test(start_paused = true)]
 async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_says() {
     let mut plan = Plan::new("a line");

@@ -1,4 +1,5 @@
-//! However a run ends, and whenever: the pen is up, the laser is dark, and the settings of the arm are as before.
+//! Ends of runs in every way and at every time: the pen is up, the laser is off, and the arm's
+//! settings are restored.
 
 use std::time::Duration;
 
@@ -18,13 +19,13 @@ const INSTANTS: u64 = 200;
 /// Latest instant, ms into a run. Most programs below take longer.
 const LONGEST_MS: u64 = 9_000;
 
-/// Numbers from a seed.
+/// Pseudo-random numbers from a seed.
 struct Seeded(u64);
 
 impl Seeded {
-    /// A number below this one.
+    /// A number below `end`.
     fn below(&mut self, end: u64) -> u64 {
-        // Knuth's MMIX generator, of which the upper bits are good.
+        // Knuth's MMIX generator, whose upper bits are good.
         self.0 = (self.0)
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1_442_695_040_888_963_407);
@@ -39,17 +40,17 @@ impl Seeded {
 /// Way to end a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum How {
-    /// By up to four signals within a tenth of a second.
+    /// Up to four signals within a tenth of a second.
     Signals,
-    /// By hang-ups that go on for seconds.
+    /// Hang-ups that continue for seconds.
     HangUps,
-    /// By a pause, and a stop in it.
+    /// A pause, and a stop during it.
     Paused,
-    /// By the end of the last handle.
+    /// The drop of the last handle.
     Dropped,
-    /// By a second stop of a person: nothing moves after it.
+    /// A second stop by a person: nothing moves after it.
     AtOnce,
-    /// By the announced end of the line, and often by the Ctrl-C that has ended the station, too.
+    /// The announced end of the line, often with the Ctrl-C that ended the station too.
     LineEnds,
 }
 
@@ -62,7 +63,7 @@ const WAYS: [How; 6] = [
     How::LineEnds,
 ];
 
-/// A burn with speeds of its own.
+/// A burn that sets its own speeds.
 fn burn() -> Plan {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(Tool::Laser);
@@ -93,7 +94,7 @@ async fn height(arm: &Arm) -> f64 {
     arm.get::<Pose>().await.expect("a pose").z.into()
 }
 
-/// Hands signals to a job as a program does.
+/// Passes signals to a job as a front end does.
 struct Signals<'a> {
     rule: StopRule,
     begun: Instant,
@@ -206,7 +207,7 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
         sleep(Duration::from_secs(2)).await;
         assert_eq!(height(&arm).await, stands, "{what}: it stands");
     }
-    // Most of them ended in the middle.
+    // Most runs ended in the middle.
     assert!(
         stopped > 100 && lifted > 100 && halted > 10,
         "{stopped} {lifted} {halted}"
@@ -256,7 +257,7 @@ async fn second_stop_of_a_person_after_the_end_of_the_line_moves_nothing() {
 async fn line_that_ends_before_a_job_has_sent_anything_stops_nobody_else() {
     let program = Program::new(plan(KINDS[0]), Some(1));
     let (_cell, arm) = place(&program).await;
-    // Somebody else's pen goes up.
+    // Another client lifts its pen.
     let lift = magician::build::line_by(0.0, 0.0, 30.0, 0.0);
     let run = arm.start(vec![lift]);
     arm.front_end().end_notice().set(true);

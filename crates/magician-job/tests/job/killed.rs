@@ -1,5 +1,5 @@
 //! Jobs whose process is killed: at every state of the journal, and at instants all along, another
-//! job goes on where the arm ended. No stroke is lost and none is drawn twice.
+//! job resumes where the arm ended. No stroke is lost and none is drawn twice.
 
 use std::mem::take;
 use std::sync::{Arc, Mutex};
@@ -16,13 +16,13 @@ use tokio::time::sleep;
 
 use super::place::{KINDS, Kind, ink, place, program};
 
-/// An arm and a journal as a process that is killed leaves them.
+/// Arm and journal as a killed process leaves them.
 pub(super) struct Killed {
     pub(super) arm: Controller,
     pub(super) journal: Option<Checkpoint>,
 }
 
-/// A journal that keeps what a kill just before and just behind each write leaves.
+/// Journal that records the states a kill just before and just after each write would leave.
 #[derive(Clone, Default)]
 pub(super) struct Watched(Arc<Mutex<Inner>>);
 
@@ -34,7 +34,7 @@ struct Inner {
 }
 
 impl Watched {
-    /// The journal that a killed process has left.
+    /// Journal left by a killed process.
     pub(super) fn left_by(killed: &Killed) -> Self {
         let watched = Self::default();
         watched.0.lock().unwrap().now = killed.journal.clone();
@@ -50,7 +50,7 @@ impl Watched {
         watched
     }
 
-    /// The process may be killed now.
+    /// Records the state at a possible kill.
     fn kill(&self) {
         let mut inner = self.0.lock().unwrap();
         let arm = inner.cell.as_ref().map(|cell| cell.with(|arm| arm.clone()));
@@ -94,7 +94,7 @@ async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
     (cell, arm, rest)
 }
 
-/// Runs a program to its end; the arms and journals that a kill would have left on the way.
+/// Runs a program to its end; returns the arms and journals that a kill would have left on the way.
 pub(super) async fn killed(
     program: &Program,
     speed: u8,
@@ -103,7 +103,7 @@ pub(super) async fn killed(
     killed_with(program, speed, before, |spec| spec).await
 }
 
-/// The same of a job that is started like this.
+/// As `killed`, for a job started in a given way.
 async fn killed_with(
     program: &Program,
     speed: u8,
@@ -131,7 +131,7 @@ async fn killed_with(
     (killed, ink(&cell).1, rest)
 }
 
-/// Result of another process that resumes it.
+/// Result of the job by which another process resumes it.
 async fn resumed(
     program: &Program,
     killed: &Killed,
@@ -153,8 +153,7 @@ async fn resumed(
     (cell, arm, outcome, starts)
 }
 
-/// Asserts that a job that was killed is resumed without a stroke too few or too many; the reason if
-/// not.
+/// Asserts that resuming a killed job draws every stroke once; returns the reason if it refuses.
 async fn is_whole(
     program: &Program,
     killed: &Killed,
@@ -169,7 +168,7 @@ async fn is_whole(
         Ok(_) => {}
         Err(error) => match &error.fault {
             Fault::AllDone => {}
-            // Nothing was sent, or all is done.
+            // Nothing was sent, or everything is done.
             Fault::Journal(JournalError::Nothing) => {
                 assert!(!taken || (drawn - whole).abs() < 0.1, "{told}");
                 return None;
@@ -199,7 +198,8 @@ async fn killed_job_resumes_without_lost_or_doubled_strokes_from_any_instant() {
     }
 }
 
-/// Indices may stand for commands that are no steps: then the pose decides, or that is the reason.
+/// Indices may count commands that are not steps: then the pose decides, or the job says why it
+/// cannot.
 #[tokio::test(start_paused = true)]
 async fn killed_job_whose_indices_may_be_passed_over_resumes_by_the_pose_or_says_why_not() {
     for kind in [Kind::Lines, Kind::Jumps] {
@@ -232,7 +232,7 @@ async fn killed_job_of_another_speed_resumes_from_any_instant() {
     }
 }
 
-/// The journal of an earlier run is true until the arm has taken something of this one.
+/// The journal of an earlier run stays valid until the arm has taken a command of this one.
 #[tokio::test(start_paused = true)]
 async fn journal_of_an_earlier_run_ends_before_the_first_command_goes_out() {
     let program = program(Kind::Lines, 1);

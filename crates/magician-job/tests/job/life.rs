@@ -1,4 +1,4 @@
-//! From the start of a job to its end: states, pauses and stops at every moment, and what outlives it.
+//! A job from start to end: states, pauses and stops at every moment, and what outlives it.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -94,7 +94,7 @@ async fn a_job_tells_what_it_does() {
     assert_eq!(job.events().next().await, None, "it is over");
 }
 
-/// A resume and then a pause take effect in this order.
+/// A resume followed by a pause takes effect in this order.
 #[tokio::test(start_paused = true)]
 async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
     let program = program(Kind::Lines, 1);
@@ -121,7 +121,7 @@ async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
 #[tokio::test(start_paused = true)]
 async fn pauses_and_stops_are_defined_at_every_moment() {
     let program = program(Kind::Lines, 1);
-    // While it checks: nothing is sent before it is resumed.
+    // A pause during the check: nothing is sent before the resume.
     let (cell, arm) = place(&program).await;
     let job = start(&arm, &program);
     assert_eq!(job.state(), JobState::Checking);
@@ -132,7 +132,7 @@ async fn pauses_and_stops_are_defined_at_every_moment() {
     if job.progress().step == 0 {
         assert_eq!(ink(&cell).1, 0.0);
     }
-    // Twice, also at once.
+    // Two pauses at once.
     let (one, two) = (job.pause(PERSON), job.pause(PauseReason::Lease));
     assert_eq!((one.await, two.await), (Ok(()), Ok(())));
     job.resume().await.expect("it begins");
@@ -142,7 +142,7 @@ async fn pauses_and_stops_are_defined_at_every_moment() {
     assert_eq!((one.await, two.await), (Ok(()), Ok(())));
     let reason = PERSON;
     assert_eq!(job.state(), JobState::Paused { reason, part: None });
-    // Stopped while it is paused: nothing moves any more.
+    // A stop during the pause: nothing moves.
     let stands = height(&arm).await;
     assert!(stands > PAPER + 5.0);
     job.stop();
@@ -169,7 +169,7 @@ async fn a_pause_on_the_way_to_the_end_says_so() {
     job.outcome().await.expect("done all the same");
 }
 
-/// A journal on a disk that is full from the nth write to the mth.
+/// Journal on a disk that is full from the nth write to the mth.
 struct FullDisk {
     written: Memory,
     writes: usize,
@@ -230,7 +230,8 @@ async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
     }
 }
 
-/// After a reset the arm tells nothing of the earlier run: it is told, and not promised to go on.
+/// After a reset the arm knows nothing of the earlier run: the run is reported, but not as
+/// resumable.
 #[tokio::test(start_paused = true)]
 async fn run_that_was_cut_off_is_resumable_unless_the_arm_was_reset_since() {
     let program = program(Kind::Lines, 1);
@@ -279,7 +280,7 @@ async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
     assert!(f64::from(pose.z) > PAPER + 5.0 && matches!(lift, PenLift::Lifted(_)));
     let checkpoint = journal.last().expect("kept");
     assert!(checkpoint.ended.is_some() && checkpoint.ended != Some(RunEnd::Doubt));
-    // Another job goes on, and what is drawn then is the drawing.
+    // Another job resumes, and completes the drawing.
     let spec = JobSpec::new(program.clone()).start(Start::Resume);
     let job = Job::start(&arm, spec.clone(), journal.clone());
     let done = job.outcome().await.expect("it goes on");
@@ -357,7 +358,7 @@ async fn an_arm_that_was_reset_is_homed_first() {
     job.outcome().await.expect("done");
 }
 
-/// A laser job: dark at every pause, and lit again only by a resume.
+/// A laser job is dark at every pause, and burns again only after a resume.
 #[tokio::test(start_paused = true)]
 async fn a_laser_is_off_while_its_job_is_paused() {
     let mut plan = Plan::new("a burn");
@@ -391,7 +392,8 @@ async fn a_laser_is_off_while_its_job_is_paused() {
         job.resume().await.expect("it goes on");
         job.outcome().await.expect("done");
         let more = ink(&cell).1 - whole;
-        // A pause goes on where the arm stood; the light went out up to a period of the way later, at 60 mm/s.
+        // A pause resumes where the arm stood. The laser went out up to one period later, at 60
+        // mm/s.
         assert!(
             (-0.2..0.02 * 60.0 + 0.2).contains(&more),
             "{seconds}: {more}"
@@ -399,7 +401,7 @@ async fn a_laser_is_off_while_its_job_is_paused() {
     }
 }
 
-/// Commands of others, a stop by others, an alarm: the job ends, and says how far it came.
+/// Commands or a stop from other clients, or an alarm: the job ends and says how far it came.
 #[tokio::test(start_paused = true)]
 async fn what_others_do_to_the_arm_ends_a_job() {
     let program = program(Kind::Lines, 1);
@@ -448,7 +450,7 @@ async fn a_job_that_does_not_fit_sends_nothing() {
     assert_eq!((report.refused, arm.state().pose), (1, before));
 }
 
-/// The journal that one engine leaves, another reads: the file has the same place and form as ever.
+/// The journal of one engine can be read by another: place and format of the file are stable.
 #[tokio::test(start_paused = true)]
 async fn a_journal_is_a_file_that_another_process_reads() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -478,7 +480,8 @@ async fn a_journal_is_a_file_that_another_process_reads() {
     assert!(!path.exists());
 }
 
-/// Virtual arms of one process tell the same serial number, and run the same program into one folder.
+/// Virtual arms of one process report the same serial number and run the same program into one
+/// folder.
 #[tokio::test(start_paused = true)]
 async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -502,7 +505,7 @@ async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
         stopped.push(arm);
         cells.push(cell);
     }
-    // One that comes to its good end leaves the journals of the others.
+    // A job that ends well leaves the journals of the others alone.
     let (_cell, arm) = place(&program).await;
     let resume = |arm: &Arm| Job::start(arm, spec.clone().start(Start::Resume), journal());
     let error = resume(&arm)
@@ -526,7 +529,8 @@ async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
     assert_eq!(left, 0);
 }
 
-/// Jobs of two arms with the same serial number have a file each, and the newest that no job has is resumed.
+/// Jobs of two arms with the same serial number have a file each; a resume takes the newest that no
+/// job holds.
 #[test]
 fn journal_that_another_job_has_is_left_to_it() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -557,7 +561,7 @@ fn journal_that_another_job_has_is_left_to_it() {
     two.remove();
     assert_eq!(finished(&one), Ok(3));
     one.remove();
-    // A virtual arm keeps its file from others between two jobs.
+    // Between two jobs a virtual arm keeps its file from others.
     let mut of_virtual = opened(Some(u64::MAX));
     of_virtual.write(&checkpoint(4)).expect("kept");
     drop(of_virtual);
@@ -568,7 +572,7 @@ fn journal_that_another_job_has_is_left_to_it() {
     assert_eq!(finished(&opened(Some(u64::MAX))), Ok(4));
 }
 
-/// The handles of a job work from every thread, whatever runtime they are on.
+/// Handles of a job work from every thread, on any runtime.
 #[test]
 fn a_handle_is_for_every_thread() {
     fn is<T: Clone + Send + Sync + 'static>() {}
@@ -594,8 +598,8 @@ fn a_handle_is_for_every_thread() {
     assert!(other.join().expect("no panic"));
 }
 
-/// A burn of several lines, stopped at many instants and resumed with an overlap: so much of it is burnt twice, along the line, and
-/// what burns where the place is known is told.
+/// A burn of several lines, stopped at many instants and resumed with an overlap: exactly that much
+/// is burnt twice along the line, and the note says so where the place is known.
 #[tokio::test(start_paused = true)]
 async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
     let mut plan = Plan::new("a burn");
@@ -633,8 +637,9 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
             };
             job.outcome().await.expect("it goes on");
             let more = ink(&cell).1 - whole;
-            // These lines of 3 and 1 mm with right angles are followed at up to (2 * 100 mm/s2 * 1.5 mm)^0.5 = 17.4 mm/s: the light went
-            // out on the way of a period at that, and one that rested within a period counts half of it more.
+            // These lines of 3 and 1 mm with right angles are followed at up to (2 * 100 mm/s2 *
+            // 1.5 mm)^0.5 = 17.4 mm/s: the laser went out within one period at that speed, and an
+            // arm at rest within a period adds half of it.
             let period = 0.02 * 17.4;
             assert!(
                 (-1.5 * period - 0.3..0.3).contains(&(more - twice)),
@@ -648,7 +653,7 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
     }
 }
 
-/// The same file with another flag is another program: what was interrupted of it is not denied.
+/// The same file with another flag is another program: the error names the interrupted one.
 #[test]
 fn nothing_to_resume_names_interrupted_jobs_of_the_same_arm() {
     let folder = tempfile::tempdir().expect("a folder");

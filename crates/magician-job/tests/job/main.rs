@@ -1,4 +1,5 @@
-//! Jobs, teaching and moving by hand, one program: `cargo test --test job pauses::` does those of a file.
+//! Tests of jobs, teaching and manual jogging in one binary: `cargo test --test job pauses::` runs
+//! those of a file.
 
 mod place;
 

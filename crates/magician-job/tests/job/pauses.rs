@@ -1,4 +1,4 @@
-//! A drawing that is paused at any instant goes on where the pen stood: neither gap nor double stroke.
+//! A drawing paused at any instant resumes where the pen stood: neither gap nor double stroke.
 
 use std::time::Duration;
 
@@ -11,16 +11,16 @@ use tokio::time::sleep;
 
 use super::place::{KINDS, Kind, PAPER, ink, place, program};
 
-/// Neither gap nor double stroke is longer, mm.
+/// Longest gap or double stroke allowed, mm.
 const MOST: f64 = 0.2;
-/// Each drawing is paused at so many instants.
+/// Number of instants at which each drawing is paused.
 const COUNT: u32 = 13;
 
 fn start(arm: &Arm, program: &Program) -> JobHandle {
     Job::start(arm, JobSpec::new(program.clone()), NoJournal)
 }
 
-/// Nothing of the job is in the arm, and its pen is up.
+/// Asserts that nothing of the job is in the arm, and that its pen is up.
 async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
     let (_, places) = arm.stats().await.expect("read");
     assert_eq!(arm.queue().left_space().await.expect("read"), places);
@@ -29,7 +29,7 @@ async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
     assert!(!drawn || f64::from(pose.z) > PAPER + 5.0, "{pose:?}");
 }
 
-/// Another program moves the arm away.
+/// Moves the arm away as another program.
 async fn jog_away(arm: &Arm, nth: u32) {
     let y = if nth.is_multiple_of(2) { 12.0 } else { -12.0 };
     let away = [build::line_by(8.0, y, 6.0, 0.0)];
@@ -56,7 +56,7 @@ async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stro
             let job = start(&arm, &program);
             let mut pauses = 0;
             let mut wait = whole.mul_f64(f64::from(nth) / f64::from(COUNT));
-            // What goes on can be paused as well.
+            // A resumed job can be paused again.
             for again in 0..2 {
                 sleep(wait).await;
                 if job.pause(PauseReason::Person).await.is_err() {
@@ -90,7 +90,7 @@ async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stro
     }
 }
 
-/// The part that goes on tells the arm the speeds that the steps before have set.
+/// The part after the pause gets the speeds that the steps before have set.
 #[tokio::test(start_paused = true)]
 async fn speeds_outlast_a_pause() {
     let program = program(Kind::Lines, 1);
@@ -99,7 +99,7 @@ async fn speeds_outlast_a_pause() {
     sleep(Duration::from_secs(4)).await;
     job.pause(PauseReason::Person).await.expect("it runs");
     assert!(ink(&cell).1 > 0.0);
-    // A pad sets its own.
+    // A jog pad sets its own speeds.
     let other = PtpCommonParams {
         velocity_ratio: 90.0,
         acceleration_ratio: 90.0,

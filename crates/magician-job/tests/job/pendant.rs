@@ -1,4 +1,5 @@
-//! A person moves a virtual arm by a pendant, in virtual time: what is not held stops, and one thing moves at a time.
+//! A person moves a virtual arm by a pendant, in virtual time: a released jog stops, and one
+//! activity moves the arm at a time.
 
 use std::time::Duration;
 
@@ -27,7 +28,7 @@ fn ms(time: u64) -> Duration {
     Duration::from_millis(time)
 }
 
-/// An arm at its own speed, and a person at it.
+/// An arm at normal speed with a person at its pendant.
 struct Place {
     cell: VirtualArm,
     arm: Arm,
@@ -67,7 +68,7 @@ impl Place {
         refused
     }
 
-    /// Lets time pass; what was done by then.
+    /// Lets time pass; returns the orders done by then.
     async fn wait(&mut self, time: Duration) -> Vec<OrderDone> {
         let until = Instant::now() + time;
         let mut all = Vec::new();
@@ -101,7 +102,7 @@ impl Place {
         assert!(refused.is_none(), "{refused:?}");
     }
 
-    /// It stands by now.
+    /// True if the arm stands.
     async fn stands(&self) -> bool {
         let before = self.cell.state().pose;
         sleep(ms(500)).await;
@@ -132,13 +133,13 @@ fn plan() -> Box<Plan> {
 async fn a_hold_that_is_not_renewed_stops_the_jog() {
     let mut place = jogging().await;
     let before = place.y();
-    // The holder hangs: the session is served, the control is not.
+    // The pendant's program hangs: the session is polled, the control is not.
     place.wait(ms(2000)).await;
     assert!(place.stands().await);
-    // Not 2 s of way: 0.3 s, and braking.
+    // Far less than 2 s of motion: 0.3 s, and braking.
     let moved = place.y() - before;
     assert!(moved < before, "{moved} after {before}");
-    // What it is told too late is that the jog is over, which is no failure.
+    // The late keep-alive reports that the jog is over, which is not a failure.
     let order = place.pendant.tick(place.begun.elapsed());
     let done = place.order(order.expect("held as far as it knows"));
     let done = done.expect("it ended");
@@ -164,7 +165,7 @@ async fn a_release_ends_a_jog() {
     place.wait(ms(500)).await;
     assert!(place.stands().await);
     assert_eq!(place.session.activity(), None);
-    // And what follows has its turn.
+    // The next order is accepted.
     place.pendant.set_mode(JogMode::Step);
     let before = place.y();
     place.press(RIGHT).await;
@@ -174,7 +175,7 @@ async fn a_release_ends_a_jog() {
 
 #[tokio::test(start_paused = true)]
 async fn a_dropped_session_stops_the_arm() {
-    // Another handle keeps the connection.
+    // Another handle keeps the connection open.
     let place = jogging().await;
     let Place {
         cell, arm, session, ..
@@ -229,7 +230,7 @@ async fn one_thing_moves_the_arm_at_a_time() {
         assert!(matches!(done.outcome, Err(OrderError::Busy)), "{done:?}");
         assert_eq!(place.session.activity(), Some(Activity::Jog(LEFT)));
     }
-    // Tools and speeds are seen to meanwhile, in their order, and the jog goes on.
+    // Tools and speeds are handled in order meanwhile, and the jog continues.
     let suction = ToolOrder::Suction(true);
     assert!(place.order(PendantOrder::Tool(suction)).is_none());
     assert!(place.order(PendantOrder::Speed(20.0)).is_none());
@@ -238,14 +239,14 @@ async fn one_thing_moves_the_arm_at_a_time() {
     assert!(place.y() > before);
     assert!(place.pendant.tools.suction);
     assert_eq!(place.pendant.speed, 20.0);
-    // Another direction takes its place.
+    // Another direction replaces the jog.
     place.press(RIGHT).await;
     place.hold(ms(300)).await;
     assert_eq!(place.session.activity(), Some(Activity::Jog(RIGHT)));
     let before = place.y();
     place.hold(ms(500)).await;
     assert!(place.y() < before);
-    // A stop ends it, and what follows has its turn.
+    // A stop ends the jog, and the next order is accepted.
     let stop = place.pendant.stop();
     assert!(place.order(stop).is_none());
     assert_eq!(place.session.activity(), Some(Activity::Stop));
@@ -315,7 +316,7 @@ async fn what_is_let_go_of_while_the_arm_stops_moves_nothing() {
         place.pendant.set_mode(mode);
         place.press(LEFT).await;
         if hangs {
-            // The holder hangs, and the session is not served either.
+            // The pendant's program hangs, and the session is not polled either.
             sleep(ms(1000)).await;
         } else {
             let order = place.pendant.release(Some(LEFT));
@@ -327,7 +328,7 @@ async fn what_is_let_go_of_while_the_arm_stops_moves_nothing() {
         assert_eq!(place.session.activity(), None);
         assert!(place.stands().await);
     }
-    // A further stop drops it, too.
+    // Another stop drops the waiting order too.
     let mut place = stopping().await;
     place.press(LEFT).await;
     let stop = place.pendant.stop();
@@ -402,7 +403,7 @@ async fn the_end_of_a_session_leaves_the_arm_as_it_was() {
     assert!(!laser.is_on.is_on());
 }
 
-/// A server keeps them in any task.
+/// A server may keep sessions and models in any task.
 #[tokio::test]
 async fn sessions_and_models_go_from_thread_to_thread() {
     fn is<T: Send + 'static>() {}

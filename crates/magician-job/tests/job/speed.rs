@@ -1,4 +1,4 @@
-//! A job that is told to go slower or faster while it runs.
+//! Changes of a job's speed while it runs.
 
 use super::place;
 use std::sync::{Arc, Mutex};
@@ -19,7 +19,7 @@ use super::place::{Kind, place};
 const STEPS: u32 = 60;
 const STEP: f32 = 4.0;
 const FROM: f32 = -120.0;
-/// Between two looks.
+/// Interval between two polls.
 const LOOKS: Duration = Duration::from_millis(20);
 
 /// Short lines in a row, each of which ends at rest.
@@ -36,10 +36,10 @@ fn plan() -> Plan {
     plan
 }
 
-/// The steps before the row: two speeds and the way to its beginning.
+/// Steps before the row: two speeds and the travel to its start.
 const BEFORE: u64 = 3;
 
-/// How many lines the arm has done.
+/// Number of lines that the arm has finished.
 async fn lines_done(arm: &Arm) -> f32 {
     let pose = arm.get::<Pose>().await.expect("a pose");
     (pose.y - FROM) / STEP
@@ -50,7 +50,7 @@ async fn ratio(arm: &Arm) -> f32 {
     set.velocity_ratio
 }
 
-/// When each number of lines was done, s, and what was said to be left then.
+/// Time at which each line was finished, s, and the time left reported then.
 async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Option<Duration>)> {
     let mut seen = Vec::new();
     while job.state() != JobState::Ended {
@@ -61,7 +61,7 @@ async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Opti
     seen
 }
 
-/// Lines a second around this line.
+/// Lines per second around this line.
 fn rate(seen: &[(f32, f64, Option<Duration>)], line: f32) -> f64 {
     let at = |line: f32| {
         let after = seen.iter().find(|(done, ..)| *done >= line);
@@ -100,12 +100,12 @@ async fn what_is_not_sent_yet_is_slower_and_what_is_sent_is_not() {
         (slow - as_before / 2.0).abs() < 0.1,
         "{slow} of {as_before}"
     );
-    // Up to the last that was sent, and not much longer.
+    // Up to the last line that was sent, and not much longer.
     let last_sent = rate(&seen, sent.floor() - 4.0);
     assert!((last_sent - 3.5).abs() < 0.3, "{last_sent}");
     let later = rate(&seen, sent.ceil() + 12.0);
     assert!((later - as_before / 2.0).abs() < 0.1, "{later}");
-    // How long is left is right once the settings are on their way.
+    // The time left is right once the settings are on their way.
     let end = seen.last().expect("it ran").1;
     for (line, at, left) in seen.iter().filter(|(_, at, _)| *at > 1.0) {
         let left = left.expect("known").as_secs_f64();
@@ -124,7 +124,7 @@ async fn a_speed_outlasts_a_pause_and_whoever_jogs_meanwhile_has_the_full_one() 
     let program = Program::new(plan(), Some(1));
     let (_cell, arm) = place(&program).await;
     let job = Job::start(&arm, JobSpec::new(program.clone()), NoJournal);
-    // While it checks: from the first step on.
+    // A change during the check applies from the first step on.
     assert_eq!(job.set_speed(20), Ok(()));
     let began = Instant::now();
     while lines_done(&arm).await < 4.0 || job.progress().step < BEFORE {
@@ -170,7 +170,8 @@ async fn paths_and_arcs_are_slower_as_well_and_draw_the_same() {
             times.push(done.seconds);
             lengths.push(place::ink(&cell).1);
         }
-        // The bend of a path has 60 pieces of 0.42 mm, which take one period of 20 ms at 40 and at 20 mm/s.
+        // The bend of a path has 60 pieces of 0.42 mm, which take one period of 20 ms at 40 and at
+        // 20 mm/s.
         let bends = match kind {
             Kind::Paths => 2.0 * 60.0 * 0.02,
             _ => 0.0,
@@ -224,7 +225,7 @@ impl Journal for Memory {
     }
 }
 
-/// A process that is killed at any moment has left a journal that does not count settings for steps.
+/// A process killed at any moment leaves a journal that does not count settings as steps.
 #[tokio::test(start_paused = true)]
 async fn settings_between_the_steps_are_no_steps_for_the_journal() {
     let program = Program::new(plan(), Some(1));
@@ -268,7 +269,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
     let _ = job.outcome().await;
 }
 
-/// Lines that are burnt in proportion to speed, with ways between them on which the laser is off.
+/// Lines burnt in proportion to speed, with travel lines between them on which the laser is off.
 fn proportional() -> Plan {
     let mut plan = Plan::new("M4");
     plan.tool = Some(Tool::Laser);
@@ -287,7 +288,7 @@ fn proportional() -> Plan {
     plan.powered_by_speed().content
 }
 
-/// What was burnt into each mm of each line, percent times seconds, and how long it took.
+/// Dose burnt into each mm of each line, percent times seconds, and the duration.
 async fn dose(
     change: impl Fn(&JobHandle, f64),
 ) -> (std::collections::BTreeMap<(i64, i64), f64>, f64) {
@@ -320,7 +321,7 @@ async fn dose(
     (dose, done.seconds)
 }
 
-/// Nowhere deeper: neither where the speed changes nor at corners and ends.
+/// Nothing is burnt deeper: neither where the speed changes nor at corners and ends.
 #[tokio::test(start_paused = true)]
 async fn what_burns_in_proportion_to_speed_is_slower_with_less_power() {
     let (full, usual) = dose(|_, _| {}).await;
@@ -343,8 +344,9 @@ async fn what_burns_in_proportion_to_speed_is_slower_with_less_power() {
             all += 1;
             weak += u32::from(burnt < 0.8 * dose);
             deep += u32::from(burnt > 1.05 * dose + 0.15);
-            // A piece that the arm plans to a stop, because the next one has not come yet, and plans anew a period later takes up to 7
-            // periods instead of 4, with the power of 4.
+            // If the next piece has not arrived yet, the arm plans a stop at the end of the current
+            // one and replans a period later. Such a piece takes up to 7 periods instead of 4, with
+            // the power for 4.
             assert!(
                 burnt <= 7.0 / 4.0 * dose + 0.15,
                 "{from} {speed} {place:?}: {burnt} {dose}"

@@ -64,7 +64,7 @@ fn place(x: u8) -> [f32; 4] {
     [f32::from(x), 1.0, 2.0, 3.0]
 }
 
-/// What the model is to be, with whole copies for its history.
+/// Reference model with complete copies as its history.
 #[derive(Debug, Default)]
 struct Reference {
     steps: Vec<TeachStep>,
@@ -221,7 +221,7 @@ impl Reference {
     }
 }
 
-/// Whether it was refused is seen in the steps: it changed nothing.
+/// Applies an edit. A refusal shows in the steps, which are unchanged.
 fn apply(program: &mut ProgramModel, edit: &Edit) -> Result<(), TeachError> {
     match *edit {
         Edit::Reteach(x) => return program.reteach(&pose(x)),
@@ -268,14 +268,14 @@ proptest! {
             }
             reference.apply(edit);
             same(&program, &reference)?;
-            // Every step of the plan is found in its step again.
+            // Every step of the plan belongs to the step it came from.
             let plan = program.plan(0);
             let found = (0..=plan.steps.len()).map(|nth| program.step_at(0, nth));
             let found: Vec<_> = found.flatten().collect();
             prop_assert_eq!(found.len(), plan.steps.len());
             prop_assert!(found.is_sorted());
         }
-        // Back to the beginning, and on to the last state that was undone.
+        // Undo to the beginning, then redo to the last state.
         for back in [true, false] {
             loop {
                 let moved = if back { program.undo() } else { program.redo() };

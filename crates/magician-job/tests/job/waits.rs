@@ -1,4 +1,5 @@
-//! Steps that wait for a person, and parts: what sends nothing counts, and nothing moves until somebody goes on.
+//! Steps that wait for a person, and parts: steps without commands count, and nothing moves until a
+//! person resumes.
 
 use std::time::Duration;
 
@@ -53,7 +54,7 @@ async fn comes_to_pause(job: &JobHandle) -> (PauseReason, Option<u64>) {
     panic!("it does not pause");
 }
 
-/// Nothing waits in the arm, the pen is up, and for a minute nothing moves.
+/// Asserts that nothing waits in the arm, the pen is up, and nothing moves for a minute.
 async fn stands(cell: &VirtualArm, arm: &Arm) {
     let (_, places) = arm.stats().await.expect("read");
     assert_eq!(arm.queue().left_space().await.expect("read"), places);
@@ -64,7 +65,7 @@ async fn stands(cell: &VirtualArm, arm: &Arm) {
     assert_eq!(arm.get::<Pose>().await.expect("a pose"), before);
 }
 
-/// What is drawn without any pause.
+/// Drawing and duration of the plan without its pauses.
 async fn all_of(plan: &Plan) -> (magician::sim::world::Drawing, f64) {
     let mut plan = plan.clone();
     plan.without_pauses();
@@ -170,7 +171,8 @@ async fn a_job_that_waits_between_parts_parks_its_tool() {
     job.outcome().await.expect("done");
 }
 
-/// At the pause, and at instants of both parts: what was stopped goes on in another job, which waits where the first one did.
+/// A job stopped at the pause, or within either part, is resumed by another job, which pauses where
+/// the first one did.
 #[tokio::test(start_paused = true)]
 async fn a_job_with_parts_goes_on_in_another_where_it_was_stopped() {
     let whole = all_of(&two_parts()).await.1;

@@ -1,18 +1,22 @@
-//! How far a place is beyond what the tool reaches.
+//! Distance from a place to the nearest one within reach.
+//!
+//! The search goes outwards in circles of 1 mm steps: the reach has no simple shape, but testing
+//! one place is cheap.
 
 use std::f64::consts::TAU;
 
 use magician_host::Geometry;
 use magician_motion::Limits;
 
-/// A place farther off is not looked for, mm.
+/// Farthest place whose distance is searched, mm. Bounds the work for absurd coordinates.
 const FARTHEST: f64 = 1e6;
-/// The arm reaches no farther than its links and its tool, and this, mm.
+/// Margin on the sum of link lengths and tool, mm, for rounding.
 const SLACK: f64 = 1.0;
-/// Directions that are looked into.
+/// Number of directions searched around the place.
 const DIRECTIONS: u32 = 240;
 
-/// The distance at its height to the nearest place in reach, rounded up to mm; none if it is in reach, or there is nothing near.
+/// Distance at the same height to the nearest place in reach, rounded up to mm; `None` if the place
+/// is in reach, or nothing in reach is near.
 pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<f64> {
     if geometry.reaches([x, y, z], limits) {
         return None;
@@ -20,9 +24,11 @@ pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) 
     let tool = geometry.tool;
     let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
     let nearest = (libm::hypot(x, y) - longest - SLACK).max(0.0);
+    // Also keeps the loop below finite: it advances by 1 mm, which is lost on huge numbers.
     if nearest.is_nan() || nearest >= FARTHEST {
         return None;
     }
+    // Nothing nearer can be in reach, so begin at the outer circle of the arm.
     let mut distance = nearest.floor() + 1.0;
     while distance <= nearest + 2.0 * longest {
         let mut ring = (0..DIRECTIONS).map(|nth| {
@@ -65,7 +71,7 @@ mod tests {
             );
         }
         assert_eq!(beyond(&arm, &LIMITS, [240.0, 0.0, -40.0]), None);
-        // Behind the base the nearest place is round its side.
+        // Behind the base the nearest place is at its side.
         let behind = beyond(&arm, &LIMITS, [-200.0, 0.0, -40.0]).unwrap();
         assert!((141.0..=142.0).contains(&behind), "{behind}");
         assert_eq!(beyond(&arm, &LIMITS, [240.0, 0.0, 900.0]), None);

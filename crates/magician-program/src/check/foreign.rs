@@ -1,4 +1,4 @@
-//! Coordinates of another machine, taken as the arm's.
+//! Detection of coordinates meant for another machine.
 
 use magician_host::message;
 use magician_host::{Action, Given, Setting};
@@ -7,21 +7,24 @@ use super::Report;
 use crate::setup::extent_of_marks;
 use crate::{Diagnostic, Plan};
 
-/// Distance from the axis of the base within which no program for this arm draws, mm.
+/// Distance from the base axis within which no program for this arm draws, mm.
 const BASE: f64 = 110.0;
-/// Distance beyond the reach from which on a program is not meant for this arm, mm.
+/// Distance beyond the reach from which a program is taken to be meant for another machine, mm. A
+/// choice.
 const FAR: f64 = 100.0;
 
-/// Returns why a refused program in the arm's coordinates looks like one of another machine.
+/// Explains a refused program in arm coordinates that looks like one for another machine.
 ///
-/// Nothing that it draws is anywhere near the reach, or it leads into the arm's own base, as a program does
-/// that counts from the zero of its machine. `None` for any other program.
+/// That is the case if everything it draws is far beyond the reach, or if it leads into the arm's
+/// own base, as a program does whose zero is the corner of another machine. `None` for any other
+/// program.
 #[must_use]
 pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
     let refused = || report.refused_steps.iter();
     let (first, beyond) = refused().find_map(|step| Some((step, step.beyond()?)))?;
     let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE;
     let mut targets = refused().filter_map(|step| step.target.map(|(_, _, at)| at));
+    // If anything of it is in reach, the program was probably made for this arm.
     let is_far = report.bounds.is_none() && beyond > FAR;
     if !is_far && !targets.any(is_in_base) {
         return None;

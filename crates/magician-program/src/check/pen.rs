@@ -1,17 +1,18 @@
-//! Whether the tool leaves a line.
+//! Decides which motion leaves a line.
 
 use magician_host::{ArmState, PtpMove, Set};
 
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
-/// So far above the surface a pen still draws, mm.
+/// Height above the surface up to which a pen is taken to draw, mm. A choice, far below the default
+/// lift.
 const TOUCH: f64 = 0.5;
 
 pub(super) struct Pen {
-    /// It is a laser: it must be lit.
+    /// True for a laser, which draws only while it is on.
     laser: bool,
-    /// It was switched on.
+    /// True if the laser was switched on.
     lit: bool,
     surface: Option<Surface>,
 }
@@ -35,12 +36,12 @@ impl Pen {
         }
     }
 
-    /// Whether the laser was switched on, with all its power.
+    /// True if the laser was switched on by a command of its own, at full power.
     pub(super) fn is_lit(&self) -> bool {
         self.lit
     }
 
-    /// Whether a command draws or burns on its way.
+    /// True if the motion of a command draws or burns.
     pub(super) fn draws(&self, command: &Set, from: &ArmState, to: &ArmState) -> bool {
         let touches = |surface: Surface| {
             let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH;
@@ -55,7 +56,7 @@ impl Pen {
     }
 }
 
-/// Whether a command says what its way looks like.
+/// True if a command defines the shape of its path.
 fn is_shaped(command: &Set) -> bool {
     match command {
         Set::ArcCmd(_) | Set::CircleCmd(_) => true,

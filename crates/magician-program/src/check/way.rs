@@ -1,4 +1,4 @@
-//! How long ways are, and how far they reach.
+//! Length and bounds of the motion of a command.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,12 +6,12 @@ use magician_host::{ArmState, Set};
 
 type Point = [f64; 3];
 
-/// Where the tool is.
+/// Position of the tool.
 pub(super) fn point(arm: &ArmState) -> Point {
     [arm.pose.x, arm.pose.y, arm.pose.z]
 }
 
-/// How long the way of a command is, mm; that of joints and of a jump as if it were straight.
+/// Length of a command's motion, mm; joint moves and jumps count as straight.
 pub(super) fn length(command: &Set, from: &ArmState, to: &ArmState) -> f64 {
     match Arc::of(command, from) {
         Some(arc) => arc.radius * arc.sweep,
@@ -19,7 +19,7 @@ pub(super) fn length(command: &Set, from: &ArmState, to: &ArmState) -> f64 {
     }
 }
 
-/// Points of the way of a command between whose least and greatest coordinates all of it lies.
+/// Points whose bounding box contains the whole motion of a command.
 pub(super) fn corners(command: &Set, from: &ArmState, to: &ArmState) -> Vec<Point> {
     let mut corners = vec![point(from), point(to)];
     if let Some(arc) = Arc::of(command, from) {
@@ -28,17 +28,17 @@ pub(super) fn corners(command: &Set, from: &ArmState, to: &ArmState) -> Vec<Poin
     corners
 }
 
-/// A circle, and how far round it a way goes, rad.
+/// Circle, and the angle that the motion covers, rad.
 struct Arc {
     centre: Point,
     radius: f64,
     sweep: f64,
-    /// From the centre to the first point, and a quarter of a turn on.
+    /// Vectors from the centre to the first point, and to the point a quarter turn on.
     axes: [Point; 2],
 }
 
 impl Arc {
-    /// The arc or the circle of a command.
+    /// Arc or circle of a command; `None` for other commands.
     fn of(command: &Set, from: &ArmState) -> Option<Self> {
         let place = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
         match command {
@@ -57,11 +57,12 @@ impl Arc {
         }
     }
 
-    /// From the first through the second to the third; nothing for points on a straight line.
+    /// Arc from the first through the second to the third point; `None` if they are on a straight
+    /// line.
     fn through(from: Point, via: Point, to: Point) -> Option<Self> {
         let (first, second) = (way(from, via), way(via, to));
         let normal = cross(first, second);
-        // At the second point the way has turned by half of what it turns in all.
+        // At the second point the chords enclose half of the whole angle (inscribed angle).
         let half = libm::atan2(norm(normal), dot(first, second));
         let chord = way(from, to);
         let radius = norm(chord) / (2.0 * libm::sin(half));
@@ -69,7 +70,8 @@ impl Arc {
             return None;
         }
         let normal = scaled(normal, 1.0 / norm(normal));
-        // To the left of the chord by what is left of the radius there, to the right of a long way round.
+        // The centre is on the left of the chord at the remaining distance, on the right for more
+        // than half a turn.
         let left = cross(normal, scaled(chord, 1.0 / norm(chord)));
         let middle = sum(from, scaled(chord, 0.5));
         let centre = sum(middle, scaled(left, radius * libm::cos(half)));
@@ -82,7 +84,7 @@ impl Arc {
         })
     }
 
-    /// The points at which a coordinate is least or greatest on the way.
+    /// Points of the arc with an extreme coordinate.
     fn extremes(&self) -> impl Iterator<Item = Point> {
         let [[ax, ay, az], [bx, by, bz]] = self.axes;
         let turns = [
@@ -131,7 +133,7 @@ mod tests {
     #[test]
     fn arcs_are_as_long_as_they_are() {
         for degrees in [1.0f64, 45.0, 180.0, 270.0, 359.0] {
-            // On a slant: two directions at right angles, one of them up and across.
+            // A tilted plane: two perpendicular directions, one of them rising.
             let at = |share: f64| {
                 let (sin, cos) = libm::sincos(share * degrees.to_radians());
                 [200.0 + 30.0 * cos, 24.0 * sin, 18.0 * sin]
@@ -142,7 +144,7 @@ mod tests {
             for (found, centre) in arc.centre.into_iter().zip([200.0, 0.0, 0.0]) {
                 assert!((found - centre).abs() < 1e-6, "{degrees} {:?}", arc.centre);
             }
-            // As far as it reaches, seen from many of its points.
+            // Compare with the extremes of many sampled points.
             for axis in 0..3 {
                 let all = (0..=3600).map(|nth| at(f64::from(nth) / 3600.0)[axis]);
                 let (least, most) = all.fold((f64::MAX, f64::MIN), |(least, most), value| {

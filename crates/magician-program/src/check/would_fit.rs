@@ -1,4 +1,4 @@
-//! In which size, or where, a plan would be within reach that is not.
+//! Size or position at which a plan that is out of reach would fit.
 
 use magician_host::Geometry;
 use magician_host::preflight::Preflight;
@@ -8,17 +8,20 @@ use crate::artwork::{WouldFit, rounded};
 use crate::{Plan, Tool};
 use magician_formats::reach::bisect;
 
-/// So often the room for a larger size is halved.
+/// Bisection steps for the scale.
 const HALVINGS: usize = 12;
-/// What does not pass the check is made smaller by this share at a time, so often.
+/// Factor by which a plan that fails the full check is reduced each time. The bisection looks at
+/// targets alone; the motion between them may leave the reach.
 const SHRINK: f64 = 0.98;
+/// Number of such reductions.
 const SHRINKING: usize = 8;
-/// The other way to lay a sheet, deg.
+/// Turn to the other orientation of a sheet, deg.
 const QUARTER: f64 = 90.0;
-/// Turned is better if it is larger by this share.
+/// Smallest gain in size for which a turn is proposed. A choice, above rounding.
 const LARGER: f64 = 1.001;
 
-/// The same turned by another 90 degrees, if it may be larger so than as it lies, where `straight` is its largest size.
+/// Largest size after a turn by another 90 degrees, if that is larger than `straight`, the largest
+/// size without a turn.
 #[must_use]
 pub fn would_fit_turned(
     plan: &Plan,
@@ -38,7 +41,8 @@ pub fn would_fit_turned(
     would_fit.filter(|would_fit| would_fit.scale > least)
 }
 
-/// The middle of what it draws, where the check passes a plan in its size and turn that it refuses where it lies.
+/// Position for the middle of the drawing at which a refused plan passes the check at its size and
+/// rotation; `None` if no position does.
 #[must_use]
 pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
     let [x, y, _] = crate::setup::middle(plan);
@@ -48,8 +52,8 @@ pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
     check(&moved, start).is_good().then_some(at)
 }
 
-/// The largest size in which the check passes a plan that it refuses, scaled about its middle. The plan has this scale and turn
-/// by now.
+/// Largest size at which a refused plan passes the check, scaled about its middle. `scale` and
+/// `rotate` have been applied to the plan already.
 #[must_use]
 pub fn would_fit(plan: &Plan, start: &Preflight, scale: f64, rotate: f64) -> Option<WouldFit> {
     let geometry = match plan.tool {

@@ -1,4 +1,10 @@
-//! Burns whose light went out on their way: where they go on.
+//! Place where a burn was cut short.
+//!
+//! When the driver switches the laser off, it knows a pose that is up to one period old, and the
+//! time since then. When something else stops the arm, only the pose at rest is known, and the
+//! laser went out somewhere on the braking distance. This module computes from speeds and
+//! decelerations the earliest place at which the laser may have gone out: the burn is resumed
+//! there, so there is never a gap. The length that may be burnt twice is reported.
 
 use std::time::Duration;
 
@@ -9,36 +15,39 @@ use magician_motion::MotionLaw;
 
 use super::within::{BESIDE, StraightMove, distance, is_straight};
 
-/// A pose this near to a line is on it, mm: rounding of the arm's numbers and of the plan's.
+/// Largest distance of a pose from a line at which it counts as on it, mm: rounding of the arm's
+/// and the plan's coordinates.
 const ON_LINE: f64 = 0.05;
-/// Slots before the one under way that are looked at for a pose: the arm may have finished short pieces since it was told.
+/// Slots before the current one that are searched for a pose: the arm may have finished short
+/// pieces since its last report.
 const EARLIER: usize = 8;
-/// Slots that are looked back over: no braking way has more pieces.
+/// Slots searched backwards: more than the pieces of any braking distance.
 const WINDOW: usize = 400;
-/// Slots behind the last one that decide how fast the arm was: its queue holds no more.
+/// Slots after the last one that determine the arm's speed: its queue holds no more.
 const AHEAD: usize = 32;
-/// Places of a braking way at which the speed is looked at.
+/// Places on a braking distance at which the speed is evaluated.
 const BRAKING_LOOKS: f64 = 100.0;
-/// The controller reports one pose for a period, seconds, while the arm goes on to the next.
+/// Period of the controller, s: it reports one pose for this long while the arm moves on to the
+/// next.
 const PERIOD: f64 = MotionLaw::MAGICIAN.period_us() as f64 / 1e6;
 
-/// A place in a program where a burn goes on.
+/// Place in a program where a burn is resumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
-    /// Slots that are passed.
+    /// Number of slots that are completed.
     pub(crate) passed: usize,
-    /// The place within the next slot; `None` at its beginning.
+    /// Position within the next slot; `None` for its beginning.
     pub(crate) at: Option<[f64; 3]>,
-    /// Length from there on that may have been burnt already, mm.
+    /// Length from there on that may be burnt already, mm.
     pub(crate) twice: f64,
 }
 
-/// A straight slot.
+/// Straight motion of one slot.
 struct Line {
     way: StraightMove,
     burns: bool,
     stopping: Option<Stopping>,
-    /// Speed of a segment of a path from place to place; `None` for any other motion.
+    /// Velocity profile of a path segment; `None` for other motion.
     profile: Option<VelocityProfile>,
 }
 
@@ -50,13 +59,14 @@ impl Line {
         }
         let stopping = stops.then(|| course.stopping(command)).flatten();
         let from = course.arm().copied();
-        // What could not be checked was not sent.
+        // A command that the check refuses was never sent.
         let step = course.check(command).ok()?;
         let way = StraightMove::between(from?.pose, step.end?.pose);
         let burns = match command {
             Set::CpLeCmd(CpLeCmd {
                 velocity_or_power, ..
             }) => *velocity_or_power > 0.0,
+            // Other straight moves burn only while the laser is switched on.
             _ => step.laser,
         };
         Some(Self {
@@ -67,7 +77,8 @@ impl Line {
         })
     }
 
-    /// The way before a share of it in so many seconds at most, and how many of them are left at its beginning.
+    /// Largest distance covered in the last `seconds` before a share of the line, and the time left
+    /// over at its beginning.
     fn way_before(&self, share: f64, seconds: f64) -> (f64, f64) {
         let gone = share * self.way.length();
         match (&self.profile, self.stopping) {
@@ -82,11 +93,12 @@ impl Line {
                 let way = (speed * seconds).min(gone);
                 (way, seconds - way / speed)
             }
+            // The speed is unknown: claim no distance, and stop here.
             _ => (0.0, 0.0),
         }
     }
 
-    /// The same behind a share of it.
+    /// As `way_before`, after a share of the line.
     fn way_after(&self, share: f64, seconds: f64) -> (f64, f64) {
         let length = self.way.length();
         let left = (1.0 - share) * length;
@@ -105,16 +117,16 @@ impl Line {
     }
 }
 
-/// Straight slots of a program that follow each other, and what is between them.
+/// Consecutive slots of a program with their straight motions.
 pub(crate) struct Lines {
-    /// The first slot.
+    /// First slot.
     first: usize,
-    /// `None` for a slot that is not straight, or sends nothing.
+    /// Motion by slot; `None` for a slot that is not straight or sends nothing.
     lines: Vec<Option<Line>>,
 }
 
 impl Lines {
-    /// The slots up to `last`, none of them before `lead`, with the course at the first of all slots.
+    /// Lines of the slots up to `last`, none before `lead`. `course` is at the first of all slots.
     pub(crate) fn of(
         course: &mut Preflight,
         slots: impl Iterator<Item = Option<Set>>,
@@ -133,7 +145,7 @@ impl Lines {
                 let line = slot.and_then(|command| Line::of(&command, course, nth >= near));
                 lines.push(line.map(|line| Line { profile, ..line }));
             } else if let Some(command) = slot {
-                // What could not be checked was not sent.
+                // A command that the check refuses was never sent.
                 let _ = course.check(&command);
             }
         }
@@ -144,9 +156,11 @@ impl Lines {
         self.lines.get(slot.checked_sub(self.first)?)?.as_ref()
     }
 
-    /// The place where the light went out that was out at this pose, and so much before at most, or within the period that has
-    /// this pose. `under_way` is the slot that the arm did not finish, or was the last to finish. The arm may have burnt on `until`
-    /// another pose.
+    /// Place where the laser went out. It was off when the arm was at `pose`, and went out at most
+    /// `late` earlier, or within the period that has this pose.
+    ///
+    /// `under_way` is the slot that the arm did not finish, or finished last. The arm may have
+    /// burnt on until it reached `until`.
     pub(crate) fn dark_at(
         &self,
         under_way: usize,
@@ -163,7 +177,8 @@ impl Lines {
             share,
             self.way_before(slot, share, late.as_secs_f64()),
         );
-        // The arm was on its way from the pose to the next when the light went out, or when it was stopped.
+        // The arm was moving from this pose to the next one when the laser went out or the stop
+        // came.
         let mut on_its_way = (slot, share);
         if let Some((_, end, there)) = until.and_then(|until| self.nearest(slot, until)) {
             on_its_way = (end, there);
@@ -175,14 +190,14 @@ impl Lines {
                 }
             }
         }
-        // At the end of a segment it has come to rest by itself.
+        // At the end of a segment the arm has come to rest by itself.
         if let (slot, share @ ..1.0) = on_its_way {
             place.twice += self.burnt_after(slot, share, PERIOD);
         }
         Some(place)
     }
 
-    /// Largest way before a place in so many seconds, mm.
+    /// Largest distance covered in the last `seconds` before a place, mm.
     fn way_before(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
         let mut sum = 0.0;
         while let Some(line) = self.line(slot) {
@@ -196,7 +211,7 @@ impl Lines {
         sum
     }
 
-    /// Largest length that is burnt behind a place in so many seconds, mm.
+    /// Largest length burnt in the `seconds` after a place, mm.
     fn burnt_after(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
         let mut sum = 0.0;
         while let Some(line) = self.line(slot) {
@@ -210,8 +225,8 @@ impl Lines {
         sum
     }
 
-    /// The line that a pose is on: how far beside it the pose is, its slot, and the share of it up to there. Of several lines
-    /// the nearest to the slot under way counts.
+    /// Line that a pose is on: distance from it, slot, and share. Among several lines the one
+    /// nearest to the current slot counts.
     fn nearest(&self, under_way: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
         let place = [pose.x, pose.y, pose.z].map(f64::from);
         let last = self.first + self.lines.len();
@@ -231,8 +246,8 @@ impl Lines {
         on.or(best).copied()
     }
 
-    /// The longest way on which an arm may have braked to a place, mm: from every place before it the arm comes so far as its
-    /// speed there, and the deceleration of `fastest`, let it.
+    /// Longest distance on which the arm may have braked to a place, mm: from each earlier place
+    /// the arm gets as far as its speed there and the deceleration of `fastest` allow.
     fn braking_way(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
         let step = fastest.braking / BRAKING_LOOKS;
         let comes_here = |back: f64| {
@@ -247,7 +262,7 @@ impl Lines {
             .unwrap_or(0.0)
     }
 
-    /// Highest speed of a path so far before a place; `None` where it is not known.
+    /// Highest speed on a path at a distance before a place; `None` if unknown.
     fn speed_before(&self, mut slot: usize, mut share: f64, mut back: f64) -> Option<f64> {
         loop {
             let line = self.line(slot)?;
@@ -255,7 +270,7 @@ impl Lines {
             if back <= gone || slot == self.first {
                 let profile = line.profile.as_ref()?;
                 let at = profile.time_at(gone - back);
-                // The speed of a period is that of its end.
+                // The velocity of a period is that at its end, so neighbours are evaluated too.
                 let near = [at - PERIOD, at, at + PERIOD].map(|at| profile.velocity(at));
                 return Some(near.into_iter().fold(0.0, f64::max));
             }
@@ -263,7 +278,8 @@ impl Lines {
         }
     }
 
-    /// The place a braking way before one where the arm stands: the light went out between the two.
+    /// Place one braking distance before the place where the arm stands: the laser went out between
+    /// the two.
     pub(crate) fn before_braking(&self, slot: usize, at: [f64; 3]) -> Option<Place> {
         let line = self.line(slot)?;
         let (share, _) = line.way.nearest(at);
@@ -273,13 +289,14 @@ impl Lines {
         let share = share.clamp(0.0, 1.0);
         let mut place = self.before(slot, share, self.braking_way(slot, share, fastest));
         if place.twice > 0.0 {
-            // It brakes from the last pose, and was on its way to the next: at a low speed that is farther.
+            // The arm brakes from the pose of the period and was already moving to the next one,
+            // which at low speed adds more than the braking distance.
             place.twice += self.burnt_after(slot, share, PERIOD);
         }
         Some(place)
     }
 
-    /// The place so far before another, as far as something burns there.
+    /// Place at a distance before another, as far as something burns there.
     fn before(&self, slot: usize, share: f64, by: f64) -> Place {
         let here = |slot: usize, share: f64, twice: f64| Place {
             passed: slot,

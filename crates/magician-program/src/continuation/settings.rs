@@ -1,4 +1,8 @@
-//! What the steps of a plan leave set.
+//! Settings that the steps of a plan leave in force.
+//!
+//! To start in the middle of a plan, the arm needs the settings of the steps before, but not their
+//! effects. The last command of each kind is kept (of each pin and motor, where there are several),
+//! in the order in which they were given.
 
 use std::collections::BTreeMap;
 
@@ -6,13 +10,15 @@ use magician_host::{Set, build};
 use magician_protocol::commands::EMotor;
 use magician_protocol::{PoList, PtpMode, Row, Writable};
 
-/// What can be set to one value at a time: a command, of a pin, a motor or a connector if it has several.
+/// Key of a setting that has one value at a time: the command, and its pin, motor or connector if
+/// it has several.
 type Slot = (u8, u8);
 
-/// The settings that commands leave behind, each as the last of them has it.
+/// Settings left by commands, each with its last value.
 #[derive(Debug, Default)]
 pub(super) struct Settings {
-    /// The commands, each with its number, to be told in their order: one may depend on another.
+    /// Commands with their sequence numbers. They are sent again in that order: one may depend on
+    /// another.
     last: BTreeMap<Slot, (usize, Set)>,
     count: usize,
     lit: bool,
@@ -20,25 +26,25 @@ pub(super) struct Settings {
     rail: Rail,
 }
 
-/// Where the carriage on the rail has been sent.
+/// Last target of the carriage on the rail.
 #[derive(Clone, Copy, Debug, Default)]
 enum Rail {
-    /// Nowhere.
+    /// No target was sent.
     #[default]
     Unsent,
     At(f32),
-    /// By a path from an unknown start.
+    /// Unknown: the carriage was moved by a path from an unknown start.
     Lost,
 }
 
 impl Settings {
     pub(super) fn note(&mut self, command: &Set) {
         match command {
-            // What it lights is lit again when the arm has come to where it goes on.
+            // The laser is switched on again only after the arm has arrived where the plan resumes.
             Set::SetEndEffectorLaser(laser) => {
                 self.lit = laser.enable_ctrl.is_on() && laser.on.is_on();
             }
-            // It has turned as far as it was to.
+            // A motor with a step count has finished by then, so nothing is left to set.
             Set::EMotorS(motor) => drop(self.last.remove(&motor_slot(motor.index.into()))),
             Set::PtpPoCmd(ptp) => self.outputs(&ptp.po),
             Set::PtpPoWithLCmd(ptp) => {
@@ -64,9 +70,10 @@ impl Settings {
         self.count += 1;
     }
 
-    /// Outputs that a move has switched on its way, in the order of the way.
+    /// Records the outputs that a move switches on its way, in the order of the way.
     fn outputs(&mut self, list: &PoList) {
         let mut outputs = list.as_slice().to_vec();
+        // If one output is switched twice, the later switch is the one left in force.
         outputs.sort_by_key(|output| output.ratio);
         for output in outputs {
             if let Ok(address) = u8::try_from(output.address) {
@@ -83,28 +90,29 @@ impl Settings {
         self.rail = match (mode.is_relative(), self.rail) {
             (false, _) => Rail::At(l),
             (true, Rail::At(from)) => Rail::At(from + l),
+            // A relative target from an unknown position is unknown too.
             (true, Rail::Unsent | Rail::Lost) => Rail::Lost,
         };
     }
 
-    /// The commands that set it all again, the laser left out.
+    /// Commands that restore all settings, except for the laser.
     pub(super) fn in_force(&self) -> Vec<Set> {
         let mut commands: Vec<_> = self.last.values().collect();
         commands.sort_by_key(|(number, _)| *number);
         commands.into_iter().map(|(_, command)| *command).collect()
     }
 
-    /// Whether the laser is on.
+    /// True if the laser is on.
     pub(super) fn is_lit(&self) -> bool {
         self.lit
     }
 
-    /// Whether the target of the carriage on the rail is unknown.
+    /// True if the target of the carriage is unknown.
     pub(super) fn has_lost_the_rail(&self) -> bool {
         matches!(self.rail, Rail::Lost)
     }
 
-    /// Where the carriage on the rail is to be, mm, if it was sent anywhere.
+    /// Target of the carriage on the rail, mm; `None` if it was never sent anywhere.
     pub(super) fn rail(&self) -> Option<f32> {
         match self.rail {
             Rail::At(l) if self.with_rail => Some(l),
@@ -117,10 +125,11 @@ fn motor_slot(index: u8) -> Slot {
     (EXTERNAL_MOTOR, index)
 }
 
-/// The id under which motors run until told otherwise.
+/// Command id under which the state of motors is stored.
 const EXTERNAL_MOTOR: u8 = EMotor::ROW.id;
 
-/// What a command sets and leaves set; nothing for one that does something. A motor runs on until it is told otherwise.
+/// Key of the setting that a command leaves in force; `None` for a command with a single effect. A
+/// motor keeps running until another command stops it.
 fn slot(command: &Set) -> Option<Slot> {
     let row: &Row = command.row();
     match command {
@@ -130,6 +139,7 @@ fn slot(command: &Set) -> Option<Slot> {
         Set::IoPwm(pin) => Some((row.id, pin.address)),
         Set::SetColorSensor(sensor) => Some((row.id, sensor.port.into())),
         Set::SetIrSwitch(sensor) => Some((row.id, sensor.port.into())),
+        // Idempotent commands are the settings; all others do something once.
         _ => row.is_idempotent().then_some((row.id, 0)),
     }
 }

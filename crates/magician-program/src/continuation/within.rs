@@ -1,4 +1,4 @@
-//! Steps that were begun and stopped: where on their line they go on.
+//! Place within a step that was cut short, where it continues.
 
 use std::collections::VecDeque;
 
@@ -11,12 +11,14 @@ use magician_protocol::{CpMode, PtpMode};
 use crate::Action;
 use magician_formats::simplify::{dot, length};
 
-/// How far beside its line a pen may stand and is on it, mm: no further than a gap in a line may be.
+/// Largest distance of a pen from its line at which it counts as on it, mm: equal to the largest
+/// acceptable gap in a line.
 pub(super) const BESIDE: f64 = 0.2;
-/// So far a pen may run on when it is stopped, mm: a path goes through its corners, and so does what brakes on it.
+/// Largest distance that a stopped pen overruns a corner, mm: a path goes through its corners, and
+/// braking on it does too.
 const RUN_ON: f64 = 2.0;
 
-/// A straight way, from one pose to another.
+/// Straight motion between two poses.
 pub(super) struct StraightMove {
     from: Pose,
     to: Pose,
@@ -27,7 +29,7 @@ impl StraightMove {
         Self { from, to }
     }
 
-    /// The way of a command from where the course is, which it follows.
+    /// Motion of a command from the pose of `course`, which is advanced.
     fn of(command: &Set, course: &mut Preflight) -> Option<Self> {
         let from = course.arm()?.pose;
         course.check(command).ok()?;
@@ -39,7 +41,8 @@ impl StraightMove {
         self.from.distance_to(&self.to)
     }
 
-    /// The share of it up to the point nearest to a place on its endless line, and how far that is.
+    /// Share of the motion at the point nearest to `place` on its infinite line, and the distance
+    /// from that line.
     pub(super) fn nearest(&self, place: [f64; 3]) -> (f64, f64) {
         let (from, to) = (xyz(&self.from), xyz(&self.to));
         let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
@@ -67,7 +70,7 @@ pub(crate) fn distance(one: [f64; 3], other: [f64; 3]) -> f64 {
     length([0, 1, 2].map(|axis| one[axis] - other[axis]))
 }
 
-/// Whether the tool goes straight to the end of a command.
+/// True if the tool goes straight to the end of a command.
 pub(super) fn is_straight(command: &Set) -> bool {
     match command {
         Set::CpCmd(_) | Set::CpLeCmd(_) => true,
@@ -76,8 +79,10 @@ pub(super) fn is_straight(command: &Set) -> bool {
     }
 }
 
-/// Where an arm stands on the lines of the steps that come next, of which the first was under way when it was stopped: so many are
-/// passed, and the place on the one after them. The arm may have run on, over short lines to others, or beyond a corner.
+/// Place of an arm on the lines of the next steps, the first of which was in progress at the stop:
+/// number of completed steps, and the place on the following one.
+///
+/// The arm may have run on over short lines, or beyond a corner.
 pub(crate) fn place_on(
     course: &mut Preflight,
     steps: impl Iterator<Item = Option<Set>>,
@@ -86,7 +91,7 @@ pub(crate) fn place_on(
     let place = [pose.x, pose.y, pose.z].map(f64::from);
     let mut best: Option<(f64, (u64, [f64; 3]))> = None;
     let (mut beyond, mut passed) = (0.0, 0);
-    // Not beyond a step that sends nothing: it may be a pause.
+    // Ends at a step that sends nothing: it may be a pause, which was not passed.
     for command in steps.map_while(|step| step).take_while(is_straight) {
         let line = StraightMove::of(&command, course)?;
         let (share, off) = line.nearest(place);
@@ -98,7 +103,7 @@ pub(crate) fn place_on(
         }
         let ran_on = (share - 1.0) * line.length();
         if passed == 0 && off <= BESIDE && (0.0..=RUN_ON).contains(&ran_on) && best.is_none() {
-            // The next line may pass nearer: this is how far it is beyond the corner.
+            // The next line may be nearer, so this counts with the largest distance allowed.
             best = Some((BESIDE, (passed, line.at(1.0))));
         }
         if passed > 0 {
@@ -112,27 +117,29 @@ pub(crate) fn place_on(
     best.map(|(_, found)| found)
 }
 
-/// Whether the tool burns along a straight line.
+/// True if a command burns along a straight line.
 fn is_burn(command: &Set) -> bool {
     matches!(command, Set::CpLeCmd(burn) if burn.velocity_or_power > 0.0)
 }
 
-/// How long the line of the step behind so many slots is, mm, if it is burnt.
+/// Length of the line after `passed` slots, mm, if it is a burn.
 pub(crate) fn burn_of(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
     passed: usize,
 ) -> Option<f64> {
     for command in slots.by_ref().take(passed).flatten() {
-        // What could not be checked was not sent.
+        // A command that the check refuses was never sent.
         let _ = course.check(&command);
     }
     let next = slots.next()?.filter(is_burn)?;
     Some(StraightMove::of(&next, course)?.length())
 }
 
-/// A place so far before another, back along a burn: how many slots earlier, the place within the one there if not at its beginning,
-/// and how long the way between the two is, mm. It does not reach back over what does not burn, nor over a step that sends nothing.
+/// Place at a distance before another, back along a burn: number of slots earlier, place within the
+/// slot there (`None` for its beginning), and the length between the two, mm.
+///
+/// Does not go back over motion that does not burn, nor over a step that sends nothing.
 pub(crate) fn back_along(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
@@ -183,8 +190,8 @@ pub(crate) fn back_along(
     Some((earlier, None, by - left))
 }
 
-/// How the arm stands at a place on the line of an action that begins where the course is, and what is left of the action
-/// from there, if that is not the action itself. Nothing if the place is not on its line.
+/// State of the arm at a place on the line of an action that begins at `course`, and the rest of
+/// the action from there if that needs another one. `None` if the place is not on the line.
 pub(super) fn from_there(
     action: &Action,
     course: &Preflight,

@@ -1,4 +1,4 @@
-//! Going round what would be marked, to see where it will lie: the laser stays off, a pen stays up.
+//! Frames: tracing the outline of a job to see where it will lie, with the laser off or the pen up.
 
 mod outline;
 
@@ -12,21 +12,21 @@ use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Su
 use magician_formats::reach::hull;
 use magician_formats::words::words;
 
-/// The arm takes half of the speed of its travels, at power-up (model section 6),
+/// Speed ratio of the arm at power-up (model section 6): travel moves run at half the set speed.
 const RATIO: f32 = 0.5;
-/// and no frame goes faster than this, so that it can be watched, mm/s.
+/// Largest speed of a frame, mm/s, so that a person can follow it.
 const FASTEST: f32 = 100.0;
 
-/// What a frame follows.
+/// Shape of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FrameShape {
-    /// The smallest box along the arm's X and Y.
+    /// Bounding box along the arm's X and Y.
     #[default]
     Box,
-    /// The convex hull: a rubber band round all marks.
+    /// Convex hull of all marks.
     Hull,
-    /// The outer contours. Marks that are close together have one in common.
+    /// Outer contours. Marks close to each other share one.
     Outline,
 }
 
@@ -37,28 +37,30 @@ words! {
     Outline = "outline",
 }
 
-/// How a frame is gone round.
+/// Options of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Framing {
-    /// What it follows.
+    /// Shape to trace.
     pub shape: FrameShape,
-    /// Power of the laser on the way, percent, to see its spot: none unless given, and no more than [`MOST_POWER`](Self::MOST_POWER).
+    /// Laser power while tracing, percent, to see the spot: off by default, and at most
+    /// [`MOST_POWER`](Self::MOST_POWER).
     pub power: Option<f64>,
 }
 
 impl Framing {
-    /// No frame is lit more than this, percent.
+    /// Largest power of a frame, percent.
     pub const MOST_POWER: f64 = 5.0;
 
-    /// Of this shape, dark.
+    /// Frame of this shape, with the laser off.
     #[must_use]
     pub fn of(shape: FrameShape) -> Self {
         Self { shape, power: None }
     }
 
-    /// The plan that goes round what another one marks, with its tool: a laser at the height of the marks, any other tool `lift` above
-    /// them. It leads to nothing that the check refuses, where there is a way.
+    /// Creates the plan that traces the marks of another plan with the same tool: a laser at the
+    /// height of the marks, any other tool `lift` above them. Where possible it avoids places that
+    /// the check refuses.
     pub(crate) fn plan(
         &self,
         marked: Plan,
@@ -110,6 +112,7 @@ impl Framing {
             FrameShape::Hull => return Ok((frame.plan(round()), Vec::new())),
         };
         let plan = frame.plan(rings);
+        // The hull lies within the box, so it may be in reach when the box is not.
         if report(&plan, fence).is_good() {
             return Ok((plan, Vec::new()));
         }
@@ -118,11 +121,11 @@ impl Framing {
     }
 }
 
-/// What a frame is of.
+/// Input of a frame.
 struct Frame<'a> {
     marked: &'a Plan,
     surface: Surface,
-    /// How far above the surface.
+    /// Height above the surface, mm.
     above: f64,
     marking: Marking,
 }
@@ -153,7 +156,7 @@ impl Frame<'_> {
     }
 }
 
-/// The corners of the box of some lines, the lower left one first.
+/// Corners of the bounding box, starting at the lower left.
 fn corners(lines: &Artwork) -> Vec<[f64; 2]> {
     let [[left, low], [right, high]] = lines.bounds().unwrap_or_default();
     let mut corners = vec![[left, low], [right, low], [right, high], [left, high]];
@@ -161,13 +164,13 @@ fn corners(lines: &Artwork) -> Vec<[f64; 2]> {
     corners
 }
 
-/// Ends where it begins.
+/// Closes a ring: appends its first point.
 fn closed(mut corners: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     corners.extend(corners.first().copied().filter(|_| corners.len() > 1));
     corners
 }
 
-/// The same way, and round the base where an edge leads too near to it.
+/// Same ring, with detours around the base where an edge passes too close to it.
 fn round_the_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
     let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
     for &to in ring {

@@ -1,25 +1,28 @@
-//! The outer contours of lines.
+//! Outer contours of lines, by morphological closing of a bitmap.
+//!
+//! Marks are drawn into a bitmap, dilated and eroded by the same radius, which closes narrow gaps,
+//! and traced. Only outer contours are kept.
 
 use super::{closed, hull};
 use crate::Artwork;
 use crate::Raster;
 use crate::raster::{Size, Trace};
 
-/// Gaps between marks are closed that are narrower than twice this, mm,
+/// Half the width of gaps between marks that are closed, mm.
 const CLOSED: f64 = 2.0;
-/// which is so many pixels,
+/// Radius of the closing in pixels, for `CLOSED`.
 const RADIUS: usize = 4;
-/// and more for what is large: no side has more of them.
+/// Largest side of the bitmap in pixels: pixels grow for larger drawings.
 const MOST_SIDE: f64 = 1500.0;
 
-/// The outer contours of some lines. Contours are as exact as half a millimetre, for what is not larger than the arm reaches.
+/// Outer contours of some lines, exact to half a millimetre for drawings within the arm's reach.
 pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
     let [least, most] = lines.bounds().unwrap_or_default();
     let side = f64::max(most[0] - least[0], most[1] - least[1]);
     let pixel = (CLOSED / RADIUS as f64).max(side / MOST_SIDE);
-    // Room for what is drawn wider at the edges.
+    // Margin for the growth at the edges.
     let room = pixel * (RADIUS + 2) as f64;
-    // A line along the middle of pixels has as much of them on either side.
+    // Offset by half a pixel, so that a line along pixel centres grows equally to both sides.
     let corner = least.map(|at| at - room - pixel / 2.0);
     let pixels =
         |axis: usize| ((most[axis] - least[axis] + 2.0 * room) / pixel).ceil() as usize + 1;
@@ -43,7 +46,7 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
         .lines(&closing.raster())
         .map(|traced| traced.artwork.strokes)
         .unwrap_or_default();
-    // Dark is on the right of a contour: those that go round what is light are holes.
+    // Dark is on the right of a contour, so contours around light areas are holes.
     let outer = contours
         .into_iter()
         .filter(|stroke| area(&stroke.points) < 0.0);
@@ -67,7 +70,7 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
     outer
 }
 
-/// Twice the area that a ring goes round, counter-clockwise above 0.
+/// Twice the signed area of a ring; positive if counter-clockwise.
 fn area(ring: &[[f64; 2]]) -> f64 {
     let pairs = ring.iter().zip(ring.iter().skip(1));
     pairs
@@ -75,7 +78,7 @@ fn area(ring: &[[f64; 2]]) -> f64 {
         .sum()
 }
 
-/// Pixels that are marked or not, row by row from below.
+/// Bitmap, row by row from the bottom.
 struct Bitmap {
     width: usize,
     height: usize,
@@ -91,7 +94,7 @@ impl Bitmap {
         }
     }
 
-    /// Marks what a line goes over.
+    /// Marks the pixels of a line.
     fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = libm::hypot(to[0] - from[0], to[1] - from[1]);
         let count = (2.0 * way).ceil().max(1.0);
@@ -107,7 +110,7 @@ impl Bitmap {
         }
     }
 
-    /// What is marked grows by the radius into what is not, or the other way round.
+    /// Dilation of the marked pixels by the radius, or erosion if `marked` is false.
     fn grown(&self, marked: bool) -> Self {
         let radius = RADIUS as isize;
         let disc: Vec<[isize; 2]> = (-radius..=radius)
@@ -144,7 +147,8 @@ impl Bitmap {
         grown
     }
 
-    /// Whether its neighbours are as it is: it has nowhere to grow that they do not.
+    /// True if all neighbours have the same value: the disc around such a pixel changes nothing
+    /// that theirs do not.
     fn is_within(&self, x: usize, y: usize, marked: bool) -> bool {
         let same = |x: Option<usize>, y: Option<usize>| {
             let (Some(x), Some(y)) = (x.filter(|x| *x < self.width), y) else {
@@ -160,7 +164,7 @@ impl Bitmap {
             && same(Some(x), Some(y + 1))
     }
 
-    /// As an image, from the top.
+    /// Converts to an image, from the top row.
     fn raster(&self) -> Raster {
         let rows = self.marked.chunks(self.width).rev().flatten();
         Raster {

@@ -1,4 +1,4 @@
-//! Options as members of an object: the one way in for every door.
+//! Options as members of a JSON object: the common entry for all front ends.
 
 use magician_host::{Message, OptionName, message};
 use std::fmt;
@@ -10,18 +10,19 @@ use super::spec::either;
 use super::{Need, OptionKind, OptionSpec, SetupOptions, WorkOption};
 use crate::FontChoice;
 
-/// Characters of the name of an unknown option that are shown.
+/// Characters shown of an unknown option's name: the name may come from a network and be of any
+/// length.
 const SHOWN_NAME: usize = 40;
 
-/// Why an option is not taken.
+/// Error of an option.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct OptionError {
-    /// The name of the option.
+    /// Name of the option.
     pub key: String,
-    /// What is wrong, in a sentence that names the option.
+    /// Reason, in a sentence that names the option.
     pub message: Message,
-    /// The option that is missing beside it, if that is what is wrong.
+    /// Missing option that this one needs, if that is the reason.
     pub needs: Option<Need>,
 }
 
@@ -44,7 +45,7 @@ impl fmt::Display for OptionError {
 impl std::error::Error for OptionError {}
 
 impl Need {
-    /// The same as `Display`, as part of a message.
+    /// As `Display`, as part of a message.
     fn in_words(&self) -> Message {
         let name = OptionName(self.name);
         match self.values {
@@ -54,7 +55,7 @@ impl Need {
     }
 }
 
-/// `fill: hatch, cross or contour`, or the name alone where any value is enough.
+/// `fill: hatch, cross or contour`, or the name alone if any value will do.
 impl fmt::Display for Need {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.values {
@@ -65,28 +66,29 @@ impl fmt::Display for Need {
 }
 
 impl SetupOptions {
-    /// The names of all options, as members of an object.
+    /// Names of all options.
     #[must_use]
     pub fn keys() -> Vec<String> {
         let names = Self::OPTIONS.iter().map(|row| row.name.to_owned());
         names.collect()
     }
 
-    /// Reads the members of an object.
+    /// Reads options from the members of an object.
     ///
     /// # Errors
-    /// The first that is no option, has no such value, or contradicts another.
+    /// The first unknown option, invalid value, or contradiction between options.
     pub fn from_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
         let options = Self::from_fields_of_some(fields)?;
         options.check_agreement()?;
         Ok(options)
     }
 
-    /// The same, of fields that others come under ([`or`](Self::or)): whether they agree shows only then
-    /// ([`check`](Self::check)).
+    /// As [`from_fields`](Self::from_fields), for options that others will complete
+    /// ([`or`](Self::or)). Contradictions are not checked yet; [`check`](Self::check) does that
+    /// later.
     ///
     /// # Errors
-    /// The first that is no option, or has no such value.
+    /// The first unknown option or invalid value.
     pub fn from_fields_of_some(fields: &Map<String, Value>) -> Result<Self, OptionError> {
         let mut options = Self::default();
         for (key, value) in fields {
@@ -101,7 +103,7 @@ impl SetupOptions {
         Ok(options)
     }
 
-    /// Reads the value of an option, and checks its range.
+    /// Reads the value of an option and checks its range.
     fn take(&mut self, row: &OptionSpec, value: &Value) -> Result<(), OptionError> {
         let name = row.name;
         if value.is_null() {
@@ -110,6 +112,7 @@ impl SetupOptions {
                 message!("{name} has no value", name = OptionName(name)),
             ));
         }
+        // The range comes from the table, so every option is checked in the same way.
         let read = if row.is_within(value) {
             self.set(name, value)
         } else {
@@ -124,8 +127,8 @@ impl SetupOptions {
         })
     }
 
-    /// Returns the options that are given, as members of an object. That a file is done as it says is
-    /// not among them, and of a font of a file only its name.
+    /// Returns the options that are set, as members of an object. [`WorkOption::ByFile`] is left
+    /// out, and a font from a file is reduced to its name.
     #[must_use]
     pub fn to_fields(&self) -> Map<String, Value> {
         let values = self.values().into_iter();
@@ -133,10 +136,10 @@ impl SetupOptions {
         given.filter(|(_, value)| !value.is_null()).collect()
     }
 
-    /// Checks values, and that none contradicts another.
+    /// Checks ranges and contradictions.
     ///
     /// # Errors
-    /// The first that is out of its range, or contradicts another.
+    /// The first option that is out of its range or contradicts another.
     pub fn check(&self) -> Result<(), OptionError> {
         let from_file = matches!(self.font, Some(FontChoice::File { .. }));
         let by_file = self.work == Some(WorkOption::ByFile);
@@ -151,9 +154,10 @@ impl SetupOptions {
         let mut read = Self::default();
         for (row, value) in self.values() {
             match value {
+                // Not expressible in JSON, but set by our own code and therefore valid.
                 Some(_) if from_file && row.name == "font" => {}
                 Some(_) if by_file && row.name == "work" => {}
-                // JSON has no form for a number that is none.
+                // JSON has no form for NaN and infinity.
                 Some(Value::Null) => {
                     return Err(OptionError::new(row.name, row.refusal(&Value::Null)));
                 }
@@ -164,7 +168,7 @@ impl SetupOptions {
         self.check_agreement()
     }
 
-    /// Returns the given options that do not count for a work.
+    /// Returns the options that are set but do not apply to `work`.
     #[must_use]
     pub fn not_of(&self, work: Option<WorkOption>) -> Vec<&'static OptionSpec> {
         let given = self.to_fields();
@@ -174,9 +178,9 @@ impl SetupOptions {
             .collect()
     }
 
-    /// Returns these options without those that `over` replaces in effect: those of the other work,
-    /// those that contradict one of its options, and those whose partner it gives another value or
-    /// that has gone with them.
+    /// Returns these options without those that `over` effectively replaces: options of the other
+    /// kind of work, options that contradict one in `over`, and options whose partner `over`
+    /// changes or drops.
     pub(super) fn agreeing_with(&self, over: &Self) -> Self {
         let mut left = self.clone();
         let (given, work) = (over.to_fields(), over.work);
@@ -186,6 +190,7 @@ impl SetupOptions {
         let over = given.keys().filter_map(|name| Self::option(name));
         let over: Vec<_> = over.collect();
         let mut gone: Vec<&str> = Vec::new();
+        // Dropping one option can leave another without its partner: repeat until nothing changes.
         loop {
             let fields = left.to_fields();
             let rows = Self::OPTIONS.iter();
@@ -207,7 +212,7 @@ impl SetupOptions {
         }
     }
 
-    /// Checks that each option has what it needs, and that none contradicts another.
+    /// Checks that each option has the options it needs, and contradicts none.
     fn check_agreement(&self) -> Result<(), OptionError> {
         let given = self.to_fields();
         for row in Self::OPTIONS
@@ -245,6 +250,7 @@ impl SetupOptions {
                 ));
             }
         }
+        // Page and margin are valid one by one; only together can they leave no room.
         if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
             let key = match self.margin {
                 Some(_) => "margin",
@@ -259,7 +265,7 @@ impl SetupOptions {
     }
 }
 
-/// Each option as a member; null, or off, where it is not given.
+/// One member for each option; null or false if it is not set.
 impl Serialize for SetupOptions {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let values = self.values().into_iter().map(|(row, value)| {
@@ -274,7 +280,7 @@ impl Serialize for SetupOptions {
     }
 }
 
-/// Reads what [`Serialize`] writes, without a check whether the options agree.
+/// Reads what [`Serialize`] writes. Does not check if the options agree.
 impl<'de> Deserialize<'de> for SetupOptions {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut fields = Map::<String, Value>::deserialize(deserializer)?;

@@ -1,4 +1,4 @@
-//! Which work a frame goes round.
+//! Kind of work that a frame traces.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -7,15 +7,18 @@ use super::{SetupDefaults, SetupOptions, WorkOption};
 use crate::{Diagnostic, DiagnosticCode, Tool};
 
 impl SetupOptions {
-    /// True if the tool in force on the arm decides what a frame goes round, because neither the work nor the tool was given.
+    /// True if the frame depends on the tool set on the arm, because neither work nor tool was
+    /// given.
     #[must_use]
     pub fn needs_tool_in_force(&self) -> bool {
         self.frame.is_some() && self.work.is_none() && self.tool.is_none()
     }
 
-    /// Decides what is framed where that was not said: what the tool in force on the arm would make of the file, as far as that
-    /// is a pen or a laser; then what the usual tool would. Returns a note that says so, to be told before all others; `None` if
-    /// nothing is framed, or the work or the tool was given.
+    /// Chooses the work that a frame traces, if neither the work nor the tool was given: what the
+    /// pen or laser set on the arm would make of the file, otherwise what the usual tool would.
+    ///
+    /// Returns a note about the choice, to be shown first; `None` if there is no frame or nothing
+    /// to choose.
     ///
     /// ```
     /// use magician_program::{FrameShape, SetupDefaults, SetupOptions, Tool, WorkOption};

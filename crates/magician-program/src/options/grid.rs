@@ -1,11 +1,12 @@
-//! Places in rows and columns, as people say them.
+//! Grid of rows and columns in its text form.
 
 use std::fmt;
 use std::str::FromStr;
 
 use crate::Pallet;
 
-/// Places in rows and columns: `2x3:40x30` is 2 rows of 3, 40 mm from column to column (x), 30 mm from row to row (y).
+/// Grid of rows and columns: `2x3:40x30` is 2 rows of 3, 40 mm between columns (x) and 30 mm
+/// between rows (y).
 ///
 /// ```
 /// use magician_program::Grid;
@@ -18,11 +19,11 @@ use crate::Pallet;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Grid {
-    /// Rows; not 0.
+    /// Number of rows; not 0.
     pub rows: usize,
-    /// Columns; not 0.
+    /// Number of columns; not 0.
     pub columns: usize,
-    /// From one column to the next in x, from one row to the next in y, mm.
+    /// Distance between columns in x and between rows in y, mm.
     pub pitch: [f64; 2],
 }
 

@@ -1,5 +1,6 @@
-//! What a person may say of how a file is drawn, engraved or run, as plain data: flags of the command, keywords of Python,
-//! `setup` of a station. One option, one name, one meaning, one row of [`table`].
+//! Options for drawing, engraving and running a file, as plain data: flags of the command, keyword
+//! arguments of Python, `setup` of a station. Each option has one name, one meaning, and one row of
+//! [`table`].
 
 mod fields;
 mod framed;
@@ -28,26 +29,26 @@ use crate::{
 };
 use magician_formats::words::words;
 
-/// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
+/// Acceleration on paths if a speed is given, as at power-up, mm/s2.
 const ACCELERATION: f32 = 100.0;
 
-/// What is made of drawings and images, as far as that was said.
+/// Kind of work to make of drawings and images, if given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum WorkOption {
-    /// All is drawn with a pen.
+    /// Draw everything with a pen.
     Draw,
-    /// All is burnt.
+    /// Engrave everything with the laser.
     Engrave,
-    /// Drawings are drawn, images engraved, all else is done where its file says.
+    /// Draw drawings, engrave images, and run other files as they are.
     ByFile,
 }
 
 impl WorkOption {
-    /// The names of those that can be asked for.
+    /// Names of the kinds that a user can choose.
     pub const NAMES: &'static [&'static str] = &["draw", "engrave"];
 
-    /// Returns why an option of this work does not count, if the other one was asked for.
+    /// Returns why an option of this work does not apply, if the other work was chosen.
     fn excluded_by(self, asked: Option<Self>) -> Option<Message> {
         match (self, asked) {
             (Self::Engrave, Some(Self::Draw)) => Some(message!("the laser engraves: work is draw")),
@@ -56,7 +57,7 @@ impl WorkOption {
         }
     }
 
-    /// Returns the values of the option with which an option of this work counts.
+    /// Values of the option `work` with which an option of this work applies.
     fn values(self) -> &'static [&'static str] {
         match self {
             Self::Draw => &["draw"],
@@ -66,15 +67,15 @@ impl WorkOption {
     }
 }
 
-/// How grey levels become power.
+/// Conversion of grey levels to power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ModeOption {
-    /// More power where it is darker.
+    /// Power proportional to darkness.
     Grey,
-    /// Full power for dark pixels, none for the rest.
+    /// Full power for dark pixels, no power for others.
     Threshold,
-    /// Dots of full power, denser where it is darker.
+    /// Dots of full power, denser in dark areas.
     Dither,
 }
 
@@ -85,34 +86,34 @@ words! {
     Dither = "dither",
 }
 
-/// What settings say where an option is left open.
+/// Defaults from the settings, for options that are not given.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SetupDefaults {
-    /// The tool that is on the arm as a rule.
+    /// Tool usually mounted on the arm.
     pub tool: Option<Tool>,
-    /// The sheet that drawings lie on.
+    /// Sheet for drawings.
     pub sheet: Option<Sheet>,
-    /// The surface that drawings and images lie on.
+    /// Work surface for drawings and images.
     pub surface: Option<Surface>,
-    /// The surface that is assumed where none is known: the table of a virtual arm.
+    /// Surface assumed if none is known: the table of a virtual arm.
     pub assumed_surface: Option<Surface>,
-    /// Speed of the pen.
+    /// Drawing speed of the pen, mm/s.
     pub draw_speed: Option<f64>,
-    /// Speed of the pen between lines.
+    /// Travel speed of the pen between lines, mm/s.
     pub draw_travel_speed: Option<f64>,
-    /// Pen lift between lines.
+    /// Pen lift between lines, mm.
     pub draw_lift: Option<f64>,
-    /// Speed of the laser on drawings and images.
+    /// Laser speed on drawings and images, mm/s.
     pub engrave_speed: Option<f64>,
-    /// Full power.
+    /// Full laser power.
     pub engrave_power: Option<Power>,
-    /// Where the tip of the tool is parked at the end.
+    /// Parking position of the tool tip at the end, mm.
     pub park: Option<[f64; 3]>,
 }
 
 impl SetupOptions {
-    /// Those of a file that is run as it is: nothing but the settings counts.
+    /// Options for a file that is run as it is: only the settings apply.
     #[must_use]
     pub fn by_file() -> Self {
         Self {
@@ -121,7 +122,7 @@ impl SetupOptions {
         }
     }
 
-    /// How the file is to be done.
+    /// Returns the setup: how the file is to be done.
     #[must_use]
     pub fn setup(&self, defaults: &SetupDefaults) -> Setup {
         let usual = Marking::pen();
@@ -188,14 +189,14 @@ impl SetupOptions {
         }
     }
 
-    /// The page, with its margin.
+    /// Page with its margin, if one was given.
     pub(super) fn placed_page(&self) -> Option<Page> {
         let mut page = Page::of(self.page?);
         page.margin = self.margin.unwrap_or(page.margin);
         Some(page)
     }
 
-    /// How the file is read, to be done so.
+    /// Returns the options for reading the file.
     #[must_use]
     pub fn reading(&self, setup: &Setup) -> ReadOptions {
         let mut options = ReadOptions::default();
@@ -214,7 +215,7 @@ impl SetupOptions {
         options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
-        // What has an S of full power is a laser's.
+        // A full-power value of S exists only in laser G-code.
         let of_laser = self.s_max.map(|_| Dialect::Laser);
         options.gcode.dialect = self.dialect.or(of_laser).unwrap_or_default();
         options.gcode.burns = matches!(setup.work, Work::Engrave(_));
@@ -223,7 +224,7 @@ impl SetupOptions {
         options
     }
 
-    /// How the lines of a drawing are tidied.
+    /// Options for tidying the lines of a drawing.
     fn tidy(&self) -> Tidy {
         let mut tidy = Tidy::default();
         tidy.merge = self.merge.unwrap_or(tidy.merge);
@@ -232,7 +233,7 @@ impl SetupOptions {
         tidy
     }
 
-    /// How shapes are filled.
+    /// Options for filling shapes.
     fn filling(&self) -> Filling {
         let mut filling = Filling::default();
         filling.mode = self.fill.unwrap_or_default();
@@ -242,7 +243,7 @@ impl SetupOptions {
         filling
     }
 
-    /// How text is set.
+    /// Options for setting text.
     fn text_options(&self) -> TextOptions {
         let mut text = TextOptions::default();
         text.font = self.font.clone().unwrap_or(text.font);
@@ -253,7 +254,7 @@ impl SetupOptions {
         text
     }
 
-    /// What becomes of the pen and the arm at the end; `drawing` as in [`Ending::drawing`].
+    /// Ending of pen and arm; `drawing` as in [`Ending::drawing`].
     #[must_use]
     pub fn ending(&self, defaults: &SetupDefaults, drawing: bool) -> Ending {
         Ending {
@@ -265,11 +266,11 @@ impl SetupOptions {
         }
     }
 
-    /// Which work it is.
+    /// Kind of work: as given, or derived from the tool.
     fn choice(&self, defaults: &SetupDefaults) -> WorkOption {
         self.work
             .unwrap_or_else(|| match self.tool.or(defaults.tool) {
-                // What the pen makes of an image is asked for by name; a laser that is named burns it.
+                // Options for drawing an image imply a pen, unless the laser was named explicitly.
                 _ if self.image.is_some() && self.tool != Some(Tool::Laser) => WorkOption::Draw,
                 Some(Tool::Laser) => WorkOption::Engrave,
                 _ => WorkOption::Draw,
@@ -294,7 +295,8 @@ impl SetupOptions {
         }
     }
 
-    /// How the greys of an image are changed before anything else; those that are engraved are inverted and bent with the power.
+    /// Adjustments of an image's grey levels before anything else. For engraving, inversion and
+    /// gamma are applied with the power instead.
     fn adjust(&self, defaults: &SetupDefaults) -> Adjust {
         let mut adjust = Adjust::default();
         adjust.brightness = self.brightness.unwrap_or(adjust.brightness);
@@ -336,7 +338,7 @@ impl SetupOptions {
         lift.unwrap_or(Marking::pen().lift)
     }
 
-    /// What the arm is told first, besides what the plan says; `taught` is one in the arm's coordinates.
+    /// Commands to send before those of the plan. `taught` is true for a plan in arm coordinates.
     pub(crate) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
         let mut settings = Vec::new();
         if let Some(ratio) = self.speed_ratio {

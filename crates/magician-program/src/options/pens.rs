@@ -1,4 +1,4 @@
-//! Pens of the parts of a drawing.
+//! Pens for the parts of a drawing.
 
 use magician_host::{Message, OptionName, message};
 use serde::{Deserialize, Serialize};
@@ -9,56 +9,57 @@ use crate::artwork::PartPen;
 use crate::fill::FillMode;
 use crate::{PartMatch, PartRule};
 
-/// A pen, and the parts that it is for. What is not given is as for all. Lengths are mm, speeds mm/s, power percent.
+/// Pen, and the parts that it draws. Missing options are those of the whole drawing. Lengths are
+/// mm, speeds mm/s, power percent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "expected a pen: the parts that it is for, and its options"
 )]
 pub struct PenOptions {
-    /// The parts: a name or a colour, or a number.
+    /// Parts that the pen draws: a name, a colour or a number.
     #[serde(rename = "match")]
     pub matches: PenMatch,
-    /// How much higher the pen draws; above 0 is up.
+    /// Height offset of the pen while drawing; positive is up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_offset: Option<f64>,
     /// Pen lift between lines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lift: Option<f64>,
-    /// Speed along the lines.
+    /// Drawing speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<f64>,
-    /// Power along the lines.
+    /// Laser power.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<f64>,
-    /// How often its parts are drawn.
+    /// Number of passes over its parts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub passes: Option<u32>,
-    /// How their shapes are filled.
+    /// Fill of the shapes in its parts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<FillMode>,
 }
 
-/// Which parts a pen is for.
+/// Selection of the parts of a pen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "expected a name, a colour, or a whole number from 1"
 )]
 pub enum PenMatch {
-    /// The part of this number, from 1.
+    /// Part with this number, from 1.
     Number(u64),
-    /// Parts of this name or colour.
+    /// Parts with this name or colour.
     Name(String),
 }
 
 impl PenOptions {
-    /// What of it is out of its range, in a sentence.
+    /// Returns the first option that is out of range, in a sentence.
     pub(super) fn problem(&self) -> Option<Message> {
         if self.matches == PenMatch::Number(0) {
             return Some(message!("match counts parts from 1"));
         }
-        // As the options of the same names.
+        // Ranges are those of the options with the same names.
         for (key, value) in [
             ("lift", self.lift),
             ("speed", self.speed),

@@ -1,4 +1,4 @@
-//! A row of the table of options: the facts about an option that every door needs.
+//! Row of the option table: the facts about an option that every front end needs.
 
 mod accepted;
 mod build;
@@ -13,9 +13,9 @@ pub(super) use self::build::{
 use super::{SetupOptions, WorkOption};
 use crate::Format;
 
-/// An option of [`SetupOptions`]: its name, its kind, its range, and what people are told of it.
+/// Option of [`SetupOptions`]: name, kind, range, and help.
 ///
-/// As JSON it is what a form needs to ask for it.
+/// Serialised, it is what a form needs to ask for the option.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct OptionSpec {
@@ -27,7 +27,7 @@ pub struct OptionSpec {
     pub unit: &'static str,
     /// Words that may be chosen.
     pub choices: &'static [&'static str],
-    /// Value that holds where it is not given; `None` if that depends on something else.
+    /// Default value; `None` if it depends on something else.
     pub default: Option<DefaultValue>,
     /// Inclusive lower bound of its numbers.
     pub least: Option<f64>,
@@ -35,14 +35,14 @@ pub struct OptionSpec {
     pub above: Option<f64>,
     /// Inclusive upper bound of its numbers.
     pub most: Option<f64>,
-    /// Option without which it does not count; `None` if it always counts. `work` is not asked: the
-    /// tool decides it where it is not given, the laser engraves and every other tool draws.
+    /// Option without which it has no effect; `None` if it always applies. `work` need not be
+    /// given: the tool decides, since a laser engraves and every other tool draws.
     pub with: Option<&'static str>,
-    /// Values of that option with which it counts; if empty, that option must be on.
+    /// Values of that option with which it applies; if empty, that option must be on.
     pub when: &'static [&'static str],
-    /// Group that a form or a help shows it in.
+    /// Group in forms and help.
     pub group: OptionGroup,
-    /// True if it is seldom left out.
+    /// True if users usually set it.
     pub usual: bool,
     /// Purpose, in one sentence.
     pub about: &'static str,
@@ -96,12 +96,12 @@ impl Need {
     }
 }
 
-/// Kind of the value of an option, and its form in JSON.
+/// Kind of an option's value, which fixes its form in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum OptionKind {
-    /// Word out of a few.
+    /// One of several words.
     Choice,
     /// A number.
     Number,
@@ -111,7 +111,8 @@ pub enum OptionKind {
     Point,
     /// x, y and z: an array of three numbers.
     Place,
-    /// From the left, from the top, width and height: an array of four whole numbers.
+    /// Rectangle: distance from the left, distance from the top, width and height as four whole
+    /// numbers.
     Area,
     /// True or false.
     Switch,
@@ -119,12 +120,12 @@ pub enum OptionKind {
     Text,
     /// An array of texts.
     List,
-    /// An array of objects as [`PenOptions`](super::PenOptions).
+    /// Array of objects like [`PenOptions`](super::PenOptions).
     Pens,
 }
 
 impl OptionKind {
-    /// All of them, by their names in interfaces.
+    /// Names of all kinds in interfaces.
     pub const NAMES: [&'static str; 10] = [
         "choice", "number", "integer", "point", "place", "area", "switch", "text", "list", "pens",
     ];
@@ -147,56 +148,56 @@ pub enum OptionGroup {
     Image,
     /// Burning.
     Laser,
-    /// Way of the pen, and lines of drawings.
+    /// Motion of the pen, and lines of drawings.
     Pen,
     /// The rest.
     More,
 }
 
 impl OptionGroup {
-    /// All of them, by their names in interfaces.
+    /// Names of all groups in interfaces.
     pub const NAMES: [&'static str; 8] = [
         "place", "fill", "text", "parts", "image", "laser", "pen", "more",
     ];
 }
 
-/// Value of an option that is not given.
+/// Default value of an option.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 #[non_exhaustive]
 pub enum DefaultValue {
     /// A number.
     Number(f64),
-    /// Word out of the choices.
+    /// One of the choices.
     Word(&'static str),
     /// On or off.
     Switch(bool),
 }
 
-/// Difference of an option for some formats.
+/// Difference of an option for certain formats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// Switch without which it does not count.
+    /// Switch without which it has no effect.
     With(&'static str),
     /// Another default.
     Default(DefaultValue),
 }
 
 impl OptionSpec {
-    /// True if it counts for files of this format.
+    /// True if it applies to files of this format.
     #[must_use]
     pub fn counts_for(&self, format: Format) -> bool {
         self.formats.contains(&format)
     }
 
-    /// True if it is seldom left out for files of some format.
+    /// True if users of some format usually set it.
     #[must_use]
     pub fn is_usual(&self) -> bool {
         !self.usual_for.is_empty()
     }
 
-    /// True if it is a switch whose default depends on the format: both of its positions may have to
-    /// be given.
+    /// True if it is a switch whose default depends on the format, so that either position may have
+    /// to be given.
     #[must_use]
     pub fn has_both_positions(&self) -> bool {
         let is_default = |(_, change): &(_, Change)| matches!(change, Change::Default(_));
@@ -209,7 +210,7 @@ impl OptionSpec {
         self.default == Some(DefaultValue::Switch(false))
     }
 
-    /// Returns the same row as it is for files of this format.
+    /// Returns the row as it applies to files of this format.
     fn of(&self, format: Format) -> Self {
         let mut row = *self;
         row.usual = self.usual_for.contains(&format);
@@ -222,10 +223,10 @@ impl OptionSpec {
         }
         let partner = row.with.and_then(SetupOptions::option);
         if let Some(partner) = partner.filter(|_| row.when.is_empty()) {
-            // Any of its values is enough; a switch is on.
+            // For a choice any value will do; a switch must be on.
             row.when = partner.choices;
         }
-        // A test grid is burnt with any tool: there is one kind of work.
+        // A test grid is burnt with any tool, so it has only one kind of work.
         if let Some(work) = self.work
             && row.with.is_none()
             && format != Format::TestGrid
@@ -238,8 +239,7 @@ impl OptionSpec {
 }
 
 impl SetupOptions {
-    /// Returns the options that count for files of this format, those that are seldom left out
-    /// first.
+    /// Returns the options that apply to files of this format, usual ones first.
     ///
     /// ```
     /// use magician_program::{Format, SetupOptions};

@@ -1,9 +1,10 @@
-//! The table of options, in one file as long as it is: a row for each. To add an option, write its
-//! row here, and use its value.
+//! Table of all options, deliberately in one file: one row each. To add an option, add its row here
+//! and use its value.
 //!
-//! A row has its sentence (and a second text with more, for where there is room), its member of
-//! [`SetupOptions`] with its type, and its facts. All else is made of it: the reading of JSON, of
-//! command lines, presets and keywords, the checks, the form of the page, and the tables of the docs.
+//! A row has its help sentence (with further text for where there is room), its member of
+//! [`SetupOptions`] with its type, and its facts. Everything else is derived from it: parsing of
+//! JSON, command lines, presets and keywords, checks, the form of the page, and the tables in the
+//! docs.
 
 use serde_json::Value;
 
@@ -28,16 +29,16 @@ use super::DefaultValue::{Number, Switch};
 use super::OptionGroup::{Fill, Image, Laser, More, Parts, Pen, Place, Text};
 use WorkOption::{Draw, Engrave};
 
-/// Largest length, and farthest coordinate, mm: far beyond every sheet and every arm, and numbers of
-/// this size are still exact to the micrometre in the `f32` of the arm.
+/// Largest length and coordinate, mm: far beyond every sheet and arm, while an `f32` of this size,
+/// as the arm uses, still resolves micrometres.
 const FAR: f64 = 10_000.0;
-/// Least speed, mm/s: a slower arm cannot be told from one that stands.
+/// Smallest speed, mm/s: a slower arm looks like one at rest.
 const LEAST_SPEED: f64 = 0.01;
 /// Largest angle, degrees: a hundred turns.
 const MOST_DEGREES: f64 = 36_000.0;
 
 const ALL: &[Format] = &Format::ALL;
-/// All in which the settings of a run are not given by the file.
+/// Formats whose file does not define the settings of a run.
 const NO_GRID: &[Format] = &[
     Svg,
     Dxf,
@@ -50,9 +51,9 @@ const NO_GRID: &[Format] = &[
     Format::Points,
     Format::Plan,
 ];
-/// Files that are always placed before the arm.
+/// Formats that are always placed in front of the arm.
 const PLACED: &[Format] = &[Svg, Dxf, Hpgl, Letters, Picture, TestGrid];
-/// Files that are placed only if that is asked for.
+/// Formats that are placed only on request.
 const PROGRAMS: &[Format] = &[
     Gcode,
     Format::Playback,
@@ -66,23 +67,24 @@ const IMAGES: &[Format] = &[Picture];
 const DRAWN: &[Format] = &[Svg, Dxf, Hpgl, Letters, Picture];
 const FILLED: &[&str] = &["hatch", "cross", "contour"];
 
-/// Programs that count it once they are placed.
+/// Change: the option applies to programs only once they are placed.
 const ONCE_PLACED: &[(&[Format], Change)] = &[(PROGRAMS, Change::With("place"))];
 const ONCE_PLACED_GCODE: &[(&[Format], Change)] = &[(&[Gcode], Change::With("place"))];
-/// Programs that are never tidied unasked.
+/// Change: the option applies to programs only once they are deduplicated, since programs are never
+/// tidied unasked.
 const ONCE_DEDUPED: &[(&[Format], Change)] = &[(PROGRAMS, Change::With("dedupe"))];
 
-/// Makes the struct of its rows, and what has to name every member.
+/// Generates the struct from its rows, and the functions that must name every member.
 macro_rules! setup_options {
     ($(
         $about:literal, $($detail:literal,)?
         $field:ident $(as $name:literal)?: $type:ty = $spec:expr;
     )*) => {
-        /// The options of drawing and engraving. What is not given is as the settings or the file
-        /// say. Lengths are mm, angles degrees, speeds mm/s.
+        /// Options for drawing, engraving and running a file. Options that are not set follow the
+        /// settings or the file. Lengths are mm, angles degrees, speeds mm/s.
         ///
-        /// As JSON each is a member of its own name: numbers as numbers, points as arrays, switches
-        /// as booleans. The rows of [`OPTIONS`](Self::OPTIONS) describe them.
+        /// In JSON each option is a member of its own name: numbers as numbers, points as arrays,
+        /// switches as booleans. The rows of [`OPTIONS`](Self::OPTIONS) describe them.
         ///
         /// ```
         /// use magician_program::{Setup, SetupDefaults, SetupOptions};
@@ -104,15 +106,15 @@ macro_rules! setup_options {
         }
 
         impl SetupOptions {
-            /// The table of options, a row for each.
+            /// Table of the options, one row each.
             pub const OPTIONS: &'static [OptionSpec] = &[
                 $($spec.named(name!($field $($name)?), $about, concat!($($detail)?)),)*
             ];
 
-            /// Reads the value of one option.
+            /// Sets one option from a JSON value.
             ///
             /// # Errors
-            /// What is wrong with the value; `None` if the row says it.
+            /// The mistake in the value; `None` if the row's description is enough.
             pub(super) fn set(&mut self, name: &str, value: &Value) -> Result<(), Option<magician_host::Message>> {
                 match name {
                     $(name!($field $($name)?) => self.$field = Member::read(value)?,)*
@@ -121,14 +123,13 @@ macro_rules! setup_options {
                 Ok(())
             }
 
-            /// Returns the value of each option, in the order of the rows; `None` where it is left
-            /// open.
+            /// Returns the value of each option in the order of the rows; `None` if it is not set.
             pub(super) fn values(&self) -> Vec<(&'static OptionSpec, Option<Value>)> {
                 let values = [$(self.$field.given(),)*];
                 Self::OPTIONS.iter().zip(values).collect()
             }
 
-            /// Returns these options; where they are left open, those of `under`.
+            /// Returns these options, completed by those of `under`.
             ///
             /// ```
             /// use magician_program::SetupOptions;
@@ -146,7 +147,7 @@ macro_rules! setup_options {
                 }
             }
 
-            /// Leaves an option open.
+            /// Unsets an option.
             pub(super) fn clear(&mut self, name: &str) {
                 match name {
                     $(name!($field $($name)?) => self.$field = Default::default(),)*
@@ -157,7 +158,7 @@ macro_rules! setup_options {
     };
 }
 
-/// The name of a member in interfaces: that of the field, unless another one is given.
+/// Name of a member in interfaces: that of the field, unless the row gives another one.
 macro_rules! name {
     ($field:ident) => {
         stringify!($field)

@@ -1,4 +1,4 @@
-//! Values of options: their forms in JSON.
+//! Values of options, and their forms in JSON.
 
 use magician_host::{Message, message};
 use serde_json::{Value, json};
@@ -10,36 +10,36 @@ use crate::lettering::{Align, FontChoice};
 use crate::raster::ImageStyle;
 use crate::{Depths, FrameShape, Paper, PartMode, Power, SystemFonts, TextLines, Tool, White};
 
-/// Most characters of a text.
+/// Largest number of characters of a text.
 const LONGEST_TEXT: usize = 1000;
 
-/// Type of the value of an option.
+/// Type of an option's value.
 ///
-/// What is wrong with a value is told by the row of its option; a type says more itself only where
-/// the value has parts.
+/// The row of the option describes wrong values. A type returns its own message only for values
+/// with parts.
 pub(super) trait OptionValue: Sized {
-    /// Reads it.
+    /// Parses a JSON value.
     ///
     /// # Errors
-    /// What is wrong with it; `None` if the row says it.
+    /// The mistake; `None` if the row's description is enough.
     fn from_json(value: &Value) -> Result<Self, Option<Message>>;
 
-    /// Returns the same in JSON.
+    /// Returns the value as JSON.
     fn to_json(&self) -> Value;
 }
 
-/// Member of [`SetupOptions`](super::SetupOptions), which may be left open.
+/// Member of [`SetupOptions`](super::SetupOptions), which may be unset.
 pub(super) trait Member: Sized {
-    /// Reads it.
+    /// Parses a JSON value.
     ///
     /// # Errors
-    /// As of [`OptionValue::from_json`].
+    /// As [`OptionValue::from_json`].
     fn read(value: &Value) -> Result<Self, Option<Message>>;
 
-    /// Returns its value; `None` if it is left open.
+    /// Returns the value as JSON; `None` if it is unset.
     fn given(&self) -> Option<Value>;
 
-    /// True if it is left open.
+    /// True if it is unset.
     fn is_open(&self) -> bool;
 }
 
@@ -57,7 +57,7 @@ impl<T: OptionValue> Member for Option<T> {
     }
 }
 
-/// A switch that is off where it is left open.
+/// A switch is off if it is unset.
 impl Member for bool {
     fn read(value: &Value) -> Result<Self, Option<Message>> {
         value.as_bool().ok_or(None)
@@ -101,7 +101,7 @@ where
 
 /// List whose items have a name in messages.
 pub(super) trait Listed {
-    /// The name.
+    /// Name of an item.
     const ITEM: &'static str;
 }
 
@@ -119,7 +119,7 @@ impl OptionValue for f64 {
     }
 
     fn to_json(&self) -> Value {
-        // Bounds are checked as JSON, where a number that is none is null.
+        // NaN becomes null here; the range check works on JSON and refuses null.
         Value::from(*self)
     }
 }
@@ -163,7 +163,7 @@ impl OptionValue for PenOptions {
     }
 }
 
-/// Whole numbers.
+/// Implements whole numbers.
 macro_rules! whole {
     ($($type:ty),*) => {$(
         impl OptionValue for $type {
@@ -181,7 +181,7 @@ macro_rules! whole {
 
 whole!(u8, u32);
 
-/// Arrays of numbers.
+/// Implements arrays of numbers.
 macro_rules! numbers {
     ($($count:literal),*) => {$(
         impl OptionValue for [f64; $count] {
@@ -200,7 +200,7 @@ macro_rules! numbers {
 
 numbers!(2, 3);
 
-/// A rectangle of pixels, which is not empty.
+/// Rectangle of pixels, which must not be empty.
 impl OptionValue for [u32; 4] {
     fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let items = value.as_array().ok_or(None)?;
@@ -218,7 +218,7 @@ impl OptionValue for [u32; 4] {
     }
 }
 
-/// Values whose JSON is their text.
+/// Implements types whose JSON form is their text.
 macro_rules! texts {
     ($($type:ty),* $(,)?) => {$(
         impl OptionValue for $type {
@@ -264,13 +264,13 @@ impl OptionValue for WorkOption {
         match self {
             Self::Draw => "draw".into(),
             Self::Engrave => "engrave".into(),
-            // No door names it: it is what is done where nothing was said.
+            // No front end accepts this value: it is set internally.
             Self::ByFile => Value::Null,
         }
     }
 }
 
-/// Full power as a number, or a range as a text.
+/// Full power as a number, or a range as text.
 impl OptionValue for Power {
     fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let power = match (value.as_f64(), value.as_str()) {
@@ -291,7 +291,7 @@ impl OptionValue for Power {
     }
 }
 
-/// A tool by its name, or its bias as three numbers.
+/// Tool by its name, or a bias as three numbers.
 impl OptionValue for Tool {
     fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         if let Some(name) = value.as_str() {

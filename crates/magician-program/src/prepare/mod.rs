@@ -1,4 +1,8 @@
-//! From the bytes of a file to a program before an arm: the one way that every door goes.
+//! Preparation: from the bytes of a file to a program for an arm. Every front end uses this route.
+//!
+//! [`PrepareRequest::open`] reads the file, [`OpenedFile::prepare`] places its content and builds
+//! the program. The two are separate because G-code may depend on where the tool is: then preparing
+//! returns [`Preparation::NeedsStart`], the caller reads the pose from the arm, and prepares again.
 
 mod opened;
 
@@ -15,7 +19,7 @@ use crate::{
     Setup, SetupDefaults, SetupOptions, Surface, Tool, Work, WouldFit,
 };
 
-/// A file that is to become a program before an arm, and all that the program depends on.
+/// Request to turn a file into a program for an arm, with everything the program depends on.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrepareRequest {
@@ -25,73 +29,75 @@ pub struct PrepareRequest {
     pub title: String,
     /// Content of the file.
     pub bytes: Arc<[u8]>,
-    /// Options of drawing, engraving or running it.
+    /// Options for drawing, engraving or running it.
     pub options: SetupOptions,
-    /// Slope of the surface whose height the options give, mm for each mm along x and y.
+    /// Slope of the surface whose height the options give, mm per mm along x and y.
     pub surface_slope: [f64; 2],
-    /// Note of the preset that the options come from; told before what the file has to say.
+    /// Note of the preset that the options come from; shown before the notes on the file.
     pub preset_note: Option<Diagnostic>,
-    /// Rest at the end of each iteration, ms.
+    /// Pause at the end of each iteration, ms.
     pub rest: u32,
-    /// Values for what the options leave open.
+    /// Defaults for options that are not given.
     pub defaults: SetupDefaults,
     /// Fence of the arm.
     pub fence: Option<Fence>,
-    /// Tool in force on the arm, if it was asked for, which only [some options](SetupOptions::needs_tool_in_force) depend on.
+    /// Tool set on the arm, if known. Only [some options](SetupOptions::needs_tool_in_force) depend
+    /// on it.
     pub tool: Option<Tool>,
-    /// Start of a program that depends on it, unless the options give one.
+    /// Start position for a program that depends on it, unless the options give one.
     pub start: StartPosition,
 }
 
-/// Start of a program that depends on where the tool is.
+/// Start position of a program that depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum StartPosition {
-    /// The caller wants to be asked, if the program depends on it.
+    /// Return [`Preparation::NeedsStart`] if the program depends on it.
     #[default]
     Ask,
     /// Position of the tool's tip, mm.
     At([f64; 3]),
-    /// Unknown: the arm does not know it either.
+    /// Unknown, even to the arm.
     Unknown,
-    /// Position of a virtual arm that is made ready for the program.
+    /// The position of a virtual arm that is set up for the program.
     Staged,
 }
 
-/// Outcome of preparing a file.
+/// Result of preparing a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Preparation {
-    /// A program.
+    /// The program.
     Done(Box<PreparedProgram>),
-    /// The program depends on where it begins: it has to be prepared again with that.
+    /// The program depends on its start: prepare again with a start position.
     NeedsStart,
 }
 
-/// A program before an arm, and what every door shows of it.
+/// Program for an arm, with everything a front end shows of it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PreparedProgram {
-    /// The program, to be run once.
+    /// Program, set to run once.
     pub program: Program,
     /// Format of its file.
     pub format: Format,
-    /// Placement, tool, surface and speeds in force for it.
+    /// Placement, tool, surface and speeds used.
     pub setup: Setup,
-    /// Treatment of pen and arm at its end.
+    /// Treatment of pen and arm at the end.
     pub ending: Ending,
-    /// Position of the tool at its beginning, mm, if it depends on that and the options did not say it.
+    /// Tool position at the start, mm, if the program depends on it and the options did not give
+    /// it.
     pub start: Option<[f64; 3]>,
-    /// Joint angles of the virtual arm whose position that is, if it is [staged](StartPosition::Staged).
+    /// Joint angles of the virtual arm at `start`, if it is [staged](StartPosition::Staged).
     pub stands: Option<JointAngles>,
-    /// Notes on ambiguous input and on what was left out.
+    /// Notes on assumptions and on omitted content.
     pub notes: Vec<Diagnostic>,
-    /// Size, turn and position. `None` if its coordinates are the arm's.
+    /// Size, rotation and position. `None` if the coordinates are the arm's.
     pub placed: Option<AppliedPlacement>,
-    /// Reason why it does not fit there, if it does not.
+    /// Reason why it does not fit there, if so.
     pub misfit: Option<Diagnostic>,
     /// Size in which it would fit.
     pub would_fit: Option<WouldFit>,
-    /// Parts as they are in the file, without their times: layers, unless the options say otherwise.
+    /// Parts as in the file, without times: layers, unless the options choose others.
     pub parts: Vec<PartSummary>,
 }
 
@@ -99,21 +105,21 @@ pub struct PreparedProgram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PrepareStage {
-    /// Reading: something is wrong with the file itself, or nothing is in it.
+    /// Reading: the file is wrong or empty.
     Read,
-    /// Placing: it cannot be done as the options say, or not before this arm.
+    /// Placing: the options cannot be met, or not by this arm.
     Place,
 }
 
-/// Error of a file that became no program, with the notes before it.
+/// Error of preparing a file, with the notes so far.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrepareError {
     /// Stage at which it failed.
     pub stage: PrepareStage,
-    /// Problem with the file, or with what the options ask for.
+    /// Problem with the file or the options.
     pub problem: Box<Diagnostic>,
-    /// Notes up to there.
+    /// Notes so far.
     pub notes: Vec<Diagnostic>,
 }
 
@@ -142,14 +148,15 @@ impl std::fmt::Display for PrepareError {
 impl std::error::Error for PrepareError {}
 
 impl SetupDefaults {
-    /// Assumes the table of a virtual arm where no surface is known.
+    /// Assumes the table of a virtual arm if no surface is known.
     #[must_use]
     pub fn on_virtual_arm(mut self) -> Self {
         self.assumed_surface = Some(Surface::VIRTUAL);
         self
     }
 
-    /// Leaves the power to the run of a converted file, and assumes the table of a virtual arm.
+    /// Leaves the laser power to the later run of a converted file, and assumes the table of a
+    /// virtual arm.
     #[must_use]
     pub fn for_conversion(mut self) -> Self {
         self.engrave_power = None;
@@ -158,7 +165,7 @@ impl SetupDefaults {
 }
 
 impl PrepareRequest {
-    /// A request for a file that is run as it is.
+    /// Creates a request for a file that is run as it is.
     #[must_use]
     pub fn new(format: Format, bytes: &[u8]) -> Self {
         Self {
@@ -176,16 +183,16 @@ impl PrepareRequest {
         }
     }
 
-    /// Reads the file as far as that does not depend on where the program begins, so that what is wrong with it is told before an
-    /// arm is asked for anything.
+    /// Reads the file as far as possible without a start position, so that its mistakes are
+    /// reported before the arm is asked for anything.
     ///
     /// # Errors
-    /// What is wrong with the file.
+    /// [`PrepareError`] with the mistake in the file.
     pub fn open(self) -> Result<OpenedFile, PrepareError> {
         OpenedFile::of(self)
     }
 
-    /// Reads the file, and prepares its program.
+    /// Reads the file and prepares its program.
     ///
     /// ```
     /// use magician_program::{Format, PrepareRequest, Preparation};
@@ -198,12 +205,13 @@ impl PrepareRequest {
     /// ```
     ///
     /// # Errors
-    /// What is wrong with the file, or cannot be done as the options say.
+    /// [`PrepareError`] with the mistake in the file, or the option that cannot be met.
     pub fn prepare(&self) -> Result<Preparation, PrepareError> {
         self.clone().open()?.prepare()
     }
 
-    /// Returns the options with the decision what a frame goes round, and the notes that come first.
+    /// Returns the options with the work that a frame traces filled in, and the notes that come
+    /// first.
     fn decided(&self) -> (SetupOptions, Vec<Diagnostic>) {
         let mut options = self.options.clone();
         let framed = options.frame_for(&self.defaults, self.tool);
@@ -211,7 +219,7 @@ impl PrepareRequest {
         (options, notes.collect())
     }
 
-    /// Returns the setup that the options come to before this arm.
+    /// Returns the setup that follows from the options and this arm.
     fn setup_of(&self, options: &SetupOptions) -> Setup {
         let mut setup = options.setup(&self.defaults);
         if let Some(surface) = &mut setup.surface {
@@ -221,13 +229,14 @@ impl PrepareRequest {
         setup
     }
 
-    /// Returns the treatment of pen and arm at the end: a drawing, an image or G-code leaves its tool above the work.
+    /// Returns the treatment of pen and arm at the end. After a drawing, an image or G-code the
+    /// tool is above the work.
     fn ending_of(&self, options: &SetupOptions, setup: &Setup) -> Ending {
         let marks = setup.work != Work::Default || setup.framing.is_some();
         options.ending(&self.defaults, marks || self.format.is_drawing())
     }
 
-    /// Returns what is known of a program without reading its file.
+    /// Returns what is known without reading the file.
     pub(crate) fn setup_and_ending(&self) -> (Setup, Ending) {
         let (options, _) = self.decided();
         let setup = self.setup_of(&options);
@@ -237,10 +246,10 @@ impl PrepareRequest {
 }
 
 impl PreparedProgram {
-    /// Returns the program if it fits where it lies.
+    /// Returns the program if it fits at its place.
     ///
     /// # Errors
-    /// Why it does not.
+    /// [`PrepareError`] with the reason if it does not fit.
     pub fn fitting(mut self) -> Result<Self, PrepareError> {
         match self.misfit.take() {
             Some(misfit) => Err(PrepareError::new(PrepareStage::Place, misfit, self.notes)),
@@ -248,15 +257,15 @@ impl PreparedProgram {
         }
     }
 
-    /// Sets how often it is run; without end if `None`.
+    /// Sets the number of iterations; endless if `None`.
     #[must_use]
     pub fn repeated(mut self, iterations: Option<u64>) -> Self {
         self.program = self.program.repeated(iterations);
         self
     }
 
-    /// True if it cannot begin at step `from`, or be resumed, because it depends on where the tool was when it began: the tool has
-    /// moved since.
+    /// True if the program cannot begin at step `from`, or be resumed, because it depends on the
+    /// tool position at its start, and the tool has moved since.
     #[must_use]
     pub fn has_lost_start(&self, from: u64, resumes: bool) -> bool {
         let depends =
@@ -264,14 +273,14 @@ impl PreparedProgram {
         self.start.is_some() && depends
     }
 
-    /// True if its coordinates are taken as the arm's.
+    /// True if its coordinates are used as arm coordinates.
     #[must_use]
     pub fn is_raw(&self) -> bool {
         self.placed.is_none() && self.misfit.is_none()
     }
 }
 
-/// Says that a program begins where the tool is.
+/// Note that the program begins at the tool's position.
 fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
     let what = message!(
         "it begins at the tool's position, {x:.3},{y:.3},{z:.3}",

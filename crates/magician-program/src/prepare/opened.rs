@@ -1,4 +1,4 @@
-//! A file that is read, and what it becomes before an arm.
+//! Opened file: read once, then placed for an arm.
 
 use magician_host::message;
 use magician_host::preflight::Preflight;
@@ -16,10 +16,10 @@ use crate::{
     Program, ReadOptions, Setup, SetupOptions, read, tip,
 };
 
-/// A file that is read, and not placed yet.
+/// File that has been read but not placed.
 ///
-/// What is known of the arm may be added to the [request](Self::request) before [`prepare`](Self::prepare): the file is read again
-/// only if that changes how it is read, which only G-code depends on.
+/// Data of the arm can be added to the [request](Self::request) before [`prepare`](Self::prepare).
+/// The file is read again only if that changes how it is read, which only happens for G-code.
 #[derive(Clone, Debug)]
 pub struct OpenedFile {
     /// Request for its program.
@@ -27,30 +27,31 @@ pub struct OpenedFile {
     reading: Option<(ReadOptions, Reading)>,
 }
 
-/// Outcome of reading a file without a start.
+/// Result of reading a file without a start position.
 #[derive(Clone, Debug)]
 enum Reading {
-    /// It begins anywhere.
+    /// The program does not depend on a start position.
     Whole(Parsed),
-    /// It depends on where it begins. `Ok` if it can be read without, too.
+    /// The program depends on its start position. `Ok` if it can be read without one all the same.
     DependsOnStart(Result<Parsed, Diagnostic>),
 }
 
-/// A file that is read from its start.
+/// File read with its start position.
 struct FileRead {
     parsed: Parsed,
     start: Option<Start>,
 }
 
-/// Start of a program that depends on it.
+/// Start position of a program that depends on it.
 struct Start {
     /// Position of the tool's tip, mm.
     at: [f64; 3],
-    /// True if the options name it.
+    /// True if the options give it.
     is_given: bool,
-    /// Joint angles of a staged arm there.
+    /// Joint angles of a staged arm at that position.
     stands: Option<JointAngles>,
-    /// The same program without a start, if it can be read so: from where both are the same, the start no longer counts.
+    /// The same program read without a start position, if possible: from the step where both agree,
+    /// the start position no longer matters.
     anywhere: Option<Plan>,
 }
 
@@ -72,7 +73,7 @@ impl OpenedFile {
     /// Prepares the program.
     ///
     /// # Errors
-    /// What cannot be done as the options say.
+    /// [`PrepareError`] with the option that cannot be met.
     pub fn prepare(&mut self) -> Result<Preparation, PrepareError> {
         let (options, mut notes) = self.request.decided();
         let setup = self.request.setup_of(&options);
@@ -90,12 +91,13 @@ impl OpenedFile {
         }
     }
 
-    /// Lists the parts of the file with their times, and the notes of reading it. A program that depends on where it begins is read
-    /// as on a virtual arm.
+    /// Lists the parts of the file with their times, and the notes of reading it. A program that
+    /// depends on its start is read as for a virtual arm.
     ///
     /// # Errors
-    /// What is wrong with the file, or a part that the options choose and that is not there.
+    /// [`PrepareError`] with the mistake in the file, or a chosen part that does not exist.
     pub fn list_parts(&mut self) -> Result<(Vec<PartSummary>, Vec<Diagnostic>), PrepareError> {
+        // A list needs no real arm: any start gives the same parts.
         if self.request.start == StartPosition::Ask {
             self.request.start = StartPosition::Staged;
         }
@@ -114,7 +116,8 @@ impl OpenedFile {
         }
     }
 
-    /// Reads the file unless that is done already; `None` if the caller has to say where it begins.
+    /// Reads the file unless that is done already; `None` if the caller has to give a start
+    /// position.
     fn read(
         &mut self,
         options: &SetupOptions,
@@ -134,10 +137,11 @@ impl OpenedFile {
         let (at, stands) = match (options.start, self.request.start) {
             (Some(at), _) => (Some(at), None),
             (None, StartPosition::Ask) => {
+                // Keep the reading for the next call, which will have the start.
                 self.reading = Some((how, Reading::DependsOnStart(anywhere)));
                 return Ok(None);
             }
-            // Rounded, so that a person can give it again.
+            // Rounded so that a user can type it.
             (None, StartPosition::At(at)) => (Some(rounded(at)), None),
             (None, StartPosition::Unknown) => (None, None),
             (None, StartPosition::Staged) => {
@@ -161,8 +165,8 @@ impl OpenedFile {
         };
         let [x, y, z] = at;
         let mut how = how;
-        // In the coordinates of a program with places of its own, before it is moved: what it does where the arm stands is done
-        // there. What only counts from there is moved along.
+        // In the program's own coordinates, before it is moved: motion at the tool's position must
+        // stay there after the move. Motion only relative to it moves along.
         how.gcode.start = Some(match &anywhere {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,
@@ -178,7 +182,7 @@ impl OpenedFile {
         }))
     }
 
-    /// Reads the file without a start, unless that is done already.
+    /// Reads the file without a start position, unless that is done already.
     fn first_reading(
         &mut self,
         options: &SetupOptions,
@@ -193,7 +197,7 @@ impl OpenedFile {
         let mut how = options.reading(setup);
         title.clone_into(&mut how.title);
         if *format != Format::Gcode {
-            // What the surface and the arm are counts for no other format.
+            // Other formats do not depend on surface and arm.
             how.gcode = GcodeOptions::default();
         }
         if let Some((before, reading)) = self.reading.take()
@@ -204,6 +208,7 @@ impl OpenedFile {
         let parsed = read(*format, bytes, &how);
         let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
         let depends = *format == Format::Gcode
+            // A placed program begins above its first point, wherever the tool is.
             && !how.gcode.placed
             && match &parsed {
                 Ok(parsed) => parsed.notes.iter().any(lacks_start),
@@ -217,7 +222,7 @@ impl OpenedFile {
         Ok((how, reading))
     }
 
-    /// Places what was read before the arm, and makes a program of it; its notes are added to the others.
+    /// Places the content for the arm and builds the program. Adds its notes to `notes`.
     fn placed(
         &self,
         options: &SetupOptions,
@@ -247,19 +252,21 @@ impl OpenedFile {
             would_fit,
         } = setup.plan(format, content).map_err(refused)?;
         notes.extend(placing);
+        // Fill lines exist only after placing, so count them in the plan.
         if fills {
             PartSummary::count(&mut parts, &plan);
         }
         let scale = placed.map_or(1.0, |placed| placed.scale);
         { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
         if let Some(grid) = options.grid {
-            // The surface that a pen never goes below, at each place of the grid.
+            // Surface that a pen must not go below, at each place of the grid.
             let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
             plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
             if let Some(surface) = bound {
                 hold_above(&mut plan, surface).map_err(refused)?;
             }
         }
+        // An empty program would succeed silently, which hides a wrong file or option.
         if plan.steps.is_empty() {
             let problem = Diagnostic::of_file(message!("nothing to do in this file"));
             return Err((PrepareStage::Read, problem));
@@ -291,7 +298,8 @@ impl OpenedFile {
 }
 
 impl Start {
-    /// Steps that depend on the start: up to where the plan goes on as it does without one.
+    /// Number of steps that depend on the start position: up to where the plan agrees with the one
+    /// read without it.
     fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
@@ -299,14 +307,14 @@ impl Start {
     }
 }
 
-/// How many steps at the beginning of a plan differ from those of another plan that goes on alike.
+/// Number of steps at the beginning of a plan that differ from another plan with the same end.
 fn leading(plan: &Plan, other: &Plan) -> usize {
     let pairs = { plan.steps.iter().rev() }.zip(other.steps.iter().rev());
     let alike = pairs.take_while(|(step, other)| step == other).count();
     plan.steps.len() - alike
 }
 
-/// State of a virtual arm that is made ready for a program.
+/// State of a virtual arm that is set up for a program.
 fn staged(anywhere: Option<&Parsed>, setup: &Setup) -> Result<Preflight, Error> {
     let options = RehearseOptions {
         tool: setup.tool.or(setup.default_tool),

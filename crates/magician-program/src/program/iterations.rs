@@ -1,4 +1,4 @@
-//! What a check makes of all iterations of a program.
+//! Check over all iterations of a program.
 
 use magician_host::preflight::Preflight;
 
@@ -7,18 +7,20 @@ use crate::check::{check_in_turns, widen};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{DoubtfulSteps, PartFigures, Plan, RefusedStep, Report};
 
-/// As many iterations are checked that each lead somewhere else.
+/// Largest number of iterations checked one by one, if each ends elsewhere. Bounds the work for
+/// endless programs that drift.
 const MOST_ITERATIONS: usize = 100;
 
 impl RemainingProgram {
-    /// Checks what is left: the first part, and the iterations after it until one leaves the arm as it found it, for then all do; no
-    /// more than a hundred. Places of complaints are counted on from those of the [first](Self::first) part.
+    /// Checks the rest of the program: the first part, then iterations until one leaves the arm as
+    /// it found it, because later ones repeat it; at most a hundred. Indices of refused steps
+    /// continue from those of the [first](Self::first) part.
     #[must_use]
     pub fn check(&self) -> Report {
         at_once(self.check_in_turns(&AtOnce))
     }
 
-    /// [`check`](Self::check), with turns for others.
+    /// As [`check`](Self::check), yielding to other tasks between slices.
     pub async fn check_in_turns(&self, turns: &impl Turns) -> Report {
         let mut report = check_in_turns(&self.first, &self.told, turns).await;
         if self.follow != Some(0) && report.is_good() {
@@ -55,7 +57,7 @@ impl RemainingProgram {
     }
 }
 
-/// Leads an arm through a plan that has been checked from there.
+/// Follows a plan that has been checked from this state.
 async fn follow(course: &mut Preflight, plan: &Plan, turns: &impl Turns) {
     if let Some(tool) = plan.preamble() {
         let _ = course.check(&tool);
@@ -70,7 +72,7 @@ async fn follow(course: &mut Preflight, plan: &Plan, turns: &impl Turns) {
     }
 }
 
-/// Adds what was found in an iteration that comes so often, behind so many steps.
+/// Adds the report of an iteration that is repeated `times`, after `steps` steps.
 fn add(report: &mut Report, iteration: Report, times: u64, steps: usize) {
     let count = u32::try_from(times).unwrap_or(u32::MAX);
     let time = iteration.time.and_then(|time| time.checked_mul(count));
@@ -103,7 +105,7 @@ fn add(report: &mut Report, iteration: Report, times: u64, steps: usize) {
                 known.drawn += times as f64 * part.drawn;
                 known.time = (known.time.zip(time)).and_then(|(all, time)| all.checked_add(time));
             }
-            // It began before what is left does.
+            // The part began before the rest does.
             None => report.parts.push(PartFigures {
                 drawn: times as f64 * part.drawn,
                 time,
@@ -138,7 +140,7 @@ mod tests {
         let thrice = rest(Some(3), 0).check();
         assert!(thrice.is_good());
         let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
-        // The first iteration has the way from home besides.
+        // The first iteration includes the move from home.
         assert!(
             thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
             "{once_s} {thrice_s}"
@@ -146,7 +148,7 @@ mod tests {
         assert!(rest(None, 0).check().time.is_none());
     }
 
-    /// Each iteration leads 30 mm further out.
+    /// Each iteration goes 30 mm further out.
     #[test]
     fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
         let mut plan = plan();
@@ -171,7 +173,7 @@ mod tests {
         assert!(twice.is_good());
         assert!((twice.travelled - 60.0).abs() < 1e-6);
         assert!(twice.travel_bounds.is_some_and(|[_, most]| most[0] > 250.0));
-        // 200 mm and four iterations are more than the arm reaches.
+        // After 200 mm and four iterations the target is beyond the arm's reach.
         for (iterations, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
             let (report, steps) = check(iterations, from);
             assert!(!report.is_good());

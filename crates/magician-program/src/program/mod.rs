@@ -1,14 +1,14 @@
-//! A plan as it is run: how often, from which step on, with what the arm is told before.
+//! Program: a plan with its number of iterations, its start step, and the settings sent first.
 //!
 //! ```text
-//! Program --remaining(step, start)--> RemainingProgram --check--> Report      what an arm that stands so would make of it
+//! Program --remaining(step, start)--> RemainingProgram --check--> Report      result for an arm in this state
 //!                                     --commands--> Arm::start
-//!                                     --timetable--> Timetable   how long is left when so many steps are done
-//!                                     --stands_after             whether an arm stands where so many steps leave it
+//!                                     --timetable--> Timetable   time left after a number of steps
+//!                                     --stands_after             true if the arm stands where those steps end
 //! ```
 //!
-//! Steps are counted over all iterations, from 0. Which step an index of the arm's queue belongs to is
-//! [`resume::StepCounter`](crate::resume::StepCounter)'s.
+//! Steps are counted over all iterations, from 0.
+//! [`resume::StepCounter`](crate::resume::StepCounter) maps the index of the arm's queue to a step.
 
 mod iterations;
 mod numbering;
@@ -28,10 +28,10 @@ pub use timetable::Timetable;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Diagnostic, Plan};
 
-/// No program is begun behind so many steps: what counts on from there never comes to the end of 64 bits.
+/// Largest start step of an endless program: counts from there never overflow 64 bits.
 const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 
-/// What is run: a plan, once, several times or for ever.
+/// Plan that runs once, several times or endlessly.
 ///
 /// ```
 /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -54,14 +54,14 @@ pub struct Program {
     pub(crate) plan: Arc<Plan>,
     pub(crate) settings: Vec<Set>,
     pub(crate) iterations: Option<u64>,
-    /// Ends with the pen down.
+    /// True if the program ends with the pen down.
     pub(crate) stays: bool,
     pub(crate) leading: u64,
     pub(crate) numbering: StepNumbering,
 }
 
 impl Program {
-    /// A plan, so many times; without a number for ever.
+    /// Creates a program of this many iterations; endless if `None`.
     #[must_use]
     pub fn new(plan: impl Into<Arc<Plan>>, iterations: Option<u64>) -> Self {
         let plan = plan.into();
@@ -75,43 +75,44 @@ impl Program {
         }
     }
 
-    /// The same, so many times; without a number for ever.
+    /// Sets the number of iterations; endless if `None`.
     #[must_use]
     pub fn repeated(mut self, iterations: Option<u64>) -> Self {
         self.iterations = iterations;
         self
     }
 
-    /// Has the arm told this before the first step, besides what the plan says: settings, which take no time.
+    /// Sets commands to send before the first step: settings, which take no time.
     #[must_use]
     pub fn with_settings(mut self, settings: Vec<Set>) -> Self {
         self.settings = settings;
         self
     }
 
-    /// Leaves the pen down: a drawing ends with its last line, without the lift that follows it.
+    /// Leaves the pen down at the end: omits the lift after the last line of a drawing.
     #[must_use]
     pub fn pen_stays_down(mut self, stays: bool) -> Self {
         self.stays = stays && self.plan.ends_with_lift();
         self
     }
 
-    /// Says that so many steps of an iteration depend on where the arm stood when it began: the others are the same from wherever it
-    /// is begun.
+    /// Sets the number of steps of an iteration that depend on the arm's position at its start. The
+    /// others are the same from anywhere.
     #[must_use]
     pub fn with_leading(mut self, steps: usize) -> Self {
         self.leading = steps as u64;
         self
     }
 
-    /// Whether it can go on behind so many steps only with the arm's position at its beginning.
+    /// True if starting at this step requires the arm's position at the beginning of the program.
     #[must_use]
     pub fn depends_on_start(&self, step: u64) -> bool {
         let nth = step.checked_rem(self.steps_per_iteration()).unwrap_or(0);
         step > 0 && nth < self.leading
     }
 
-    /// True if behind so many steps it homes the arm before anything moves or burns, or does neither.
+    /// True if from this step on the program homes the arm before anything moves or burns, or does
+    /// neither.
     ///
     /// ```
     /// use magician_program::{Action, Origin, Plan, Program};
@@ -137,53 +138,53 @@ impl Program {
             .is_none_or(|first| homes(&first))
     }
 
-    /// Whether that holds for all of its steps.
+    /// True if all steps depend on the position at the start.
     #[must_use]
     pub fn depends_throughout(&self) -> bool {
         self.leading > 0 && self.leading >= self.steps_per_iteration()
     }
 
-    /// The plan of one iteration.
+    /// Plan of one iteration.
     #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The plan of one iteration, without the rest.
+    /// Plan of one iteration, consuming the program.
     #[must_use]
     pub fn into_plan(self) -> Plan {
         Arc::unwrap_or_clone(self.plan)
     }
 
-    /// How often it is done; for ever without a number.
+    /// Number of iterations; `None` if endless.
     #[must_use]
     pub fn iterations(&self) -> Option<u64> {
         self.iterations
     }
 
-    /// Steps in all iterations; no number if they go on for ever.
+    /// Number of steps in all iterations; `None` if endless.
     #[must_use]
     pub fn steps(&self) -> Option<u64> {
         let all = self.iterations?.saturating_mul(self.steps_per_iteration());
         Some(all.saturating_sub(u64::from(self.stays)))
     }
 
-    /// Which of its steps send nothing.
+    /// Numbering of the steps, some of which send nothing.
     #[must_use]
     pub fn numbering(&self) -> &StepNumbering {
         &self.numbering
     }
 
-    /// Steps of one iteration.
+    /// Number of steps in one iteration.
     fn steps_per_iteration(&self) -> u64 {
         self.plan.steps.len() as u64
     }
 
-    /// Whether there is something to do from a step on. From the first one there always is, if only to tell the arm of its
-    /// tool; a program without end is begun far enough from where numbers end.
+    /// Checks that there is something to do from a step on. From step 0 there always is, if only to
+    /// set the tool. An endless program must begin well before its step numbers overflow.
     ///
     /// # Errors
-    /// A [`Diagnostic`] that names the last step.
+    /// [`Diagnostic`] that names the last step.
     pub fn has(&self, step: u64) -> Result<(), Diagnostic> {
         let steps = self.steps().unwrap_or(u64::MAX).min(MOST_STEPS);
         if step == 0 || step < steps {
@@ -194,8 +195,8 @@ impl Program {
         Err(Diagnostic::of_file(message))
     }
 
-    /// One command of each kind: what `Arm::preflight_for` has to read of an arm depends on
-    /// nothing else.
+    /// One command of each kind, which is all that `Arm::preflight_for` needs to know what to read
+    /// from an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
         let mut kinds = self.settings.clone();
@@ -203,16 +204,17 @@ impl Program {
         kinds
     }
 
-    /// What is left of it from a step on, for an arm that is as `start` tells.
+    /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// As [`has`](Self::has), and as [`Continuation::from_step`](crate::Continuation::from_step).
+    /// As [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }
 
-    /// As [`remaining`](Self::remaining), for a run that may have been stopped within that step: where the step leads straight on through
-    /// the place `at`, it goes on from there, and else from its beginning. [`RemainingProgram::goes_on`] tells the two.
+    /// As [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
+    /// step moves straight through `at`, it continues from there, otherwise it starts over.
+    /// [`RemainingProgram::goes_on`] computes step and place.
     ///
     /// # Errors
     /// As [`remaining`](Self::remaining).
@@ -226,15 +228,15 @@ impl Program {
         RemainingProgram::of(self, from, at, start)
     }
 
-    /// A name for it: the same for what does the same, whatever it is called.
+    /// Key of the program: equal for programs that do the same, whatever their titles.
     #[must_use]
     pub fn key(&self) -> String {
         at_once(self.key_in_turns(&AtOnce))
     }
 
-    /// The same, with turns for others.
+    /// As [`key`](Self::key), yielding to other tasks between slices.
     pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
-        // FNV-1a with 128 bits.
+        // FNV-1a, 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
         let mut take = |bytes: &[u8]| {
             for byte in bytes {
@@ -242,14 +244,14 @@ impl Program {
             }
         };
         take(&self.iterations.unwrap_or(0).to_le_bytes());
-        // What differs by where it is begun is left out, unless all of it does.
+        // Steps that differ with the start position are left out, unless all do.
         let leading = usize::try_from(self.leading).unwrap_or(usize::MAX);
         let skipped = if leading < self.plan.steps.len() {
             leading
         } else {
             0
         };
-        // Steps that send nothing are counted as well.
+        // Steps that send nothing count too.
         let mut take_step = |command: Option<Set>, name: &str| match command {
             Some(command) => {
                 if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {

@@ -1,8 +1,15 @@
+//! Numbering of steps and commands.
+//!
+//! The arm counts commands, but parts and pauses are steps without one. The positions of these
+//! silent steps within an iteration are enough to convert either count into the other, over any
+//! number of iterations.
+
 use std::sync::Arc;
 
 use crate::Plan;
 
-/// Which steps of a program send nothing: so many commands are which steps, over all iterations.
+/// Numbering of steps and commands over all iterations, for programs in which some steps send
+/// nothing.
 ///
 /// ```
 /// use magician_program::{Action, Origin, Part, Plan, Program};
@@ -19,9 +26,9 @@ use crate::Plan;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StepNumbering {
-    /// The places of those that send nothing in an iteration, in order.
+    /// Indices, within an iteration, of the steps that send nothing; sorted.
     silent: Arc<[u64]>,
-    /// Steps of an iteration.
+    /// Number of steps in an iteration.
     iteration: u64,
 }
 
@@ -35,7 +42,7 @@ impl StepNumbering {
         }
     }
 
-    /// The commands of the first so many steps.
+    /// Number of commands in the first `steps` steps.
     #[must_use]
     pub fn commands(&self, steps: u64) -> u64 {
         if self.silent.is_empty() {
@@ -46,7 +53,8 @@ impl StepNumbering {
         iterations * (self.iteration - self.silent.len() as u64) + within - before
     }
 
-    /// The steps up to the last of so many commands, and no further.
+    /// Number of steps that this many commands complete. Steps without a command after the last one
+    /// do not count.
     #[must_use]
     pub fn steps(&self, commands: u64) -> u64 {
         let each = self.iteration - self.silent.len() as u64;
@@ -54,7 +62,7 @@ impl StepNumbering {
             return commands;
         }
         let (iterations, nth) = ((commands - 1) / each, (commands - 1) % each);
-        // As many of them are before it as are not behind it.
+        // Binary search: number of silent steps before the command.
         let (mut least, mut most) = (0, self.silent.len());
         while least < most {
             let middle = usize::midpoint(least, most);

@@ -1,3 +1,11 @@
+//! Rest of a program from one of its steps on.
+//!
+//! A rest is the settings, the first part (an approach and the rest of the current iteration) and
+//! the iterations after it. It can be long or endless, so commands are iterated and never
+//! collected. Besides running it, the rest answers where an interrupted run can be resumed: it
+//! follows its commands without sending them and compares their ends and lines with the pose at
+//! which the arm stands.
+
 use std::iter::{self, repeat_n};
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,45 +20,46 @@ use crate::resume::{ResumePoint, StepCounter};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 
-/// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
-/// its end counts as done.
+/// Largest distance of an arm from the end of a step at which the step counts as done, mm: equal to
+/// the largest acceptable gap in a line.
 const NEAR: f64 = 0.2;
-/// An arm that came to the end of a step by itself stands this near to it, mm: rounding of the arm's numbers and of the plan's.
+/// Largest distance from its end of an arm that finished a step by itself, mm: rounding of the
+/// arm's and the plan's coordinates.
 const EXACT: f64 = 0.01;
-/// A joint that has turned by less has not moved, deg.
+/// Largest change of a joint that is not motion, deg.
 const STILL: f64 = 0.02;
 
-/// What is left of a [`Program`] from one of its steps on, for an arm that stands in a certain way: what comes before the
-/// first step, the rest of the iteration that it is in, and the iterations after it.
+/// Rest of a [`Program`] from one of its steps on, for an arm in a known state: the approach to the
+/// first step, the rest of the current iteration, and the iterations after it.
 #[derive(Clone, Debug)]
 pub struct RemainingProgram {
     settings: Vec<Set>,
-    /// The part of the plan that comes first, with what has to be done before it.
+    /// Plan of the first part, with the approach before it.
     pub(super) first: Arc<Plan>,
-    /// Commands that stand among the steps of the first part, before the one that it is from.
+    /// Number of approach steps within the first part.
     added: u64,
     from: u64,
-    /// The place within its first step that it begins at.
+    /// Position within the first step at which it begins.
     within: Option<[f64; 3]>,
     pub(super) whole: Arc<Plan>,
-    /// Rounds that follow; none is for ever.
+    /// Number of iterations after the first part; `None` is endless.
     pub(super) follow: Option<u64>,
-    /// The last step is left out: the pen stays down.
+    /// True if the last step is left out so that the pen stays down.
     stays: bool,
     numbering: StepNumbering,
     start: Preflight,
-    /// The start when the arm has been told the settings.
+    /// Start state after the settings are sent.
     pub(super) told: Preflight,
 }
 
-/// The place where a burn goes on that ended before its end.
+/// Place where a burn that ended early is resumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BurnPlace {
-    /// Steps that are finished.
+    /// Number of finished steps.
     pub steps: u64,
-    /// The place within the next step (x, y, z); `None` at its beginning.
+    /// Position within the next step (x, y, z); `None` for its beginning.
     pub within: Option<[f64; 3]>,
-    /// Largest length from there on that has been burnt already, mm.
+    /// Upper bound of the length from there on that is burnt already, mm.
     pub twice: f64,
 }
 
@@ -62,6 +71,7 @@ impl RemainingProgram {
         start: Preflight,
     ) -> Result<Self, Diagnostic> {
         let mut told = start.clone();
+        // Settings precede the approach, which depends on speeds and tool.
         for setting in &program.settings {
             let taken = told.check(setting);
             taken.map_err(|error| Diagnostic::of_file(error.to_string()))?;
@@ -69,6 +79,7 @@ impl RemainingProgram {
         let iteration = program.steps_per_iteration().max(1);
         let (done, step) = (from / iteration, from % iteration);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
+            // At the first step of an iteration the plan itself begins: no approach is needed.
             0 if at.is_none() => Arc::clone(&program.plan),
             step => Arc::new(Continuation::within_step(&program.plan, step, at, &told)?.plan),
         };
@@ -92,57 +103,59 @@ impl RemainingProgram {
         })
     }
 
-    /// The step that it begins with.
+    /// First step, counted over all iterations.
     #[must_use]
     pub fn from(&self) -> u64 {
         self.from
     }
 
-    /// The place within that step (x, y, z) at which it begins, if not at the step's beginning.
+    /// Position within the first step (x, y, z) at which the rest begins; `None` for its beginning.
     #[must_use]
     pub fn within(&self) -> Option<[f64; 3]> {
         self.within
     }
 
-    /// Where the arm stands before all of it, for `Run::along`.
+    /// State of the arm before the rest begins, for `Run::along`.
     #[must_use]
     pub fn start(&self) -> &Preflight {
         &self.start
     }
 
-    /// The same when the arm has been told the settings that come before the plan.
+    /// State of the arm after the settings that precede the plan.
     #[must_use]
     pub fn told(&self) -> &Preflight {
         &self.told
     }
 
-    /// The first part, as a plan of its own: what comes before the first step, and the rest of its iteration.
+    /// First part as a plan: the approach, and the rest of the current iteration.
     #[must_use]
     pub fn first(&self) -> &Plan {
         &self.first
     }
 
-    /// What is added to the place of a step in [`first`](Self::first) to have its number in the program.
+    /// Offset from an index in [`first`](Self::first) to the step number in the program.
     pub(super) fn offset(&self) -> i64 {
         self.from
             .cast_signed()
             .saturating_sub(self.added.cast_signed())
     }
 
-    /// Commands before the first step, for [`StepCounter::new`](crate::resume::StepCounter::new).
+    /// Number of commands before the first step, for
+    /// [`StepCounter::new`](crate::resume::StepCounter::new).
     #[must_use]
     pub fn lead(&self) -> u64 {
         let tool = u64::from(self.first.tool.is_some());
         self.settings.len() as u64 + tool + self.added
     }
 
-    /// The counter of its steps: `mixed` as [`StepCounter::new`] has it.
+    /// Counter for its steps; `mixed` as in [`StepCounter::new`].
     #[must_use]
     pub fn counter(&self, mixed: bool) -> StepCounter {
         StepCounter::new(self.lead(), mixed).numbered(self.numbering.clone(), self.from)
     }
 
-    /// The steps, from its first, up to the last of so many commands behind the [`lead`](Self::lead).
+    /// Number of steps, from the first one, that this many commands after the [`lead`](Self::lead)
+    /// complete.
     #[must_use]
     pub fn steps_of(&self, commands: u64) -> u64 {
         let before = self.numbering.commands(self.from);
@@ -153,37 +166,37 @@ impl RemainingProgram {
         }
     }
 
-    /// The commands up to the end of the first part.
+    /// Commands up to the end of the first part.
     pub fn first_commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
         self.settings.iter().copied().chain(self.first.commands())
     }
 
-    /// The steps behind the first part.
+    /// Steps after the first part.
     fn later(&self) -> impl Iterator<Item = &Step> + '_ {
         let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
         repeat_n(&*self.whole, times).flat_map(|plan| &plan.steps)
     }
 
-    /// The first part, as [`slots`](Self::slots) has it.
+    /// First part, as in [`slots`](Self::slots).
     fn first_slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
         let before = self.settings.iter().copied().chain(self.first.preamble());
         let steps = self.first.steps.iter().map(|step| step.action.command());
         before.map(Some).chain(steps)
     }
 
-    /// Everything in its order: each command, and a `None` for each step that has none.
+    /// Commands in order, with `None` for each step that sends nothing.
     fn slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
         let later = self.later().map(|step| step.action.command());
         let slots = self.first_slots().chain(later);
         slots.take(if self.stays { self.count() } else { usize::MAX })
     }
 
-    /// All commands, in order.
+    /// All commands in order.
     pub fn commands(&self) -> impl Iterator<Item = Set> + '_ {
         self.slots().flatten()
     }
 
-    /// The commands up to its first [`pause`](Self::pause), in order; all without one.
+    /// Commands up to the first [`pause`](Self::pause), in order; without a pause, all.
     pub fn commands_to_pause(&self) -> impl Iterator<Item = Set> + '_ {
         let steps = self.pause().map(|(step, _)| step.saturating_sub(self.from));
         let slots = steps.map(|steps| steps.saturating_add(self.lead()));
@@ -193,14 +206,15 @@ impl RemainingProgram {
         self.slots().take(slots).flatten()
     }
 
-    /// The command that is sent next when so many of its steps are finished.
+    /// Next command once `steps` of its steps are finished; `None` at the end.
     #[must_use]
     pub fn next_command(&self, steps: u64) -> Option<Set> {
         let slots = usize::try_from(steps.saturating_add(self.lead())).ok()?;
         self.slots().skip(slots).flatten().next()
     }
 
-    /// The steps from the first one on, over all iterations; of a program without end no more than the first and one whole iteration.
+    /// Steps from the first one over all iterations. For an endless program: the first part and one
+    /// whole iteration.
     fn ahead(&self) -> impl Iterator<Item = (u64, &Step)> + '_ {
         let added = usize::try_from(self.added).unwrap_or(usize::MAX);
         let first = self.first.steps.iter().skip(added);
@@ -209,7 +223,7 @@ impl RemainingProgram {
         (self.from..).zip(first.chain(later))
     }
 
-    /// The first step that waits for a person, over all iterations.
+    /// First step that waits for a person, counted over all iterations.
     #[must_use]
     pub fn pause(&self) -> Option<(u64, &Pause)> {
         self.ahead().find_map(|(nth, step)| match &step.action {
@@ -218,14 +232,14 @@ impl RemainingProgram {
         })
     }
 
-    /// Whether it waits for a person before it sends anything.
+    /// True if a pause comes before any command.
     #[must_use]
     pub fn begins_with_pause(&self) -> bool {
         let mut silent = self.ahead().take_while(|(_, step)| step.action.is_silent());
         silent.any(|(_, step)| matches!(step.action, Action::Pause(_)))
     }
 
-    /// The part that begins behind a step before anything is sent, if one does.
+    /// Part that begins after a step before any further command, if any.
     #[must_use]
     pub fn part_after(&self, step: u64) -> Option<&Part> {
         let behind = self.ahead().skip_while(|(nth, _)| *nth <= step);
@@ -236,7 +250,7 @@ impl RemainingProgram {
         })
     }
 
-    /// How many commands and steps there are without the last lift.
+    /// Number of commands and steps without the last lift.
     fn count(&self) -> usize {
         let iterations = self.follow.unwrap_or(u64::MAX);
         let later = iterations.saturating_mul(self.whole.steps.len() as u64);
@@ -246,22 +260,22 @@ impl RemainingProgram {
         usize::try_from(all).unwrap_or(usize::MAX)
     }
 
-    /// The arm as it is after the last step, as far as that is known.
+    /// State of the arm after the last step, as far as known.
     #[must_use]
     pub fn end(&self) -> Preflight {
         let mut course = self.told.clone().guards(Guards::NONE).summing();
         let later = Some(&self.whole).filter(|_| self.follow != Some(0));
         for plan in iter::once(&self.first).chain(later) {
             for command in plan.commands() {
-                // What the arm cannot do is told by the check.
+                // Steps that the arm cannot do are reported by the check.
                 let _ = course.check(&command);
             }
         }
         course.guards(Guards::default())
     }
 
-    /// Whether the arm has moved since the rest began: it stands elsewhere, or it has finished a command that leads away from
-    /// where it stood, wherever it is by now. Yes where it is not known where the rest began.
+    /// True if the arm has moved since the rest began: it stands elsewhere, or has finished a
+    /// command that leads away from the start. Also true if the start is unknown.
     #[must_use]
     pub fn has_moved(&self, counter: &StepCounter, index: u64, pose: &Pose) -> bool {
         let Some(began) = self.start.arm() else {
@@ -275,19 +289,19 @@ impl RemainingProgram {
         let mut course = self.start.clone().guards(Guards::NONE);
         let done = usize::try_from(counter.commands(index).least).unwrap_or(usize::MAX);
         let mut ends = self.commands().take(done).map(|command| {
-            // What could not be checked was not sent.
+            // A command that the check refuses was never sent.
             let _ = course.check(&command);
             course.arm().map(|arm| arm.joints.to_array())
         });
         elsewhere(pose.joint_angle.map(f64::from)) || ends.any(|end| end.is_none_or(elsewhere))
     }
 
-    /// The plan of one iteration.
+    /// Plan of one iteration.
     pub(crate) fn whole(&self) -> &Plan {
         &self.whole
     }
 
-    /// The commands that change settings of the arm, for `SettingsBackup::read`.
+    /// Commands that change settings of the arm, for `SettingsBackup::read`.
     pub fn changes(&self) -> impl Iterator<Item = &Set> {
         let later = Some(&self.whole).filter(|_| self.follow != Some(0));
         let plans = iter::once(&self.first).chain(later);
@@ -296,13 +310,13 @@ impl RemainingProgram {
             .chain(plans.flat_map(|plan| plan.settings()))
     }
 
-    /// How long is left of it at each of its steps, when [`check`](Self::check) has found this.
+    /// Timetable of the time left at each step; `report` comes from [`check`](Self::check).
     #[must_use]
     pub fn timetable(&self, report: &Report) -> Timetable {
         at_once(self.timetable_in_turns(report, &AtOnce))
     }
 
-    /// [`timetable`](Self::timetable), with turns for others.
+    /// As [`timetable`](Self::timetable), yielding to other tasks between slices.
     pub async fn timetable_in_turns(&self, report: &Report, turns: &impl Turns) -> Timetable {
         let Some(all) = report.time else {
             return Timetable::default();
@@ -321,8 +335,8 @@ impl RemainingProgram {
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// The [`timetable`](Self::timetable) where every command is changed before it is sent, and these are sent before the first; with
-    /// turns for others.
+    /// As [`timetable`](Self::timetable), with `before` sent first and `change` applied to every
+    /// command. Yields to other tasks between slices.
     pub async fn timetable_with(
         &self,
         unchanged: &Timetable,
@@ -330,6 +344,7 @@ impl RemainingProgram {
         change: impl Fn(Set) -> Set + Send + Sync,
         turns: &impl Turns,
     ) -> Timetable {
+        // Without a known end at full speed there is none at another speed either.
         if unchanged.left(0).is_none() {
             return Timetable::default();
         }
@@ -350,9 +365,9 @@ impl RemainingProgram {
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// Where a run goes on that ended like this and left the arm there: the steps that are finished, and the place within the
-    /// next, if it goes on from within. It does not where the step that was cut short leads nowhere straight, or the arm
-    /// stands beside its line.
+    /// Place where a run that ended this way resumes: number of finished steps, and position within
+    /// the next one. The position is `None` if the step was not cut short, does not move straight,
+    /// or the arm is not on its line.
     #[must_use]
     pub fn goes_on(
         &self,
@@ -360,7 +375,8 @@ impl RemainingProgram {
         pose: &Pose,
     ) -> Option<(u64, Option<[f64; 3]>)> {
         match resume_point {
-            // It has not come to where it was to begin.
+            // The approach was cut short: the arm had not arrived at the position where the step
+            // resumes.
             ResumePoint::After(steps) if steps == self.from => Some((steps, self.within)),
             ResumePoint::After(steps) => Some((steps, None)),
             ResumePoint::Again(steps) => Some(match self.place_after(steps, pose) {
@@ -371,22 +387,24 @@ impl RemainingProgram {
         }
     }
 
-    /// The place where the arm stands within the steps that follow so many.
+    /// Position of the arm within the steps after `steps`, if it is on their lines.
     fn place_after(&self, steps: u64, pose: &Pose) -> Option<(u64, [f64; 3])> {
         let done = self.slots_before(steps)?;
         let mut course = self.start.clone().guards(Guards::NONE);
         let mut slots = self.slots();
         for command in slots.by_ref().take(done).flatten() {
-            // What could not be checked was not sent.
+            // A command that the check refuses was never sent.
             let _ = course.check(&command);
         }
         let (passed, at) = within::place_on(&mut course, slots, pose)?;
         Some((steps + passed, at))
     }
 
-    /// Where a burn goes on whose light was out when the arm was at this pose, and went out so much before at most. Between
-    /// `least` and `most` steps are finished, the one under way counted as one of them. The laser may have burnt on `until` another
-    /// pose. `None` if the pose is on none of their lines.
+    /// Place where a burn resumes whose laser was off when the arm was at `pose`, and went out at
+    /// most `late` before.
+    ///
+    /// Between `least` and `most` steps are finished, counting the one in progress. The laser may
+    /// have burnt on until the arm reached `until`. `None` if the pose is on none of the lines.
     #[must_use]
     pub fn dark_at(
         &self,
@@ -402,9 +420,11 @@ impl RemainingProgram {
         Some(self.burn_place(place))
     }
 
-    /// Where a burn goes on that was stopped, if it is not known where its light went out: a braking way before the place where
-    /// it stands, which is `within` a step, or near the end of so many steps. `None` if nothing burns there, or the arm came to
-    /// that end by itself.
+    /// Place where a stopped burn resumes if it is unknown where the laser went out: one braking
+    /// distance before the arm's place, which is `within` a step, or near the end of the last
+    /// finished one.
+    ///
+    /// `None` if nothing burns there, or the arm reached that end by itself.
     #[must_use]
     pub fn before_braking(
         &self,
@@ -415,7 +435,7 @@ impl RemainingProgram {
         let (steps, at) = match (within, resume_point) {
             (Some(within), _) => within,
             (None, ResumePoint::After(steps)) if steps > self.from => {
-                // What ends by itself ends exactly.
+                // A step that ends by itself ends exactly at its target.
                 self.off_end(steps, pose).1.filter(|off| *off > EXACT)?;
                 (steps - 1, [pose.x, pose.y, pose.z].map(f64::from))
             }
@@ -426,8 +446,9 @@ impl RemainingProgram {
         (place.twice > 0.0).then(|| self.burn_place(place))
     }
 
-    /// Where a burn goes on that was stopped before it had certainly come to its beginning within a step: there again, with
-    /// the length from there to where the arm stands. `None` if it begins with a whole step, or the arm stands elsewhere.
+    /// Place where a burn resumes that may have been stopped before it reached its start within a
+    /// step: that same start, with the length from there to the arm. `None` if the rest begins with
+    /// a whole step, or the arm stands elsewhere.
     #[must_use]
     pub fn from_its_beginning(&self, pose: &Pose) -> Option<BurnPlace> {
         let begin = self.within?;
@@ -449,7 +470,7 @@ impl RemainingProgram {
         let steps = (place.passed as u64)
             .saturating_sub(self.lead())
             .saturating_add(self.from);
-        // What is left of the first step begins within it.
+        // The rest of the first step begins at that position, not at the step's start.
         let first = self.within.filter(|_| steps == self.from);
         BurnPlace {
             steps,
@@ -458,8 +479,9 @@ impl RemainingProgram {
         }
     }
 
-    /// Where a burn goes on that is to overlap by so many mm what was burnt before it stopped: the steps that are finished, the place
-    /// within the next, and how many mm are burnt twice. It stops where the burn began.
+    /// Place where a burn resumes that shall overlap the earlier one by `overlap` mm: number of
+    /// finished steps, position within the next one, and the length burnt twice, mm. Does not go
+    /// back beyond the start of the burn.
     #[must_use]
     pub fn overlapped(
         &self,
@@ -479,7 +501,7 @@ impl RemainingProgram {
         }
     }
 
-    /// How many mm the step behind so many burns, if it burns along a line.
+    /// Length burnt by the step after `steps`, mm; `None` if that is not a burning line.
     #[must_use]
     pub fn burn_after(&self, steps: u64) -> Option<f64> {
         let passed = self.slots_before(steps)?;
@@ -492,7 +514,7 @@ impl RemainingProgram {
         usize::try_from(done).ok()
     }
 
-    /// Steps up to the first that moves the arm, with it; `None` if none does.
+    /// Number of steps up to and including the first that moves the arm; `None` if no step does.
     #[must_use]
     pub fn first_motion(&self) -> Option<u64> {
         let mut ahead = self.ahead();
@@ -503,9 +525,11 @@ impl RemainingProgram {
         moves.map(|(nth, _)| nth + 1)
     }
 
-    /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the
-    /// steps lead nowhere that is known, and before the first one. `stopped`: the arm was stopped, and a wait or a
-    /// trigger was cut short then, wherever the arm stands.
+    /// True if an arm at `pose` stands where `steps` finished steps leave it. `None` if that place
+    /// is unknown, and for no steps at all.
+    ///
+    /// With `stopped` a final wait or trigger was cut short and counts as unfinished, wherever the
+    /// arm stands.
     #[must_use]
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
         match self.off_end(steps, pose) {
@@ -514,7 +538,7 @@ impl RemainingProgram {
         }
     }
 
-    /// The last command of so many finished steps, and how far from their end an arm stands, mm, where that is known.
+    /// Last command of the finished steps, and the arm's distance from its end, mm, if known.
     fn off_end(&self, steps: u64, pose: &Pose) -> (Option<Set>, Option<f64>) {
         let mut last = None;
         let off = self.off_end_of(steps, pose, &mut last);
@@ -526,7 +550,7 @@ impl RemainingProgram {
         let count = usize::try_from(done.saturating_add(self.lead())).ok()?;
         let mut course = self.start.clone().guards(Guards::NONE);
         for command in self.slots().take(count).flatten() {
-            // What could not be checked was not sent.
+            // A command that the check refuses was never sent.
             let _ = course.check(&command);
             *last = Some(command);
         }
@@ -537,8 +561,8 @@ impl RemainingProgram {
     }
 }
 
-/// How long steps take up to each of them, seconds; what has no command, or no end that is known, counts nothing. Within a continuous
-/// path a segment counts when it is settled, some segments later.
+/// Cumulative durations of steps, s. Steps without a command or a known end count as 0. A segment
+/// of a continuous path counts once it is settled, some segments later.
 async fn sums(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>> + Send,

@@ -1,15 +1,21 @@
+//! Time left at each step of a run.
+//!
+//! Times are sums up to each command of the first part and of one iteration, so that a long program
+//! needs no more than its plan, and a look-up is constant time.
+
 use std::time::Duration;
 
-/// How long a run takes up to each of its steps, by the arm's clock; made by [`RemainingProgram::timetable`](super::RemainingProgram::timetable).
+/// Cumulative durations of a run by step, by the arm's clock, from
+/// [`RemainingProgram::timetable`](super::RemainingProgram::timetable).
 #[derive(Clone, Debug, Default)]
 pub struct Timetable {
-    /// None if unknown.
+    /// Total duration; `None` if unknown.
     all: Option<Duration>,
-    /// Commands before the first step.
+    /// Number of commands before the first step.
     lead: usize,
-    /// Up to each command of the first part, seconds.
+    /// Time up to each command of the first part, s.
     first: Vec<f64>,
-    /// Up to each step of an iteration after it, from its beginning.
+    /// Time up to each step of a later iteration, from its beginning, s.
     iteration: Vec<f64>,
 }
 
@@ -23,7 +29,7 @@ impl Timetable {
         }
     }
 
-    /// How long the rest takes when so many steps of the run are finished; `None` if the run has no end that is known.
+    /// Time left when `steps` of the run are finished; `None` if its end is unknown.
     #[must_use]
     pub fn left(&self, steps: u64) -> Option<Duration> {
         let left = self.all?.as_secs_f64() - self.spent(steps);
@@ -46,7 +52,7 @@ impl Timetable {
     }
 }
 
-/// How long the first of them take.
+/// Duration of the first `count` entries.
 fn up_to(sums: &[f64], count: usize) -> f64 {
     let last = count.checked_sub(1).and_then(|last| sums.get(last));
     last.copied().unwrap_or(0.0)
@@ -58,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_rounds_after_the_first_part_have_a_length_of_their_own() {
-        // A lead of a second, two steps of 2 s, then iterations of three steps of 1 s.
+        // A lead of 1 s, two steps of 2 s, then iterations of three steps of 1 s.
         let table = Timetable::new(
             Duration::from_secs(11),
             1,

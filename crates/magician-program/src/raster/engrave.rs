@@ -1,4 +1,4 @@
-//! How an image is engraved.
+//! Engraving of images.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -9,37 +9,39 @@ use super::tone::{Powers, levels};
 use super::{Grid, Raster, Tone, resample};
 use crate::{Artwork, Diagnostic, Origin, Plan, Stroke, Surface, Tool};
 
-/// How an image is engraved: line by line, the laser's power following the grey.
+/// Options for engraving an image line by line, with laser power following the grey levels.
 ///
-/// The tool passes the whole image at [`speed`](Self::speed): it runs up to it before a line and slows down behind it, dark. The
-/// arm knows 32 commands ahead and slows down so that it could stop behind the last of them: faster than
-/// [`steady_speed`](Self::steady_speed) it may not hold the speed where every pixel differs from the next.
+/// The tool crosses the image at constant [`speed`](Self::speed): it accelerates before a line and
+/// brakes after it, with the laser off (overscan). The arm plans at most 32 commands ahead, and
+/// plans to stop after the last one. Above [`steady_speed`](Self::steady_speed) it may therefore
+/// not hold the speed where every pixel differs from the next.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Engrave {
-    /// From one line to the next, and how finely power changes along a line, mm.
+    /// Distance of the lines, and resolution of the power along a line, mm.
     pub spacing: f64,
-    /// Least and most power, percent: for the lightest grey that is not white, and for black.
+    /// Smallest and largest power, percent: for the lightest grey that is not white, and for black.
     pub power: [f64; 2],
-    /// How grey levels become power.
+    /// Conversion of grey levels to power.
     pub tone: Tone,
-    /// Exponent of the darkness (0 to 1) before it becomes power; above 1 spares the light parts, 1 is linear.
+    /// Exponent applied to the darkness (0 to 1); 1 is linear, above 1 burns light areas less.
     pub gamma: f64,
-    /// White burns and black does not. What is transparent never does.
+    /// True to burn white instead of black. Transparent pixels are never burnt.
     pub invert: bool,
-    /// Every other line is burnt on the way back. Without it all go the same way: slower, and free of play in the gears.
+    /// True to burn every other line on the way back. False is slower, and free of gear backlash.
     pub both_directions: bool,
-    /// Run-up and run-out of the tool at the ends of a line, mm; what speed and acceleration need if left open.
+    /// Overscan at each end of a line, mm; `None` computes it from speed and acceleration.
     pub overscan: Option<f64>,
-    /// Along a line, mm/s.
+    /// Speed along a line, mm/s.
     pub speed: f64,
-    /// To get to that speed, mm/s2.
+    /// Acceleration to that speed, mm/s2.
     pub acceleration: f64,
-    /// Where nothing is burnt for long, mm/s; the arm takes its speed ratio of it, half at power-up.
+    /// Travel speed over long gaps, mm/s. The arm applies its speed ratio to it, half at power-up.
     pub travel: f64,
-    /// Leaves out white lines and the white ends of others, and goes over wide gaps as fast as the arm travels.
+    /// True to skip white lines and the white ends of lines, and to cross wide gaps at travel
+    /// speed.
     pub white_skip: bool,
-    /// How far above the surface it begins and ends, mm.
+    /// Height above the surface at start and end, mm.
     pub lift: f64,
 }
 
@@ -63,23 +65,26 @@ impl Default for Engrave {
 }
 
 impl Engrave {
-    /// As many cells, at most, are engraved.
+    /// Largest number of cells in an image. Bounds memory and the duration of the job.
     pub const MOST_CELLS: usize = 16_000_000;
-    /// As often an image is made smaller until it fits with its run up.
+    /// Bisection steps when an image is scaled down to fit with its overscan.
     const MOST_TRIES: usize = 14;
-    /// Segments that the arm knows behind the one under way (model section 14).
+    /// Segments that the arm knows after the current one (model section 14).
     const AHEAD: f64 = 31.0;
 
-    /// How far the tool runs up and out, mm.
+    /// Overscan, mm.
     #[must_use]
     pub fn run_up(&self) -> f64 {
         let needed = self.speed * self.speed / (2.0 * self.acceleration);
         self.overscan.unwrap_or(needed)
     }
 
-    /// Up to which speed the arm holds it over an image of which no two neighbouring pixels are the same, mm/s (model sections 8
-    /// and 14: the end of the last segment that it knows is at rest, and a segment takes a whole number of periods). Below it,
-    /// a speed at which a pixel takes no whole number of periods is slowed down to the next one at which it does.
+    /// Largest speed that the arm holds over an image in which all neighbouring pixels differ, mm/s
+    /// (model sections 8 and 14: the arm plans to stop at the end of the last segment it knows, and
+    /// a segment takes a whole number of periods).
+    ///
+    /// Below it, a speed at which a pixel takes no whole number of periods is reduced to the next
+    /// one at which it does.
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
         let known = (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt();
@@ -87,11 +92,13 @@ impl Engrave {
         known.min(self.spacing / period)
     }
 
-    /// What an image of this size (mm) needs: its frame, and the frame that the tool passes, which is wider by what it runs up
-    /// and out. To be placed as any drawing is; [`Grid::of_frame`] tells where the image then lies. A page of the image's size
-    /// makes it lie on a sheet corner on corner.
+    /// Frames of an image of this size (mm): its own, and the one that the tool crosses, which is
+    /// wider by the overscan. They are placed like a drawing; [`Grid::of_frame`] returns the
+    /// resulting position of the image. With a page of the image's size the image is aligned with
+    /// the corners of a sheet.
     ///
-    /// The way to run up does not shrink with an image that is made to fit: [`placed`](Self::placed) sees to that.
+    /// The overscan does not shrink with an image that is scaled to fit; [`placed`](Self::placed)
+    /// accounts for that.
     #[must_use]
     pub fn frame(&self, size: [f64; 2]) -> Artwork {
         let frame = |beyond: f64| {
@@ -106,14 +113,14 @@ impl Engrave {
         }
     }
 
-    /// Where an image of this size (mm) comes to lie. `place` lays its [frame](Self::frame) before the arm, in true size or smaller
-    /// if it is to fit, and tells where it lies then and how large it is, 1 being the true size.
+    /// Places an image of this size (mm). `place` positions its [frame](Self::frame) for the arm,
+    /// scaled down if it must fit, and returns the result with its scale (1 is the true size).
     ///
     /// ```
     /// use magician_program::raster::{Engrave, Grid};
     /// use magician_program::{Artwork, Diagnostic};
     ///
-    /// // Wherever it lies: no more than 30 mm wide.
+    /// // A `place` that limits the width to 30 mm.
     /// let narrow = |frame: &Artwork| {
     ///     let [least, most] = frame.bounds().expect("a frame has lines");
     ///     let scale = (30.0 / (most[0] - least[0])).min(1.0);
@@ -125,21 +132,21 @@ impl Engrave {
     /// };
     /// let grid = Engrave::default().placed([52.0, 26.0], narrow)?;
     /// let [width, height] = grid.size();
-    /// // 2 mm of it on either side are for the run up.
+    /// // 2 mm on either side are overscan.
     /// assert!((width - 26.0).abs() < 0.01 && (height - 13.0).abs() < 0.01);
     /// # Ok::<(), Diagnostic>(())
     /// ```
     ///
     /// # Errors
-    /// What `place` refuses, and options that make no sense.
+    /// The error of `place`, or an invalid option.
     pub fn placed(
         &self,
         size: [f64; 2],
         mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Diagnostic>,
     ) -> Result<Grid, Diagnostic> {
         self.validate()?;
-        // The way to run up does not become shorter, and so the size that fits does not follow from how much smaller one that is
-        // too large must become.
+        // The overscan does not shrink with the image, so the size that fits does not follow from
+        // the scale of a size that is too large: bisect.
         let mut fits = |share: f64| {
             let (placed, scale) = place(&self.frame(size.map(|side| side * share)))?;
             Ok::<_, Diagnostic>((scale >= 1.0).then_some(placed))
@@ -196,12 +203,12 @@ impl Engrave {
         Ok(())
     }
 
-    /// Plan that engraves an image where `grid` says, on this surface. Steps say which row of the image they are of:
-    /// their origin's line, with no column.
+    /// Plan that engraves an image at `grid`, on this surface. The origin of a step has the row of
+    /// the image as its line, and no column.
     ///
     /// # Errors
-    /// Numbers that are none or out of their range, an image of more than [`Self::MOST_CELLS`], and one of which nothing
-    /// would be burnt.
+    /// Values out of range or NaN, an image of more than [`Self::MOST_CELLS`], and an image without
+    /// anything to burn.
     pub fn plan(&self, image: &Raster, grid: &Grid, surface: Surface) -> Result<Plan, Diagnostic> {
         image.validate()?;
         self.validate()?;
@@ -242,7 +249,7 @@ impl Engrave {
     }
 }
 
-/// Columns and rows of cells that are as near to squares of this side as fits.
+/// Number of columns and rows of cells that are as close to squares of `spacing` as possible.
 fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let corners = grid.corners();
     let finite = corners.as_flattened().iter().all(|value| value.is_finite());

@@ -1,21 +1,22 @@
-//! Where an image lies before the arm.
+//! Position of an image in arm coordinates.
 
 use crate::Artwork;
 
-/// Where an image lies: the arm's coordinates of three of its corners, mm.
+/// Position of an image, by three of its corners in arm coordinates, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
-    /// Its upper left corner.
+    /// Upper left corner.
     pub origin: [f64; 2],
-    /// From there to the upper right corner.
+    /// Vector from there to the upper right corner.
     pub across: [f64; 2],
-    /// From there to the lower left corner.
+    /// Vector from there to the lower left corner.
     pub down: [f64; 2],
 }
 
 impl Grid {
-    /// An image of this size (mm) with its centre here, turned counter-clockwise by so many degrees, and mirrored left to right
-    /// if wanted. Not turned, its right is the arm's +X and its top the arm's +Y.
+    /// Position of an image of this size (mm) around `centre`, turned counter-clockwise by `turn`
+    /// degrees and mirrored left to right if wanted. Unturned, its right is the arm's +X and its
+    /// top the arm's +Y.
     #[must_use]
     pub fn centred(size: [f64; 2], centre: [f64; 2], turn: f64, mirror: bool) -> Self {
         let (sin, cos) = libm::sincos(turn.to_radians());
@@ -30,7 +31,8 @@ impl Grid {
         }
     }
 
-    /// Where the image lies whose [frame](super::Engrave::frame) has been placed like this; nothing if it is no frame.
+    /// Position of the image whose [frame](super::Engrave::frame) was placed like this; `None` if
+    /// it is not a frame.
     #[must_use]
     pub fn of_frame(placed: &Artwork) -> Option<Self> {
         let frame = placed.strokes.first()?;
@@ -45,19 +47,19 @@ impl Grid {
         })
     }
 
-    /// The point at these shares of the width and the height, each 0 to 1 within the image.
+    /// Point at these shares of width and height, each 0 to 1 within the image.
     #[must_use]
     pub fn at(&self, [right, down]: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| self.origin[axis] + self.across[axis] * right + self.down[axis] * down)
     }
 
-    /// Its width and height, mm.
+    /// Width and height, mm.
     #[must_use]
     pub fn size(&self) -> [f64; 2] {
         [self.across, self.down].map(|[x, y]| libm::hypot(x, y))
     }
 
-    /// Its corners, clockwise from the upper left one as the image has them.
+    /// Corners, clockwise from the upper left one of the image.
     #[must_use]
     pub fn corners(&self) -> [[f64; 2]; 4] {
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|corner| self.at(corner))

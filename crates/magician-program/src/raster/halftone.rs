@@ -1,4 +1,8 @@
-//! An image as dots on a grid that is turned by 45 degrees, each as large as the image is dark around it.
+//! Halftone: an image as dots on a grid turned by 45 degrees, each sized by the darkness around it.
+//!
+//! The share of ink in a cell equals the darkness of the image. Dots come in a limited number of
+//! sizes, and the error of each dot is diffused to its neighbours, so that the mean is right even
+//! in light areas.
 
 use magician_host::message;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
@@ -7,12 +11,13 @@ use super::Trace;
 use super::shade::{Shade, bounded};
 use crate::{Diagnostic, Stroke};
 
-/// From one turn of a spiral to the next, in widths of the pen: no white is left between them.
+/// Distance between turns of a spiral, in pen widths. Below 1, so that no white is left between
+/// them.
 const OVERLAP: f64 = 0.9;
-/// A piece of a circle is this far from it at most, mm.
+/// Largest deviation of a polyline from its circle, mm.
 const OFF: f64 = 0.02;
 
-/// The dots, row by row.
+/// Returns the dots, row by row.
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let pitch = trace.spacing();
     let [width, height] = shade.page();
@@ -24,7 +29,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     )?;
     let dots = Dots::new(trace, pitch);
     let mut strokes = Vec::new();
-    // Rows and columns of the grid lie along the diagonals, from the upper left corner on.
+    // Rows and columns of the grid run along the diagonals, from the upper left corner.
     let reach = ((width + height) * FRAC_1_SQRT_2 / pitch).ceil() as i64 + 1;
     let back = (height * FRAC_1_SQRT_2 / pitch).ceil() as i64 + 1;
     let columns = (reach + back) as usize;
@@ -44,7 +49,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
                 continue;
             }
             let wanted = shade.around(middle, [pitch; 2]);
-            // What is white stays white.
+            // White stays white: diffused error must not put dots there.
             let wanted = if wanted < 1.0 / 512.0 {
                 0.0
             } else {
@@ -54,7 +59,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
             if let Some(radius) = radius {
                 strokes.push(shade.stroke(&dot(middle, radius, trace.pen_width)));
             }
-            // What is not inked is made up for by the next dots (error diffusion after Floyd and Steinberg).
+            // The difference is passed to later dots (Floyd-Steinberg error diffusion).
             let off = (wanted - inked).clamp(-1.0, 1.0);
             let side = |by: i64| (column as i64 + 1 + by) as usize;
             let ahead = if forth { 1 } else { -1 };
@@ -68,22 +73,22 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     Ok(strokes)
 }
 
-/// The dots there are, by how much of a cell they ink.
+/// Available dots, by the share of a cell that they ink.
 struct Dots {
-    /// Radius of ink and share of the cell, from the least on.
+    /// Radius of ink and share of the cell, in ascending order.
     sizes: Vec<[f64; 2]>,
     pen: f64,
 }
 
 impl Dots {
-    /// Sizes that are told apart unless a number was said.
+    /// Number of sizes unless `levels` is given.
     const SIZES: u8 = 64;
 
     fn new(trace: &Trace, pitch: f64) -> Self {
         let count = trace.levels.unwrap_or(Self::SIZES).max(1);
         let pen = trace.pen_width / 2.0;
         let least = inked(pen, pitch);
-        // All of the cell, or next to it.
+        // The last size covers the whole cell.
         let share =
             |nth: u8| least + (1.0 - least) * f64::from(nth) / f64::from((count - 1).max(1));
         let sizes = (0..count).map(|nth| {
@@ -96,7 +101,8 @@ impl Dots {
         }
     }
 
-    /// The radius of the path around a dot that inks about this share of its cell, and the share that it inks.
+    /// Path radius of the dot that inks about this share of its cell, and the share it really inks.
+    /// `None` for no dot.
     fn of(&self, wanted: f64) -> (Option<f64>, f64) {
         let none = [0.0, 0.0];
         let after = self.sizes.partition_point(|[_, share]| *share <= wanted);
@@ -113,14 +119,14 @@ impl Dots {
     }
 }
 
-/// The share of a cell that is inked by discs of this radius, of which neighbours may overlap.
+/// Share of a cell inked by discs of this radius, which may overlap their neighbours.
 fn inked(radius: f64, pitch: f64) -> f64 {
     let half = pitch / 2.0;
     let disc = PI * radius * radius;
     let overlap = if radius <= half {
         0.0
     } else {
-        // Each shares a lens with each of its four neighbours, half of which is its own.
+        // Each disc shares a lens with each of its four neighbours; half of each lens is its own.
         let lens = 2.0 * radius * radius * libm::acos(half / radius)
             - half * (4.0 * radius * radius - pitch * pitch).max(0.0).sqrt();
         2.0 * lens
@@ -128,7 +134,7 @@ fn inked(radius: f64, pitch: f64) -> f64 {
     ((disc - overlap) / (pitch * pitch)).min(1.0)
 }
 
-/// The radius of discs that ink this share.
+/// Radius of discs that ink this share, by bisection.
 fn radius(share: f64, pitch: f64) -> f64 {
     let (mut least, mut most) = (0.0, pitch * FRAC_1_SQRT_2);
     for _ in 0..40 {
@@ -142,7 +148,7 @@ fn radius(share: f64, pitch: f64) -> f64 {
     most
 }
 
-/// A dot of the pen, a circle, or a spiral that ends in a circle.
+/// Path of a dot: a point, a circle, or a spiral that ends in a circle.
 fn dot(middle: [f64; 2], path: f64, pen_width: f64) -> Vec<[f64; 2]> {
     let at = |radius: f64, angle: f64| {
         let (sin, cos) = libm::sincos(angle);

@@ -1,4 +1,5 @@
-//! An image as hatchings laid over each other at different angles, each where the image is darker than its level.
+//! Hatching: layers of parallel lines at different angles, each where the image is darker than its
+//! level.
 
 use magician_host::message;
 use std::f64::consts::PI;
@@ -8,24 +9,26 @@ use super::shade::{Shade, bounded, stretch};
 use crate::artwork::distance;
 use crate::{Diagnostic, Stroke};
 
-/// The directions of the hatchings, degrees counter-clockwise from x; then they come again, between the lines of before.
+/// Angles of the layers, degrees counter-clockwise from x. Further layers repeat them between the
+/// earlier lines.
 const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
-/// From one look at the image along a line to the next, in widths of the pen.
+/// Sampling distance along a line, in pen widths.
 const STEP: f64 = 0.5;
 
-/// One of the hatchings.
+/// One layer of hatching.
 struct Hatching {
-    /// Where the image is darker, 0 to 1.
+    /// Darkness above which the layer is drawn, 0 to 1.
     darker_than: f64,
     angle: f64,
-    /// From one line to the next, mm.
+    /// Distance of the lines, mm.
     spacing: f64,
-    /// Where the first line lies, in distances of lines.
+    /// Offset of the first line, in line distances.
     shift: f64,
 }
 
-/// Hatchings from the lightest on. Where one is added, all of them together ink so much more of the paper: their lines cross
-/// at an angle, and so a share of those of one lies on ink of the others.
+/// Layers from the lightest on. Each layer adds the same share of ink to the paper. Lines of
+/// different layers cross, so a share of each layer lies on existing ink and the spacing allows for
+/// that.
 fn hatchings(trace: &Trace) -> Vec<Hatching> {
     let levels = trace.hatch_levels();
     let first = (trace.pen_width / trace.spacing()).min(1.0);
@@ -48,7 +51,7 @@ fn hatchings(trace: &Trace) -> Vec<Hatching> {
     (1..=levels).map(hatching).collect()
 }
 
-/// The lines of all hatchings.
+/// Returns the lines of all layers.
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let [width, height] = shade.page();
     let mut strokes = Vec::new();
@@ -88,7 +91,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     Ok(strokes)
 }
 
-/// What of an endless line lies on the sheet.
+/// Part of an infinite line within the page.
 fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in [0, 1] {
@@ -106,8 +109,8 @@ fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]
     (from < to && from.is_finite() && to.is_finite()).then(|| [at(from), at(to)])
 }
 
-/// From where to where along a line the image is darker than a level. The round ends of the pen's line reach beyond: they ink as
-/// much as if the line ended square where the dark ends.
+/// Stretches of a line on which the image is darker than a level. They are shortened so that the
+/// round caps of the pen ink as much as square ends at the edge would.
 fn stretches(shade: &Shade, line: [[f64; 2]; 2], level: f64, pen_width: f64) -> Vec<[f64; 2]> {
     let length = distance(line[0], line[1]);
     let count = (length / (STEP * pen_width)).ceil().max(1.0) as usize;

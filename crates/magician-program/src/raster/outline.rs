@@ -1,13 +1,16 @@
-//! The outlines of what is dark in an image.
+//! Outlines of the dark areas of an image.
+//!
+//! Marching squares on the grey values: a contour crosses the edge between two pixels where the
+//! interpolated grey equals the level, so it is exact to a fraction of a pixel.
 
 use super::{Raster, Trace};
 use crate::{Origin, Stroke};
 use magician_formats::simplify::simplified;
 
-/// Pixels on a side that are looked at, at most: a larger image is made smaller first.
+/// Largest side in pixels that is processed; a larger image is reduced first.
 const MOST_SIDE: usize = 2000;
 
-/// The outlines of what is dark, as closed lines, and how many were left out as specks.
+/// Returns the outlines of dark areas as closed lines, and the number of specks left out.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
     let small = super::trace::reduced(image, page, 0.0, MOST_SIDE);
     let (width, height) = (small.width, small.height);
@@ -46,7 +49,7 @@ pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Str
     (strokes, specks)
 }
 
-/// Of the box around points.
+/// Longer side of the bounding box of points.
 fn longer_side(points: &[[f64; 2]]) -> f64 {
     let side = |axis: usize| {
         let along = || points.iter().map(|point| point[axis]);
@@ -55,8 +58,8 @@ fn longer_side(points: &[[f64; 2]]) -> f64 {
     side(0).max(side(1))
 }
 
-/// The middles of the pixels, and a ring of white around them. Outlines cross the edges between neighbours of which one is dark
-/// (marching squares).
+/// Centres of the pixels with a border of white. Outlines cross the edges between a dark and a
+/// light neighbour (marching squares).
 struct Nodes {
     grey: Vec<u8>,
     width: usize,
@@ -64,11 +67,11 @@ struct Nodes {
     level: u8,
 }
 
-/// An edge that no outline leaves.
+/// Marker: no outline leaves through this edge.
 const NONE: u32 = u32::MAX;
 
 impl Nodes {
-    /// The outlines, in pixels from the upper left corner; each ends where it begins.
+    /// Outlines in pixels from the upper left corner; each ends where it begins.
     fn outlines(&self) -> Vec<Vec<[f64; 2]>> {
         let mut next = self.crossings();
         let mut outlines = Vec::new();
@@ -87,7 +90,7 @@ impl Nodes {
         outlines
     }
 
-    /// Nodes in a row.
+    /// Nodes in a row, border included.
     fn stride(&self) -> usize {
         self.width + 2
     }
@@ -106,8 +109,9 @@ impl Nodes {
         self.at(node) < self.level
     }
 
-    /// For each edge through which an outline enters a square of four nodes, the edge through which it leaves. An edge is
-    /// twice its first node, and one more if it goes down from there.
+    /// For each edge through which an outline enters a square of four nodes, the edge through which
+    /// it leaves. The index of an edge is twice its first node, plus one if it goes down from
+    /// there.
     fn crossings(&self) -> Vec<u32> {
         let mut next = vec![NONE; 2 * self.stride() * (self.height + 2)];
         for y in 0..=self.height {
@@ -130,8 +134,9 @@ impl Nodes {
         next
     }
 
-    /// Which edges of a square an outline joins. Clockwise around the square it goes from where dark ends to where dark begins:
-    /// to the next such edge if the middle is dark and the dark corners belong together, else to the one before.
+    /// Pairs of edges of a square that an outline connects. Clockwise around the square it runs
+    /// from where dark ends to where dark begins: to the next such edge if the centre is dark, so
+    /// that the dark corners are connected, else to the previous one.
     fn pairs(
         &self,
         nodes: [[usize; 2]; 4],
@@ -153,7 +158,7 @@ impl Nodes {
             })
     }
 
-    /// Where an outline crosses an edge, in pixels.
+    /// Crossing of an outline and an edge, in pixels.
     fn crossing(&self, edge: usize) -> [f64; 2] {
         let node = [edge / 2 % self.stride(), edge / 2 / self.stride()];
         let other = match edge % 2 {
@@ -161,7 +166,7 @@ impl Nodes {
             _ => [node[0], node[1] + 1],
         };
         let [one, next] = [node, other].map(|node| f64::from(self.at(node)));
-        // Between two greys, so that it is never at a node.
+        // Between two grey levels, so that the crossing is never at a node.
         let share = (f64::from(self.level) - 0.5 - one) / (next - one);
         let size = [self.width, self.height].map(|side| side as f64);
         [0, 1].map(|axis| {

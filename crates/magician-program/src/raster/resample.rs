@@ -1,8 +1,8 @@
-//! An image with as many pixels as the laser burns.
+//! Resampling of an image to the pixels that the laser burns.
 
 use super::Raster;
 
-/// The part of the source that one target pixel covers, in source pixels.
+/// Part of the source covered by one target pixel, in source pixels.
 #[derive(Clone, Copy)]
 struct SourceSpan {
     from: f64,
@@ -24,20 +24,21 @@ impl SourceSpan {
         }
     }
 
-    /// The share of its length that lies in this source pixel.
+    /// Share of its length within this source pixel.
     fn share(&self, pixel: usize) -> f64 {
         let overlap = self.to.min((pixel + 1) as f64) - self.from.max(pixel as f64);
         (overlap / (self.to - self.from)).max(0.0)
     }
 }
 
-/// The image in so many columns and rows, each cell the mean of the area it covers; of the grey values as they are stored.
+/// Resamples the image to this many columns and rows. Each cell is the mean of the grey values (as
+/// stored) in its area.
 pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
     resample_plane(&image.grey, image, columns, rows)
 }
 
-/// The opacity of the same cells; empty if all of it is opaque. Greys are those over white, so that what shows of a pixel counts by
-/// its opacity.
+/// Opacity of the same cells; empty if the image is opaque. Grey values are those over white, so a
+/// pixel already counts by its opacity.
 pub(super) fn resample_opacity(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
     if image.opacity.is_empty() {
         Vec::new()
@@ -71,7 +72,7 @@ fn resample_plane(plane: &[u8], image: &Raster, columns: usize, rows: usize) -> 
     cells
 }
 
-/// The source row that was narrowed last: rows that meet share one.
+/// Source row that was reduced last: adjacent target rows share one.
 #[derive(Default)]
 struct SampledRow {
     row: Option<usize>,

@@ -1,4 +1,8 @@
-//! The tool's way over an image: line by line, as the lines are burnt.
+//! Path of the tool over an image, line by line in burning order.
+//!
+//! Each line is cut into runs of equal level and stretches between wide gaps. A stretch begins and
+//! ends with an overscan, so that the tool burns only at full speed. Between stretches the tool
+//! travels or continues on the path, whichever is faster.
 
 use std::ops::Range;
 
@@ -10,9 +14,9 @@ use crate::artwork::distance;
 use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 use magician_formats::reach::APPROACH;
 
-/// The share of the speed of travels that an arm uses that has not been told otherwise (model section 6).
+/// Speed ratio that an arm applies to travel moves by default (model section 6).
 const RATIO: f64 = 0.5;
-/// How long ways take.
+/// Durations of motion, used to choose between paths.
 pub(super) struct ScanSpeeds {
     speed: f64,
     acceleration: f64,
@@ -30,17 +34,18 @@ impl ScanSpeeds {
         }
     }
 
-    /// From rest to rest at engraving speed, s.
+    /// Duration from rest to rest at engraving speed, s.
     fn dark(&self, way: f64) -> f64 {
         rest_to_rest(way, self.speed, self.acceleration)
     }
 
-    /// From rest to rest as fast as the arm travels, s.
+    /// Duration from rest to rest at travel speed, s.
     fn travel(&self, way: f64) -> f64 {
         rest_to_rest(way, self.travel, self.travel)
     }
 
-    /// Whether it is quicker to run out before a gap in a line, travel, and run up behind it than to pass it as it is.
+    /// True if it is faster to brake before a gap, travel, and accelerate after it than to cross it
+    /// at engraving speed.
     fn leaps(&self, gap: f64) -> bool {
         let between = gap - 2.0 * self.run_up;
         let runs = 2.0 * self.dark(2.0 * self.run_up);
@@ -48,7 +53,7 @@ impl ScanSpeeds {
     }
 }
 
-/// How long a way takes that begins and ends at rest (model section 7), s.
+/// Duration of a motion from rest to rest (model section 7), s.
 fn rest_to_rest(way: f64, speed: f64, acceleration: f64) -> f64 {
     if way * acceleration > speed * speed {
         way / speed + speed / acceleration
@@ -57,20 +62,20 @@ fn rest_to_rest(way: f64, speed: f64, acceleration: f64) -> f64 {
     }
 }
 
-/// A plan that grows line by line.
+/// Plan built line by line.
 pub(super) struct Scan<'e> {
     plan: Plan,
     grid: Grid,
     surface: Surface,
     engrave: &'e Engrave,
     rates: ScanSpeeds,
-    /// Lines so far in which something was burnt.
+    /// Number of lines with a burn so far.
     burnt: usize,
-    /// Where the tool is.
+    /// Position of the tool.
     at: Option<[f64; 2]>,
-    /// Whether the last segment had power.
+    /// True if the last segment had power.
     lit: bool,
-    /// The segments of one stretch: the share of the width where each ends, and its level.
+    /// Segments of one stretch: end as share of the width, and level.
     segments: Vec<(f64, u8)>,
 }
 
@@ -99,7 +104,8 @@ impl<'e> Scan<'e> {
         }
     }
 
-    /// One line of levels, `down` the image by this share of its height, of this row of its pixels (from 0).
+    /// Adds one line of levels at `down` (share of the height), made from this row of pixels (from
+    /// 0).
     pub(super) fn line(&mut self, levels: &[u8], down: f64, row: usize, powers: &Powers) {
         let cells = levels.len() as f64;
         let runs = runs(levels);
@@ -107,6 +113,7 @@ impl<'e> Scan<'e> {
         if stretches.is_empty() {
             return;
         }
+        // Count burnt lines, not all: after a skipped line the tool still changes direction.
         let back = self.engrave.both_directions && self.burnt % 2 == 1;
         if back {
             stretches.reverse();
@@ -119,10 +126,12 @@ impl<'e> Scan<'e> {
         for stretch in stretches {
             let runs = runs.get(stretch).unwrap_or_default();
             self.lay_out(runs, cells, back);
+            // Taken and put back to reuse its memory on every line.
             let segments = std::mem::take(&mut self.segments);
             for (nth, (right, level)) in segments.iter().enumerate() {
                 let to = self.grid.at([*right, down]);
                 match nth {
+                    // The first segment leads to the start of the overscan, which may be far away.
                     0 => self.approach(to, origin),
                     _ => self.segment(to, powers.of(*level), origin),
                 }
@@ -131,8 +140,9 @@ impl<'e> Scan<'e> {
         }
     }
 
-    /// Dark, away from the surface.
+    /// Ends the plan with the laser off and the tool lifted.
     pub(super) fn end(mut self) -> Plan {
+        // Sent explicitly: the last segment may have had power.
         self.plan.push(Action::Laser(false), Origin::NONE);
         if let Some(at) = self.at {
             self.travel(
@@ -144,8 +154,8 @@ impl<'e> Scan<'e> {
         self.plan
     }
 
-    /// Which runs of a line are passed in one go each: from the first to the last that burns, but for gaps over which it is
-    /// quicker to travel.
+    /// Runs of a line that are passed in one go: from the first to the last that burns, split at
+    /// gaps over which travelling is faster.
     fn stretches(&self, runs: &[ScanRun], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
             let all = 0..runs.len();
@@ -164,7 +174,7 @@ impl<'e> Scan<'e> {
         stretches
     }
 
-    /// Where the segments of some runs end and with which level: the first is where the tool begins to run up.
+    /// Computes the segments of some runs; the first one ends where the overscan begins.
     fn lay_out(&mut self, runs: &[ScanRun], cells: f64, back: bool) {
         self.segments.clear();
         let (Some(first), Some(last)) = (runs.first(), runs.last()) else {
@@ -180,6 +190,8 @@ impl<'e> Scan<'e> {
             back.for_each(|run| self.extend(edge(run.from), run.level));
             self.extend(left - beyond, 0);
         } else {
+            // The overscan before the line is a segment of its own, so that the burn begins at full
+            // speed.
             self.segments.push((left - beyond, 0));
             self.segments.push((left, 0));
             runs.iter()
@@ -188,7 +200,7 @@ impl<'e> Scan<'e> {
         }
     }
 
-    /// Goes on at this level to here: a longer segment if the last one has the same.
+    /// Extends the last segment to here if it has this level, else adds one.
     fn extend(&mut self, to: f64, level: u8) {
         match self.segments.last_mut() {
             Some((end, same)) if *same == level => *end = to,
@@ -196,10 +208,11 @@ impl<'e> Scan<'e> {
         }
     }
 
-    /// Dark to where a stretch begins, on the path or as a travel, whichever is quicker.
+    /// Moves to the start of a stretch with the laser off, along the path or as a travel move,
+    /// whichever is faster.
     fn approach(&mut self, to: [f64; 2], origin: Origin) {
         let Some(at) = self.at else {
-            // The first way may begin anywhere: with all joints together none leads out of reach.
+            // The first move may start anywhere: a joint move never leaves the reach on its way.
             self.travel(self.over(to), Travel::Joints, origin);
             self.travel(self.on(to), Travel::Line, origin);
             self.at = Some(to);
@@ -207,7 +220,7 @@ impl<'e> Scan<'e> {
         };
         let way = distance(at, to);
         if self.rates.travel(way) < self.rates.dark(way) {
-            // Without a way to run out on, the last segment has left it lit.
+            // Without overscan the last segment has left the laser on.
             if self.lit {
                 self.plan.push(Action::Laser(false), origin);
                 self.lit = false;
@@ -219,7 +232,7 @@ impl<'e> Scan<'e> {
         }
     }
 
-    /// One segment of the path; none if it has no length.
+    /// Adds one segment of the path, unless it has no length.
     fn segment(&mut self, to: [f64; 2], power: f32, origin: Origin) {
         let to_there = self.on(to);
         if self.at.is_some_and(|at| self.on(at) == to_there) {
@@ -233,7 +246,7 @@ impl<'e> Scan<'e> {
         (self.at, self.lit) = (Some(to), power > 0.0);
     }
 
-    /// J4 stays at 0, as it does on the path: turning it back would cost time.
+    /// J4 stays at 0 as on the path: turning it back would cost time.
     fn travel(&mut self, [x, y, z]: [f32; 3], by: Travel, origin: Origin) {
         let to = [x, y, z, libm::atan2f(y, x).to_degrees()];
         self.plan.push(Action::Move { to, by }, origin);
@@ -247,7 +260,7 @@ impl<'e> Scan<'e> {
         [at[0], at[1], self.surface.at(at) + height].map(|value| value as f32)
     }
 
-    /// Well above a point, as far as that is reached.
+    /// Position well above a point, as far as the reach allows.
     fn over(&self, at: [f64; 2]) -> [f32; 3] {
         let lift = self.engrave.lift;
         let reach = Reach::new(Tool::Laser.bias(), self.surface, lift);
@@ -256,7 +269,7 @@ impl<'e> Scan<'e> {
     }
 }
 
-/// Cells of a line that have the same level.
+/// Adjacent cells of a line with the same level.
 #[derive(Clone, Copy)]
 struct ScanRun {
     from: usize,

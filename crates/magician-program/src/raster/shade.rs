@@ -1,4 +1,4 @@
-//! How dark an image is around a place, as strokes are laid that shade it.
+//! Darkness of an image around a place, for strokes that shade it.
 
 use magician_host::{Given, Setting};
 use magician_host::{Message, message};
@@ -8,19 +8,19 @@ use super::{Raster, Trace};
 use crate::artwork::distance;
 use crate::{Diagnostic, Origin, Stroke};
 
-/// Pixels on a side that are looked at, at most.
+/// Largest side in pixels that is processed.
 const MOST_SIDE: usize = 2000;
-/// So many pixels are looked at across the line of the pen, at most.
+/// Largest number of pixels across the pen's line: finer ones cannot show.
 const PER_WIDTH: f64 = 4.0;
 
-/// The darkness of an image, 0 to 1, on a sheet with y down, mm.
+/// Darkness of an image, 0 to 1, on a page with y down, mm.
 pub(super) struct Shade {
-    /// The darkness of all pixels above and to the left, 255 for a black one.
+    /// Summed-area table of the darkness, 255 for a black pixel.
     sums: Vec<u64>,
     columns: usize,
     rows: usize,
     page: [f64; 2],
-    /// Rows of the image itself.
+    /// Rows of the original image.
     height: usize,
 }
 
@@ -55,7 +55,7 @@ impl Shade {
         self.page
     }
 
-    /// The mean darkness of what of this box around a point lies on the sheet; 0 if nothing does.
+    /// Mean darkness of the part of this box around a point that is on the page; 0 if none is.
     pub(super) fn around(&self, middle: [f64; 2], size: [f64; 2]) -> f64 {
         let counts = [self.columns as f64, self.rows as f64];
         let edges = [0, 1].map(|axis| {
@@ -76,7 +76,7 @@ impl Shade {
         (sum / area / 255.0).clamp(0.0, 1.0)
     }
 
-    /// The darkness of all above and to the left of a place in pixels, which may lie within one.
+    /// Summed darkness above and to the left of a position in pixels, interpolated within a pixel.
     fn sum(&self, x: f64, y: f64) -> f64 {
         let (column, row) = (
             (x as usize).min(self.columns - 1),
@@ -89,7 +89,7 @@ impl Shade {
         above * (1.0 - down) + below * down
     }
 
-    /// A line of points with y down, as a stroke: of the row of the image where it begins.
+    /// Stroke of points with y down; its origin is the image row where it begins.
     pub(super) fn stroke(&self, points: &[[f64; 2]]) -> Stroke {
         let [width, height] = self.page;
         let down = points.first().map_or(0.0, |[_, y]| y / height);
@@ -108,18 +108,18 @@ impl Shade {
     }
 }
 
-/// A straight line from one end of which to the other some stretches are drawn, each by its ends, mm along the line.
+/// Stretch of a straight line, between two distances along it, mm.
 pub(super) fn stretch([from, to]: [[f64; 2]; 2], ends: [f64; 2]) -> [[f64; 2]; 2] {
     let length = distance(from, to).max(1e-9);
     ends.map(|along| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * along / length))
 }
 
-/// As many strokes an image may become, at most: more than a day of work.
+/// Largest number of strokes of an image: more than a day of work.
 const MOST_STROKES: f64 = 200_000.0;
-/// As long all of them may be, mm: more than a day of work.
+/// Largest total length, mm: more than a day of work.
 const MOST_LENGTH: f64 = 5e6;
 
-/// Refuses lines of a number or a length that no arm draws.
+/// Refuses more strokes or length than an arm can draw.
 pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
     if count <= MOST_STROKES && length <= MOST_LENGTH {
         return Ok(());
@@ -138,7 +138,7 @@ pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diag
         ))
 }
 
-/// What is told of an image that leaves nothing to draw.
+/// Error for an image that leaves nothing to draw.
 pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
     if specks > 0 {
         let message = message!(

@@ -1,8 +1,9 @@
-//! Specks: dark spots that are too small to be meant.
+//! Specks: dark spots too small to be intended.
 
 use super::Raster;
 
-/// Whitens spots of what is darker than `level` whose box has no side as long as `least`, mm: how many.
+/// Whitens spots darker than `level` whose bounding box is smaller than `least` on both sides, mm;
+/// returns their number.
 pub(super) fn whiten(image: &mut Raster, pixel: [f64; 2], level: u8, least: f64) -> usize {
     if least <= 0.0 {
         return 0;

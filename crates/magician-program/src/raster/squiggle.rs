@@ -1,4 +1,8 @@
-//! An image as lines from left to right and back that swing the wider and the faster the darker it is.
+//! Squiggle: an image as lines to and fro that oscillate with larger amplitude and frequency where
+//! it is darker.
+//!
+//! A row can be as light as a straight pen line. Lighter areas leave out rows: every second, fourth
+//! or eighth one remains and oscillates for the others.
 
 use magician_host::message;
 use std::f64::consts::TAU;
@@ -7,20 +11,21 @@ use super::Trace;
 use super::shade::{Shade, bounded};
 use crate::{Diagnostic, Stroke};
 
-/// So much of the image around a place counts, in distances of lines.
+/// Window over which the image is averaged, in line distances.
 const WINDOW: f64 = 0.6;
-/// Points of a whole swing.
+/// Points per period of the oscillation.
 const POINTS: f64 = 16.0;
-/// Straight pieces of a line that hardly swings, in distances of lines.
+/// Length of straight pieces where a line hardly oscillates, in line distances.
 const STRAIGHT: f64 = 0.5;
-/// A stretch without ink, or with it, is no shorter, in distances of lines.
+/// Shortest stretch with or without ink, in line distances.
 const LEAST_RUN: f64 = 2.0;
-/// Of so many rows in turn, those that are left out where it is lighter than straight lines are: the others then swing.
+/// Thinning order of eight rows: in areas lighter than straight lines can show, rows with high
+/// numbers are left out first, and the remaining ones oscillate.
 const GROUP: [u8; 8] = [0, 3, 2, 3, 1, 3, 2, 3];
-/// The most that are left out: seven of eight.
+/// Largest thinning: seven of eight rows are left out.
 const THINNEST: u8 = 3;
 
-/// The rows, each in as few strokes as the image allows.
+/// Returns the rows, each in as few strokes as possible.
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let [width, height] = shade.page();
     let rows = (height / trace.spacing()).round().max(1.0);
@@ -32,7 +37,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     for row in 0..rows as usize {
         let y = (row as f64 + 0.5) * pitch;
         let darkness = |x: f64| shade.around([x, y], [WINDOW * pitch, pitch]);
-        // How many rows share the ink here: all, every other one, one of four or of eight.
+        // Thinning here: all rows, every second, fourth or eighth.
         let thinned = |dark: f64| {
             let mut thinned = 0;
             while thinned < THINNEST && dark * f64::from(1_u32 << thinned) < straight {
@@ -43,7 +48,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
         let drawn = |x: f64| {
             let dark = darkness(x);
             let thinned = thinned(dark);
-            // Lighter than half of the lightest there is.
+            // Blank if lighter than half of the lightest shade available.
             let blank = dark * f64::from(1_u32 << THINNEST) < straight / 2.0;
             !blank && GROUP[row % GROUP.len()] <= THINNEST - thinned
         };
@@ -66,7 +71,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
             .into_iter()
             .map(line)
             .collect();
-        // There and back.
+        // Every second row runs backwards.
         if row % 2 == 1 {
             found.reverse();
             found.iter_mut().for_each(|points| points.reverse());
@@ -76,7 +81,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     Ok(strokes)
 }
 
-/// From where to where something holds, without stretches or gaps below the least length.
+/// Stretches where a condition holds, without stretches and gaps below the least length.
 fn runs(length: f64, least: f64, step: f64, holds: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
     let count = (length / step).ceil().max(1.0) as usize;
     let step = length / count as f64;
@@ -92,18 +97,19 @@ fn runs(length: f64, least: f64, step: f64, holds: impl Fn(f64) -> bool) -> Vec<
     found
 }
 
-/// How a line swings.
+/// Oscillation of a line.
 #[derive(Clone, Copy)]
 struct Swing {
     amplitude: f64,
     period: f64,
 }
 
-/// From a straight line to one that inks all between it and the next: first it swings wider, then faster.
+/// Oscillations from a straight line to one that inks everything up to the next line: first the
+/// amplitude grows, then the frequency.
 struct Swings {
     pitch: f64,
     pen: f64,
-    /// The share of the paper that is inked, for as many swings from the straight one on.
+    /// Share of the paper inked by each oscillation in order.
     inked: Vec<f64>,
 }
 
@@ -128,18 +134,18 @@ impl Swings {
 
     fn at(&self, share: f64) -> Swing {
         let faster = (2.0 * share - 1.0).max(0.0);
-        // Where it swings fastest its turns reach in between those of the next line.
+        // At the highest frequency the turns reach between those of the next line.
         let widest = (self.pitch - self.pen * (1.0 - 1.5 * faster)) / 2.0;
         let (slow, fast) = (1.2 * self.pitch, 1.3 * self.pen);
         let slow = slow.max(fast);
         Swing {
             amplitude: widest.max(0.0) * (2.0 * share).min(1.0),
-            // Evenly in how often it swings.
+            // Interpolates the frequency linearly.
             period: 1.0 / ((1.0 - faster) / slow + faster / fast),
         }
     }
 
-    /// The swing that inks this share of the paper.
+    /// Oscillation that inks this share of the paper.
     fn of(&self, share: f64) -> Swing {
         let after = self.inked.partition_point(|inked| *inked < share);
         let Some(before) = after.checked_sub(1) else {
@@ -152,8 +158,8 @@ impl Swings {
         self.at((before as f64 + part) / Self::COUNT as f64)
     }
 
-    /// The share of the paper that lines inks which all swing so, one below the other: measured, for where a line turns and where
-    /// it meets its neighbours ink lies on ink.
+    /// Share of the paper inked by equal lines below each other. Measured on a raster, because ink
+    /// overlaps at turns and between neighbours.
     fn coverage(&self, swing: Swing) -> f64 {
         const ACROSS: usize = 32;
         const DOWN: usize = 48;
@@ -184,7 +190,7 @@ impl Swings {
     }
 }
 
-/// How far a point is from a piece of a line.
+/// Distance of a point from a line segment.
 fn off(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0] * way[0] + way[1] * way[1];

@@ -1,26 +1,28 @@
-//! From grey to laser power.
+//! Conversion of grey levels to laser power.
 
 use super::Engrave;
 
-/// How grey levels become power.
+/// Conversion of grey levels to power.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Tone {
-    /// The darker, the more power: white is dark, and from the lightest grey to black power goes from the least to the most.
+    /// Power by darkness: none for white, and from the least to the largest power between the
+    /// lightest grey and black.
     #[default]
     Grey,
-    /// What is darker than this (1 to 255) gets full power, the rest none.
+    /// Full power below this grey level (1 to 255), none above.
     Threshold(u8),
-    /// Dots of full power, the denser the darker (error diffusion after Floyd and Steinberg).
+    /// Dots of full power, denser in dark areas (Floyd-Steinberg error diffusion).
     Dither,
 }
 
-/// Powers that are told apart between the least and the most; what is nearer to one another than this is one run.
+/// Number of power steps between the least and the largest. A choice: neighbouring cells within one
+/// step share a segment.
 const LEVELS: u8 = 100;
-/// The level of full power: level 1 is the least power, 0 none.
+/// Level of full power; level 1 is the least power, 0 none.
 const FULL: u8 = LEVELS + 1;
 
-/// The powers that levels stand for, percent.
+/// Power of each level, percent.
 pub(super) struct Powers([f32; FULL as usize + 1]);
 
 impl Powers {
@@ -39,16 +41,16 @@ impl Powers {
     }
 }
 
-/// Turns grey into levels of power, in place, by the opacity of each cell: none of what is transparent. No `opacity` is given
-/// if all is opaque.
+/// Converts grey values to levels of power in place, scaled by the opacity of each cell:
+/// transparent cells get none. `opacity` is empty if the image is opaque.
 pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: &Engrave) {
     let opaque = |at: usize| opacity.get(at).copied().unwrap_or(u8::MAX);
-    // How dark it shows over white.
+    // Darkness as it shows over white.
     for (at, cell) in cells.iter_mut().enumerate() {
         let dark = (255 - *cell).min(opaque(at));
         *cell = if engrave.invert {
             match (opaque(at) - dark, opaque(at)) {
-                // Rounding of the two, where it is not opaque.
+                // A difference of 1 is rounding of the two in a translucent cell.
                 (1, opaque) if opaque < u8::MAX => 0,
                 (light, _) => light,
             }
@@ -56,7 +58,7 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
             dark
         };
     }
-    // The darkness of a cell itself has the gamma, and its opacity the share of the power.
+    // Gamma applies to the cell's own darkness; its opacity then scales the power.
     let share = |dark: u8, opaque: u8| match opaque {
         0 => 0.0,
         _ => {
@@ -93,7 +95,7 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
     }
 }
 
-/// The level of a share of the power.
+/// Level for a share of the power.
 fn grey_level(share: f64) -> u8 {
     1 + (share * f64::from(LEVELS)).round() as u8
 }
@@ -102,7 +104,7 @@ fn map(cells: &mut [u8], make: impl Fn(u8) -> u8) {
     cells.iter_mut().for_each(|cell| *cell = make(*cell));
 }
 
-/// For each darkness what is made of it; of none, nothing.
+/// Table of `make` for each darkness; 0 for white.
 fn table(make: impl Fn(u8) -> u8) -> [u8; 256] {
     let mut table = [0; 256];
     for dark in 1..=u8::MAX {
@@ -111,11 +113,11 @@ fn table(make: impl Fn(u8) -> u8) -> [u8; 256] {
     table
 }
 
-/// Black or white for each darkness, what that is off by spread over the neighbours to come: 7/16 to the next, 3, 5 and 1/16
-/// to those below. Every other row goes backwards, so that no pattern leans to one side. What goes to a transparent cell ends
-/// there.
+/// Reduces each cell to black or white and spreads the error over later neighbours: 7/16 to the
+/// next, 3, 5 and 1/16 to those below. Every other row runs backwards, so that no pattern leans to
+/// one side. Error passed to a transparent cell is dropped.
 fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
-    // One more on either side, for what goes over the edge.
+    // One extra cell on either side receives the error at the edges.
     let mut here = vec![0_i32; columns + 2];
     let mut below = here.clone();
     for (nth, row) in cells.chunks_exact_mut(columns.max(1)).enumerate() {
@@ -134,7 +136,7 @@ fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
             row[at] = if full { FULL } else { 0 };
             let off = wanted - if full { 255 * 16 } else { 0 };
             let side = |by: isize| (at + 1).wrapping_add_signed(by);
-            // Whole numbers: what the division leaves goes to the cell below.
+            // Integers: the remainder of the division goes to the cell below.
             let shares = [7, 3, 1].map(|share| off * share / 16);
             here[side(ahead)] += shares[0];
             below[side(-ahead)] += shares[1];

@@ -1,4 +1,4 @@
-//! An image as lines of a pen.
+//! Images as pen lines.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -9,20 +9,20 @@ use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle
 use crate::{Artwork, Diagnostic};
 use magician_formats::words::words;
 
-/// What a pen makes of an image.
+/// Style of drawing an image with a pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ImageStyle {
-    /// The edges of what is dark.
+    /// Outlines of dark areas.
     #[default]
     Outline,
-    /// The middle of dark lines.
+    /// Centre lines of dark lines.
     Centerline,
-    /// Dots, the larger the darker.
+    /// Dots, larger in dark areas.
     Halftone,
-    /// Lines that swing the more the darker it is.
+    /// Lines that oscillate more in dark areas.
     Squiggle,
-    /// Straight lines, crossed where it is darker.
+    /// Straight lines, crossed in dark areas.
     Hatch,
 }
 
@@ -36,38 +36,40 @@ words! {
 }
 
 impl ImageStyle {
-    /// Whether its lines keep the greys; the others only tell dark from light.
+    /// True if the style reproduces grey levels; other styles only separate dark from light.
     #[must_use]
     pub const fn is_shaded(self) -> bool {
         matches!(self, Self::Halftone | Self::Squiggle | Self::Hatch)
     }
 
-    /// Whether it can have a number of levels.
+    /// True if the number of levels can be set.
     #[must_use]
     pub const fn has_levels(self) -> bool {
         matches!(self, Self::Halftone | Self::Hatch)
     }
 }
 
-/// How a pen draws an image. Lengths are mm in the size that the image has.
+/// Options for drawing an image with a pen. Lengths are mm at the drawn size.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Trace {
-    /// What is made of it.
+    /// Style.
     pub style: ImageStyle,
-    /// With outlines and centre lines: what is darker than this, 1 to 255, is dark.
+    /// For outlines and centre lines: grey level, 1 to 255, below which a pixel is dark.
     pub level: u8,
-    /// How large the image becomes.
+    /// Size of the drawing.
     pub size: Size,
-    /// How far a line may be from an outline as the pixels have it, mm.
+    /// Largest deviation of a line from the outline given by the pixels, mm.
     pub tolerance: f64,
-    /// Spots whose box has no side as long as this are specks, and left out, mm; none with 0.
+    /// Size below which a spot is left out as a speck, mm: both sides of its bounding box are shorter.
+    /// 0 keeps all.
     pub despeckle: f64,
-    /// Sizes of dots (64 unless given), or hatchings laid over each other (6 unless given).
+    /// Number of dot sizes (default 64) or of hatching layers (default 6).
     pub levels: Option<u8>,
-    /// From one row of dots or lines to the next; of a hatching where it is lightest. By the width of the pen unless given, mm.
+    /// Distance of rows of dots or lines, mm; for hatching, in the lightest areas. Derived from the
+    /// pen width by default.
     pub spacing: Option<f64>,
-    /// Width of the line that the pen draws, mm.
+    /// Width of the pen's line, mm.
     pub pen_width: f64,
 }
 
@@ -86,19 +88,20 @@ impl Default for Trace {
     }
 }
 
-/// Darker than this is more than the noise of white paper: a spot of it can be a speck.
+/// Grey level below which a spot can be a speck: lighter pixels are noise of white paper.
 const FAINT: u8 = 240;
-/// As finely specks of shaded images are looked at, mm, but with no more pixels on a side than this.
+/// Resolution at which specks are searched in shaded styles, mm, with at most `MOST_SIDE` pixels on
+/// a side.
 const SPECK_PIXEL: f64 = 0.1;
 const MOST_SIDE: usize = 2000;
 
 impl Trace {
-    /// Width of the line of a pen unless given, mm: a fine felt-tip pen.
+    /// Default width of the pen's line, mm: a fine felt-tip pen.
     pub const PEN_WIDTH: f64 = 0.5;
-    /// Hatchings unless given.
+    /// Default number of hatching layers.
     const HATCHINGS: u8 = 6;
 
-    /// From one row of dots or lines to the next.
+    /// Distance of rows of dots or lines, mm.
     pub(super) fn spacing(&self) -> f64 {
         let widths = match self.style {
             ImageStyle::Hatch => f64::from(self.hatch_levels()),
@@ -112,7 +115,8 @@ impl Trace {
         self.levels.unwrap_or(Self::HATCHINGS).max(1)
     }
 
-    /// The same for an image that is drawn so much larger: the pen stays as wide, and what is counted is what is drawn.
+    /// Same options for an image that is scaled afterwards: the pen keeps its width, and lengths
+    /// refer to the drawn size.
     #[must_use]
     pub(crate) fn drawn_larger(&self, scale: f64) -> Self {
         Self {
@@ -166,25 +170,26 @@ impl Trace {
     }
 }
 
-/// An image as lines.
+/// Image as lines.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ImageLines {
-    /// The lines, on a sheet of the image's size.
+    /// Lines, on a page of the image's size.
     pub artwork: Artwork,
-    /// How many specks were left out.
+    /// Number of specks left out.
     pub specks: usize,
 }
 
 impl Trace {
-    /// What a pen draws of an image.
+    /// Converts an image to pen lines.
     ///
-    /// Outlines lie where the grey between two pixels passes the level, and along the edge of the image where the dark reaches
-    /// it; dark is on their right. The other styles are for a pen of [this width](Self::pen_width): the share of the paper that
-    /// it inks is the darkness of the image.
+    /// Outlines run where the grey between two pixels crosses the level, and along the edge of the
+    /// image where dark areas reach it; dark is on their right. Shaded styles assume a pen of [this
+    /// width](Self::pen_width): the share of paper that it inks equals the darkness of the image.
     ///
     /// # Errors
-    /// Numbers that are none, an image without pixels, one in which nothing is dark, and more lines than an arm draws in a day.
+    /// NaN or out-of-range options, an image without pixels or without dark areas, and more lines
+    /// than an arm draws in a day.
     pub fn lines(&self, image: &Raster) -> Result<ImageLines, Diagnostic> {
         let page = image.size(self.size)?;
         self.validate()?;
@@ -217,7 +222,7 @@ impl Trace {
     }
 }
 
-/// An image with pixels no smaller than this (mm), and no more than so many on a side.
+/// Reduces an image so that pixels are at least `pixel` mm, with at most `most` on a side.
 pub(super) fn reduced(image: &Raster, page: [f64; 2], pixel: f64, most: usize) -> Raster {
     let shrink = (image.width.max(image.height) as f64 / most as f64).max(1.0);
     let side = |pixels: usize, length: f64| {

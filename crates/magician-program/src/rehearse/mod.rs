@@ -1,8 +1,9 @@
-//! Plans on a virtual arm in this process: what would really come of them, to the microsecond and the byte.
+//! Rehearsal of plans on an in-process virtual arm: their exact result, to the microsecond and the
+//! byte.
 //!
-//! Every command is sent as the frame that it is, and the queue is kept as full as it can be; the arm's clock jumps from
-//! event to event, so an hour of motion takes as long as its commands cost. There is no other clock and no chance in it:
-//! the same plan gives the same rehearsal, bit for bit.
+//! Every command is sent as a frame, and the queue is kept as full as possible. The arm's clock
+//! jumps from event to event, so an hour of motion costs only its commands. No other clock and no
+//! randomness are involved: the same plan gives the same rehearsal, bit for bit.
 
 mod stage;
 
@@ -22,43 +23,44 @@ pub use stage::{RehearseOptions, stage, stands, start_of, tool_of};
 
 /// The host's link.
 const HOST: LinkId = LinkId(0);
-/// As many looks at the tool are kept.
+/// Largest number of recorded tool positions. Bounds memory for long plans.
 const MOST_LOOKS: usize = 1_000_000;
-/// As many events are kept.
+/// Largest number of logged events.
 const MOST_EVENTS: usize = 1000;
 
-/// What came of a plan on a virtual arm.
+/// Result of a plan on a virtual arm.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Rehearsal {
-    /// What pen or laser have left.
+    /// Marks of pen or laser.
     pub drawing: Drawing,
-    /// How long it took, on the arm's clock.
+    /// Duration by the arm's clock.
     pub time: Duration,
-    /// How many steps have ended; fewer than the plan has if an alarm or a wait without an end held the arm.
+    /// Number of finished steps; fewer than planned if an alarm or an endless wait held the arm.
     pub steps: usize,
-    /// Where the arm stands at the end.
+    /// Final pose.
     pub pose: Pose,
-    /// The same as joint angles.
+    /// Final joint angles.
     pub joints: JointAngles,
-    /// The alarms that stand at the end.
+    /// Alarms at the end.
     pub alarms: AlarmSet,
-    /// What happened in it and when, but for commands that came and went: alarms, touches, refusals; the first 1000.
+    /// Events with their times, except for normal commands: alarms, touches, refusals; the first
+    /// 1000.
     pub log: Vec<(Duration, Event)>,
-    /// Where the tool was from look to look, if it was watched: x, y, z; a million looks at most.
+    /// Recorded tool positions (x, y, z) if watched; at most a million.
     pub way: Vec<[f64; 3]>,
     planned: usize,
 }
 
 impl Rehearsal {
-    /// Whether all steps have ended without an alarm.
+    /// True if all steps finished without an alarm.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.steps == self.planned && self.alarms.is_empty()
     }
 }
 
-/// Has a virtual arm do a plan, at full speed.
+/// Runs a plan on a virtual arm at full speed.
 ///
 /// ```
 /// use magician_program::rehearse::{RehearseOptions, rehearse};
@@ -78,12 +80,14 @@ impl Rehearsal {
 /// ```
 ///
 /// # Errors
-/// As [`stage`], and for a command that fits no frame. What the arm refuses is no error but an alarm in the
-/// [`Rehearsal`].
+/// As [`stage`], and for a command that fits no frame. A refusal by the arm is not an error but an
+/// alarm in the [`Rehearsal`].
 pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Error> {
     let mut run = Run::on(stage(plan, options)?, options.watch);
     let mut commands = plan.commands();
     run.fill(&mut commands)?;
+    // The queue is filled before it starts, as a driver does, so that the first path sees what
+    // follows.
     let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
     tell(&mut run.arm, &start, Ctrl::SET)?;
     while run.next() {
@@ -92,14 +96,14 @@ pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Err
     Ok(run.finish(plan))
 }
 
-/// A rehearsal under way.
+/// Rehearsal in progress.
 struct Run {
     arm: Controller,
     began: ArmInstant,
     /// Number of commands handed over.
     told: usize,
     log: Vec<(Duration, Event)>,
-    /// From one look to the next.
+    /// Interval between recorded positions.
     watch: Option<Duration>,
     way: Vec<[f64; 3]>,
 }
@@ -123,13 +127,13 @@ impl Run {
         self.arm.now() - self.began
     }
 
-    /// Number of commands in the queue, the one under way among them.
+    /// Number of commands in the queue, including the current one.
     fn unfinished(&self) -> usize {
         let queue = self.arm.state().queue;
         queue.waiting + usize::from(queue.running.is_some())
     }
 
-    /// Hands over commands as long as there is room.
+    /// Queues commands while there is room.
     fn fill(&mut self, commands: &mut impl Iterator<Item = Set>) -> Result<(), Error> {
         let capacity = self.arm.state().queue.capacity;
         let room = capacity.saturating_sub(self.unfinished());
@@ -140,7 +144,7 @@ impl Run {
         Ok(())
     }
 
-    /// Goes to the next event; `false` if the arm has done all that it had, or is held.
+    /// Advances to the next event; false if the arm is done or held.
     fn next(&mut self) -> bool {
         let queue = self.arm.state().queue;
         let idle = queue.running.is_none() && (queue.waiting == 0 || queue.held);
@@ -188,6 +192,7 @@ impl Run {
         self.note();
         let state = self.arm.state();
         let done = self.told.saturating_sub(self.unfinished());
+        // The command that sets the tool is not a step.
         let told_first = plan.preamble().into_iter().count();
         Rehearsal {
             drawing: self.arm.drawing(),

@@ -1,4 +1,4 @@
-//! The virtual arm on which a plan is rehearsed.
+//! Setup of the virtual arm for a rehearsal.
 
 use std::time::Duration;
 
@@ -14,32 +14,32 @@ use magician_sim::{Controller, Profile, Scenario, World};
 use super::HOST;
 use crate::{Action, Plan, Tool};
 
-/// How far a tool gives way beyond the slope of its surface, mm.
+/// Compliance of a tool beyond the height range of its surface, mm.
 const GIVE: f64 = 3.0;
-/// No tool gives way farther, mm: where a surface is lower yet, nothing is left on the table.
+/// Largest compliance of a tool, mm: below that, a surface is not touched.
 const MOST_GIVE: f64 = 100.0;
-/// So far above the table a tool begins at least, mm.
+/// Smallest start height of a tool above the table, mm.
 const CLEAR: f64 = 20.0;
-/// Where it begins if it cannot be so high where it is at home, mm.
+/// Start position if the tool is too low in the home pose, mm.
 const ABOVE: [f64; 2] = [200.0, 0.0];
-/// So much above the surface is at the surface: the rounding of what is sent, mm.
+/// Height above the surface that still counts as touching, mm: rounding of what is sent.
 const AT_SURFACE: f64 = 1e-3;
-/// A table that is farther off than this is none, mm.
+/// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
 const FARTHEST_TABLE: f64 = 1000.0;
 
-/// What a plan is rehearsed with, where it does not say so itself.
+/// Options of a rehearsal, for what the plan does not say itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RehearseOptions {
-    /// The tool on the arm; the plan's own if it names one, else the one that its steps need.
+    /// Tool on the arm. Default: the plan's tool, or the one that its steps need.
     pub tool: Option<Tool>,
-    /// The z that the arm reports where its tool touches the table, mm; the plan's surface if it has one, else where its
-    /// pen draws.
+    /// z reported by the arm when its tool touches the table, mm. Default: the plan's surface, or
+    /// where its pen draws.
     pub table: Option<f64>,
-    /// Where it stands when it begins; in its home pose, or above the table, if not said. What was told of a place must stay
-    /// true when the plan is made with it. Its base counts from there.
+    /// Joints at the start. Default: the home pose, or above the table. Set this for a plan made
+    /// from a known pose, so that both agree. The base angle counts from there.
     pub standing: Option<JointAngles>,
-    /// How often to look where the tool is, for its way; never if it does not say.
+    /// Interval at which the tool position is recorded; `None` records none.
     pub watch: Option<Duration>,
 }
 
@@ -73,17 +73,17 @@ impl RehearseOptions {
     }
 }
 
-/// A virtual arm that is ready for a plan: without an alarm, its tool mounted and told of, a level table under it. It
-/// stands at its home point and has been homed; where its tool would be in the table there, it stands above the table.
+/// Sets up a virtual arm for a plan: no alarms, its tool mounted and set, a level table below. The
+/// arm is homed and stands at its home point, or above the table if its tool would be inside the
+/// table there.
 ///
-/// A plan that goes to places on a rail has the arm on one.
-///
-/// A plan without a tool gets the one that its steps need: a laser for what burns, cup or gripper for what they hold, else
-/// a pen. A surface that is not level is stood for by a table at its highest point, and a tool that gives way as far as
-/// it is lower elsewhere.
+/// A plan with rail positions gets an arm on a rail. A plan without a tool gets the one that its
+/// steps need: a laser for burning, a cup or gripper for handling, else a pen. A tilted surface
+/// becomes a table at its highest point, with a tool that is compliant enough to reach the lowest.
 ///
 /// # Errors
-/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table at no height.
+/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table height that is not finite
+/// or out of range.
 pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error> {
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
@@ -102,7 +102,7 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     Ok(arm)
 }
 
-/// Where the arm stands whose tool would be in the table at home, or hardly above it.
+/// Joints above the table, if the tool would be inside the table at home, or barely above it.
 fn above(table: f64, tool: Tool) -> Option<JointAngles> {
     let geometry = Geometry::magician(tool.bias());
     let home = geometry.forward(&JointAngles::HOME);
@@ -120,7 +120,7 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
     places.find_map(|place| geometry.inverse_within(&place, &limits).ok())
 }
 
-/// Where a check begins that is to hold for this arm.
+/// Start state for a check that holds for this arm.
 #[must_use]
 pub fn start_of(arm: &Controller) -> Preflight {
     let state = arm.state();
@@ -131,7 +131,7 @@ pub fn start_of(arm: &Controller) -> Preflight {
     }
 }
 
-/// Where a check begins that is to hold for the arm of a [`stage`], without making one.
+/// Start state for a check that holds for the arm of a [`stage`], without creating one.
 ///
 /// # Errors
 /// As [`stage`].
@@ -146,7 +146,7 @@ pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error
     })
 }
 
-/// Where the arm stands, if not at home.
+/// Joints at the start; `None` for the home pose.
 fn raised(
     plan: &Plan,
     options: &RehearseOptions,
@@ -157,20 +157,20 @@ fn raised(
     Ok(options.standing.or_else(above))
 }
 
-/// Sends a command as the bytes that it is, and forgets the answer.
+/// Sends a command as its frame; the reply is dropped.
 pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
     arm.exchange(HOST, frame.bytes());
     Ok(())
 }
 
-/// The tool that a plan is rehearsed with.
+/// Tool for the rehearsal of a plan.
 #[must_use]
 pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
     options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
 }
 
-/// What a tool that is only a bias must be for the plan; any other is what it is.
+/// Kind of tool for a bias, derived from the plan; a named tool is returned unchanged.
 pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
     match tool {
         Tool::Bias(_) => needed(plan),
@@ -204,7 +204,8 @@ fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenar
     scenario.map_err(|error| Error::invalid(error.to_string()))
 }
 
-/// How high the table is, if there is one for the arm, and by how much the surface is lower at its lowest.
+/// Height of the table, and depth of the lowest point of the surface below it; `None` without a
+/// table.
 fn table(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Option<(f64, f64)>, Error> {
     let table = table_of(plan, options, tool);
     match table {
@@ -230,6 +231,7 @@ fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, 
     match plan.surface {
         Some(surface) if surface.slope == [0.0, 0.0] => Some((surface.height, 0.0)),
         Some(surface) => {
+            // A tilted surface counts only where the plan touches it.
             let targets = plan.steps.iter().filter_map(|step| step.action.target());
             let touched = targets.filter_map(|to| {
                 let [x, y, z] = to.map(f64::from);

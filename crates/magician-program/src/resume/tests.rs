@@ -1,3 +1,5 @@
+//! Tests of counting steps and of finding the place to resume at.
+
 use super::*;
 
 fn exactly(steps: u64) -> StepRange {
@@ -54,7 +56,7 @@ fn what_was_inserted_is_counted_for_no_step() {
     assert_eq!(finished, [0, 1, 2, 2, 2, 3, 5].map(exactly));
     assert_eq!(counter.last(), Some((108, 5)));
     assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
-    // The oldest are remembered as a number.
+    // The oldest ones are kept as a number only.
     let mut counter = StepCounter::new(0, false);
     let many = 3 * REMEMBERED as u64;
     for command in 1..=many {
@@ -106,7 +108,7 @@ fn a_run_that_was_killed_is_asked_of_the_arm() {
         checkpoint().resume_point(at(160), &StepNumbering::default(), |_| None),
         ResumePoint::After(60)
     );
-    // The arm was stopped meanwhile.
+    // The arm was stopped in the meantime.
     assert_eq!(
         checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(false)),
         ResumePoint::Again(59)
@@ -184,7 +186,7 @@ fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
         ..checkpoint
     };
     assert_eq!(told(&unknown, 7), all);
-    // An answer that was lost leaves the same doubt to the run itself.
+    // A lost reply causes the same doubt while the run lasts.
     let counter = StepCounter::new(0, false).from_rest(Some(7));
     assert_eq!(counter.certain(7), exactly(0));
     assert_eq!(counter.certain(8), StepRange { least: 0, most: 1 });
@@ -262,7 +264,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
     assert_eq!(told(74, true).1, Some(DoubtReason::Others));
     assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
-    // One that has finished nothing since it was switched on begins with 2.
+    // An arm that has finished nothing since power-up begins with 2.
     let first = Checkpoint {
         rest: Some(0),
         index: StepCounter::new(0, false).from_rest(Some(0)).last(),

@@ -1,4 +1,9 @@
-//! The depths of a program that cuts, as a pen draws them: every line on the surface.
+//! Depths of a cutting program, flattened so that a pen draws every line on the surface.
+//!
+//! A milling program cuts in several passes, each deeper than the last. A pen shall draw each line
+//! once, on the surface, and never go below it. The survey finds the Z below which feed moves cut,
+//! `walk` splits the motion there, `covered` recognises lines that are cut again, and `flat` writes
+//! the result.
 
 mod covered;
 mod flat;
@@ -16,23 +21,23 @@ use flat::Flattener;
 use magician_formats::words::words;
 use walk::{Event, walk};
 
-/// Heights that differ by less are the same, mm: programs have three or four decimals.
+/// Largest height difference that counts as equal, mm: programs have three or four decimals.
 const SAME: f64 = 1e-3;
-/// Most depths that a note lists one by one; more are grouped into this many ranges.
+/// Largest number of depths listed in a note; more are grouped into this many ranges.
 const LISTED: usize = 6;
-/// Below this share of level feed moves a program is a relief, whose depth changes all along.
+/// Share of level feed moves below which a program is a relief, with continuously changing depth.
 const LEVEL_SHARE: f64 = 0.1;
-/// From this share of feed moves above the surface on, nearly all of a program is travel.
+/// Share of feed moves above the surface from which a program is nearly all travel.
 const NEARLY_ALL: f64 = 0.9;
 
-/// Length of what is drawn once from which on a note tells of it, mm.
+/// Length of repeated cuts, drawn once, from which a note reports them, mm.
 const TOLD: f64 = 1.0;
 
-/// Treatment of the depths below the first one at which a program draws.
+/// Treatment of depths below the first one at which a program draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Depths {
-    /// A pen draws all of them on the surface, and never goes below it.
+    /// A pen draws all of them on the surface and never goes below it.
     #[default]
     Flatten,
     /// The tool follows them below the surface.
@@ -45,25 +50,26 @@ words! {
     Keep = "keep",
 }
 
-/// Which feed moves of a program draw.
+/// Survey of the feed moves of a program: which of them draw.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthSurvey {
-    /// Feed moves at or below this Z draw, mm.
+    /// Z at or below which feed moves draw, mm.
     threshold: f64,
-    /// The highest Z at which it draws, or the one that was given: it is laid on the surface.
+    /// Highest Z at which it draws, or the given one: this is placed on the surface.
     pub(super) first: f64,
-    /// The lowest Z at which it draws.
+    /// Lowest Z at which it draws.
     pub(super) deepest: f64,
-    /// True if one Z of touching does not draw all of it, or nearly all that it feeds is travel.
+    /// True if a single Z does not cover the drawing, or nearly all feed moves are travel.
     several: bool,
 }
 
 impl DepthSurvey {
-    /// `None` if nothing is drawn.
+    /// Surveys a program. `None` if nothing is drawn.
     ///
-    /// Where a program goes above 0 and cuts below it, its zero is the surface of the work, and every feed move below 0
-    /// cuts. Elsewhere 0 may be the bed or a place of the machine: the highest level to which the tool comes down from
-    /// above is the first depth. Feed moves at the height of travel, which the tool comes up to, draw nothing.
+    /// If a program moves above 0 and cuts below it, its zero is the surface of the work, and every
+    /// feed move below 0 cuts. Otherwise 0 may be the bed or a machine position: then the highest
+    /// level that the tool reaches from above is the first depth. Feed moves at travel height,
+    /// which the tool reaches from below, draw nothing.
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Option<Self> {
         let levels = Levels::of(plan);
         let lowest = levels.lowest?;
@@ -103,28 +109,30 @@ impl DepthSurvey {
 /// Heights at which a program feeds and travels.
 #[derive(Default)]
 struct Levels {
-    /// The lowest Z of a feed move across, or of any feed move if none goes across.
+    /// Lowest Z of a horizontal feed move, or of any feed move if there is none.
     lowest: Option<f64>,
-    /// By height in thousandths of a millimetre.
+    /// Levels by height in thousandths of a millimetre.
     levels: BTreeMap<i64, Level>,
-    /// The highest Z of all motion.
+    /// Highest Z of all motion.
     highest: f64,
-    /// Length of feed moves that change height on their way, mm.
+    /// Length of feed moves that change height, mm.
     slanted: f64,
 }
 
 /// Level motion at one height.
 #[derive(Default)]
 struct Level {
-    /// Length of feed moves and of rapid moves, mm.
+    /// Length of feed moves, mm.
     fed: f64,
+    /// Length of rapid moves, mm.
     travelled: f64,
-    /// Times that feed moves at this height began after a move straight down to it, and straight up to it.
+    /// Number of times that feed moves at this height began after a move straight down to it.
     from_above: u32,
+    /// Number of times that they began after a move straight up to it.
     from_below: u32,
 }
 
-/// Direction from which the tool came to its height.
+/// Direction from which the tool reached its height.
 #[derive(Clone, Copy, PartialEq)]
 enum Arrival {
     Down,
@@ -156,7 +164,7 @@ impl Levels {
                     any = least(way.low(), any);
                 }
                 if rise != 0.0 {
-                    // A level run of which nothing is known yet is travel if the tool goes down from it.
+                    // A level run of unknown arrival is travel if the tool goes down from it.
                     if arrival == Some(Arrival::Unknown)
                         && rise < 0.0
                         && let Some(level) = found.levels.get_mut(&thousandths(from[2]))
@@ -198,7 +206,7 @@ impl Levels {
         found
     }
 
-    /// Feed moves at or below this Z draw.
+    /// Z at or below which feed moves draw.
     fn threshold(&self, lowest: f64) -> f64 {
         let near = lowest + TOUCH;
         let all = self.levels.iter();
@@ -208,6 +216,7 @@ impl Levels {
             .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
             .map(|(z, _)| z);
         let has_surface_at_0 = lowest < -SAME && self.highest > SAME;
+        // The level of most rapid moves is the travel height, unless 0 already separates both.
         let below_travel = match travelled {
             Some(z) if !has_surface_at_0 => z,
             _ => f64::INFINITY,
@@ -238,6 +247,7 @@ impl Levels {
         let level: f64 = { all.filter(|(z, _)| *z < ceiling) }
             .map(|(_, level)| level.fed)
             .sum();
+        // A relief has almost no level feed: no level can be its first depth.
         let is_relief = travelled.is_some() && level < LEVEL_SHARE * (level + self.slanted);
         match first {
             _ if is_relief => below(ceiling),
@@ -251,29 +261,30 @@ fn thousandths(z: f64) -> i64 {
     (z * 1000.0).round() as i64
 }
 
-/// Lengths that a pen draws of a program by their depth, mm in the size of the file.
+/// Lengths drawn by depth, mm in the size of the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DepthTally {
-    /// Length of lines and arcs by their depth in hundredths of a millimetre.
+    /// Length of lines and arcs by depth in hundredths of a millimetre.
     lengths: BTreeMap<i64, f64>,
     dots: usize,
-    /// Length of what is cut again at a greater depth, and drawn once.
+    /// Length of cuts repeated at a greater depth, drawn once.
     again: f64,
     /// Length of feed moves that draw nothing.
     air: f64,
     threshold: f64,
 }
 
-/// A program as a pen draws it.
+/// Flattened program.
 pub(super) struct Flat {
     pub(super) plan: Plan,
-    /// The Z at which all of it lies.
+    /// Z of the whole drawing.
     pub(super) touch: f64,
     pub(super) tally: DepthTally,
 }
 
 impl Flat {
-    /// All depths of a program at its first one, to be drawn in this size. `None` if it has one depth, which is laid on the surface as it is.
+    /// Flattens a program to its first depth, to be drawn at this scale. `None` if it has a single
+    /// depth, which is placed on the surface unchanged.
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
         let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
         let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
@@ -292,7 +303,7 @@ impl DepthTally {
         self.lengths.values().sum()
     }
 
-    /// Notes that list what is drawn of which depth, in this size.
+    /// Notes that list the drawn depths, at this scale.
     pub(super) fn notes(&self, scale: f64) -> Vec<Diagnostic> {
         let mut notes = Vec::new();
         let ends = self
@@ -332,7 +343,7 @@ impl DepthTally {
         notes
     }
 
-    /// The depths from the first on, with how much is drawn at each.
+    /// Depths from the first on, with the length drawn at each.
     fn listed(&self, scale: f64) -> String {
         let at = |hundredths: i64| rounded(hundredths as f64 / 100.0);
         let mut listed: Vec<String> = Vec::new();
@@ -377,7 +388,7 @@ impl DepthTally {
     }
 }
 
-/// Note that the tool of a program goes below the surface, because that was asked for.
+/// Note that the tool goes below the surface on request.
 pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
     let deep = survey.first - survey.deepest;
     (deep > SAME).then(|| {
@@ -389,7 +400,7 @@ pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
     })
 }
 
-/// A length as people say it: `140 mm`, `2.81 m`.
+/// Length for people: `140 mm`, `2.81 m`.
 fn length(mm: f64) -> String {
     match mm {
         mm if mm >= 1000.0 => format!("{:.2} m", mm / 1000.0),

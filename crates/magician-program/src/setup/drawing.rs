@@ -1,4 +1,4 @@
-//! Lines of a drawing: tidied, filled, put in order, laid on the sheet.
+//! Lines of a drawing: tidied, filled, ordered, and placed on the sheet.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -9,17 +9,18 @@ use crate::artwork::Order;
 use crate::raster::{ImageLines, Size, Trace};
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
 
-/// How long something better is looked for than the rows in which an image is shaded, which are good already.
+/// Search effort for a better order of a shaded image's rows, which are in good order already.
 const SHADED_EFFORT: u64 = 20_000_000;
-/// Longest side of anything that the arm can draw, rounded up generously, mm.
+/// Longest side of anything the arm can draw, rounded up generously, mm.
 const LARGEST: f64 = 1000.0;
-/// Accuracy of the first estimate of a size that fits, mm.
+/// Accuracy of the first estimate of a fitting size, mm.
 const ROUGH: f64 = 0.1;
-/// Readings of one file, at most: closer chords change its size a little, and so what they have to be.
+/// Largest number of times that a file is read: closer chords change its size a little, which
+/// changes the chords it needs.
 const MOST_READINGS: usize = 4;
 
 impl Setup {
-    /// As it is when all is as wide or as high as was said. An image is so already.
+    /// Setup with the requested width or height as a scale. An image has that size already.
     pub(super) fn sized(&self, content: &Content) -> Result<Self, Diagnostic> {
         let mut setup = self.clone();
         let (axis, wanted) = match self.size {
@@ -30,6 +31,7 @@ impl Setup {
             _ => unreachable!(),
         };
         let bounds = match content {
+            // An image was read at its requested size.
             Content::Image(_) => return Ok(setup),
             Content::TestGrid(grid) => Some([[0.0; 2], grid.size]),
             Content::Artwork(artwork) => artwork.bounds(),
@@ -42,6 +44,7 @@ impl Setup {
         };
         let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
         let scale = wanted / side;
+        // A line has no height, and dividing by it gives no scale.
         if !(scale > 0.0 && scale.is_finite()) {
             let name = [message!("width"), message!("height")][axis].clone();
             let message = message!(
@@ -52,24 +55,26 @@ impl Setup {
             return Err(Diagnostic::of_file(message));
         }
         setup.placement.scale *= scale;
+        // The size is now part of the scale: applying it twice would square it.
         setup.size = Size::Natural;
         Ok(setup)
     }
 
-    /// Returns the content with curves as close as the size needs in which it is drawn: reads the file again where they are
-    /// too coarse, or far too fine.
+    /// Returns the content with curves approximated as closely as its drawn size requires. The file
+    /// is read again if its chords are too coarse, or far too fine.
     pub(crate) fn followed(
         &self,
         format: Format,
         mut content: Content,
     ) -> Result<Content, Diagnostic> {
         for _ in 0..MOST_READINGS {
+            // Content without curves is the same at every size.
             let Some(file) = content.take_curves() else {
                 break;
             };
             let scale = self.scale_of(format, &content)?;
             let size = content.longest_side();
-            // Nothing that is larger can be drawn, and need not be read as if it were.
+            // Nothing larger can be drawn, so no finer chords are needed.
             let scale = if size > 0.0 {
                 scale.min(LARGEST / size)
             } else {
@@ -84,19 +89,20 @@ impl Setup {
         Ok(content)
     }
 
-    /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
+    /// Converts an image to outlines, and puts lines in drawing order.
     pub(super) fn lines_of(
         &self,
         content: Content,
     ) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
         let mut notes = Vec::new();
         let mut artwork = match (content, &self.work) {
-            // What is shaded is drawn when it is known how large it is.
+            // Shaded styles are drawn later, when the size is known.
             (Content::Image(image), Work::Draw(trace)) if !trace.style.is_shaded() => {
                 let image = image.adjusted(&self.adjust);
                 let lines_for = |scale| self.trace(trace, scale).lines(&image);
                 let mut lines = lines_for(self.placement.scale)?;
                 let scale = self.fitted_scale(&lines.artwork);
+                // Specks and tolerance refer to the drawn size, so trace again at the smaller one.
                 if scale < self.placement.scale {
                     lines = lines_for(scale)?;
                 }
@@ -113,13 +119,14 @@ impl Setup {
         let scale = self.fitted_scale(&artwork);
         let repeated = artwork.tidy_to_draw(&self.tidy, scale).repeated;
         notes.extend(drawn_once(repeated));
-        // What is filled has its lines when it is known how large it is.
+        // Filled areas get their lines later, when the size is known.
         if !artwork.areas.is_empty() {
             return Ok((Content::Artwork(artwork), notes));
         }
         let order = self.order_of(&artwork).to_draw(scale);
         let saving = artwork.put_in_order(&order);
         let [before, after] = [saving.before_mm, saving.after_mm].map(|way| way * scale);
+        // Less than a millimetre is not worth a note.
         let reordered = (before - after >= 1.0).then(|| {
             let what = message!(
                 "drawn in another order: {after:.0} mm of travel between its lines instead of \
@@ -134,7 +141,7 @@ impl Setup {
         Ok((Content::Artwork(artwork), notes))
     }
 
-    /// How an image is drawn in this size: lengths are those of what is drawn, and not of the file.
+    /// Options for drawing an image at this scale: lengths refer to the drawing, not to the file.
     fn trace(&self, trace: &Trace, scale: f64) -> Trace {
         Trace {
             size: self.size,
@@ -142,7 +149,7 @@ impl Setup {
         }
     }
 
-    /// The size of lines, which may be less than was asked for where they are made to fit.
+    /// Scale of the lines, which fitting may make smaller than requested.
     fn fitted_scale(&self, artwork: &Artwork) -> f64 {
         let wanted = self.placement.scale;
         if !self.placement.fit {
@@ -164,7 +171,7 @@ impl Setup {
         }
     }
 
-    /// A program that lies before the arm, tidied if that is wanted.
+    /// Tidies a program at its place, if requested.
     pub(super) fn tidied_program(&self, mut plan: Plan, notes: &mut Vec<Diagnostic>) -> Plan {
         if self.tidy_programs {
             notes.extend(drawn_once(plan.tidy(&self.tidy).repeated));
@@ -172,7 +179,7 @@ impl Setup {
         plan
     }
 
-    /// An image as lines that keep its greys. They are made for the size in which it lies there: the pen is as wide in any.
+    /// Draws an image in a shaded style, made for its drawn size: the pen width does not scale.
     pub(super) fn shaded(
         &self,
         image: &Raster,
@@ -221,7 +228,7 @@ impl Setup {
         }
     }
 
-    /// Lines on a sheet.
+    /// Places lines on a sheet.
     pub(super) fn drawn(
         &self,
         artwork: &Artwork,
@@ -252,7 +259,7 @@ impl Setup {
     }
 }
 
-/// That some lines are not drawn again.
+/// Note that duplicate lines are drawn once.
 fn drawn_once(repeated: usize) -> Option<Diagnostic> {
     let what = match repeated {
         0 => return None,
@@ -264,7 +271,7 @@ fn drawn_once(repeated: usize) -> Option<Diagnostic> {
     Some(note.remedy((Setting::Dedupe, Given::Off), again))
 }
 
-/// That some shapes have no lines.
+/// Note that some shapes have no fill lines.
 fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     let message = match shapes {
         0 => return None,
@@ -281,7 +288,7 @@ fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
-/// That specks of an image are not drawn.
+/// Note that specks of an image are not drawn.
 fn left_out(specks: usize, size: f64) -> Option<Diagnostic> {
     let size = (size * 1e6).round() / 1e6;
     let message = match specks {

@@ -1,4 +1,8 @@
-//! What is made to fit: as large as it can be, turned where that helps, and never refused by the check.
+//! Fitting: as large as possible, turned if that helps, and never refused by the check.
+//!
+//! Lines alone give an upper bound for the size. The full check also covers travel between lines,
+//! arcs and turns of the tool, which may leave the reach; then the plan is reduced in steps of
+//! [`SHRINK`] until it passes, or fitting gives up.
 
 use std::fmt;
 
@@ -13,57 +17,59 @@ use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
-/// What does not pass the check is made smaller by this share at a time,
+/// Factor by which a plan that fails the check is reduced each time.
 const SHRINK: f64 = 0.98;
-/// and not below this share of the size at which its lines are within reach.
+/// Smallest share of the size given by the lines alone: fitting gives up below it.
 const LEAST_SHRUNK: f64 = 0.5;
-/// Turned is better if it is larger by this share.
+/// Smallest gain in size for which a drawing is turned.
 const LARGER: f64 = 1.001;
-/// Ratio of sizes above which a place beside the arm is better than one in front.
+/// Smallest gain in size for which a place beside the arm is preferred to one in front.
 const BESIDE: f64 = 1.01;
-/// Largest distance from the line straight ahead of the arm at which a drawing is in front of it, mm.
+/// Largest distance from the line straight ahead of the arm at which a drawing counts as in front,
+/// mm.
 const AHEAD: f64 = 0.1;
-/// A share that is taken for the whole.
+/// Share from which on a scale counts as 1.
 const WHOLE: f64 = 1.0 - 1e-6;
-/// Below this share of its size a drawing is hardly what a person wants.
+/// Scale below which a drawing is probably not what the user wants.
 const TINY: f64 = 0.1;
 
-/// What became of a file: a plan for this arm.
+/// Plan for this arm made from a file.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Prepared {
     /// The plan.
     pub plan: Plan,
-    /// What was left out, or taken in a certain way.
+    /// Notes on omissions and assumptions.
     pub notes: Vec<Diagnostic>,
-    /// How it lies, if it was placed.
+    /// Placement, if it was placed.
     pub placed: Option<AppliedPlacement>,
-    /// Why it cannot be done there, and the check will refuse it; if that shows before the check.
+    /// Reason why the check will refuse it there, if known before the check.
     pub misfit: Option<Diagnostic>,
-    /// In which size and turn it would fit there, if it does not and there is one.
+    /// Size and rotation in which it would fit there, if it does not and there is one.
     pub would_fit: Option<WouldFit>,
 }
 
-/// How something was laid before the arm.
+/// Placement that was applied.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct AppliedPlacement {
-    /// Its size, 1 being the true one.
+    /// Scale; 1 is the true size.
     pub scale: f64,
-    /// By how many degrees it is turned counter-clockwise.
+    /// Rotation, degrees counter-clockwise.
     pub turn: f64,
-    /// The middle of what it draws or burns, in the arm's x and y, mm.
+    /// Middle of the drawn or burnt part, in the arm's x and y, mm.
     pub at: [f64; 2],
-    /// The corners of the page that it lies on, if one was asked for: the lower left one in the arm's x and y, mm, and on round it
-    /// counter-clockwise.
+    /// Corners of its page, if one was requested, in the arm's x and y, mm: the lower left one
+    /// first, then counter-clockwise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<[[f64; 2]; 4]>,
-    /// The side of the arm on which it lies, if its place was not given and it does not fit in front. A note says so.
+    /// Side of the arm on which it lies, if its place was chosen and it does not fit in front. A
+    /// note says so.
     #[serde(skip)]
     pub beside: Option<Side>,
 }
 
-/// A side of the arm, as the arm looks along its x axis.
+/// Side of the arm, looking along its x axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Side {
@@ -83,10 +89,10 @@ impl fmt::Display for Side {
 }
 
 impl Prepared {
-    /// The same, if it fits where it lies.
+    /// Returns the plan if it fits at its place.
     ///
     /// # Errors
-    /// Why it does not.
+    /// The reason if it does not.
     pub fn fitting(self) -> Result<Self, Diagnostic> {
         match self.misfit {
             Some(misfit) => Err(misfit),
@@ -96,7 +102,7 @@ impl Prepared {
 }
 
 impl AppliedPlacement {
-    /// Whether it was made so small that a person should be asked.
+    /// True if it was made so small that the user should be asked.
     ///
     /// ```
     /// # use magician_program::{Content, Format, Plan, Setup};
@@ -110,18 +116,18 @@ impl AppliedPlacement {
     }
 }
 
-/// A plan as it was laid in one size and turn.
+/// Plan at one size and rotation.
 pub(super) struct PlacedPlan {
     pub(super) plan: Plan,
     pub(super) notes: Vec<Diagnostic>,
-    /// Its size, 1 being the true one.
+    /// Scale; 1 is the true size.
     pub(super) scale: f64,
     pub(super) misfit: Option<FitFailure>,
-    /// The fence that it keeps to.
+    /// Fence that it keeps to.
     pub(super) fence: Option<Fence>,
 }
 
-/// The largest that passes the check, or the first that was tried if none does.
+/// Largest plan that passes the check, or the first one tried if none does.
 struct ShrinkResult {
     made: PlacedPlan,
     passes: bool,
@@ -132,12 +138,12 @@ impl PlacedPlan {
         report(&self.plan, self.fence)
     }
 
-    /// Whether the arm can do all of it.
+    /// True if the arm can do the whole plan.
     fn passes(&self) -> bool {
         self.misfit.is_none() && self.report().is_good()
     }
 
-    /// With why the arm cannot do it in any size.
+    /// Adds the reason why the arm cannot do it at any size.
     fn misfitting(self) -> Self {
         let report = self.report();
         let why = report.refused_steps.first().map(|refused_step| FitFailure {
@@ -151,46 +157,51 @@ impl PlacedPlan {
     }
 }
 
-/// What the check says of a plan, once the arm has come to where it begins.
+/// Report of the check, once the arm has reached the start.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
     let start = Preflight::at(JointAngles::HOME, UNSAID)
         .on_rail(0.0)
         .guards(Guards::NONE.reach(true));
-    // How fast it goes does not depend on how large it is.
+    // The speed does not depend on the size, so the fence's speed limit is ignored here.
     let fence = fence.map(|fence| fence.in_space()).unwrap_or_default();
     check(plan, &start.fence(fence))
 }
 
 impl Setup {
-    /// The plan for what was in a file of this format. What is made to fit passes the check, if any size of it does: where the
-    /// ways between its lines, arcs or turns of the tool leave the reach, it becomes smaller still, and a plan that cannot be
-    /// brought elsewhere stays where it is.
+    /// Makes a plan from the content of a file of this format.
+    ///
+    /// A fitted plan passes the check if any size of it does: if travel between its lines, arcs or
+    /// turns of the tool leave the reach, it becomes smaller. A plan that cannot be moved stays at
+    /// its place.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
-    /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
+    /// [`Diagnostic`] if there is nothing to place, no place, or a surface is needed and unknown. A
+    /// drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so
+    /// that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut content = self.followed(format, content)?;
         let file = content.take_curves();
         let prepared = self.prepared(format, content)?;
-        // What is made to fit becomes as small as it must: what was an arc for the arm may be a point then.
+        // Fitting may reduce it so much that the arm would see an arc as a point.
         let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
         match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
             Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
+            // Otherwise the size is the requested one, for which the curves were read.
             _ => Ok(prepared),
         }
     }
 
-    /// The plan for content whose curves are followed as closely as its size wants.
+    /// Makes the plan of content whose curves are approximated closely enough.
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
+        // Depths first: which lines remain decides the size and the place.
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let sized = setup.sized(&content)?;
-        // A width or a height is a scale as well, which the option scale multiplies.
+        // A width or height is a scale too, which the option `scale` multiplies.
         let size = sized.placement.scale / setup.placement.scale;
         let (setup, page) = sized.on_page(format, &content)?;
         let (content, reordered) = setup.lines_of(content)?;
-        // What others were asked for lies where it would with all of them.
+        // A selection of parts is placed as it would be together with all parts.
         let whole = whole(&content);
         let (mut made, turned) = {
             let content = whole.as_ref().unwrap_or(&content);
@@ -216,6 +227,7 @@ impl Setup {
                 made.misfit = None;
             }
         }
+        // Free it before the copies below.
         drop(whole);
         let PlacedPlan {
             plan,
@@ -234,12 +246,13 @@ impl Setup {
         if let Some(page) = &page {
             notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
         }
-        // A large drawing is in memory twice by now.
+        // Free the copy: a large drawing is in memory twice by now.
         drop(content);
         let placed = at.map(|[x, y, _]| {
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             AppliedPlacement {
-                // Said again, it is not larger than what fits; the true size is not made smaller by its last bits.
+                // Rounded down so that the value can be given again and still fits; the small
+                // addition keeps a true size at 1.
                 scale: ((scale + 1e-9) * 1e4).floor() / 1e4,
                 turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
@@ -252,7 +265,7 @@ impl Setup {
         let plan = match self.framing {
             Some(framing) => {
                 let (frame, round) = framing.plan(plan, &self.pen, self.fence)?;
-                // In which order it would be marked does not matter any more.
+                // The order of the marks does not matter for a frame.
                 notes.retain(|note| note.code != DiagnosticCode::Reordered);
                 notes.extend(round);
                 frame
@@ -268,7 +281,7 @@ impl Setup {
         })
     }
 
-    /// As large as it can be, and by how much it is turned for that.
+    /// Makes it as large as possible; returns the plan and its rotation.
     fn made_to_fit(
         &self,
         format: Format,
@@ -285,6 +298,7 @@ impl Setup {
             && turned.passes
         {
             let least = match (ahead, in_front(&turned.made)) {
+                // A place in front is worth a slightly smaller drawing.
                 (true, false) => BESIDE * scale,
                 (false, true) => scale / BESIDE,
                 _ => LARGER * scale,
@@ -294,6 +308,7 @@ impl Setup {
             }
         }
         let ShrinkResult { made, passes } = straight?;
+        // Plans and points may be within reach where they are; G-code has a zero of its own.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made
@@ -304,7 +319,8 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    /// Lays it in its size, turned by 90 degrees if it lies in front of the arm only so; returns the turn as well.
+    /// Places it at its size, turned by 90 degrees if only then it lies in front of the arm;
+    /// returns the plan and its rotation.
     fn made_in_front(
         &self,
         format: Format,
@@ -331,13 +347,13 @@ impl Setup {
         }
     }
 
-    /// True if its place is chosen here: neither a position nor a sheet or page was given.
+    /// True if its place is chosen here: no position, sheet or page was given.
     fn chooses_place(&self, content: &Content) -> bool {
         let is_placed = self.places() || !matches!(content, Content::Plan(_));
         is_placed && self.placement.at.is_none() && self.sheet.is_none()
     }
 
-    /// True if it may be turned in its size to lie in front. A given rotation decides how it lies.
+    /// True if it may be turned without resizing. A given rotation is kept.
     pub(super) fn may_turn(&self) -> bool {
         self.placement.turn && self.placement.rotate == 0.0
     }
@@ -346,7 +362,7 @@ impl Setup {
         self.lies(&made.plan).is_none_or(|lies| lies.side.is_none())
     }
 
-    /// Returns where a plan lies, before it is moved on by what was asked for.
+    /// Bounds and side of a plan, before the final offset.
     fn lies(&self, plan: &Plan) -> Option<Lies> {
         let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
         let [_, moved, _] = self.placement.by;
@@ -373,6 +389,7 @@ impl Setup {
         }
         let mut setup = self.clone();
         let mut scale = first.scale;
+        // A linear search: that a smaller size passes does not follow from a larger one.
         while scale > LEAST_SHRUNK * first.scale {
             scale *= SHRINK;
             setup.placement.scale = scale;
@@ -387,7 +404,7 @@ impl Setup {
         })
     }
 
-    /// A plan that stays where it is, if it passes the check there.
+    /// Plan that stays at its place, if it passes the check there.
     fn where_it_is(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
         let mut setup = self.clone();
         setup.surface = None;
@@ -402,7 +419,7 @@ impl Setup {
     }
 }
 
-/// A drawing with the parts that were not asked for, if there are such.
+/// Drawing including the parts that were not requested, if there are any.
 fn whole(content: &Content) -> Option<Content> {
     let Content::Artwork(artwork) = content else {
         return None;
@@ -416,10 +433,10 @@ fn whole(content: &Content) -> Option<Content> {
     })
 }
 
-/// Bounds of a drawing, mm, and the side of the arm on which they are.
+/// Bounds of a drawing, mm, and the side of the arm on which it lies.
 #[derive(Clone, Copy)]
 struct Lies {
-    /// The side of the arm, unless it is in front.
+    /// Side of the arm; `None` in front.
     side: Option<Side>,
     x: [f64; 2],
     y: [f64; 2],
@@ -454,10 +471,10 @@ impl Lies {
     }
 }
 
-/// Effect of a width for lines of text.
+/// Effect of a width on lines of text, as a remedy.
 const WRAPS: &str = "breaks its lines";
 
-/// Note about a size or a turn that was chosen here; `fitted` is the share of the size asked for, if it was to fit.
+/// Note about a chosen size or rotation; `fitted` is the resulting share of the requested size.
 fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagnostic> {
     let share = fitted.unwrap_or(1.0);
     let percent = 100.0 * share;

@@ -1,4 +1,8 @@
-//! A pen is held above its surface: what leads below it lies on it.
+//! Keeps a pen above its surface: motion below the surface is raised onto it.
+//!
+//! The plan is followed with two positions: where the tool would be, and where it is held. Relative
+//! steps count from the first, so a later step that rises above the surface again ends where the
+//! program meant it to.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -10,12 +14,12 @@ use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Too
 
 /// Depth that still counts as on the surface, mm: coordinates are rounded to 32 bits.
 const ROUNDING: f64 = 1e-4;
-/// Least depth that a note tells, mm: less is the rounding of the file.
+/// Smallest depth reported in a note, mm; less is rounding in the file.
 const TOLD: f64 = 0.05;
 
 type Point = [f64; 3];
 
-/// Depth below the surface to which a pen would have gone, mm.
+/// Largest depth below the surface that was avoided, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Raised {
     most: f64,
@@ -26,7 +30,7 @@ impl Raised {
         Self { most }
     }
 
-    /// The note that says so.
+    /// Note with that depth.
     pub(super) fn note(self) -> Diagnostic {
         let what = message!(
             "it goes up to {most:.1} mm below the surface: the pen draws that on the surface",
@@ -45,17 +49,16 @@ impl Raised {
     }
 }
 
-/// True if a plan holds things with a suction cup or a gripper.
+/// True if a plan handles things with a suction cup or gripper.
 pub(super) fn handles(plan: &Plan) -> bool {
     let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
     plan.steps.iter().any(holds)
 }
 
-/// Raises everything of a plan that leads below a surface onto it. `None` if nothing does, or
-/// hardly.
+/// Raises all motion of a plan below a surface onto it. `None` if nothing is below, or hardly.
 ///
 /// # Errors
-/// A [`Diagnostic`] for the first step that leads below it by joint angles.
+/// [`Diagnostic`] for the first step that leads below it by joint angles.
 pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
     let mut holder = Holder {
         surface,
@@ -88,7 +91,7 @@ fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
     )
 }
 
-/// Place of a tool, and the place that it would have if it were not held.
+/// Position of a tool, and the position it would have without being held.
 #[derive(Clone, Copy)]
 struct Place {
     held: Point,
@@ -103,10 +106,10 @@ struct Holder {
 }
 
 impl Holder {
-    /// Changes an action so that it leads nowhere below the surface; what is to be done before it.
+    /// Changes an action so that it stays above the surface; returns an action to insert before it.
     ///
     /// # Errors
-    /// How deep it leads by joint angles.
+    /// The depth of a target given in joint angles.
     fn hold(&mut self, action: &mut Action) -> Result<Option<Action>, f64> {
         match action {
             Action::Move { to, .. } => self.pose(to),
@@ -115,8 +118,10 @@ impl Holder {
             Action::Path { to } => return Ok(self.path(to)),
             Action::Burn { to, .. } => self.point(to),
             Action::Arc { via, to } => return Ok(self.arc(via, to)),
+            // Where homing ends is up to the arm's settings.
             Action::Home => self.at = None,
             Action::Command(command) => return self.command(command),
+            // Waits, tools and markers do not move the arm.
             _ => {}
         }
         Ok(None)
@@ -165,6 +170,7 @@ impl Holder {
             }
             other => {
                 if other.row().effect.moves_arm() {
+                    // A foreign motion: relative steps after it have no known start.
                     self.at = None;
                 }
                 return Ok(None);
@@ -175,7 +181,7 @@ impl Holder {
             mode if mode.is_absolute_pose() => self.pose(&mut to),
             mode if mode.is_pose() => self.shift(&mut to),
             mode if mode.is_absolute() => self.joints(to)?,
-            // Joints added to a start that is unknown, or an unknown mode.
+            // Joint offsets from an unknown start, or an unknown mode.
             _ => self.at = None,
         }
         *z = to[2];
@@ -186,7 +192,7 @@ impl Holder {
         z - self.surface.at([x, y])
     }
 
-    /// The nearest place that is not below the surface.
+    /// Nearest position that is not below the surface.
     fn raised(&mut self, free: Point) -> Point {
         let above = self.above(free);
         if above >= -ROUNDING || !above.is_finite() {
@@ -206,6 +212,7 @@ impl Holder {
     fn point(&mut self, to: &mut [f32; 3]) {
         let free = to.map(f64::from);
         let held = self.goes(free);
+        // Unchanged targets keep their exact bits.
         if held != free {
             to[2] = held[2] as f32;
         }
@@ -218,6 +225,7 @@ impl Holder {
     }
 
     fn shift(&mut self, by: &mut [f32; 4]) {
+        // From an unknown start a relative step cannot be judged; the check covers its reach.
         let Some(Place { held, free }) = self.at else {
             return;
         };
@@ -225,6 +233,7 @@ impl Holder {
         let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
         let from = held[2];
         let held = self.goes(to);
+        // Unchanged offsets keep their exact bits.
         if held[2] - from != way[2] {
             by[2] = (held[2] - from) as f32;
         }
@@ -235,6 +244,7 @@ impl Holder {
         let pose = self.geometry.forward(&joints.into());
         let free = [pose.x, pose.y, pose.z];
         let above = self.above(free);
+        // Joint angles cannot be corrected in Z alone, so such a step is refused.
         if above < -TOLD {
             return Err(-above);
         }
@@ -242,7 +252,7 @@ impl Holder {
         Ok(())
     }
 
-    /// A line that goes through the surface is on it from there on, or up to there.
+    /// Splits a line where it crosses the surface: the part below lies on it.
     fn path(&mut self, to: &mut [f32; 3]) -> Option<Action> {
         let before = self.at;
         self.point(to);
@@ -258,9 +268,10 @@ impl Holder {
         })
     }
 
-    /// An arc that leads below the surface lies on it as a whole.
+    /// Moves an arc that leads below the surface onto it as a whole.
     fn arc(&mut self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Option<Action> {
         let from = self.at;
+        // An arc is judged by its points; its plane cannot be split like a line.
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends
@@ -312,7 +323,8 @@ mod tests {
         plan
     }
 
-    /// The heights above the surface of all that a plan of absolute and relative steps leads to and through.
+    /// Heights above the surface of all targets and via points of a plan of absolute and relative
+    /// steps.
     fn heights(plan: &Plan) -> Vec<f64> {
         let mut at: Option<Point> = None;
         let mut all = Vec::new();

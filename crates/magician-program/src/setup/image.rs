@@ -1,4 +1,4 @@
-//! An image that is engraved: how large it is, and where it lies.
+//! Size and place of an image to engrave.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -9,11 +9,11 @@ use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
 use crate::{Diagnostic, DiagnosticCode, Raster, Tool};
 
-/// A speed is carried in binary32: it may be above the one that was meant by this, mm/s.
+/// Rounding error of a speed stored as a 32-bit float, mm/s.
 const SPEED_ROUNDING: f64 = 1e-5;
 
 impl Setup {
-    /// Grey that becomes power.
+    /// Plan that engraves an image.
     pub(super) fn engraved(
         &self,
         image: &Raster,
@@ -42,7 +42,7 @@ impl Setup {
         })
     }
 
-    /// Where an image goes: where it is told to, on the sheet, or where there is room.
+    /// Place of an image: as requested, on the sheet, or where there is room.
     pub(super) fn grid(
         &self,
         size: [f64; 2],
@@ -53,7 +53,7 @@ impl Setup {
             scale: 1.0,
             ..self.layout()?
         };
-        // What is burnt keeps within the page; the run-up to it need not.
+        // The burnt area stays within the page; the overscan may exceed it.
         let room = layout.room.take().filter(|_| layout.fit);
         let taken = taken(&layout, size);
         let share = room.map_or(1.0, |room| {
@@ -92,8 +92,8 @@ fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
         .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")
 }
 
-/// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
-/// lies on that of the sheet.
+/// Requested middle and rotation of an image. On a sheet its lower left corner is on that of the
+/// sheet.
 fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
     let Some(sheet) = layout.sheet else {
         return Ok(layout.at.map(|at| (at, layout.rotate)));
@@ -124,7 +124,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     Ok(Some((at, turn)))
 }
 
-/// The width and height, along the sheet, that an image takes as it is turned.
+/// Width and height that a rotated image occupies along the sheet.
 fn taken(layout: &Layout, [width, height]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = libm::sincos(layout.rotate.to_radians());
     [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs())

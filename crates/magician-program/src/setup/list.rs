@@ -1,4 +1,4 @@
-//! The parts of a file, to choose from.
+//! List of the parts of a file, for selection.
 
 use std::collections::BTreeMap;
 
@@ -9,31 +9,31 @@ use serde::Serialize;
 use super::{PartMode, PartRule, Setup, UNSAID};
 use crate::{Action, Artwork, Content, Diagnostic, Format, Part, Plan, Report, check};
 
-/// A part of a file, and how much it is.
+/// Part of a file, with its figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PartSummary {
-    /// Its number, from 1, in the order of drawing.
+    /// Number, from 1, in drawing order.
     pub n: u64,
-    /// Its layer, pen or tool, if that has a name.
+    /// Name of its layer, pen or tool, if any.
     pub name: Option<String>,
-    /// Its colour as `#rrggbb`, if it has one.
+    /// Colour as `#rrggbb`, if any.
     pub color: Option<String>,
-    /// How many lines it has in the file; where its shapes are filled, how many are drawn.
+    /// Number of lines in the file; for filled shapes, number of drawn lines.
     pub strokes: usize,
-    /// How long its lines are, mm.
+    /// Length of its lines, mm.
     pub drawn_mm: f64,
-    /// How long it takes, if that is known: all its passes, in a list of what there is to choose from one.
+    /// Duration, s, if known: of all passes, or of one in a list for selection.
     pub seconds: Option<f64>,
-    /// Whether it is left out.
+    /// True if it is left out.
     pub skipped: bool,
 }
 
 impl Setup {
-    /// The parts of a file: layers, unless it was said what they are.
+    /// Lists the parts of a file: layers, unless the setup says otherwise.
     ///
     /// # Errors
-    /// What is wrong with the file, or a part that was asked for and is not there.
+    /// [`Diagnostic`] with the mistake in the file, or a requested part that does not exist.
     pub fn list_parts(
         &self,
         format: Format,
@@ -52,9 +52,9 @@ impl Setup {
             no_pause: true,
             ..self.clone()
         };
-        // The lines that fill a shape are made for the size in which it lies.
+        // Fill lines depend on the drawn size.
         let fills = self.fills(content);
-        // Where it cannot be laid nobody knows how long it takes.
+        // Without a place the duration is unknown.
         let laid = once.plan(format, content.clone());
         if let Ok(laid) = laid
             && laid.misfit.is_none()
@@ -70,7 +70,7 @@ impl Setup {
         Ok(listed)
     }
 
-    /// The same as they are in the file, where that is drawn in this size.
+    /// Parts as in the file, drawn at this scale.
     pub(crate) fn parts_in(
         &self,
         content: &Content,
@@ -87,7 +87,7 @@ impl Setup {
         }
     }
 
-    /// Whether lines come to what is in a file when it is laid: those that fill its shapes.
+    /// True if placing adds lines to the file's content: those that fill its shapes.
     pub(crate) fn fills(&self, content: &Content) -> bool {
         let areas = matches!(content, Content::Artwork(artwork) if !artwork.areas.is_empty());
         areas && self.framing.is_none()
@@ -124,7 +124,7 @@ impl Setup {
     }
 }
 
-/// The parts of a plan; steps before the first one belong to none.
+/// Parts of a plan; steps before the first part belong to none.
 fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
     let mut listed: Vec<PartSummary> = Vec::new();
     let (mut now, mut at, mut marked) = (None, None, false);
@@ -154,7 +154,7 @@ fn apart(from: [f64; 3], to: [f64; 3]) -> f64 {
     libm::hypot(libm::hypot(x, y), z)
 }
 
-/// To micrometres, as in the report of a check.
+/// Rounded to micrometres, as in the report of a check.
 fn rounded(mm: f64) -> f64 {
     (mm * 1000.0).round() / 1000.0
 }
@@ -172,7 +172,7 @@ impl PartSummary {
         }
     }
 
-    /// Counts the strokes that a plan has of each, in one pass; what is not divided is one part as well.
+    /// Counts the strokes of each part in a plan, in one pass; an undivided plan is one part.
     pub(crate) fn count(listed: &mut [Self], plan: &Plan) {
         let mut counts = BTreeMap::new();
         let (mut now, mut again, mut marked) = (None, false, false);
@@ -194,7 +194,7 @@ impl PartSummary {
         }
     }
 
-    /// Adds what a check of their program has found: how long they are, and how long they take.
+    /// Adds the lengths and durations from a check.
     pub fn measure(listed: &mut Vec<Self>, report: &Report) {
         for figures in &report.parts {
             let known = listed.iter().position(|known| known.n == figures.part.n);
@@ -207,7 +207,7 @@ impl PartSummary {
                 part.seconds = figures.time.map(|time| time.as_secs_f64());
             }
         }
-        // What is not divided is one part as well.
+        // An undivided plan is one part.
         if let ([part], true) = (listed.as_mut_slice(), report.parts.is_empty())
             && !part.skipped
         {

@@ -1,5 +1,5 @@
-//! A page of paper before the arm, which a drawing lies on with its middle on the middle of the page, or as its file has it on a
-//! page of that size.
+//! Page of paper in front of the arm. A drawing is centred on it, or placed as in its file if that
+//! has a page of the same size.
 
 use magician_host::preflight::Preflight;
 use magician_host::{Given, JointAngles, Setting};
@@ -15,26 +15,27 @@ use crate::{
     Tool,
 };
 
-/// What is beyond an edge by no more than this is not, mm.
+/// Largest overhang at an edge that is ignored, mm.
 const FINE: f64 = 0.05;
-/// Sides of pages that differ by no more than this are the same: files round them to their own units, mm.
+/// Largest difference of sides at which two pages count as equal, mm: files round to their own
+/// units.
 const SAME: f64 = 1.0;
 
-/// A page, and what of it is kept free.
+/// Page and its margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Page {
-    /// How large it is.
+    /// Paper size.
     pub paper: Paper,
-    /// What is made to fit keeps so far from its edges, mm.
+    /// Distance from the edges that fitting keeps, mm.
     pub margin: f64,
 }
 
 impl Page {
-    /// The margin of a page of which no other is said, mm.
+    /// Default margin, mm.
     pub const MARGIN: f64 = 10.0;
 
-    /// A page with the usual margin.
+    /// Page with the default margin.
     #[must_use]
     pub fn of(paper: Paper) -> Self {
         Self {
@@ -43,13 +44,13 @@ impl Page {
         }
     }
 
-    /// Width and height inside the margin, mm; not above 0 where it leaves nothing.
+    /// Width and height inside the margin, mm; not positive if the margin leaves nothing.
     #[must_use]
     pub fn room(&self) -> [f64; 2] {
         self.paper.size().map(|side| side - 2.0 * self.margin)
     }
 
-    /// That the margin leaves nothing of it.
+    /// Error if the margin leaves nothing.
     pub(crate) fn problem(&self) -> Option<Message> {
         let [width, height] = self.paper.size();
         let nothing = self.room().iter().any(|side| *side <= 0.0);
@@ -65,18 +66,18 @@ impl Page {
     }
 }
 
-/// A page where it lies.
+/// Page at its place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaidPage {
     page: Page,
     /// Its middle, in the arm's x and y, mm.
     at: [f64; 2],
-    /// How its lower edge runs, degrees from the arm's X towards its Y.
+    /// Direction of its lower edge, degrees from the arm's X towards its Y.
     rotation: f64,
 }
 
 impl LaidPage {
-    /// Its corners: the lower left one, the lower right one, and on round it.
+    /// Its corners: lower left, lower right, and counter-clockwise.
     pub(super) fn corners(&self) -> [[f64; 2]; 4] {
         let half = self.page.paper.size().map(|side| side / 2.0);
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|sides| {
@@ -86,8 +87,7 @@ impl LaidPage {
         })
     }
 
-    /// The share to which a plan with its middle on the page is made smaller, to be within the margin and small enough to be
-    /// reached.
+    /// Scale that brings a plan centred on the page inside the margin and within reach.
     pub(super) fn share_of(&self, plan: &Plan) -> Result<f64, Diagnostic> {
         let (_, reached) = fitted(plan.clone(), Fit::Shrink)?;
         let size = self.bounds(plan).map_or([0.0; 2], |[least, most]| {
@@ -103,8 +103,8 @@ impl LaidPage {
         }))
     }
 
-    /// The least and the greatest corner of what a plan draws or burns, from the middle of the page along its edges; of all the
-    /// places to which it leads, if it draws nothing.
+    /// Bounds of the drawn or burnt part of a plan, from the middle of the page along its edges; of
+    /// all targets if it draws nothing.
     fn bounds(&self, plan: &Plan) -> Option<[[f64; 2]; 2]> {
         let start = Preflight::at(JointAngles::HOME, UNSAID);
         let lines = DrawnLine::of(plan, &start);
@@ -133,7 +133,7 @@ impl LaidPage {
         }))
     }
 
-    /// Where it lies, and what of a plan that is repeated at a grid is not on it.
+    /// Notes on the place of the page, and on what of a plan (repeated on a grid) is not on it.
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
@@ -169,6 +169,7 @@ impl LaidPage {
                 (grid.columns.saturating_sub(1)) as f64 * grid.pitch[0],
                 (grid.rows.saturating_sub(1)) as f64 * grid.pitch[1],
             ];
+            // The copies at the corners of the grid bound all others, for either sign of the pitch.
             let corners = [[0.0; 2], [last[0], 0.0], [0.0, last[1]], last];
             let shifts = corners.map(|shift| rotated(shift, -self.rotation));
             let [low, high] = [least, most];
@@ -199,6 +200,7 @@ impl LaidPage {
             return None;
         };
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
+        // Fitting has been done already and cannot help any more.
         Some(if fit {
             note
         } else {
@@ -207,13 +209,13 @@ impl LaidPage {
     }
 }
 
-/// A length with a tenth, and not less than it is.
+/// Length rounded up to a tenth.
 fn tenths_up(length: f64) -> f64 {
     (length * 10.0 - 1e-6).ceil() / 10.0
 }
 
 impl Setup {
-    /// With the middle of its page for its middle, if it lies on one; and that page.
+    /// Setup centred on its page, and the page; unchanged without one.
     pub(super) fn on_page(
         &self,
         format: Format,
@@ -233,7 +235,7 @@ impl Setup {
         let rotation = self.sheet_rotation();
         let half = page.paper.size().map(|side| side / 2.0);
         let on_sheet = self.sheet.map(|sheet| {
-            // On a sheet of which only a corner is known it lies corner on corner.
+            // On a sheet with only a known corner the page is aligned with that corner.
             middle_of_sheet(sheet).unwrap_or_else(|| {
                 let [x, y] = rotated(half, rotation);
                 [sheet.corner[0] + x, sheet.corner[1] + y]
@@ -250,19 +252,21 @@ impl Setup {
                     [-width, height],
                 ];
                 let reach = self.reach_for(format, content)?;
+                // A page larger than the reach is centred as well as possible: the drawing may
+                // still fit.
                 reach.best_place(&corners, Fit::Shrink)?.offset.map(rounded)
             }
         };
         setup.placement.at = Some(at);
         if self.has_page(content, page.paper) {
             setup.placement.keeps_page = true;
-            // Turned, it would not lie on the page any more.
+            // After a turn it would not be on the page.
             setup.placement.turn = false;
         }
         Ok((setup, Some(self.laid_page(page, at))))
     }
 
-    /// True if the file has a page of this size, as large and as turned as it is laid.
+    /// True if the file has a page of this size, at its scale and rotation.
     fn has_page(&self, content: &Content, paper: Paper) -> bool {
         let Content::Artwork(Artwork {
             page: Some(page), ..
@@ -270,6 +274,7 @@ impl Setup {
         else {
             return false;
         };
+        // Compare as placed: scale and rotation decide if the pages coincide.
         let (sin, cos) = libm::sincos(self.placement.rotate.to_radians());
         let [width, height] = page.map(|side| side * self.placement.scale);
         let turned = [[cos, sin], [sin, cos]];
@@ -280,7 +285,7 @@ impl Setup {
             .all(|(side, of_paper)| (side - of_paper).abs() <= SAME)
     }
 
-    /// A page with its middle there.
+    /// Page with its middle at this position.
     pub(super) fn laid_page(&self, page: Page, at: [f64; 2]) -> LaidPage {
         let rotation = self.sheet_rotation();
         LaidPage { page, at, rotation }
@@ -290,7 +295,7 @@ impl Setup {
         self.sheet.map_or(0.0, |sheet| sheet.rotation)
     }
 
-    /// What the arm reaches with the tool that this is done with.
+    /// Reach of the tool used for this content.
     fn reach_for(&self, format: Format, content: &Content) -> Result<Reach, Diagnostic> {
         let burns = Marking {
             tool: self.tool_for(Tool::Laser),

@@ -1,4 +1,4 @@
-//! Which parts a drawing has, which of them are drawn, and with which pens.
+//! Parts of a drawing: division, selection and pens.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -8,20 +8,20 @@ use crate::artwork::{DrawingPart, PartPen};
 use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
 use magician_formats::words::words;
 
-/// As many parts are named in an error.
+/// Largest number of parts named in an error.
 const NAMED: usize = 20;
-/// Nothing is drawn more often.
+/// Largest number of passes.
 pub(crate) const MOST_PASSES: u32 = 1000;
 
-/// What the parts of a drawing are.
+/// Division of a drawing into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PartMode {
-    /// It has none.
+    /// No parts.
     None,
-    /// Layers, pens, tools.
+    /// By layer, pen or tool.
     Layer,
-    /// Colours.
+    /// By colour.
     Color,
 }
 
@@ -32,23 +32,23 @@ words! {
     Color = "color",
 }
 
-/// A pen, and the parts that it is for.
+/// Pen, and the parts that it draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartRule {
-    /// The parts.
+    /// Selection of the parts.
     pub matches: PartMatch,
-    /// What it needs.
+    /// Properties of the pen.
     pub pen: PartPen,
-    /// How often its parts are drawn.
+    /// Number of passes over its parts.
     pub passes: Option<u32>,
 }
 
-/// Which parts are meant.
+/// Selection of parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PartMatch {
-    /// Those of this name, or of this colour.
+    /// By name or colour.
     Name(String),
-    /// The one of this number, from 1.
+    /// By number, from 1.
     Number(u64),
 }
 
@@ -61,7 +61,7 @@ impl PartMatch {
     }
 }
 
-/// What a layer's name says to a plotter.
+/// Plotter commands in a layer's name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct LayerCommands {
     skips: bool,
@@ -83,7 +83,7 @@ impl LayerCommands {
 }
 
 impl Setup {
-    /// What the parts of a drawing are, and whether that was said or needed.
+    /// Division of a drawing: as given, or implied by other options.
     fn part_mode(&self, artwork: &Artwork) -> PartMode {
         let commanded = artwork.layers.iter().any(|layer| {
             let name = layer.name.as_deref().filter(|_| layer.inkscape);
@@ -97,10 +97,10 @@ impl Setup {
         })
     }
 
-    /// All parts of a drawing, those that are left out as well.
+    /// All parts of a drawing, including those left out.
     ///
     /// # Errors
-    /// A part that was asked for and is not there.
+    /// [`Diagnostic`] for a requested part that does not exist.
     pub fn parts_of(
         &self,
         artwork: &Artwork,
@@ -119,6 +119,7 @@ impl Setup {
         let mut colors: Vec<Option<Option<u32>>> = vec![None; last + 1];
         for style in keys() {
             if let Some(known) = colors.get_mut(key(style) as usize) {
+                // A part has a colour only if all its lines share it.
                 *known = match known {
                     None => Some(Some(style.color)),
                     Some(Some(color)) if *color == style.color => continue,
@@ -136,7 +137,7 @@ impl Setup {
             let name = layer.filter(|_| mode == PartMode::Layer);
             let name = name.and_then(|layer| layer.name.clone());
             let commands = name.as_deref().map(LayerCommands::of).unwrap_or_default();
-            // Parts keep their places in the lists: what has no lines is none.
+            // A part without lines keeps its index but is never drawn.
             let empty = color.is_none();
             let part = Part {
                 n: 0,
@@ -154,6 +155,7 @@ impl Setup {
             drawn.passes = if empty { 0 } else { self.passes.unwrap_or(1) };
             parts.push(drawn);
         }
+        // Numbers that users see count only the parts with lines.
         let there = parts.iter_mut().filter(|part| part.passes > 0);
         for (n, part) in (1..).zip(there) {
             part.part.n = n;
@@ -164,6 +166,7 @@ impl Setup {
             for part in parts.iter().filter(|part| part.passes > 0) {
                 found |= rule.matches.is(part);
             }
+            // A rule for a part that does not exist is more likely a typing error than intended.
             if !found {
                 let what = match &rule.matches {
                     PartMatch::Name(name) => message!(
@@ -176,6 +179,8 @@ impl Setup {
             }
         }
         for part in parts.iter_mut().filter(|part| part.passes > 0) {
+            // The first matching rule applies, so that users can order them from special to
+            // general.
             if let Some(rule) = self.pens.iter().find(|rule| rule.matches.is(part)) {
                 part.pen = rule.pen;
                 part.passes = rule.passes.unwrap_or(part.passes);
@@ -185,7 +190,7 @@ impl Setup {
         Ok((parts, notes))
     }
 
-    /// Leaves out the parts that were not asked for, if any were.
+    /// Leaves out the parts that were not requested, if any were.
     fn choose(&self, parts: &mut [DrawingPart]) -> Result<(), Diagnostic> {
         if self.only.is_empty() {
             return Ok(());
@@ -198,6 +203,7 @@ impl Setup {
             let named = |part: &DrawingPart| there(part) && part.has_name(wanted);
             let coloured = |part: &DrawingPart| there(part) && part.has_color(color);
             let counted = |part: &DrawingPart| there(part) && Some(part.part.n) == number;
+            // Names first: a layer may be called "2" or "red".
             let ways: [&dyn Fn(&DrawingPart) -> bool; 3] = [&named, &coloured, &counted];
             let Some(way) = ways.into_iter().find(|way| parts.iter().any(way)) else {
                 return Err(unknown(wanted, parts));
@@ -207,14 +213,14 @@ impl Setup {
             }
         }
         for (part, chosen) in parts.iter_mut().zip(chosen) {
-            // A part that a person names is drawn, whatever its name says.
+            // A part requested by the user is drawn, even if its name says to skip it.
             part.skipped &= !chosen;
             part.unasked = !chosen;
         }
         Ok(())
     }
 
-    /// A drawing with its parts, without those that are left out.
+    /// Divides a drawing into parts, without those left out.
     pub(super) fn divided(
         &self,
         mut artwork: Artwork,
@@ -223,6 +229,7 @@ impl Setup {
         let mode = self.part_mode(&artwork);
         if mode == PartMode::None {
             notes.extend(draw_alike(&artwork));
+            // Without parts, passes or pens the drawing stays as it is.
             if self.passes.unwrap_or(1) == 1 && self.pens.is_empty() && self.only.is_empty() {
                 return Ok(artwork);
             }
@@ -245,7 +252,7 @@ impl Setup {
                 "all parts of the drawing are left out"
             )));
         }
-        // Who has chosen parts knows that the others are not drawn.
+        // No note if the user chose the parts: the others are left out on purpose.
         let told = self.only.is_empty();
         let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
         for part in parts.iter().filter(left_out) {
@@ -256,7 +263,7 @@ impl Setup {
         Ok(artwork)
     }
 
-    /// A program whose tools are parts, if that was asked for; one with as many passes as are wanted.
+    /// Turns the tools of a program into parts, if requested, and adds the passes.
     pub(super) fn with_passes(&self, mut plan: Plan, gcode: bool) -> Result<Plan, Diagnostic> {
         if let Some(setting) = [
             (!self.only.is_empty()).then_some(Setting::Only),
@@ -295,7 +302,7 @@ impl Setup {
         Ok(plan)
     }
 
-    /// The tools of a program are its parts, or none.
+    /// Keeps the tools of a program as its parts, or drops them.
     fn tools(&self, plan: &mut Plan) {
         if self.parts != Some(PartMode::Layer) {
             plan.steps
@@ -340,7 +347,7 @@ fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     )
 }
 
-/// That several pens of a plot draw alike.
+/// Note that several pens of a plot draw alike.
 fn draw_alike(artwork: &Artwork) -> Option<Diagnostic> {
     let pens = artwork.layers.iter();
     let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));

@@ -1,4 +1,9 @@
-//! A program in coordinates of its own, laid before the arm: what it draws is what has a size, a middle and a height.
+//! Placement of a program in its own coordinates: size, middle and height are those of what it
+//! draws.
+//!
+//! Coordinates of such a program count from a zero of its own, often the corner of a machine.
+//! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
+//! travel by moves that the arm can reach (`guide`).
 
 mod guide;
 
@@ -14,25 +19,26 @@ use crate::raster::Size;
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Surface, Tool, Work};
 use guide::Guide;
 
-/// What is larger than its sheet by no more than this is not, mm.
+/// Largest excess over a sheet that is ignored, mm.
 pub(super) const ROUNDED: f64 = 1.0;
 
-/// Whose coordinates those of a file are: of G-code, plans, playback files and points. Drawings and images are always placed.
+/// Coordinate system of G-code, plans, playback files and points. Drawings and images are always
+/// placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Frame {
-    /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a page, a surface, that it is to fit); else
-    /// the arm's.
+    /// Its own if it is drawn or engraved, or if any option about its place was given (a middle, a
+    /// page, a surface, fitting); otherwise the arm's.
     #[default]
     Default,
-    /// Its own: it is placed.
+    /// Its own: the program is placed.
     Own,
-    /// The arm's, as they stand.
+    /// The arm's, unchanged.
     Arm,
 }
 
 impl Setup {
-    /// Whether a file of coordinates is placed, and not taken as the arm's.
+    /// True if a file with coordinates is placed instead of using arm coordinates.
     #[must_use]
     pub fn places(&self) -> bool {
         match self.placement.frame {
@@ -50,7 +56,7 @@ impl Setup {
             || self.surface.is_some()
     }
 
-    /// How G-code is read to be placed so; `surface` is the one that it lies on where it is not placed.
+    /// Sets the options for reading G-code. `surface` is the one it lies on if it is not placed.
     pub fn prepare(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
         gcode.lift = self.pen.lift;
         gcode.placed = self.places();
@@ -61,7 +67,7 @@ impl Setup {
         };
     }
 
-    /// What was said of a frame that this file does not have.
+    /// Refuses options about coordinates that this file does not have.
     pub(super) fn check_frame(&self, gcode: bool, drawing: bool) -> Result<(), Diagnostic> {
         let placement = &self.placement;
         let raw = Remedy::without(Setting::Raw);
@@ -87,8 +93,8 @@ impl Setup {
         Ok(())
     }
 
-    /// Placed G-code of a pen with all its depths at the first one, and how it is laid then; with what to tell about them
-    /// when its size is known.
+    /// Flattens placed G-code for a pen to its first depth. Returns the setup, the content, and the
+    /// depth figures to report once its size is known.
     pub(super) fn flattened(
         &self,
         format: Format,
@@ -103,7 +109,8 @@ impl Setup {
         let Some(mut flat) = flat else {
             return (setup, Content::Plan(plan), None);
         };
-        // What is the same line depends on the size, and the size on what is drawn.
+        // Which lines are equal depends on the size, and the size on what is drawn: flatten again
+        // at the size found.
         let sized = setup.sized(&Content::Plan(flat.plan.clone()));
         let scale = sized.map_or(1.0, |sized| sized.placement.scale);
         if scale != 1.0
@@ -114,7 +121,7 @@ impl Setup {
         (setup, Content::Plan(flat.plan), Some(flat.tally))
     }
 
-    /// The size that was asked for, 1 being the true one.
+    /// Requested scale; 1 is the true size.
     pub(super) fn scale_of(&self, format: Format, content: &Content) -> Result<f64, Diagnostic> {
         let Content::Plan(plan) = content else {
             return Ok(self.sized(content)?.placement.scale);
@@ -130,7 +137,8 @@ impl Setup {
             .scale)
     }
 
-    /// How a program is laid, and the same with all its depths at the first one in its own size, if it is placed and a pen's.
+    /// Setup for a program, and the program flattened at its own size, if it is placed and for a
+    /// pen.
     fn flat(
         &self,
         format: Format,
@@ -139,11 +147,13 @@ impl Setup {
     ) -> (Self, Option<Flat>) {
         let mut setup = self.clone();
         let laser = || plan.steps.iter().any(|step| step.action.is_of_a_laser());
+        // Only milling programs have depths: a laser burns at one height.
         if format != Format::Gcode || !self.places() || laser() {
             return (setup, None);
         }
         let pen_z = self.placement.pen_z;
         if self.depths == Depths::Keep {
+            // With kept depths, the first depth is on the surface and the others are below it.
             if let Some(survey) = DepthSurvey::of(plan, pen_z) {
                 setup.placement.pen_z = Some(survey.first);
                 notes.extend(kept(&survey));
@@ -157,8 +167,8 @@ impl Setup {
         (setup, flat)
     }
 
-    /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
-    /// surface.
+    /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given one, is
+    /// on the surface.
     pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
@@ -198,6 +208,7 @@ impl Setup {
             touch: marks.touch,
             deepest: match self.depths {
                 Depths::Flatten => 0.0,
+                // Kept depths have no lower limit here; the check covers the reach.
                 Depths::Keep => f64::NEG_INFINITY,
             },
         };
@@ -214,8 +225,8 @@ impl Setup {
         })
     }
 
-    /// How it lies: with its middle where that was said, else on the middle of the sheet. With the size of what it draws, as
-    /// it lies on the sheet.
+    /// Layout: middle at the requested position, else on the middle of the sheet. Also returns the
+    /// size of the drawing along the sheet.
     fn layout_for(
         &self,
         marks: &Artwork,
@@ -228,6 +239,7 @@ impl Setup {
         };
         let [least, most] = turned_bounds(marks, &layout);
         let size = [0, 1].map(|axis| most[axis] - least[axis]);
+        // On a sheet the drawing must also fit its sides, not only the reach.
         let mut layout = layout;
         if layout.fit
             && let Some(room) = self.sheet_in_use().and_then(|sheet| sheet.size)
@@ -241,7 +253,7 @@ impl Setup {
         Ok((layout, size))
     }
 
-    /// The sheet that it lies on, if it does.
+    /// Sheet that it lies on, if any.
     fn sheet_in_use(&self) -> Option<Sheet> {
         self.sheet.filter(|_| self.placement.at.is_none())
     }
@@ -269,7 +281,7 @@ impl Setup {
             .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
     }
 
-    /// A plan in coordinates of the arm that is placed all the same: to the middle of the sheet, or to where there is room.
+    /// Centres a plan in arm coordinates: on the sheet, or where there is room.
     pub(super) fn centred(&self, plan: Plan) -> Result<Plan, Diagnostic> {
         match self.sheet.and_then(middle_of_sheet) {
             Some([x, y]) => {
@@ -281,7 +293,7 @@ impl Setup {
     }
 }
 
-/// Where the middle of a sheet is, if its size is known.
+/// Middle of a sheet, if its size is known.
 pub(super) fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
     let half = sheet.size?.map(|side| side / 2.0);
     let [x, y] = rotated(half, sheet.rotation);
@@ -289,17 +301,17 @@ pub(super) fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
     Some([from_x + x, from_y + y])
 }
 
-/// From the coordinates of a program to x, y and a height above the surface.
+/// Transform from a program's coordinates to x, y and a height above the surface.
 struct ProgramTransform {
     mirror: bool,
     rotate: f64,
-    /// The middle of what it draws, mirrored and rotated.
+    /// Middle of what it draws, mirrored and rotated.
     middle: [f64; 2],
     sheet: f64,
     scale: f64,
     at: [f64; 2],
     touch: f64,
-    /// No hole goes deeper than this above the surface.
+    /// Lower limit for holes, relative to the surface.
     deepest: f64,
 }
 
@@ -317,7 +329,7 @@ fn own([x, y]: [f64; 2], mirror: bool, rotate: f64) -> [f64; 2] {
     rotated([if mirror { -x } else { x }, y], rotate)
 }
 
-/// The least and the greatest x and y of a drawing, mirrored and rotated.
+/// Bounds of a drawing, mirrored and rotated.
 fn turned_bounds(artwork: &Artwork, layout: &Layout) -> [[f64; 2]; 2] {
     let points = artwork.strokes.iter().flat_map(|stroke| &stroke.points);
     let points = points.map(|point| own(*point, layout.mirror, layout.rotate));
@@ -335,7 +347,8 @@ fn middle_of(artwork: &Artwork, layout: &Layout) -> [f64; 2] {
     [0, 1].map(|axis| f64::midpoint(least[axis], most[axis]))
 }
 
-/// Where the first motion of a plan in the arm's coordinates comes from nowhere that is known, the arm comes from above.
+/// Adds an approach from above, if the first motion of a plan in arm coordinates starts at an
+/// unknown position.
 pub(super) fn raised(plan: &mut Plan, lift: f64) {
     guide::from_above(plan, lift);
 }

@@ -1,4 +1,4 @@
-//! A test grid before the arm: each cell is an image that is engraved with a power and a speed of its own.
+//! Test grid: each cell is an image engraved with its own power and speed.
 
 use magician_host::message;
 use magician_host::{Remedy, Setting};
@@ -48,7 +48,7 @@ impl Setup {
         })
     }
 
-    /// Its powers and speeds are those of the grid.
+    /// Refuses power and speed: those of the grid apply.
     fn says_no_values(&self) -> Result<(), Diagnostic> {
         let said = [
             (Setting::Power, self.power.is_some()),
@@ -65,7 +65,7 @@ impl Setup {
     }
 }
 
-/// The labels, with the weakest power at the highest speed.
+/// Labels, at the lowest power and the highest speed.
 fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, tool: Tool) -> Plan {
     let strokes = wanted.labels.iter().map(|line| {
         let points = line.iter().map(|point| on(wanted, grid, *point));
@@ -87,7 +87,7 @@ fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, t
     PlacedArtwork::at(artwork, surface).plan(&marking)
 }
 
-/// A cell, as an image of one black pixel.
+/// Cell, as an image of one black pixel.
 fn burnt(
     wanted: &TestGrid,
     cell: &TestCell,
@@ -116,7 +116,7 @@ fn burnt(
     engrave.plan(&black, &place, surface)
 }
 
-/// Where a point of a grid lies.
+/// Position of a point of the grid.
 fn on(wanted: &TestGrid, grid: &Grid, [right, down]: [f64; 2]) -> [f64; 2] {
     grid.at([right / wanted.size[0], down / wanted.size[1]])
 }

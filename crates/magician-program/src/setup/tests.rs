@@ -1,4 +1,4 @@
-//! How what a person says becomes a plan.
+//! Tests of the setup: from options to a plan.
 
 use magician_host::preflight::Preflight;
 use magician_host::{Act, Given, JointAngles, Setting};
@@ -173,7 +173,7 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
 
 #[test]
 fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
-    // No two neighbouring pixels are the same.
+    // All neighbouring pixels differ.
     let image = Raster {
         width: 40,
         height: 1,
@@ -220,7 +220,7 @@ fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
     let (speed, note) = engraved(0.2, Some(30.0));
     assert_eq!(speed, 30.0);
     assert_eq!(note, Some(Act::Give(Setting::Speed, Given::Number(10.0))));
-    // What a note advises has no note, also where it is finer than 0.1 mm/s.
+    // The advised speed causes no further note, even below a resolution of 0.1 mm/s.
     for spacing in [0.3, 0.07, 0.001] {
         let (_, note) = engraved(spacing, Some(30.0));
         let Some(Act::Give(_, Given::Number(slower))) = note else {
@@ -293,7 +293,7 @@ fn a_usual_tool_is_taken_where_it_can_do_the_work() {
     }
 }
 
-/// Where lines of a plan begin and end, x and y.
+/// Bounds of the lines of a plan, x and y.
 fn marked(plan: &Plan) -> [[f64; 2]; 2] {
     let lines = WorkLines::of(plan, None).unwrap();
     lines.artwork.bounds().unwrap()
@@ -318,7 +318,7 @@ fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
         work: Work::Draw(trace),
         ..Setup::default()
     };
-    // One hatching at 45 degrees, half a mm apart: as many lines as its width and height have room for.
+    // One layer at 45 degrees, lines 0.5 mm apart: as many lines as width and height allow.
     let lines = |setup: &Setup| {
         let made = setup.plan(Format::Image, Content::Image(image.clone()));
         let made = made.expect("a plan");

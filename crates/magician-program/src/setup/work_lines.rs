@@ -1,4 +1,4 @@
-//! The lines that a program in its own coordinates draws or burns.
+//! Lines that a program in its own coordinates draws or burns.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
@@ -6,25 +6,26 @@ use magician_host::{Given, Setting};
 use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Diagnostic, Plan, Stroke};
 
-/// So far above the Z of touching a pen still draws, mm.
+/// Height above the touching Z up to which a pen draws, mm.
 pub(super) const TOUCH: f64 = 0.5;
-/// Shorter ways across are none, mm.
+/// Largest horizontal distance that counts as no motion, mm.
 const STILL: f64 = 1e-4;
-/// An arc is followed in pieces of this turn, deg.
+/// Turn of the pieces of an approximated arc, deg.
 const PIECE: f64 = 3.0;
 
-/// What it draws, and at which Z.
+/// Drawn lines of a program, and their Z.
 pub(crate) struct WorkLines {
-    /// The lines, as on a sheet.
+    /// Lines, as on a sheet.
     pub(crate) artwork: Artwork,
-    /// The Z at which the tool touches.
+    /// Z at which the tool touches.
     pub(crate) touch: f64,
 }
 
 impl WorkLines {
     pub(crate) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
-        // Followed again for each question: a drawing has a million of them, and they are much larger than its points.
+        // Computed again for each question: a drawing may have a million segments, which are much
+        // larger than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);
         let lowest = |across: bool| {
             let found = working().filter(|segment| !across || segment.goes_across());
@@ -38,7 +39,8 @@ impl WorkLines {
                 .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
-        // Where all lines only come down to it, as in reliefs and arcs through Z, they are what it draws.
+        // If all lines only descend to that Z, as in reliefs and arcs through Z, they are the
+        // drawing.
         let slants = !laser && !working().any(|segment| segment.touches(touch));
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut last = None;
@@ -77,7 +79,7 @@ impl WorkLines {
     }
 }
 
-/// A way of the tool at work.
+/// Motion of the tool at work.
 pub(super) struct Segment {
     pub(super) from: [f64; 3],
     pub(super) via: Option<[f64; 3]>,
@@ -87,7 +89,7 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// The way of a step that leads from one place to another.
+    /// Motion of a step between two positions.
     pub(super) fn of(step: &crate::Step, from: [f64; 3], to: [f64; 3]) -> Self {
         let (via, lit) = match &step.action {
             Action::Arc {
@@ -114,7 +116,7 @@ impl Segment {
         self.from[2].min(self.to[2])
     }
 
-    /// A line touches from end to end, a point where it ends.
+    /// A line touches if both ends do, a vertical move if its end does.
     fn touches(&self, touch: f64) -> bool {
         let touches = |z: f64| z <= touch + TOUCH;
         touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
@@ -133,7 +135,7 @@ impl Segment {
     }
 }
 
-/// Points of the arc from the first through the second to the third; nothing if they are on a line.
+/// Points of the arc from `a` through `b` to `c`; `None` if they are on a line.
 fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let (centre, sweep) = circle_through(a, b, c)?;
     let (start, radius) = (
@@ -149,7 +151,7 @@ fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     Some([a].into_iter().chain(between).chain([c]).collect())
 }
 
-/// All ways of the tool at work, in their order.
+/// All motion of the tool at work, in order.
 fn segments(plan: &Plan) -> impl Iterator<Item = Segment> + '_ {
     let mut at: Option<[f64; 3]> = None;
     plan.steps.iter().filter_map(move |step| {

@@ -1,27 +1,27 @@
-//! What a plan leaves, step by step: to show its progress.
+//! Drawn lines of a plan by step, to show progress.
 
 use magician_host::preflight::Preflight;
 
 use super::tracer::PathTracer;
 use crate::{Plan, Report};
 
-/// What is shorter is one with what follows it, mm.
+/// Length below which a line is merged with the next, mm.
 const SHORTEST: f64 = 0.3;
 
-/// A straight line that a pen or a laser leaves, seen from above.
+/// Straight line drawn by a pen or laser, from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLine {
-    /// The step that ends it, from 0.
+    /// Step that ends it, from 0.
     pub step: usize,
-    /// Where it begins, in the arm's x and y, mm.
+    /// Start, in the arm's x and y, mm.
     pub from: [f64; 2],
-    /// Where it ends.
+    /// End, in the arm's x and y, mm.
     pub to: [f64; 2],
 }
 
 impl DrawnLine {
-    /// The lines that a plan leaves when the arm stands there before it, in their order. Curves are many of them; those that are
-    /// too short to be seen are taken together.
+    /// Lines that a plan draws from this state of the arm, in order. Curves become several lines;
+    /// lines too short to be seen are merged.
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};

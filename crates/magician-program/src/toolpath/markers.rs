@@ -1,32 +1,32 @@
-//! What happens at places: picking, placing, waiting.
+//! Markers: places where the tool picks, places or waits.
 
-/// Places nearer to one another than this are the same, mm.
+/// Largest distance of places that share a marker, mm.
 const SAME: f64 = 1.0;
 
-/// What happens.
+/// Kind of event at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MarkerKind {
-    /// The tool takes hold.
+    /// The tool picks something up.
     Pick,
-    /// It lets go.
+    /// The tool lets go.
     Place,
-    /// It waits.
+    /// The arm waits.
     Wait,
 }
 
-/// A place at which something happens.
+/// Place with events.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Marker {
-    /// X, y and z, mm.
+    /// Position x, y, z, mm.
     pub at: [f64; 3],
-    /// What happens there, each once.
+    /// Kinds of events, each once.
     pub kinds: Vec<MarkerKind>,
-    /// The name that the plan gives it.
+    /// Name given by the plan.
     pub name: Option<String>,
 }
 
 impl Marker {
-    /// Adds what happens at a place.
+    /// Adds an event at a place.
     pub(super) fn add(markers: &mut Vec<Self>, at: [f64; 3], kind: MarkerKind, name: Option<&str>) {
         let near = |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < SAME);
         let name = name.map(str::to_owned);

@@ -1,7 +1,7 @@
-//! The path of a plan's tool as values: what pictures of it and others show.
+//! Path of a plan's tool as values, for previews and other displays.
 //!
-//! [`Toolpath`] is all of it, sorted by what it leaves; [`Outline`] the lines that are left, as few
-//! points as are asked for; [`DrawnLine`] the same step by step.
+//! [`Toolpath`] has all motion, sorted by the marks it leaves. [`Outline`] has the drawn lines with
+//! a limited number of points, [`DrawnLine`] the same by step.
 
 mod drawn_line;
 mod markers;
@@ -21,32 +21,32 @@ pub use track::Track;
 
 use crate::{Color, Plan, Report};
 
-/// As coarse a picture may become to stay a picture, mm.
+/// Largest tolerance of a picture, mm: coarser lines would look wrong.
 const COARSEST: f64 = 0.2;
-/// From so many corners on it becomes coarser.
+/// Number of corners from which the tolerance is increased. Bounds the size of pictures.
 const MANY: usize = 150_000;
-/// Number of laser powers that are told apart.
+/// Number of distinguished laser powers.
 pub const SHADES: usize = 10;
-/// Largest number of refused steps that are marked.
+/// Largest number of marked refused steps.
 pub const MOST_REFUSED: usize = 3;
 
-/// What a part of the path leaves.
+/// Mark left by a part of the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StrokeKind {
-    /// Nothing.
+    /// No mark.
     Nothing,
-    /// Nothing, and the tool holds something.
+    /// No mark; the tool carries something.
     Carried,
-    /// A pen's line, in its colour or that of its part if it has one.
+    /// Pen line, in its own colour or that of its part, if any.
     Ink(Option<Color>),
-    /// A burnt line, by how dark it is: 1 to [`SHADES`].
+    /// Burnt line, by darkness: 1 to [`SHADES`].
     Burn(usize),
-    /// Nothing: the arm does not come there.
+    /// No mark: out of reach.
     Unreachable,
 }
 
 impl StrokeKind {
-    /// How dark it is, percent: the power of a laser, 100 of everything else.
+    /// Darkness in percent: the power of a laser, 100 for everything else.
     pub(super) fn power(self) -> u8 {
         match self {
             Self::Burn(shade) => (100 * shade / SHADES) as u8,
@@ -55,44 +55,44 @@ impl StrokeKind {
     }
 }
 
-/// Lines that look the same, seen from above and from the side (distance from the base axis and z).
+/// Lines with the same look, from above and from the side (distance from the base axis, and z).
 #[derive(Clone, Debug)]
 pub struct Layer {
-    /// What they leave.
+    /// Mark that they leave.
     pub leaves: StrokeKind,
-    /// X and y, mm.
+    /// View from above: x and y, mm.
     pub above: Track,
-    /// Distance from the base axis and z, mm; empty without a view from the side.
+    /// View from the side: distance from the base axis and z, mm; empty without that view.
     pub side: Track,
 }
 
-/// The path of the tool through a plan.
+/// Path of the tool through a plan.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Toolpath {
-    /// Its lines, by what they leave.
+    /// Lines by the mark they leave.
     pub layers: Vec<Layer>,
-    /// Places at which something happens.
+    /// Places with events.
     pub markers: Vec<Marker>,
-    /// Its first and last place; `None` if they are unknown.
+    /// First and last position; `None` if unknown.
     pub ends: Option<[[f64; 3]; 2]>,
-    /// The first refused steps and their places, [`MOST_REFUSED`] at most.
+    /// First refused steps with their positions, at most [`MOST_REFUSED`].
     pub refused_steps: Vec<(usize, Option<[f64; 3]>)>,
-    /// Length of what leaves something, mm.
+    /// Length of marks, mm.
     pub drawn: f64,
-    /// Length of the rest, mm.
+    /// Length of other motion, mm.
     pub other: f64,
-    /// The least and the greatest corner of what is left, mm; `None` if nothing is.
+    /// Bounds of the marks, mm; `None` without marks.
     pub bounds: Option<[[f64; 2]; 2]>,
-    /// What the plan is for.
+    /// Purpose of the plan.
     pub purpose: PlanPurpose,
-    /// True if it has lines from the side.
+    /// True if there is a view from the side.
     pub has_side: bool,
 }
 
 impl Toolpath {
-    /// Follows a plan from where the arm stands: with a view from the side or without; if `side`
-    /// does not say, with one for plans that pick and place.
+    /// Follows a plan from this state of the arm. `side` selects the view from the side; `None`
+    /// shows it for plans that pick and place.
     #[must_use]
     pub fn through(plan: &Plan, report: &Report, start: &Preflight, side: Option<bool>) -> Self {
         let mut tracer = PathTracer::from(plan, report, start, side);
@@ -100,7 +100,7 @@ impl Toolpath {
         tracer.finish(plan.steps.len())
     }
 
-    /// Makes it coarser than this, as long as it has too many corners.
+    /// Increases the tolerance while there are too many corners.
     fn thin(&mut self, mut tolerance: f64) {
         while self.corners() > MANY && tolerance < COARSEST {
             tolerance *= 2.0;

@@ -1,4 +1,7 @@
-//! What a plan leaves, as few lines as a picture elsewhere needs.
+//! Drawn lines of a plan, with a limited number of points.
+//!
+//! A station sends these lines to pages, so their number of points is bounded: the tolerance is
+//! doubled until they fit, and beyond the largest tolerance some lines are left out evenly.
 
 use magician_host::preflight::Preflight;
 
@@ -7,12 +10,12 @@ use super::track::Track;
 use crate::turns::{AtOnce, Turns, at_once};
 use crate::{Plan, Report};
 
-/// What is finer than this is not kept, mm.
+/// Initial tolerance, mm.
 const FINE: f64 = 0.02;
-/// Coarser than this lines are not made, mm: some are left out instead.
+/// Largest tolerance, mm; beyond it lines are left out instead.
 const COARSEST: f64 = 5.0;
 
-/// A line that a pen or a laser leaves without being lifted or switched off, seen from above.
+/// Line drawn by a pen or laser without lifting or switching off, from above.
 ///
 /// ```
 /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -34,26 +37,27 @@ const COARSEST: f64 = 5.0;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outline {
-    /// Its points, in the arm's x and y, mm: two or more.
+    /// Points in the arm's x and y, mm; at least two.
     pub points: Vec<[f64; 2]>,
-    /// How high it begins, mm.
+    /// Height of its start, mm.
     pub height: f64,
-    /// Whether the arm comes there.
+    /// True if it is within reach.
     pub reachable: bool,
-    /// How dark it is, percent, in steps of 10: the power of a laser, 100 of ink.
+    /// Darkness in percent, in steps of 10: the power of a laser, 100 for ink.
     pub power: u8,
-    /// The number of the part that it is of, in a plan that has parts.
+    /// Number of its part, in a plan with parts.
     pub part: Option<u64>,
 }
 
 impl Outline {
-    /// The lines that a plan leaves when the arm stands there before it, in their order: of no more points than `most`.
+    /// Lines that a plan draws from this state of the arm, in order, with at most `most` points.
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight, most: usize) -> Vec<Self> {
         at_once(Self::with_travels(plan, start, most, &AtOnce)).0
     }
 
-    /// The same, and the ways of the tip that leave nothing, in space: of no more points than `most` either; with turns for others.
+    /// As [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
+    /// points. Yields to other tasks between slices.
     pub async fn with_travels(
         plan: &Plan,
         start: &Preflight,
@@ -88,7 +92,7 @@ impl Outline {
     }
 }
 
-/// Some of them, all over, where they have too many points together.
+/// Keeps an evenly spread selection if there are too many points.
 fn evenly<T>(outlines: Vec<T>, most: usize, points_of: impl Fn(&T) -> usize) -> Vec<T> {
     let points: usize = outlines.iter().map(&points_of).sum();
     let each = points.div_ceil(most.max(1)).max(1);
@@ -105,7 +109,7 @@ fn evenly<T>(outlines: Vec<T>, most: usize, points_of: impl Fn(&T) -> usize) -> 
     kept
 }
 
-/// A line that is collected.
+/// Line being collected.
 #[derive(Clone, Debug)]
 struct Line {
     reachable: bool,
@@ -115,14 +119,14 @@ struct Line {
     track: Track,
 }
 
-/// Collects lines as they are drawn, and the ways between them.
+/// Collects drawn lines, and travel between them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outlines {
     lines: Vec<Line>,
-    /// Where the last one ends.
+    /// End of the last line.
     end: Option<[f64; 2]>,
     travels: Vec<Vec<[f64; 3]>>,
-    /// Whether the last of these ways ended at a line.
+    /// True if the last travel ended at a line.
     arrived: bool,
 }
 
@@ -135,7 +139,7 @@ impl Outlines {
     ) {
         let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
-        // A pen that comes down draws already a little above the height at which its line begins.
+        // A pen coming down draws slightly above the height of its line already.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
         self.arrived = true;
@@ -169,7 +173,7 @@ impl Outlines {
         *end = Some(to);
     }
 
-    /// A way that leaves nothing.
+    /// Adds motion without a mark.
     pub(super) fn travel(&mut self, from: [f64; 3], to: [f64; 3]) {
         if from == to {
             return;
@@ -180,7 +184,7 @@ impl Outlines {
             self.travels.push(vec![from, to]);
             return;
         };
-        // It goes straight on: the point between is left out.
+        // The motion continues straight: drop the point between.
         if let [.., before, last] = way.as_mut_slice()
             && is_straight(*before, *last, to)
         {
@@ -197,7 +201,7 @@ impl Outlines {
     }
 }
 
-/// Whether a way turns so little that its corner is not seen.
+/// True if a corner is too flat to be seen.
 fn is_straight(from: [f64; 3], corner: [f64; 3], to: [f64; 3]) -> bool {
     let [one, two] = [[from, corner], [corner, to]]
         .map(|[from, to]| [0, 1, 2].map(|axis| to[axis] - from[axis]));

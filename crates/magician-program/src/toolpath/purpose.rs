@@ -1,25 +1,25 @@
-//! What a plan is for, which decides what its ways leave.
+//! Purpose of a plan, which decides the marks its motion leaves.
 
 use super::{SHADES, StrokeKind};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
-/// So much above the surface is at the surface, mm.
+/// Height above the surface that still counts as on it, mm.
 const AT_SURFACE: f64 = 0.05;
 
-/// What a plan is for.
+/// Purpose of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlanPurpose {
     /// A pen draws on a surface.
     Draws(Option<Surface>),
-    /// A laser burns, wherever it is lit.
+    /// A laser burns wherever it is on.
     Burns(Option<Surface>),
-    /// Something is moved about; the lowest place that it stops at, mm.
+    /// Something is carried; the value is the lowest stop, mm.
     Carries(Option<f64>),
 }
 
 impl PlanPurpose {
-    /// What a plan is for: its tool says so, or else its steps.
+    /// Purpose of a plan, from its tool or else its steps.
     pub(super) fn of(plan: &Plan) -> Self {
         let lowest = || {
             let steps = plan.steps.iter().map(|step| &step.action);
@@ -28,7 +28,7 @@ impl PlanPurpose {
         };
         let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
         match tool {
-            // Where the program names no surface it burns at the height of its places.
+            // Without a surface it burns at the height of its targets.
             Tool::Laser => Self::Burns(plan.surface.or_else(|| lowest().map(Surface::level))),
             Tool::Suction | Tool::Gripper => Self::Carries(lowest()),
             Tool::None | Tool::Pen | Tool::Bias(_) => match plan.drawn_on() {
@@ -40,7 +40,7 @@ impl PlanPurpose {
         }
     }
 
-    /// What a straight way leaves.
+    /// Mark left by a straight motion.
     pub(super) fn leaves(
         &self,
         ends: [[f64; 3]; 2],
@@ -49,7 +49,7 @@ impl PlanPurpose {
     ) -> StrokeKind {
         let power = power.unwrap_or(0.0);
         if power > 0.0 {
-            // A conversion of a float saturates.
+            // The conversion from float saturates.
             let shade = (power / 100.0 * SHADES as f64).ceil() as usize;
             return StrokeKind::Burn(shade.clamp(1, SHADES));
         }
@@ -67,12 +67,12 @@ impl PlanPurpose {
         }
     }
 
-    /// Whether heights matter in it.
+    /// True if heights matter.
     pub(super) fn is_deep(&self) -> bool {
         matches!(self, Self::Carries(_))
     }
 
-    /// The surface on which it is done.
+    /// Surface on which it works.
     #[must_use]
     pub fn surface(&self) -> Option<Surface> {
         match self {

@@ -1,4 +1,4 @@
-//! Step by step through a plan, as the tool would go.
+//! Follows a plan step by step, as the tool would go.
 
 use magician_host::preflight::Preflight;
 use magician_host::{ArmState, JointAngles, Set};
@@ -12,30 +12,31 @@ use super::{
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
-/// Corners are merged within this, mm: half of what is seen of a pen's line.
+/// Tolerance for merging corners, mm: half of what can be seen of a pen line.
 const FINE: f64 = 0.02;
-/// A pen that has drawn less than this has made a dot, mm.
+/// Length below which a pen has drawn a dot, mm.
 const DOT: f64 = 0.05;
-/// Colours that are told apart; lines of more are drawn in that of a drawing without any.
+/// Largest number of distinguished colours; further ones are drawn as if without colour.
 const MOST_INKS: usize = 48;
-/// As many marks are drawn.
+/// Largest number of markers.
 const MOST_MARKS: usize = 400;
-/// Corners of a curve, at least and at most.
+/// Smallest and largest number of corners of a curve.
 const CORNERS: [f64; 2] = [24.0, 240.0];
-/// A corner of a curve for so many mm from end to end.
+/// Length per corner of a curve, mm, by the distance of its ends.
 const CORNER_EACH: f64 = 1.0;
-/// What leaves the reach is looked at in pieces of this length, mm, and in no more than so many.
+/// Length of the pieces in which motion out of reach is examined, mm.
 const PIECE: f64 = 1.0;
+/// Largest number of such pieces.
 const MOST_PIECES: f64 = 1000.0;
-/// A place that is farther off is as good as nowhere, mm.
+/// Distance beyond which a position is ignored, mm.
 const FARTHEST: f64 = 10_000.0;
 
-/// How the tool is turned: what is known of it.
+/// Known rotation of the tool.
 #[derive(Clone, Copy)]
 enum Turn {
-    /// Its rotation seen from above.
+    /// Rotation seen from above.
     R(f64),
-    /// Its servo.
+    /// Angle of its servo.
     J4(f64),
 }
 
@@ -47,29 +48,30 @@ pub(super) struct PathTracer {
     turn: Turn,
     holds: bool,
     lit: bool,
-    /// The number of the part under way, and its colour.
+    /// Number of the current part.
     part: Option<u64>,
+    /// Colour of the current part.
     part_color: Option<Color>,
-    /// Colour of the step under way.
+    /// Colour of the current step.
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
-    /// Where the pen has come down and has not drawn a line yet, and its colour.
+    /// Where the pen came down without a line so far, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
-    /// What it has drawn since it came down, mm: the last of a way down is a little of that.
+    /// Length drawn since it came down, mm; the end of a descent draws a little.
     inked: f64,
-    /// Whether it has come to a first place of its own: the way there leaves nothing.
+    /// True once the plan's first position is reached: the way there leaves no mark.
     begun: bool,
-    /// The step under way.
+    /// Current step.
     nth: usize,
-    /// What is left, step by step, if that is wanted.
+    /// Drawn lines by step, if requested.
     strokes: Option<Vec<DrawnLine>>,
-    /// What is left, line by line, if that is wanted.
+    /// Drawn lines, if requested.
     outlines: Option<Outlines>,
 }
 
 impl PathTracer {
-    /// Begins where the arm stands.
+    /// Creates a tracer in this state of the arm.
     pub(super) fn from(
         plan: &Plan,
         report: &Report,
@@ -117,14 +119,14 @@ impl PathTracer {
         tracer
     }
 
-    /// The lines that are left, each with its step.
+    /// Drawn lines, each with its step.
     pub(super) fn strokes(mut self, plan: &Plan) -> Vec<DrawnLine> {
         self.strokes = Some(Vec::new());
         self.through(plan);
         self.strokes.unwrap_or_default()
     }
 
-    /// The lines that are left, and where the arm does not come.
+    /// Drawn lines, and travel.
     pub(super) async fn outlines(mut self, plan: &Plan, turns: &impl Turns) -> Outlines {
         self.outlines = Some(Outlines::default());
         self.through_with(plan, turns).await;
@@ -133,7 +135,7 @@ impl PathTracer {
         outlines
     }
 
-    /// Takes all steps.
+    /// Follows all steps.
     pub(super) fn through(&mut self, plan: &Plan) {
         at_once(self.through_with(plan, &AtOnce));
     }
@@ -144,7 +146,7 @@ impl PathTracer {
         }
         for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
             for (nth, step) in (slice * SLICE..).zip(steps) {
-                // White would not be seen, and black is what lines are drawn in anyway.
+                // White would be invisible, and black is the default colour.
                 let color = step.color.or(self.part_color);
                 self.ink = color.filter(|color| !color.is_pale() && *color != Color::default());
                 self.step(nth, &step.action, plan.name_of(&step.origin));
@@ -165,7 +167,7 @@ impl PathTracer {
         *end = at;
     }
 
-    /// Takes a step.
+    /// Follows one step.
     fn step(&mut self, nth: usize, action: &Action, name: Option<&str>) {
         self.nth = nth;
         match *action {
@@ -193,7 +195,7 @@ impl PathTracer {
             Action::Suction(on) => self.hold(on, name),
             Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
             Action::Laser(on) => self.lit = on,
-            // A pen rests where it leaves a dot.
+            // A pen that waits on the paper leaves a dot instead of a marker.
             Action::Wait(_) if self.touched.is_some() => {}
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
@@ -237,11 +239,11 @@ impl PathTracer {
         }
     }
 
-    /// A setting that ways after it depend on.
+    /// Applies a setting that later motion depends on.
     fn set(&mut self, command: &Set) {
         let moves_the_tip = matches!(command, Set::EndEffectorParams(_));
         let before = self.state().filter(|_| moves_the_tip);
-        // What is wrong with it is in the report.
+        // Mistakes are in the report already.
         let _ = self.course.check(command);
         if let Some(before) = before {
             self.stand(&ArmState::at_joints(
@@ -269,7 +271,7 @@ impl PathTracer {
         }
     }
 
-    /// Straight to a place.
+    /// Goes straight to a position.
     fn straight(&mut self, to: [f64; 3], power: Option<f64>) {
         if !is_somewhere(to) {
             return;
@@ -282,7 +284,7 @@ impl PathTracer {
         self.arrive(to);
     }
 
-    /// Straight to a place, with the servo at rest.
+    /// Goes straight to a position with the servo at rest.
     fn path(&mut self, to: [f64; 3], power: Option<f64>) {
         if let Turn::R(_) = self.turn {
             self.turn = Turn::J4(self.state().map_or(0.0, |arm| arm.joints.j4));
@@ -290,7 +292,7 @@ impl PathTracer {
         self.straight(to, power);
     }
 
-    /// The way that a command really is, as far as it can be known.
+    /// Follows the true motion of a command, as far as it is known.
     fn curve(&mut self, command: &Set, target: Option<[f32; 3]>) {
         let from = self.state();
         let way = from.and_then(|from| self.course.way(&from, command));
@@ -320,7 +322,7 @@ impl PathTracer {
         self.stand(way.end());
     }
 
-    /// The arm as it stands: beyond its limits too, as the report tells of those.
+    /// State of the arm, even beyond its limits: the report covers those.
     fn state(&self) -> Option<ArmState> {
         let [x, y, z] = self.at?;
         let geometry = self.course.geometry();
@@ -368,13 +370,13 @@ impl PathTracer {
         }
     }
 
-    /// Where a pen comes down and goes up again, without a line, it leaves a dot.
+    /// Leaves a dot where a pen comes down and up again without a line.
     fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let is_down = |at: [f64; 3]| {
             let leaves = self.toolpath.purpose.leaves([at; 2], None, false);
             matches!(leaves, StrokeKind::Ink(_))
         };
-        // A pen that stands on the sheet to begin with, as after a touch of it, has drawn nothing.
+        // A pen that starts on the sheet, after a touch-off for example, has drawn nothing.
         if !self.begun && is_down(from) {
             return;
         }
@@ -400,14 +402,14 @@ impl PathTracer {
             } else {
                 StrokeKind::Unreachable
             };
-            // By then the pen is on its way to a line of another colour.
+            // By now the pen is on its way to a line of another colour.
             let next = std::mem::replace(&mut self.ink, color);
             self.draw(shown, ink, at, at);
             self.ink = next;
         }
     }
 
-    /// A part of the way as it is shown, and as it counts.
+    /// Adds a part of the motion, as shown and as counted.
     fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let shown = match shown {
             StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
@@ -476,6 +478,7 @@ impl PathTracer {
         let kind = match (self.holds, holds) {
             (false, true) => MarkerKind::Pick,
             (true, false) => MarkerKind::Place,
+            // The tool is switched to the state it has.
             _ => return,
         };
         self.holds = holds;
@@ -488,7 +491,7 @@ impl PathTracer {
         }
     }
 
-    /// Ends, after so many steps.
+    /// Returns the toolpath; `steps` is the number of steps.
     pub(super) fn finish(mut self, steps: usize) -> Toolpath {
         let at = self.at;
         let rest = self.awaited.drain(..).rev();
@@ -505,6 +508,6 @@ impl PathTracer {
 }
 
 fn is_somewhere(place: [f64; 3]) -> bool {
-    // Not a number is not below anything.
+    // False for NaN.
     place.iter().all(|value| value.abs() < FARTHEST)
 }

@@ -1,28 +1,32 @@
-//! Lines for a picture: as many corners as it can show, however many the plan has.
+//! Polylines for a picture, thinned to what it can show.
+//!
+//! Points are thinned as they arrive, with memory for the result only. A cone of directions from
+//! the last kept corner contains every straight line that passes all points since within the
+//! tolerance; when a point empties the cone, the previous point becomes a corner.
 
-/// Lines in a plane, thinned as they come: what is left is nowhere farther from what came than the tolerance.
+/// Polylines in a plane, thinned as they arrive: the result is within the tolerance everywhere.
 #[derive(Clone, Debug)]
 pub struct Track {
     points: Vec<[f64; 2]>,
-    /// Where in `points` each line begins.
+    /// Index in `points` at which each line begins.
     starts: Vec<usize>,
     tolerance: f64,
-    /// The last point that came, if it is not kept yet.
+    /// Last point, if it is not kept yet.
     last: Option<[f64; 2]>,
     cone: Cone,
 }
 
-/// Directions from the last corner kept in which a line passes all points since within the tolerance.
+/// Directions from the last corner in which a line passes all later points within the tolerance.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cone {
-    /// The edges, from the right one to the left one; none yet if there was no point far enough away.
+    /// Right and left edge; `None` until a point is far enough away.
     edges: Option<[[f64; 2]; 2]>,
-    /// How far the farthest of the points is.
+    /// Distance of the farthest point.
     reach: f64,
 }
 
 impl Track {
-    /// No lines yet, of points that may be off by the tolerance, mm.
+    /// An empty track with this tolerance, mm.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
@@ -40,7 +44,7 @@ impl Track {
         self.points.is_empty()
     }
 
-    /// Begins a line at a point, if it is not where the line under way is anyway.
+    /// Begins a line at a point, unless the current line ends there.
     pub fn begin(&mut self, at: [f64; 2]) {
         if !self.starts.is_empty() && self.end() == Some(at) {
             return;
@@ -50,7 +54,7 @@ impl Track {
         self.points.push(at);
     }
 
-    /// Goes on to a point.
+    /// Continues to a point.
     pub fn line_to(&mut self, to: [f64; 2]) {
         let Some(anchor) = self.points.last() else {
             self.begin(to);
@@ -66,7 +70,7 @@ impl Track {
         self.last = Some(to);
     }
 
-    /// The lines, once they are [settled](Self::settle).
+    /// Lines, after [`settle`](Self::settle).
     pub fn lines(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let ends = self.starts.iter().skip(1).copied();
         let ends = ends.chain([self.points.len()]);
@@ -74,7 +78,7 @@ impl Track {
         ranges.filter_map(|(start, end)| self.points.get(*start..end))
     }
 
-    /// The same lines with fewer corners.
+    /// Copy with a coarser tolerance.
     pub(super) fn thinned(&self, tolerance: f64) -> Self {
         let mut thinner = Self::new(tolerance);
         for line in self.lines() {
@@ -99,7 +103,7 @@ impl Track {
         self.last.or(self.points.last().copied())
     }
 
-    /// Ends the line under way.
+    /// Ends the current line.
     pub fn settle(&mut self) {
         self.points.extend(self.last.take());
         self.cone = Cone::default();
@@ -107,7 +111,7 @@ impl Track {
 }
 
 impl Cone {
-    /// Takes a point into account; `false` if a straight line cannot pass it and those before.
+    /// Narrows the cone by a point; false if no straight line passes it and the earlier ones.
     fn take(&mut self, way: [f64; 2], tolerance: f64) -> bool {
         let distance = libm::hypot(way[0], way[1]);
         if distance < self.reach - tolerance {

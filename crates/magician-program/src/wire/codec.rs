@@ -1,13 +1,14 @@
-//! Values as bytes, and back: numbers, texts, lists. No bytes make it panic.
+//! Binary codec for numbers, texts and lists. No input panics.
 
 use std::borrow::Cow;
 use std::sync::{Mutex, PoisonError};
 
-/// What is left to be taken.
+/// Remaining input.
 pub(super) struct Input<'b>(pub(super) &'b [u8]);
 
 impl<'b> Input<'b> {
-    /// How many of these follow. So many as cannot be in what is left are not: nothing is set aside for them.
+    /// Reads a count of values. `None` if they cannot fit into the remaining input, so that nothing
+    /// is allocated for them.
     pub(super) fn count<T: Wire>(&mut self) -> Option<usize> {
         let count = usize::take(self)?;
         (count <= self.0.len() / T::LEAST).then_some(count)
@@ -21,14 +22,14 @@ impl<'b> Input<'b> {
 }
 
 pub(super) trait Wire: Sized {
-    /// The least bytes that one takes.
+    /// Smallest encoded size, bytes.
     const LEAST: usize = 1;
 
     fn put(&self, out: &mut Vec<u8>);
     fn take(input: &mut Input<'_>) -> Option<Self>;
 }
 
-/// Little endian, as they are.
+/// Little endian.
 macro_rules! numbers {
     ($($number:ty),*) => {$(
         impl Wire for $number {
@@ -47,7 +48,7 @@ macro_rules! numbers {
 }
 numbers!(u8, f32, f64);
 
-/// Seven bits in each byte, the lowest first.
+/// Base 128: seven bits per byte, lowest first.
 impl Wire for u64 {
     fn put(&self, out: &mut Vec<u8>) {
         let mut left = *self;
@@ -184,11 +185,12 @@ impl Wire for Cow<'static, str> {
     }
 }
 
-/// Words of our own code that have come so far, at most, and how long one may be.
+/// Largest number of static words accepted so far, and their largest length: they are leaked, so
+/// both are bounded.
 const WORDS: usize = 256;
 const LONGEST: usize = 64;
 
-/// A word of our own code; a bounded number of them lasts as long as the program.
+/// Static word of our own code. A bounded number of them is kept for the life of the program.
 impl Wire for &'static str {
     fn put(&self, out: &mut Vec<u8>) {
         (*self).to_owned().put(out);

@@ -1,3 +1,5 @@
+//! Tests of serialisation: round trips, other builds, damaged input.
+
 use std::path::Path;
 
 use serde_json::json;
@@ -166,7 +168,7 @@ fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
         }
         let longer = [&whole[..], &[0]].concat();
         assert_eq!(answer_from(&request, &longer), Err(WireError::Malformed));
-        // Damaged ones are an answer or none: that they come to an end is all.
+        // Damaged input may decode or not: it must only terminate.
         let mut seed = 1_u32;
         for _ in 0..300 {
             let mut damaged = whole.clone();
@@ -179,7 +181,7 @@ fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
             let _ = answer(&damaged);
         }
     }
-    // Counts that no memory has room for.
+    // Counts larger than any memory.
     let huge = [&FORM[..], &[0, 0, 0, 0, 0], &[0xFF; 9], &[1]].concat();
     let request = PrepareRequest::new(Format::Svg, b"");
     assert_eq!(answer_from(&request, &huge), Err(WireError::Malformed));

@@ -1,4 +1,5 @@
-//! What the check lets pass, a virtual arm does: without an alarm, in the time that was told, never below the surface.
+//! A plan that passes the check runs on a virtual arm: without an alarm, in the reported time,
+//! never below the surface.
 
 use std::time::Duration;
 
@@ -12,19 +13,19 @@ use magician_program::{
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// How much a way may lie below the surface where coordinates are 32 bits wide, mm.
+/// Largest depth of motion below the surface, mm: coordinates have 32 bits.
 const ROUNDING: f64 = 1e-3;
 
-/// A first way of all joints leads through no level surface that the tool is so far above, mm.
+/// Height of the tool above a level surface from which a first joint move stays above it, mm.
 const CLEAR: f64 = 3.0;
-/// It may lead so far outwards before it rises, mm: up a slope.
+/// Largest distance that it may lead outwards, up a slope, before it rises, mm.
 const OUTWARDS: f64 = 30.0;
 
 fn options() -> RehearseOptions {
     RehearseOptions::default().watch(Duration::from_millis(20))
 }
 
-/// Whether the check lets it pass; the arm then has to do it.
+/// True if the check accepts the plan; the arm must then run it.
 fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let report = check(plan, &start);
@@ -38,7 +39,7 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     }
     let over = |surface: Surface, [x, y, z]: [f64; 3]| z - surface.at([x, y]);
     let begins = start.arm().map(|at| [at.pose.x, at.pose.y, at.pose.z]);
-    // Where the stage leaves the tool in a slope, it must first get out of it.
+    // If the stage leaves the tool inside a slope, it must first get out of it.
     if let (Some(surface), Some(begins)) = (plan.surface, begins)
         && over(surface, begins) >= CLEAR + OUTWARDS * surface.slope[0].hypot(surface.slope[1])
     {
@@ -50,13 +51,13 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     Ok(true)
 }
 
-/// The same from any step on, where that can be.
+/// As `is_done`, from any step on where that is possible.
 fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;
     if let Ok(rest) = Continuation::from_step(plan, step, &start) {
         prop_assert_eq!(rest.plan.steps.len(), rest.steps.len());
-        // It goes on from where the arm stood, and another stage may have it elsewhere.
+        // The rest starts where the arm stood; another stage may place the arm elsewhere.
         let again = start_of(&stage(&rest.plan, &options()).unwrap());
         if again.arm() == start.arm() {
             prop_assert!(is_done(&rest.plan)?, "from step {step}");
@@ -68,7 +69,7 @@ fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
 fn surfaces() -> impl Strategy<Value = Surface> {
     let slope = || prop_oneof![2 => Just(0.0), 3 => -0.25..0.25];
     (-110.0..60.0, slope(), slope()).prop_map(|(height, x, y)| Surface {
-        // About so high before the arm.
+        // About this high in front of the arm.
         height: height - 220.0 * x,
         slope: [x, y],
     })
@@ -181,7 +182,7 @@ fn rows() -> impl Strategy<Value = String> {
     })
 }
 
-/// The same ones every time.
+/// The same cases in every run.
 fn cases() -> ProptestConfig {
     ProptestConfig {
         rng_seed: RngSeed::Fixed(11),
@@ -206,7 +207,7 @@ proptest! {
             return Ok(());
         };
         let plan = placed.plan(&marking);
-        // What was placed is within reach.
+        // A placed plan is within reach.
         let refused_steps = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).refused_steps;
         prop_assert!(is_done(&plan)?, "{refused_steps:?}");
         is_done_from(&plan, share)?;
@@ -233,11 +234,11 @@ proptest! {
             return Ok(());
         };
         for step in &plan.steps {
-            // The laser never burns where it does not say with which power.
+            // The laser never burns without a stated power.
             prop_assert!(step.action != Action::Laser(true));
         }
         let start = start_of(&stage(&plan, &options()).unwrap());
-        // What is left out may leave the laser lit.
+        // A step left out may leave the laser on.
         if let Some(refused_step) = check(&plan, &start).refused_steps.first() {
             let kind = refused_step.error.kind();
             prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", refused_step.error);
@@ -250,7 +251,7 @@ proptest! {
     #[test]
     fn what_was_taught_is_played(xml in rows(), share in 0.0..1.0, times in 1_usize..3) {
         let mut plan = Playback::read(xml.as_bytes()).unwrap().to_plan().content;
-        // What is out of reach would end most of them early.
+        // A target out of reach would end most of them early.
         loop {
             let start = start_of(&stage(&plan, &options()).unwrap());
             let Some(first) = check(&plan, &start).refused_steps.first().map(|first| first.step) else {

@@ -1,12 +1,12 @@
-//! Values that no door takes: `data/bad_options.json`, which the tests of the command, the station, the
-//! page, presets and Python read too.
+//! Values that every front end refuses: `data/bad_options.json`, also read by the tests of the
+//! command, the station, the page, presets and Python.
 
 use std::path::{Path, PathBuf};
 
 use magician_program::{OptionKind, OptionSpec, SetupOptions, WorkOption};
 use serde_json::{Map, Value, json};
 
-/// Options that are refused, and how.
+/// Refused options, and the expected message.
 struct Bad {
     options: Map<String, Value>,
     key: String,
@@ -15,7 +15,7 @@ struct Bad {
 
 impl Bad {
     /// # Panics
-    /// If they are taken.
+    /// If the options are accepted.
     fn of(options: Map<String, Value>) -> Self {
         let shown = Value::Object(options.clone());
         let error = SetupOptions::from_fields(&options).expect_err(&shown.to_string());
@@ -32,7 +32,7 @@ fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/bad_options.json")
 }
 
-/// Values that an option refuses whatever else is said.
+/// Values that an option refuses whatever the others are.
 fn bad_values(row: &OptionSpec) -> Vec<Value> {
     let long = "x".repeat(1001);
     let mut bad = vec![Value::Null, json!({})];
@@ -133,7 +133,7 @@ fn bad_values(row: &OptionSpec) -> Vec<Value> {
     bad
 }
 
-/// A value that an option takes.
+/// A valid value for an option.
 fn good_value(row: &OptionSpec) -> Value {
     match row.kind {
         OptionKind::Switch => json!(true),
@@ -220,7 +220,8 @@ fn every_option_has_bad_values_in_the_table() {
     }
 }
 
-/// Run it by `cargo test -p magician-program --test program -- --ignored bad_options` for a new option.
+/// Regenerates the table. Run it after adding an option:
+/// `cargo test -p magician-program --test program -- --ignored bad_options`.
 #[test]
 #[ignore = "writes the table anew"]
 fn table_is_written_anew() {

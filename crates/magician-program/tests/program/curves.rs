@@ -1,5 +1,5 @@
-//! Curves in whatever size a drawing becomes: no farther from what is drawn than the tolerance, the merging and the thinning
-//! allow, and nothing drawn farther from them.
+//! Curves at every size of a drawing: the drawn lines stay within tolerance, merging and thinning
+//! of the curve, and vice versa.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -15,18 +15,18 @@ use proptest::test_runner::RngSeed;
 type Point = [f64; 2];
 type Line = Vec<Point>;
 
-/// Side of the square round each drawing as it is to be drawn, mm.
+/// Side of the square around each drawing at its drawn size, mm.
 const SIDE: f64 = 60.0;
-/// Largest distance between a curve and what is drawn: tolerance 0.05 and thinning 0.02. Ends that are merged are none of a
-/// curve here.
+/// Largest distance between a curve and its drawn lines, mm: tolerance 0.05 and thinning 0.02. No
+/// curve here has merged ends.
 const ALLOWED: f64 = 0.07;
-/// Coordinates are numbers of 32 bits, and the curves of these tests are followed in small steps themselves, mm.
+/// Coordinates have 32 bits, and these tests approximate the curves in small steps too, mm.
 const ROUNDING: f64 = 0.002;
-/// Distance of places that are looked at, mm.
+/// Distance of sampled positions, mm.
 const STEP: f64 = 0.4;
 const SURFACE: f64 = -60.0;
 
-/// A curve as it is to be drawn, mm.
+/// Curve at its drawn size, mm.
 #[derive(Clone, Copy, Debug)]
 enum Curve {
     Circle(Point, f64),
@@ -35,7 +35,7 @@ enum Curve {
     /// Centre and half axes.
     Ellipse(Point, Point),
     Bezier([Point; 4]),
-    /// Lower left and upper right corner, and the radius of its corners.
+    /// Lower left and upper right corner, and radius of the corners.
     Rounded([Point; 2], f64),
 }
 
@@ -53,7 +53,7 @@ fn on_circle([x, y]: Point, [across, up]: Point, degrees: f64) -> Point {
 }
 
 impl Curve {
-    /// Places on it, so near to one another that lines between them are the curve.
+    /// Positions on it, dense enough that lines between them are the curve.
     fn exact(&self) -> Line {
         let pieces = |count: u32, at: &dyn Fn(f64) -> Point| -> Line {
             let shares = (0..=count).map(|nth| f64::from(nth) / f64::from(count));
@@ -112,7 +112,7 @@ fn frame() -> Line {
     ]
 }
 
-/// The curves that a format has, and a file of them so many times as large as they are to be drawn.
+/// Curves that a format has, and a file of them, larger than drawn by this factor.
 fn file(format: Format, laser: bool, larger: f64) -> (Vec<Curve>, String) {
     let has = |curve: &Curve| match format {
         Format::Svg | Format::Dxf => true,
@@ -358,7 +358,7 @@ enum Said {
     FitPage,
 }
 
-/// A plan for a file that is so many times as large as it is to be drawn.
+/// Plan of a file that is larger than drawn by this factor.
 fn laid(format: Format, text: &str, laser: bool, said: Said, larger: f64) -> Plan {
     let mut options = SetupOptions::default();
     options.work = Some(if laser {
@@ -391,7 +391,7 @@ fn made(format: Format, text: &str, options: SetupOptions) -> Plan {
     }
 }
 
-/// The lines that a plan leaves on the surface.
+/// Lines that a plan leaves on the surface.
 fn lines(plan: &Plan) -> Vec<Line> {
     let mut found: Vec<Line> = Vec::new();
     let mut at: Option<[f64; 3]> = None;
@@ -434,7 +434,7 @@ fn lines(plan: &Plan) -> Vec<Line> {
     found
 }
 
-/// Places on the arc through three points.
+/// Positions on the arc through three points.
 fn round(a: Point, b: Point, c: Point) -> Line {
     let [bx, by] = [b[0] - a[0], b[1] - a[1]];
     let [cx, cy] = [c[0] - a[0], c[1] - a[1]];
@@ -465,7 +465,7 @@ fn bounds(lines: &[Line]) -> [Point; 2] {
     })
 }
 
-/// Lines in the size of the plan: what they are drawn from has a straight edge all round, so that its bounds are exact.
+/// Lines at the size of the plan. The drawing has a straight border, so its bounds are exact.
 fn placed(exact: &[Line], drawn: &[Line]) -> Vec<Line> {
     let ([from, end], [to, until]) = (bounds(exact), bounds(drawn));
     let scale = (until[0] - to[0]) / (end[0] - from[0]);
@@ -489,7 +489,7 @@ fn places(lines: &[Line]) -> Vec<Point> {
     places
 }
 
-/// Largest distance of places on some lines from others, mm. What is farther than 3 mm is 3 mm away.
+/// Largest distance of positions on some lines from other lines, mm; capped at 3 mm.
 fn stray(of: &[Line], from: &[Line]) -> f64 {
     const CELL: f64 = 3.0;
     let cell = |value: f64| (value / CELL).floor() as i64;
@@ -524,7 +524,7 @@ fn off(at: Point, from: Point, to: Point) -> f64 {
     (px - share * x).hypot(py - share * y)
 }
 
-/// Largest distances of drawn lines from the exact ones, and of the exact ones from them, mm.
+/// Largest distances of drawn lines from the exact ones, and vice versa, mm.
 fn strays(exact: &[Line], plan: &Plan) -> [f64; 2] {
     let drawn = lines(plan);
     let exact = placed(exact, &drawn);
@@ -543,7 +543,7 @@ fn curves_hold(format: Format, laser: bool, said: Said, larger: f64) {
         strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
         "{format} {said:?} {larger} times as large, laser {laser}: {strays:.3?} mm off"
     );
-    // Chords finer than the thinning allows are no use to anybody.
+    // Chords finer than the thinning would be wasted.
     assert!(
         plan.steps.len() < 1500,
         "{format} {larger}: {} steps",
@@ -592,7 +592,7 @@ fn lettered(side: f64) -> String {
     )
 }
 
-/// Lines of a drawing in true size at a very fine tolerance.
+/// Lines of a drawing at true size and a very fine tolerance.
 fn close(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
     options.tolerance = Some(0.002);
     (options.merge, options.simplify) = (Some(0.0), Some(0.0));
@@ -624,7 +624,7 @@ fn letters_clips_dashes_and_fills_are_within_tolerance_at_every_width() {
     }
 }
 
-/// A drawing of so many units with letters along a curve.
+/// Drawing of this many units with letters along a curve.
 fn along_a_path(side: f64, units: f64) -> String {
     let at = |share: f64| share * units;
     format!(

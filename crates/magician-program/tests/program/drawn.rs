@@ -1,4 +1,4 @@
-//! From an SVG to what the pen or the laser of a virtual arm has really left.
+//! From an SVG to the marks that pen or laser of a virtual arm really leave.
 
 use magician::blocking::Arm;
 use magician::preflight::Preflight;
@@ -22,7 +22,7 @@ fn artwork(text: &[u8]) -> Artwork {
     }
 }
 
-/// Runs a plan on an arm with this tool over a table, and gives the lines that it has left there.
+/// Runs a plan on an arm with this tool over a table, and returns the lines left there.
 fn drawn(plan: &Plan, tool: &str) -> Vec<Vec<[f64; 2]>> {
     let scenario = format!("tool = {{ kind = \"{tool}\" }}\ntable = {{ height = -60 }}");
     let cell = VirtualArm::in_scenario(&Scenario::from_toml(&scenario).unwrap());
@@ -39,7 +39,7 @@ fn drawn(plan: &Plan, tool: &str) -> Vec<Vec<[f64; 2]>> {
     })
 }
 
-/// Points along lines, no farther apart than this, mm.
+/// Largest distance of points along lines, mm.
 const STEP: f64 = 0.1;
 
 fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
@@ -59,7 +59,7 @@ fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
     points
 }
 
-/// How far a point is from the nearest place of any line.
+/// Distance of a point from the nearest line.
 fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let mut nearest = f64::INFINITY;
     for line in lines {
@@ -78,7 +78,7 @@ fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     nearest
 }
 
-/// How far the farthest point of one is from the other.
+/// Largest distance of a point of one drawing from the other.
 fn farthest(from: &[Vec<[f64; 2]>], to: &[Vec<[f64; 2]>]) -> f64 {
     along(from)
         .into_iter()
@@ -106,7 +106,7 @@ fn assert_drawn(text: &[u8], layout: &Layout, marking: &Marking, tool: &str) {
         .collect();
     let lost = farthest(&wanted, &left);
     let surplus = farthest(&left, &wanted);
-    // The arm keeps to the corners; what is left of it is flattened to 0.02 mm.
+    // The arm follows the corners; the curves are flattened to 0.02 mm.
     let most = 0.05;
     assert!(
         lost <= most && surplus <= most,
@@ -153,7 +153,7 @@ fn dots_are_left_by_pen_and_laser() {
     }
 }
 
-/// Elements of a drawing, most of which make sense.
+/// Elements of a drawing, most of them valid.
 fn element() -> impl Strategy<Value = String> {
     let number = prop_oneof![
         80 => (-300..900_i32).prop_map(|tenth| f64::from(tenth) / 10.0),
@@ -218,7 +218,7 @@ fn document() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(96))]
 
-    /// Whatever a drawing is, either it is refused before anything moves, or the arm can do all of it.
+    /// Any drawing is either refused before anything moves, or drawn completely.
     #[test]
     fn a_drawing_is_refused_or_can_be_drawn(
         text in document(),

@@ -1,4 +1,5 @@
-//! Drawings that are stopped at any instant: the pen goes up, and the next run goes on without a gap or a stray line.
+//! Drawings stopped at any instant: the pen goes up, and the next run resumes without a gap or a
+//! stray line.
 
 use std::time::Duration;
 
@@ -14,7 +15,7 @@ use super::interrupted::{place, run_until};
 
 const PAPER: f64 = -60.0;
 const LIFT: f64 = 10.0;
-/// What 32 bits and a curve that is drawn as lines may cost, mm.
+/// Error of 32-bit coordinates and of flattened curves, mm.
 const CLOSE: f64 = 0.05;
 
 fn program() -> Program {
@@ -30,7 +31,8 @@ fn xyz(pose: &Pose) -> [f64; 3] {
     [pose.x, pose.y, pose.z].map(f64::from)
 }
 
-/// Runs it from a step on, to its end or until it is stopped; where it stands then, and where it goes on.
+/// Runs the program from a step on, to its end or a stop; returns where the arm stands and where to
+/// resume.
 async fn run(
     arm: &Arm,
     program: &Program,
@@ -46,7 +48,7 @@ async fn run(
 
 type Point = [f64; 2];
 
-/// What was drawn, as lines.
+/// Drawn lines.
 fn lines(drawing: &Drawing) -> Vec<[Point; 2]> {
     let pairs = |stroke: &Stroke| {
         let pairs = stroke.points.windows(2).map(|pair| [pair[0], pair[1]]);
@@ -69,7 +71,7 @@ fn distance(line: &[Point; 2], [x, y]: Point) -> f64 {
     (x - near_x).hypot(y - near_y)
 }
 
-/// The farthest that anything of one is from all of the other, mm.
+/// Largest distance of any point of one drawing from the other, mm.
 fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
     let points = one.iter().flat_map(|line| {
         let count = (distance(&[line[0], line[0]], line[1]) / 0.5)
@@ -84,7 +86,7 @@ fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
     points.map(away).fold(0.0, f64::max)
 }
 
-/// Instants that are the same in every run of the tests: shares of the whole.
+/// Instants as shares of the whole, the same in every run of the tests.
 fn shares() -> impl Iterator<Item = f64> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     std::iter::repeat_with(move || {
@@ -115,7 +117,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let (stood, steps) = stopped.expect("it was stopped");
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
-        // What was drawn until then is of the drawing, to the place where it stands.
+        // The ink so far is part of the drawing, up to where the arm stands.
         assert!(apart(&drawn, &right) < CLOSE, "{stop:?}");
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
@@ -163,7 +165,7 @@ async fn a_second_stop_ends_the_lift_where_it_is() {
     assert!((0.5..59.0).contains(&up), "{up}");
     sleep(Duration::from_secs(5)).await;
     assert_eq!(arm.get::<Pose>().await.expect("a pose"), pose);
-    // A stop before the lift begins moves nothing at all.
+    // A stop before the lift begins moves nothing.
     let stops = arm.stopper();
     let lift = arm.lift(10.0);
     stops.request_stop().expect("it is there");
@@ -201,7 +203,7 @@ async fn a_drawing_that_is_done_is_parked_from_above() {
         ..Ending::default()
     };
     let at = xyz(&arm.get::<Pose>().await.expect("a pose"));
-    // The drawing has lifted it as its last step.
+    // The drawing has lifted the pen as its last step.
     assert_eq!(ending.after_done(program.plan(), at), None);
     assert_eq!(
         Ending {

@@ -1,4 +1,4 @@
-//! Shapes of drawings that are filled: what is drawn is as long as what is filled is large.
+//! Filled shapes: the drawn length is proportional to the filled area.
 
 use std::f64::consts::PI;
 
@@ -9,7 +9,7 @@ use magician_program::fill::FillMode;
 use magician_program::{FontChoice, Format, SetupDefaults, SetupOptions, Surface, check, read};
 use serde_json::{Value, json};
 
-/// How many mm are drawn of these shapes.
+/// Drawn length of these shapes, mm.
 fn drawn(shapes: &str, options: &Value) -> f64 {
     let svg = format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="90mm" height="90mm" viewBox="0 0 90 90">{shapes}</svg>"#

@@ -1,5 +1,6 @@
-//! What is made to fit passes the check and is done without an alarm: over formats, tools, heights, sizes and turns. More cases
-//! than here: `FIT_CASES=5000 cargo test -p magician-program --test program --release fit::`.
+//! Fitted plans pass the check and run without an alarm, over formats, tools, heights, sizes and
+//! rotations. For more cases:
+//! `FIT_CASES=5000 cargo test -p magician-program --test program --release fit::`.
 
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{Content, Format, ReadOptions, Setup, Surface, Tool, check, read};
@@ -10,10 +11,10 @@ use proptest::test_runner::{RngSeed, TestRunner};
 /// Cases of the usual run: seconds.
 const CASES: u32 = 60;
 
-/// Lines on a sheet, each point a share of its width and height.
+/// Lines on a sheet; each point is a share of its width and height.
 type Lines = Vec<Vec<[f64; 2]>>;
 
-/// What is to be placed, and how.
+/// Content, and how it is placed.
 #[derive(Clone, Debug)]
 struct Case {
     format: Format,
@@ -83,7 +84,7 @@ impl Case {
             .map(move |line| line.iter().map(placed).collect())
     }
 
-    /// The file.
+    /// Content of the file.
     fn text(&self) -> String {
         let [width, height] = self.size;
         let points = |line: Vec<[f64; 2]>| {

@@ -1,4 +1,4 @@
-//! Going round what would be marked: where, how high, and dark.
+//! Frames: position, height, and the laser off.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ fn bounds_of(format: Format, bytes: &[u8], options: &Value) -> [[f64; 3]; 2] {
     report.bounds.unwrap()
 }
 
-/// Where the tool goes on its way round.
+/// Path of the tool around the frame.
 fn round(plan: &Plan) -> Vec<[f64; 3]> {
     let commands = plan.commands();
     let points = commands.filter_map(|command| match command {
@@ -132,7 +132,7 @@ fn an_image_framed_twice_is_framed_alike() {
 
 #[test]
 fn a_box_whose_corners_are_out_of_reach_becomes_the_hull_and_says_so() {
-    // A square on its corner: it is reached, and the corners of its box are not.
+    // A square standing on its corner: it is within reach, the corners of its box are not.
     let line = r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="200mm" viewBox="0 0 200 200"><path d="M 0 80 L 80 0 L 160 80 L 80 160 Z" fill="none" stroke="black"/></svg>"#;
     let options = |frame: &str| json!({"work": "draw", "at": [245, 0], "frame": frame});
     let boxed = prepared(Format::Svg, line.as_bytes(), &options("box"));

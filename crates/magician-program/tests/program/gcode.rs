@@ -1,4 +1,4 @@
-//! G-code: where it lies and is drawn, and what it leaves on the paper.
+//! G-code: placement, motion, and marks on the paper.
 
 mod arcs;
 mod begin;

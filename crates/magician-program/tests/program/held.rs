@@ -1,4 +1,4 @@
-//! A pen never goes below the surface in force, whatever the file and the options say; only kept depths take it there.
+//! A pen never goes below its surface, whatever file and options say, except with kept depths.
 
 use magician::Set;
 use magician::preflight::Preflight;
@@ -50,7 +50,7 @@ fn files() -> Vec<(Format, Vec<u8>)> {
     ]
 }
 
-/// Options by their members, some of which are asked to lead down.
+/// Options by name, some of which lead down.
 fn option() -> impl Strategy<Value = (&'static str, Value)> {
     let number = |from: i32, to: i32| (from..to).prop_map(|tenths| json!(f64::from(tenths) / 10.0));
     prop_oneof![
@@ -116,7 +116,7 @@ fn case(nth: usize, fields: &Map<String, Value>, tilted: bool) -> Option<Case> {
     Some(Case { file, surface })
 }
 
-/// The lowest height above the surface to which frames of a program lead, mm.
+/// Lowest height above the surface of a program's targets, mm.
 fn lowest(program: &Program, surface: Surface) -> f64 {
     let mut at: Option<[f64; 3]> = None;
     let mut lowest = f64::INFINITY;

@@ -1,4 +1,5 @@
-//! How a pen gets from one line to the next: lifted before it goes aside, and quicker than by full lifts on straight lines.
+//! Travel of a pen between lines: it is lifted before it moves sideways, and hops are faster than
+//! full lifts.
 
 use std::time::Duration;
 
@@ -11,9 +12,10 @@ use magician_program::{Action, Artwork, Origin, Plan, Stroke, Surface, Travel, c
 use proptest::prelude::*;
 
 const PAPER: Surface = Surface::level(-60.0);
-/// A tip that is no higher may leave a mark, mm: more than the virtual arm's, whose paper is flat.
+/// Height below which a tip may leave a mark, mm: more than on the virtual arm, whose paper is
+/// flat.
 const MAY_MARK: f64 = 0.5;
-/// So far from all lines is no mark of theirs, mm.
+/// Distance from all lines at which a mark is a stray one, mm.
 const TAIL: f64 = 0.15;
 
 fn artwork(lines: &[Vec<[f64; 2]>]) -> Artwork {
@@ -26,7 +28,7 @@ fn artwork(lines: &[Vec<[f64; 2]>]) -> Artwork {
     }
 }
 
-/// As it was before there were hops.
+/// Marking with full lifts instead of hops.
 fn lifted(marking: Marking) -> Marking {
     Marking {
         hop: None,
@@ -45,7 +47,7 @@ fn done(plan: &Plan) -> Rehearsal {
     done
 }
 
-/// How far a point is from the nearest place of any line.
+/// Distance of a point from the nearest line.
 fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let pairs = lines.iter().flat_map(|line| {
         let ends = [line[0], line[0]];
@@ -61,7 +63,7 @@ fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     off.fold(f64::INFINITY, f64::min)
 }
 
-/// Short lines near each other, dots, and some that are far away.
+/// Short lines close together, dots, and some lines far away.
 fn strokes() -> impl Strategy<Value = Vec<Vec<[f64; 2]>>> {
     let step = || prop_oneof![3 => -4.0..4.0, 1 => -30.0..30.0];
     let point = || (step(), step()).prop_map(|(x, y)| [x, y]);
@@ -82,8 +84,9 @@ fn strokes() -> impl Strategy<Value = Vec<Vec<[f64; 2]>>> {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
 
-    /// Wherever the tip is so low that a real pen could touch the paper it is on a line, and away from all lines it is lifted.
-    /// What the virtual pen leaves is what it leaves with full lifts, and the hops take no more time.
+    /// Wherever the tip is low enough to touch real paper, it is on a line; away from all lines it
+    /// is lifted. The virtual pen leaves the same marks as with full lifts, and hops take no more
+    /// time.
     #[test]
     fn a_pen_that_hops_leaves_no_tail(
         lines in strokes(),
@@ -106,7 +109,7 @@ proptest! {
         let (hopped, before) = (done(&plan), done(&before));
         prop_assert!(hopped.time <= before.time, "{:?} {:?}", hopped.time, before.time);
         let drawn: Vec<_> = placed.artwork.strokes.iter().map(|stroke| stroke.points.clone()).collect();
-        // The first way leads from anywhere to well above the first line.
+        // The first move leads from any pose to well above the first line.
         let high = lift.min(hop);
         let begun = hopped.way.iter().position(|[x, y, z]| z - surface.at([*x, *y]) < MAY_MARK);
         for [x, y, z] in &hopped.way[begun.unwrap_or(0)..] {
@@ -132,7 +135,7 @@ proptest! {
     }
 }
 
-/// Lines 3 mm long and as far apart.
+/// Lines of 3 mm, 3 mm apart.
 fn dashes(count: usize) -> Vec<Vec<[f64; 2]>> {
     let dash = |nth: usize| {
         let x = 6.0 * nth as f64 - 30.0;
@@ -194,7 +197,7 @@ fn a_pen_is_lifted_by_half_of_its_way() {
                 _ => None,
             });
         assert_eq!(across, Some(lift - 60.0), "{apart}");
-        // However short the ways are, at the end it is lifted in full.
+        // However short the travel, the pen is lifted fully at the end.
         assert_eq!(
             plan.steps.last().unwrap().action.target().unwrap()[2],
             -50.0
@@ -241,7 +244,7 @@ fn a_slow_pen_hops_slowly() {
 
 #[test]
 fn ways_of_all_joints_keep_to_the_fence() {
-    // A box whose side is that of the lines: towards it the joints would lead over it.
+    // A box next to the lines: a joint move towards it would cross them.
     let lines: Vec<Vec<[f64; 2]>> = (0..6)
         .map(|nth| f64::from(nth) * 12.0)
         .map(|y| vec![[0.0, y], [0.0, y + 4.0]])

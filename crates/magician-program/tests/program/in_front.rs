@@ -1,4 +1,5 @@
-//! Where things lie whose place was not given: in front of the arm, turned if that helps, else beside it with a note.
+//! Placement without a given position: in front of the arm, turned if that helps, else beside it
+//! with a note.
 
 use std::fmt::Write;
 
@@ -60,7 +61,7 @@ fn image([width, height]: [f64; 2]) -> Vec<u8> {
     bytes
 }
 
-/// A drawing of 240 by 20 mm in every format, with the options that place it.
+/// Drawing of 240 by 20 mm in every format, with the options that place it.
 fn wide() -> [(Format, Vec<u8>, Value); 5] {
     let size = [240.0, 20.0];
     [
@@ -132,7 +133,7 @@ fn wide_drawing_of_every_format_is_turned_to_lie_in_front_of_the_arm() {
 #[test]
 fn drawing_that_may_not_be_turned_lies_beside_the_arm_with_a_note() {
     for (format, bytes, options) in wide() {
-        // Points bring rotations of the tool with them, which end before 180 degrees.
+        // Points include rotations of the tool, which are limited to 180 degrees.
         let turned = json!({"rotate": 180});
         let turned = Some(turned).filter(|_| format != Format::Points);
         for more in turned.into_iter().chain([json!({"turn": false})]) {
@@ -164,7 +165,8 @@ fn given_place_is_kept_without_a_note() {
     assert!(!said(&laid).contains("in front"), "{}", said(&laid));
 }
 
-/// `fit`, the size that a refusal names and `would_fit` are one size: it passes, and a larger one passes nowhere.
+/// `fit`, the size named by a refusal, and `would_fit` agree: that size passes, and no larger one
+/// does anywhere.
 #[test]
 fn fitted_and_named_sizes_are_the_same_and_the_largest() {
     for size in [
@@ -207,7 +209,7 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
         let size = format!("width='{width}mm' height='{height}mm' viewBox='0 0 {width} {height}'");
         format!("<svg xmlns='http://www.w3.org/2000/svg' {size}>{shape}</svg>").into_bytes()
     };
-    // From the upper left corner of the page, which is at the least x and the greatest y.
+    // From the upper left corner of the page, which has the least x and the greatest y.
     let from_corner = |bytes: &[u8], options: Value| {
         let laid = lay(Format::Svg, bytes, &options).unwrap();
         let placed = laid.placed.unwrap();
@@ -224,9 +226,9 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
     );
     let fitted = from_corner(&page(210, 297), json!({"page": "a4", "fit": true}));
     assert!(fitted != [105.0, 149.0], "{fitted:?}");
-    // On paper of another size it lies in the middle.
+    // On paper of another size it is centred.
     assert_eq!(from_corner(&a5, json!({"page": "a6"})), [53.0, 74.0]);
-    // Twice as large is a page of another size.
+    // At twice the size the page is another one.
     let doubled = lay(
         Format::Svg,
         &page(105, 148),
@@ -239,10 +241,10 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
     assert!(off.iter().all(|off| off.abs() < 1e-3), "{off:?}");
 }
 
-/// A LightBurn file without its comments, with air assist.
+/// LightBurn file without comments, with air assist.
 const AIR: &[u8] =
     b"G21\nG90\nM4\nM8\nG0 X10Y10\nG1 X60S200F1200\nG1 Y40\nG1 X10\nG1 Y10\nM9\nG1 S0\nM5\nM2\n";
-/// A mill's.
+/// Program of a mill.
 const MILL: &[u8] =
     b"G21\nG90\nM3 S12000\nG0 X10Y10Z5\nG1 Z-1F100\nG1 X60F1200\nG1 Y40\nG0 Z5\nM5\nM2\n";
 
@@ -268,7 +270,7 @@ fn file_that_is_engraved_burns_or_is_refused() {
         settings.collect::<Vec<_>>(),
         [Setting::Dialect, Setting::SMax]
     );
-    // Run as it is, coolant is a sign of a mill, with a way out.
+    // If it is run unchanged, coolant indicates a mill, with a remedy.
     let laid = lay(Format::Gcode, AIR, &json!({"place": true})).unwrap();
     assert!(!laid.program.plan().burns());
     let engraves = |note: &Diagnostic| {
@@ -319,6 +321,6 @@ fn coordinates_of_another_machine_are_recognised() {
         let place = |act: &Act| matches!(act, Act::Give(Setting::Place, _));
         assert!(place(&foreign.remedies[0].act), "{foreign}");
     }
-    // The edge of the reach is crossed by what is drawn for this arm.
+    // A drawing for this arm may cross the edge of the reach.
     assert!(matches!(at(290.0, 0.0), (false, None)));
 }

@@ -1,4 +1,5 @@
-//! Drawings and programs from their files to the arm, one program: `cargo test --test program gcode::` does those of a file.
+//! Tests of drawings and programs from file to arm in one binary:
+//! `cargo test --test program gcode::` runs those of a file.
 
 mod interrupted;
 

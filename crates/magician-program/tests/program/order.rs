@@ -1,4 +1,4 @@
-//! Lines in an order with short ways between them: what is drawn stays, the ways never grow.
+//! Order of lines with short travel: the drawing is unchanged, and the travel never grows.
 
 use magician_program::artwork::{Order, Tidy};
 use magician_program::raster::{Engrave, Trace};
@@ -15,7 +15,7 @@ fn artwork(lines: Vec<Vec<[f64; 2]>>) -> Artwork {
     }
 }
 
-/// Every straight piece, whichever way it is drawn, and every dot.
+/// Every straight piece regardless of direction, and every dot.
 fn pieces(artwork: &Artwork) -> Vec<[[u64; 2]; 2]> {
     let bits = |point: &[f64; 2]| point.map(f64::to_bits);
     let mut pieces = Vec::new();
@@ -33,7 +33,7 @@ fn pieces(artwork: &Artwork) -> Vec<[[u64; 2]; 2]> {
     pieces
 }
 
-/// The same numbers every time.
+/// Deterministic random numbers.
 struct Dice(u64);
 
 impl Dice {
@@ -83,7 +83,8 @@ fn closed_lines_begin_where_it_is_near() {
     let mut squares = artwork(vec![square(0.0), square(5.0), square(10.0)]);
     let saving = squares.put_in_order(&Order::default());
     assert_eq!(saving.before_mm, 10.0);
-    // From the first's right edge over the second, which is left where it is entered, to the third.
+    // From the right edge of the first, over the second, which is left where it was entered, to the
+    // third.
     assert_eq!(saving.after_mm, 6.0);
     assert!(squares.strokes.iter().all(Stroke::is_closed));
 }
@@ -147,8 +148,9 @@ fn many_lines_are_near_to_the_best_order() {
         ..Order::default()
     });
     assert_eq!(pieces(&many), before);
-    // A tour through points at random is about 0.7124 times the root of their number and the area (Beardwood, Halton and
-    // Hammersley; the constant from Johnson and McGeoch); lines with two ends to choose from take less.
+    // A tour through random points has a length of about 0.7124 times the root of their number
+    // times the area (Beardwood, Halton and Hammersley; constant from Johnson and McGeoch). Lines
+    // with a choice of two ends need less.
     let tour = 0.7124 * (count as f64 * 300.0 * 300.0).sqrt();
     assert!(saving.after_mm < tour, "{} of {tour}", saving.after_mm);
     let mut again = scattered(count, 300.0);
@@ -192,7 +194,7 @@ fn tolerant() -> Tidy {
     tidy
 }
 
-/// Points along lines, a twentieth apart at most.
+/// Points along lines, at most a twentieth apart.
 fn along(strokes: &[Stroke]) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
     for stroke in strokes {
@@ -207,7 +209,7 @@ fn along(strokes: &[Stroke]) -> Vec<[f64; 2]> {
     points
 }
 
-/// How far the points of one are from the lines of the other, at most.
+/// Largest distance of the points from the lines.
 fn farthest(points: &[[f64; 2]], from: &[Stroke]) -> f64 {
     let to_piece = |[x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]| {
         let way = [b[0] - a[0], b[1] - a[1]];
@@ -238,7 +240,8 @@ fn farthest(points: &[[f64; 2]], from: &[Stroke]) -> f64 {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
-    /// Lines on a small sheet, so that their ends often meet, in steps that are thinned, each perhaps there twice.
+    /// Lines on a small sheet, whose ends often meet, in steps that are thinned, some of them
+    /// duplicated.
     #[test]
     fn tidied_lines_stay_within_merge_and_simplify(
         lines in proptest::collection::vec(
@@ -308,7 +311,7 @@ fn strokes_whose_order_has_a_meaning_are_not_joined() {
     assert_eq!(drawing, before);
 }
 
-/// A square about a point.
+/// Square around a point.
 fn square([x, y]: [f64; 2], side: f64) -> Vec<[f64; 2]> {
     let far = side / 2.0;
     let corners = [
@@ -321,7 +324,7 @@ fn square([x, y]: [f64; 2], side: f64) -> Vec<[f64; 2]> {
     corners.map(|[dx, dy]| [x + dx, y + dy]).to_vec()
 }
 
-/// Where a line begins in the order, by its box.
+/// Sizes of the lines in order, by their boxes.
 fn sides(artwork: &Artwork) -> Vec<f64> {
     let width = |stroke: &Stroke| {
         let xs = stroke.points.iter().map(|point| point[0]);
@@ -339,7 +342,8 @@ const INSIDE_FIRST: Order = Order {
 
 #[test]
 fn plate_within_a_plate_is_cut_from_the_inside_out() {
-    // An outline, a window in it, a mark in the window, and a plate beside them with a hole and a slit.
+    // An outline, a window in it, a mark in the window, and next to them a plate with a hole and a
+    // slit.
     let mut art = artwork(vec![
         square([0.0, 0.0], 80.0),
         square([5.0, 5.0], 40.0),
@@ -409,7 +413,7 @@ fn outline_of_twenty_thousand_lines_comes_last() {
     assert_eq!(last.points.len(), 5);
 }
 
-/// The lines of a file that are marked, in order.
+/// Lines of a file that are marked, in order.
 fn lines_marked(work: Work) -> Vec<u32> {
     let plate = b"<svg xmlns='http://www.w3.org/2000/svg' width='70mm' height='50mm' viewBox='0 0 70 50' \
         fill='none' stroke='black'>\n<rect width='70' height='50'/>\n<circle cx='18' cy='25' r='6'/>\n\

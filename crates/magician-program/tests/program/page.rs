@@ -1,4 +1,4 @@
-//! A page of paper that a drawing lies on.
+//! Drawings on a page of paper.
 
 use magician_host::preflight::{Guards, Preflight};
 use magician_host::{Act, Given, JointAngles, Setting};
@@ -18,7 +18,7 @@ const SVG: &[u8] =
 const GCODE: &[u8] = b"G21 G90\nG0 Z5\nG0 X0 Y0\nG1 Z0 F600\nG1 X60\nG1 Y20\nG1 X0\nG1 Y0\nG0 Z5\n";
 const POINTS: &[u8] = b"x,y,z\n200,0,-50\n260,0,-50\n260,20,-50\n200,20,-50\n200,0,-50\n";
 
-/// A grey image of 60 by 20 pixels, as PGM would have it, in BMP.
+/// Grey image of 60 by 20 pixels as BMP.
 fn bmp() -> Vec<u8> {
     let (width, height) = (60_u32, 20_u32);
     let mut bytes = b"BM".to_vec();
@@ -61,7 +61,7 @@ fn corners(laid: &PreparedProgram) -> [[f64; 2]; 4] {
     laid.placed.and_then(|placed| placed.page).expect("a page")
 }
 
-/// What it draws: the least and the greatest corner from the middle of its page, along its edges.
+/// Bounds of the drawing from the middle of its page, along its edges.
 fn on_page(laid: &PreparedProgram) -> [[f64; 2]; 2] {
     let [from, right, end, _] = corners(laid);
     let along = [right[0] - from[0], right[1] - from[1]];
@@ -117,7 +117,7 @@ fn a_drawing_lies_with_its_middle_on_the_middle_of_the_page() {
         said,
         ["the page is 105 x 148 mm: its lower left corner at x = 187.5, y = -64.0"]
     );
-    // It lies on its side, and is as large as was said.
+    // It is landscape, with the given size.
     let lies = svg(&json!({"page": "a6-landscape", "at": [240, 10]}));
     assert_near(&corners(&lies)[..2], &[[166.0, -42.5], [314.0, -42.5]]);
     let own = svg(&json!({"page": "80x40.5", "at": [240, 10], "margin": 0}));
@@ -129,7 +129,8 @@ fn a_page_without_a_place_lies_where_the_most_of_it_is_within_reach() {
     let laid = svg(&json!({"page": "a6"}));
     let [from, .., end] = corners(&laid);
     assert_near(&[[f64::midpoint(from[1], end[1]), 0.0]], &[[0.0, 0.0]]);
-    // What is as large as its page is as large as can be: a drawing of these proportions finds no more room by itself.
+    // A drawing as large as its page is as large as possible: free placement finds no more room for
+    // these proportions.
     let a3 = b"<svg xmlns='http://www.w3.org/2000/svg' width='297mm' height='420mm' viewBox='0 0 297 420'>\
         <path d='M0 0 h297 v420 h-297 z' fill='none' stroke='black'/></svg>";
     let scale = |options: Value| {
@@ -156,7 +157,7 @@ fn a_page_lies_on_the_calibrated_sheet() {
         &on_page(&laid(sheet, &page)),
         &[[-30.0, -10.0], [30.0, 10.0]],
     );
-    // With the place that was said it lies there, turned as the sheet is.
+    // With a given position it is there, turned like the sheet.
     sheet.rotation = 90.0;
     let there = laid(sheet, &json!({"page": "100x60", "at": [240, 0]}));
     assert_near(
@@ -169,7 +170,7 @@ fn a_page_lies_on_the_calibrated_sheet() {
         "{:?}",
         told(&there)
     );
-    // A sheet of which only the corner is known has its corner.
+    // On a sheet with only a known corner, the corners coincide.
     (sheet.rotation, sheet.size) = (0.0, None);
     assert_near(&corners(&laid(sheet, &page))[..1], &[[180.0, -60.0]]);
 }
@@ -218,7 +219,7 @@ fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
                     "{what}: {least:?} {most:?}"
                 );
             }
-            // And as large as that allows.
+            // And it is as large as possible.
             let fills = (most[0] - least[0]) / 40.0;
             let fills = fills.max((most[1] - least[1]) / 30.0);
             assert!(fills > 0.97 || turned_points, "{what}: {fills}");
@@ -274,7 +275,7 @@ fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
     assert_eq!(told(json!({"page": "70x100", "at": at, "margin": 5})), None);
     let (message, _) = told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
     assert_eq!(message, "it reaches 11.3 mm beyond the edge of the page");
-    // The whole grid is checked against the page; a drawing that was fitted gives no warning.
+    // The whole grid is checked against the page; a fitted drawing causes no warning.
     let (message, remedies) =
         told(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
     assert_eq!(message, "it reaches 20 mm beyond the edge of the page");

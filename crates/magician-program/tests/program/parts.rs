@@ -1,4 +1,4 @@
-//! Parts of drawings, their pens and passes, and where a plan waits for a person.
+//! Parts of drawings, their pens and passes, and the pauses of a plan.
 
 use magician::Set;
 use magician_program::{
@@ -46,7 +46,7 @@ fn plan(text: &str, fields: Value) -> Plan {
     made(Format::Svg, text, fields).expect("a plan").0
 }
 
-/// Parts and pauses, as a line each.
+/// Parts and pauses, one per line.
 fn shown(plan: &Plan) -> Vec<String> {
     let steps = plan.steps.iter().filter_map(|step| match &step.action {
         Action::Part(part) => Some(match part.pass {
@@ -59,7 +59,7 @@ fn shown(plan: &Plan) -> Vec<String> {
     steps.collect()
 }
 
-/// The places that its segments lead to.
+/// End points of the drawn segments.
 fn drawn(plan: &Plan) -> Vec<[f32; 3]> {
     let marks = plan.steps.iter().filter(|step| step.action.marks());
     marks.filter_map(|step| step.action.target()).collect()
@@ -113,7 +113,7 @@ fn layers_are_parts_in_the_order_in_which_they_first_appear() {
     );
 }
 
-/// The pen is up where a part begins and where it waits, and goes down again only behind that.
+/// The pen is up where a part begins and at a pause, and goes down only after it.
 #[test]
 fn the_pen_is_up_between_parts() {
     let layers = plan(&three(), json!({"parts": "layer"}));
@@ -166,7 +166,7 @@ fn names_of_layers_leave_out_and_wait() {
         layer("%!both", &line(20, "red")),
     ]
     .concat());
-    // It has layers with commands: they are parts without being asked for.
+    // Layers with commands are parts without being requested.
     let (pen, notes) = made(Format::Svg, &named, json!({})).expect("a plan");
     assert_eq!(
         shown(&pen),
@@ -181,7 +181,7 @@ fn names_of_layers_leave_out_and_wait() {
         notes.contains(&"left out: part 1, %guides (#808080)".to_owned()),
         "{notes:?}"
     );
-    // What burns waits at ! alone.
+    // A burn pauses only at !.
     let three = named.replace("%guides", "guides");
     let burnt = plan(&three, json!({"work": "engrave"}));
     assert_eq!(
@@ -193,16 +193,16 @@ fn names_of_layers_leave_out_and_wait() {
             "3, !fold (#ff0000)",
         ]
     );
-    // Where it waits the laser is off.
+    // The laser is off at the pause.
     let pause = burnt.pauses().next().expect("one").0;
     assert_eq!(burnt.steps[pause - 1].action, Action::Laser(false));
-    // `!` waits also before the first.
+    // `!` also pauses before the first part.
     let first = plan(&svg(&layer("!one", &line(5, "red"))), json!({}));
     let (at, pause) = first.pauses().next().expect("one");
     assert_eq!(pause.cause, PauseCause::Part);
     let mut before = first.steps[..at].iter();
     assert!(before.all(|step| matches!(step.action, Action::Command(_))));
-    // Who names a layer means it.
+    // A layer requested by name is drawn.
     let only = plan(&named, json!({"only": ["%guides"]}));
     assert_eq!(shown(&only), ["1, %guides (#808080)"]);
     let none = plan(&named, json!({"parts": "none"}));
@@ -262,10 +262,10 @@ fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
     let apart = [marks(&small.plan), marks(&large.plan)].concat();
     assert!(!apart.is_empty());
     assert_eq!(apart, marks(&together.plan));
-    // Where the whole of it lies, so that it can be asked for again.
+    // At the place of the whole drawing, so that it can be repeated.
     assert_eq!([small.placed, large.placed], [together.placed; 2]);
     assert!(small.placed.is_some_and(|placed| placed.scale < 1.0));
-    // What does not fit as a whole does so in part.
+    // A part may fit although the whole does not.
     let part = made(json!({"fit": false, "only": ["small"]}));
     assert!(part.misfit.is_none());
     assert!(made(json!({"fit": false})).misfit.is_some());
@@ -346,13 +346,13 @@ fn a_part_has_the_pen_that_is_for_it() {
         ),
         (3, 2, 1, 6)
     );
-    // It is lifted by its own lift from where it draws.
+    // It is lifted by its own lift from its drawing height.
     let fine = up.iter().filter(|(part, _)| *part == 2).map(|(_, z)| *z);
     assert!(
         fine.clone().any(|z| z == 5.5) && fine.clone().all(|z| z == 1.5 || z >= 5.5),
         "{up:?}"
     );
-    // All of it counts as drawn, however high its pen is.
+    // All of it counts as drawn, whatever the height of its pen.
     assert_eq!(
         plan.surface.map(|surface| surface.height),
         Some(PAPER + 1.5)
@@ -427,7 +427,7 @@ fn pens_of_plots_and_layers_of_dxf_are_parts() {
 const TOOLS: &str = "T1\nG0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nM0 (turn the paper)\nG1 Y10\nG0 Z20\n\
     T2 M6\nG0 X220 Y20\nG0 Z0\nG1 X240\nG0 Z20\nT2\nT1\nG0 X230\nM1\nM6\nM0 P5 Press the button\nM2\n";
 
-/// In its own coordinates, which are the arm's.
+/// Plan in its own coordinates, which are the arm's.
 fn run(options: &SetupOptions) -> Result<Plan, Diagnostic> {
     let setup = options.setup(&SetupDefaults::default());
     let parsed = read(Format::Gcode, TOOLS.as_bytes(), &options.reading(&setup))?;
@@ -448,7 +448,7 @@ fn g_code_waits_where_it_says_so() {
             "program: Press the button",
         ]
     );
-    // A line of the pen is between its pauses.
+    // A pen line is between its pauses.
     let pauses: Vec<usize> = plan.pauses().map(|(nth, _)| nth).collect();
     assert!(
         plan.steps[..pauses[0]]
@@ -462,7 +462,7 @@ fn g_code_waits_where_it_says_so() {
     );
 }
 
-/// What was drawn before the first tool is named was drawn with another one.
+/// Lines before the first named tool were drawn with another one.
 #[test]
 fn the_first_tool_is_a_change_where_something_was_drawn_before() {
     const TEXT: &str =
@@ -514,7 +514,7 @@ fn without_pauses_all_else_is_the_same() {
     let never = plan(&three(), json!({"parts": "layer", "no_pause": true}));
     assert!(never.pauses().next().is_none());
     assert!(never.commands().eq(pauses.commands()));
-    // What is done is another program for a run that goes on.
+    // The two are different programs for resuming.
     let key = |plan: &Plan| magician_program::Program::new(plan.clone(), Some(1)).key();
     assert_ne!(key(&pauses), key(&never));
 }
@@ -622,7 +622,8 @@ fn strokes_of_filled_shapes_are_counted_as_they_are_drawn() {
         let parts = setup.list_parts(Format::Svg, &content).expect("a list");
         parts.iter().map(|part| part.strokes).collect::<Vec<_>>()
     };
-    // Each square has an edge without a fill; then a zigzag, or one and another across it.
+    // Each square has an edge without a fill; with a fill a zigzag, or two crossing ones, are
+    // added.
     assert_eq!(listed(json!({"parts": "color"})), [2, 2]);
     let hatched = json!({"parts": "color", "fill": "hatch", "fill_spacing": 1});
     assert_eq!(listed(hatched.clone()), [2, 2]);

@@ -1,4 +1,4 @@
-//! How drawings are laid before the arm, and what the arm does to draw them.
+//! Placement of drawings, and the motion that draws them.
 
 use magician::preflight::Preflight;
 use magician::{Act, Given, JointAngles, Setting, ToolBias};
@@ -70,7 +70,8 @@ fn rotation_mirror_and_scale_are_applied_in_this_order() {
         ..Layout::on(PAPER)
     };
     let placed = arrow.placed(&layout, &Marking::pen()).unwrap();
-    // Mirrored: 0,0 -20,0 -20,5; turned: 0,0 0,-20 -5,-20; doubled, the middle of -5..0 by -20..0 goes to 220, 10.
+    // Mirrored: 0,0 -20,0 -20,5; turned: 0,0 0,-20 -5,-20; doubled, with the middle of -5..0 by
+    // -20..0 at 220, 10.
     let expected = vec![[225.0, 30.0], [225.0, -10.0], [215.0, -10.0]];
     assert_eq!(placed.artwork.strokes[0].points, expected);
 }
@@ -102,7 +103,7 @@ fn on_a_sheet_the_page_lies_corner_on_corner() {
         ..sheet
     };
     assert_eq!(put(wide, 90.0), Ok(vec![[260.0, -40.0], [260.0, -10.0]]));
-    // A sheet that lies across: its x runs along the arm's Y.
+    // A sheet turned by 90 degrees: its x runs along the arm's Y.
     let across = Sheet {
         rotation: 90.0,
         corner: [300.0, -50.0],
@@ -225,7 +226,7 @@ fn a_laser_is_dark_between_lines_and_at_the_end() {
 
 #[test]
 fn a_way_that_the_base_is_in_goes_around_it() {
-    // Two lines at the arm's left and right.
+    // Two lines to the left and right of the arm.
     let drawing = artwork(&[
         &[[0.0, 230.0], [20.0, 230.0]],
         &[[0.0, -230.0], [20.0, -230.0]],
@@ -238,7 +239,7 @@ fn a_way_that_the_base_is_in_goes_around_it() {
     let plan = drawing.placed(&layout, &pen).unwrap().plan(&pen);
     let report = check(&plan, &homed());
     assert!(report.is_good(), "{:?}", report.refused_steps.first());
-    // To the first line and to the second; where the pen goes straight up it may do so with all joints.
+    // To the first line and to the second; a vertical lift may be a joint move.
     let mut at = None;
     let across = plan.steps.iter().filter(|step| {
         let to = step.action.target().map(|[x, y, _]| [x, y]);
@@ -270,8 +271,8 @@ fn a_tilted_surface_is_followed() {
     }
 }
 
-/// The claim that the first way is planned on: from a tool 3 mm above the surface, a way of all joints that ends 50 mm above the
-/// height of travel never leads below it.
+/// Basis for planning the first move: from a tool 3 mm above the surface, a joint move that ends 50
+/// mm above travel height never leads below the surface.
 #[test]
 fn the_first_way_never_leads_through_the_paper() {
     let geometry = Geometry::magician(ToolBias::PEN);

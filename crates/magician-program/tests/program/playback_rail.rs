@@ -1,4 +1,4 @@
-//! Rail positions of taught points: the arm goes there, or is refused; they are never dropped.
+//! Rail positions of taught points: the arm goes there or refuses; they are never dropped.
 
 use magician_host::preflight::Preflight;
 use magician_host::{Action, JointAngles, Set, ToolBias};
@@ -34,7 +34,7 @@ fn taught(format: Format, text: &str) -> Result<(Plan, Vec<Diagnostic>), Diagnos
     }
 }
 
-/// The way, x, and position on the rail of each move that takes the rail along.
+/// Mode, x, and rail position of each move with the rail.
 fn along(plan: &Plan) -> Vec<(PtpMode, f32, f32)> {
     let moves = plan.commands().filter_map(|command| match command {
         Set::PtpWithLCmd(ptp) => Some((ptp.ptp_mode, ptp.x, ptp.l)),

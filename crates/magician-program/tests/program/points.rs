@@ -232,11 +232,11 @@ fn many_rows_in_one_line_take_no_longer_than_their_number() {
     assert_eq!(actions(&text).len(), 20_000);
 }
 
-/// A way of some seconds with a rest, seen so often a second: along a figure of eight, faster and slower.
+/// Motion of some seconds with a pause, sampled at `rate` Hz: a figure of eight at varying speed.
 fn recording(seconds: f64, rate: f64) -> String {
     let rows = (0..=(seconds * rate) as u32).map(|nth| {
         let t = f64::from(nth) / rate;
-        // From rest to rest, a pause in the middle.
+        // From rest to rest, with a pause in the middle.
         let share = match t / seconds {
             share if share < 0.4 => share / 0.8,
             share if share < 0.6 => 0.5,
@@ -266,7 +266,7 @@ fn a_recording_takes_as_long_as_it_took() {
         let (plan, notes) = resampled(&recording(seconds, rate), resample).unwrap();
         let told = 1 + usize::from(resample.is_some());
         assert_eq!(notes.len(), told, "its own columns are known: {notes:?}");
-        // From where it begins.
+        // From its start.
         let mut there = Plan::new("there");
         there.push(plan.steps[0].action.clone(), magician_program::Origin::NONE);
         let begun = start_of(&stage(&there, &RehearseOptions::default()).unwrap());
@@ -285,7 +285,8 @@ fn a_recording_takes_as_long_as_it_took() {
     }
 }
 
-/// An arm comes to a place at the end of a period of 20 ms, which begin 7 ms after the recording does, and is read at other times.
+/// Arm whose motion ends at the end of a period of 20 ms. Periods start 7 ms after the recording,
+/// and readings are at other times.
 #[test]
 fn a_recording_of_an_arm_that_moves_in_periods_takes_as_long_as_it_took() {
     let seconds = 7.7;
@@ -314,8 +315,8 @@ fn a_recording_of_an_arm_that_moves_in_periods_takes_as_long_as_it_took() {
     }
 }
 
-/// So many sides of a square of 30 mm, each from rest to rest at up to 50 mm/s, seen every 50 ms, the time of each row late by up
-/// to so much, s. The tool is not turned, so that J4 turns.
+/// Sides of a square of 30 mm, each from rest to rest at up to 50 mm/s, sampled every 50 ms. The
+/// time of each row is late by up to `late`, s. The tool does not turn, so J4 does.
 fn square(sides: u8, late: f64) -> (String, f64) {
     const SIDE: f64 = 30.0;
     const SPEED: f64 = 50.0;
@@ -362,8 +363,8 @@ fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
         let report = check(&plan, &begun);
         assert!(report.is_good(), "{:?}", report.refused_steps.first());
         let taken = (report.time.unwrap() - way).as_secs_f64();
-        // Rows that are late by nearly the time between two make the speed jump. Where a jump takes the arm half a period it
-        // loses a whole one, and it has no time left to catch up before the turn of J4.
+        // Rows that are late by nearly the sampling interval make the speed jump. If a jump costs
+        // the arm half a period, it loses a whole one, and cannot catch up before the turn of J4.
         let jumps = if sides == 3 && late > 0.02 {
             10.0 * 0.02
         } else {
@@ -378,7 +379,7 @@ fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
 
 #[test]
 fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
-    // Along a line with a hand that trembles, and a rest on it.
+    // Along a line with a trembling hand, and a pause on it.
     let mut rows = String::from("t,x,y,z\n");
     for nth in 0..=200 {
         let t = f64::from(nth) * 0.05;
@@ -414,7 +415,7 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
         across.len() > 200 && turns.count() < 5,
         "it trembles no more"
     );
-    // What has no times cannot be thinned so that they stay.
+    // Without times, thinning cannot preserve them.
     for other in ["x,y,z\n200,0,0\n", "{}"] {
         let diagnostic = resampled(other, Some(0.5)).unwrap_err();
         assert!(
@@ -441,7 +442,7 @@ fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
     );
     assert!(refused("t,x,y,z\n").contains("no rows"));
     assert!(refused("t,x,y,z\n0,200,0,0\n1e9,210,0,0\n").contains("too long"));
-    // Two rows a fortnight apart take no memory for what lies between.
+    // Two rows a fortnight apart take no memory for the time between.
     assert!(refused("t,x,y,z\n0,200,0,0\n1e6,210,0,0\n").contains("too long"));
     assert!(refused("t,x,y,z\nnan,200,0,0\n").contains("a time must be a number"));
 }

@@ -25,7 +25,7 @@ fn done(preparation: Preparation) -> PreparedProgram {
     }
 }
 
-/// Takes the file away: what is read again fails.
+/// Removes the file's content, so that reading it again fails.
 fn without_file(mut opened: OpenedFile) -> OpenedFile {
     opened.request.bytes = Arc::default();
     opened
@@ -99,10 +99,10 @@ fn start_is_asked_for_once_and_told_with_its_option() {
         format!("{:?}", remedy.act),
         "Give(Start, Position([200.0, 0.0, 20.0]))"
     );
-    // The whole of it depends on the start: it cannot be resumed, nor begun in its middle.
+    // All of it depends on the start: it can neither be resumed nor begun in its middle.
     assert!(program.has_lost_start(1, false) && program.has_lost_start(0, true));
     assert!(!program.has_lost_start(0, false));
-    // A start that the options give is told to nobody, and may be used again.
+    // A start given by the options is not reported, and may be used again.
     opened.request.options.start = Some([200.0, 0.0, 20.0]);
     let given = done(opened.prepare().unwrap());
     assert_eq!(

@@ -1,5 +1,5 @@
-//! What is accepted stays within limits, and what is not is refused before the first byte; no bytes make a reader panic. The
-//! long form is in `fuzz`.
+//! Accepted programs stay within limits, others are refused before the first byte, and no input
+//! panics a reader. The long form is in `fuzz`.
 
 use std::cell::Cell;
 use std::path::Path;
@@ -23,14 +23,14 @@ fn config(cases: u32) -> ProptestConfig {
     }
 }
 
-/// What became of a text.
+/// Result for an input text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     /// Refused by its reader, or because there is no place for it.
     Unread,
     /// Refused by the check.
     Refused,
-    /// Done, without an alarm.
+    /// Run to its end without an alarm.
     Done,
 }
 
@@ -42,7 +42,7 @@ fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
     Ok(setup.plan(format, content)?.fitting()?.plan)
 }
 
-/// What is accepted is done without an alarm; of what is refused nothing goes to the arm.
+/// Runs an accepted text without an alarm; checks that nothing of a refused one is sent.
 fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
     let plan = match planned(format, text, fit) {
         Ok(plan) => plan,
@@ -87,7 +87,7 @@ fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
     Ok(Fate::Refused)
 }
 
-/// Runs a property and tells how many texts had which fate.
+/// Runs a property and prints how many texts had which result.
 fn fates<S: Strategy>(
     cases: u32,
     strategy: S,
@@ -115,7 +115,7 @@ fn one_of(words: &'static [&'static str]) -> impl Strategy<Value = String> + Clo
     proptest::sample::select(words).prop_map(str::to_owned)
 }
 
-/// Numbers as people and programs write them; the second sort are none that an arm can use.
+/// Numbers as people and programs write them; the second kind is useless for an arm.
 fn number(range: std::ops::Range<f64>) -> impl Strategy<Value = String> + Clone {
     let usual = range.prop_map(|value| format!("{value:.3}"));
     let odd = one_of(&[
@@ -149,7 +149,7 @@ fn word(
     number(range).prop_map(move |number| format!("{letter}{number}"))
 }
 
-/// A line of G-code: mostly of places that the arm reaches.
+/// Line of G-code, mostly within reach.
 fn g_line() -> impl Strategy<Value = String> + Clone {
     let place = (
         proptest::option::of(word("X", 180.0..290.0)),
@@ -159,7 +159,7 @@ fn g_line() -> impl Strategy<Value = String> + Clone {
     );
     let place =
         place.prop_map(|(x, y, z, f)| [x, y, z, f].map(Option::unwrap_or_default).join(" "));
-    // As large a radius goes round to most places.
+    // A radius large enough to reach most positions.
     let round = prop_oneof![
         1 => (word("I", -20.0..20.0), word("J", -20.0..20.0)).prop_map(|(i, j)| format!("{i} {j}")),
         8 => word("R", 110.0..400.0),
@@ -174,7 +174,7 @@ fn g_line() -> impl Strategy<Value = String> + Clone {
 }
 
 fn g_code() -> impl Strategy<Value = String> {
-    // Few programs change their units or count from where they are: those lead far away.
+    // Few programs change units or use relative coordinates: those lead far away.
     let wild = proptest::option::weighted(
         0.3,
         one_of(&[
@@ -206,7 +206,7 @@ fn g_code_stays_within_limits_or_is_refused() {
     assert!(refused >= 30 && done >= 100, "{refused} {done}");
 }
 
-/// A number of a drawing, now and then one that is huge or none.
+/// Number in a drawing, sometimes huge or NaN.
 fn length() -> impl Strategy<Value = String> + Clone {
     number(-20.0..120.0)
 }
@@ -282,7 +282,7 @@ fn svg() -> impl Strategy<Value = (String, bool)> {
 fn svg_stays_within_limits_or_is_refused() {
     let [unread, refused, done] = fates(45, svg(), |(text, fit)| fate(Format::Svg, &text, fit));
     assert!(unread >= 5 && done >= 20, "{unread} {refused} {done}");
-    // What there is a place for can be done.
+    // Everything with a place can be drawn.
     assert_eq!(refused, 0);
 }
 
@@ -312,7 +312,7 @@ fn large_files_are_done_or_refused_too() {
     assert_eq!(fate(Format::Gcode, &far, false).unwrap(), Fate::Refused);
 }
 
-/// Any bytes at all: read or refused, and a place that is told is one in the file.
+/// Any bytes are read or refused, and a reported place is within the file.
 fn any_reader(bytes: &[u8]) -> Result<(), TestCaseError> {
     let text = std::str::from_utf8(bytes).ok();
     let formats = Format::ALL.into_iter().chain(Format::of("unknown", bytes));
@@ -369,7 +369,7 @@ fn files() -> Vec<Vec<u8>> {
     files
 }
 
-/// A change to a file: something is put in the place of something else.
+/// Change to a file: something is replaced by something else.
 #[derive(Clone, Debug)]
 struct Change {
     at: prop::sample::Index,

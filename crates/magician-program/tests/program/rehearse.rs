@@ -31,7 +31,7 @@ fn stroke(plan: &mut Plan, points: &[[f32; 2]]) {
     travel(plan, *to_x, *to_y, PAPER + 10.0);
 }
 
-/// A circle of many corners and a line.
+/// A circle with many corners, and a line.
 fn drawing() -> Plan {
     let mut plan = Plan::new("circle");
     plan.tool = Some(Tool::Pen);

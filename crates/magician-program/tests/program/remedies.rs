@@ -1,4 +1,4 @@
-//! What there is to do about a problem or a note: each thing that this crate says, reached by a file and a setup.
+//! Remedies of problems and notes: each one of this crate, reached by a file and a setup.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use magician_program::{
 
 const PAPER: Surface = Surface::level(-60.0);
 
-/// All there is to do about a file that is read and planned so: the name of each act, and what it does.
+/// All remedies for a file read and planned this way: name of the act, and its effect.
 fn remedies(
     format: Format,
     bytes: &[u8],
@@ -49,7 +49,7 @@ fn said(diagnostics: &[Diagnostic]) -> BTreeSet<String> {
         .collect()
 }
 
-/// What is done about G-code of the arm's coordinates.
+/// Remedies for G-code in arm coordinates.
 fn of_gcode(text: &str, set: impl FnOnce(&mut ReadOptions, &mut Setup)) -> BTreeSet<String> {
     remedies(Format::Gcode, text.as_bytes(), |options, setup| {
         setup.surface = None;
@@ -65,7 +65,7 @@ fn svg(size: [f64; 2], inside: &str) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A rectangle as large as its page.
+/// Rectangle as large as its page.
 fn page(size: [f64; 2]) -> Vec<u8> {
     let [width, height] = size;
     let rectangle = format!("<rect width='{width}' height='{height}' fill='none' stroke='black'/>");
@@ -128,7 +128,8 @@ fn what_a_drawing_leaves_open_is_an_option() {
 
 #[test]
 fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
-    // No circle has more than 100,000 points; one of a kilometre has them at the finest tolerance.
+    // No circle has more than 100,000 points; one of a kilometre has that many at the finest
+    // tolerance.
     let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n1000000\n".repeat(21);
     let file = format!("0\nSECTION\n2\nENTITIES\n{circles}0\nENDSEC\n0\nEOF\n");
     let fine = remedies(Format::Dxf, file.as_bytes(), |options, _| {
@@ -155,7 +156,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
         setup.placement.at = Some([240.0, 0.0]);
     });
     has(&there, &["rotate 90 leaves it more room"]);
-    // Whose place is chosen is turned itself.
+    // A drawing without a given position is turned automatically.
     has(
         &remedies(Format::Svg, &wide, |_, _| {}),
         &["turn off leaves it as it lies"],

@@ -1,4 +1,5 @@
-//! Every sample, as it is: read, placed, checked, drawn on the virtual arm, and what was left beside its source.
+//! Every sample as it is: read, placed, checked, drawn on the virtual arm, and the result compared
+//! with its source.
 
 use std::path::Path;
 use std::time::Duration;
@@ -16,22 +17,24 @@ use magician_program::{
     Action, Artwork, Content, Format, Plan, Raster, ReadOptions, Report, Surface, check, read,
 };
 
-/// Readers that share nothing with those that are tried but the parser of SVG.
+/// Readers that share only the SVG parser with those under test.
 #[path = "../../../../xtask/src/workshop/source.rs"]
 mod source;
 
 use source::Line;
 
-/// The height of paper and wood, mm.
+/// Height of paper and wood, mm.
 const TABLE: f64 = -60.0;
-/// Largest distance of a line from its curve, mm: as files are read unless told otherwise.
+/// Largest distance of a line from its curve, mm: the default for reading.
 const TOLERANCE: f64 = 0.05;
-/// How far what is drawn may be from the source at most, mm: as far as curves may be off, as true as a drawing is kept
+/// Largest distance of the drawing from its source, mm: tolerance of curves, accuracy of a drawing
 /// (0.02), and a pixel's diagonal.
 const WORST: f64 = TOLERANCE + 0.02 + 0.071;
-/// An image: its width, and the distance of its lines, mm; what its tones may be off in the mean, as a share of black.
+/// Width of an image, mm.
 const WIDTH: f64 = 16.0;
+/// Distance of its engraved lines, mm.
 const SPACING: f64 = 0.25;
+/// Largest mean error of its tones, as a share of black.
 const TONE: f64 = 0.02;
 
 fn bytes_of(name: &str) -> Vec<u8> {
@@ -50,7 +53,7 @@ fn content(name: &str) -> (Format, Vec<u8>, Content) {
     (format, bytes, reading.content)
 }
 
-/// Where the virtual arm begins, as it says itself.
+/// Start pose as reported by the virtual arm.
 fn start(plan: &Plan) -> Preflight {
     let arm = stage(plan, &RehearseOptions::default()).unwrap();
     let arm = Arm::simulated(arm, Options::default()).unwrap();
@@ -58,8 +61,8 @@ fn start(plan: &Plan) -> Preflight {
     arm.preflight_for(&commands).unwrap()
 }
 
-/// Checked, run on the virtual arm, and once more as its own file says: it is good, takes as long as the check says, and a plan
-/// file leaves the same.
+/// Checks a plan, runs it on the virtual arm, and again from its plan file: it passes, takes as
+/// long as the check says, and leaves the same marks.
 fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let options = RehearseOptions::default();
     let report = check(plan, &start(plan));
@@ -67,7 +70,7 @@ fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let done = rehearse(plan, &options).unwrap();
     assert!(done.is_good(), "{name}: {:?} {:?}", done.alarms, done.log);
     assert_eq!(done.steps, plan.steps.len(), "{name}");
-    // The duration of homing is not known beforehand.
+    // The duration of homing is unknown in advance.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
     let time = Some(done.time).filter(|_| !homes);
     assert_eq!(report.time, time, "{name}");
@@ -107,7 +110,7 @@ fn is_the_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
     );
 }
 
-/// Lines on a sheet, drawn with the pen and burnt with the laser.
+/// Draws lines on a sheet with the pen, and burns them with the laser.
 fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
     let [low, high] = artwork.bounds().expect("lines");
     for (how, marking, kind) in [
@@ -152,7 +155,7 @@ fn length(line: &[[f64; 2]]) -> f64 {
     pairs.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
 }
 
-/// A program that leaves nothing: the way that the virtual arm's tool takes is the one that the preview shows.
+/// Checks for a program without marks that the preview shows the path of the virtual arm's tool.
 fn way(name: &str, plan: &Plan) {
     let options = RehearseOptions::default();
     let start = start(plan);
@@ -163,11 +166,11 @@ fn way(name: &str, plan: &Plan) {
     let shown: Vec<Line> = preview.ways().map(<[_]>::to_vec).collect();
     let matched = compare(&shown, &[taken], WORST).matched;
     tell(name, "way", &matched, &watched);
-    // A preview does not show how the arm looks for its home.
+    // A preview does not show the search for the home position.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
     assert_eq!(matched.missing_share, 0.0, "{name}: {matched:?}");
     assert!(homes || matched.is_good(), "{name}: {matched:?}");
-    // Every point that the file has is passed.
+    // Every point in the file is passed.
     for [x, y, z] in plan.steps.iter().filter_map(|step| step.action.target()) {
         let nearest = watched.way.iter().map(|at| {
             let off = [
@@ -185,7 +188,7 @@ fn way(name: &str, plan: &Plan) {
     }
 }
 
-/// Grey that becomes power.
+/// Engraves a grey image.
 fn image(name: &str, image: &Raster) {
     let mut engrave = Engrave::default();
     engrave.spacing = SPACING;
@@ -229,7 +232,7 @@ fn sample(name: &str) {
             let source = match format {
                 Format::Svg => source::svg(&bytes).unwrap(),
                 Format::Hpgl => source::hpgl(text()),
-                // The reader has tests of its own; here it is what becomes of its lines.
+                // The reader has its own tests; this one is about its lines.
                 _ => lines
                     .strokes
                     .iter()
@@ -243,7 +246,7 @@ fn sample(name: &str) {
     }
 }
 
-/// One test for each, so that they run side by side and are counted.
+/// One test per sample, so that they run in parallel and are counted.
 macro_rules! samples {
     ($($test:ident $name:literal)*) => {
         const NAMES: &[&str] = &[$($name),*];

@@ -1,4 +1,4 @@
-//! A line that is stopped at any instant goes on where the pen stood: neither gap nor double stroke.
+//! A line stopped at any instant resumes where the pen stood: neither gap nor double stroke.
 
 use std::time::Duration;
 
@@ -14,20 +14,22 @@ const PAPER: f64 = -60.0;
 const UP: f32 = -45.0;
 /// Longest gap, mm.
 const MOST: f64 = 0.2;
-/// Radius of the bend, mm, and the angle of each of its pieces, degrees.
+/// Radius of the bend, mm.
 const RADIUS: f64 = 8.0;
+/// Angle of each piece of the bend, degrees.
 const PIECE: f64 = 3.0;
-/// Longest double stroke, mm: the way of a period of 20 ms in the bend, 0.42 mm, because each of its pieces takes one period. A
-/// segment that is planned anew to rest within a period is slower from the last pose on than the pen was, which is up to this way
-/// ahead of where the line goes on.
+/// Longest double stroke, mm: the distance of one 20 ms period in the bend, 0.42 mm, because each
+/// of its pieces takes one period. A segment that is replanned to rest within a period is slower
+/// after the last pose than the pen was, which is up to this distance ahead of where the line
+/// resumes.
 const PERIOD_WAY: f64 = RADIUS * PIECE.to_radians();
 
-/// Each line is stopped at so many instants.
+/// Number of instants at which each line is stopped.
 const COUNT: u32 = 17;
 
 type Point = [f64; 2];
 
-/// How a line is said.
+/// Form of a line.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Path,
@@ -94,7 +96,7 @@ fn plan(kind: Kind) -> Plan {
     plan
 }
 
-/// Runs it from there on, to its end or until it is stopped; where it goes on then.
+/// Runs the program from a place on, to its end or a stop; returns the place to resume at.
 async fn run(
     arm: &Arm,
     program: &Program,
@@ -107,7 +109,7 @@ async fn run(
     next
 }
 
-/// How far along the line the point of it is that is nearest to this.
+/// Distance along the line of the nearest point to `point`.
 fn along(point: Point) -> f64 {
     let corners = corners();
     let (mut before, mut best) = (0.0, (f64::INFINITY, 0.0));
@@ -125,7 +127,7 @@ fn along(point: Point) -> f64 {
     best.1
 }
 
-/// From where to where on the line strokes are.
+/// Extent of strokes along the line.
 fn span(strokes: &[Stroke]) -> Option<(f64, f64)> {
     let points = strokes.iter().flat_map(|stroke| &stroke.points);
     points.map(|point| along(*point)).fold(None, |span, at| {
@@ -149,7 +151,7 @@ async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke
         let (_, end) = span(&strokes(&cell)).expect("it is drawn");
         let mut on_paper = 0;
         for nth in 1..COUNT {
-            // Stopped twice: what goes on can be stopped as well.
+            // Stopped twice: a resumed run can be stopped too.
             let (cell, arm) = place(&program).await;
             let (mut from, mut stop) = (
                 (0, None),

@@ -1,4 +1,4 @@
-//! A test grid: every cell is burnt with the power and the speed that it names.
+//! Test grids: every cell is burnt with the power and speed in its name.
 
 use std::time::Duration;
 
@@ -33,10 +33,10 @@ fn prepared(file: &Value, options: &Value) -> Prepared {
         .unwrap()
 }
 
-/// The period of the arm, s.
+/// The arm's period, s.
 const PERIOD: f64 = 0.02;
 
-/// What a plan says of the cell of this name: powers above 0, speeds, and the box of what is burnt.
+/// Cell of this name in a plan: powers above 0, speeds, and bounds of the burn.
 fn said(plan: &Plan, name: &str) -> (Vec<f32>, Vec<f32>, [[f64; 2]; 2]) {
     let (mut powers, mut speeds, mut bounds) = (vec![], vec![], [[f64::MAX; 2], [f64::MIN; 2]]);
     let mut at = [0.0; 2];
@@ -90,7 +90,7 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
             (right - left - 8.0).abs() < 0.01 && (high - low - 7.5).abs() < 0.01,
             "{name}"
         );
-        // What the laser of the arm has left there.
+        // Burn left by the laser there.
         let within = |[x, y]: &[f64; 2]| {
             (left - 0.1..=right + 0.1).contains(x) && (low - 0.1..=high + 0.1).contains(y)
         };
@@ -107,7 +107,7 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
                 .all(|stroke| (stroke.power - cell.power).abs() < 1e-6),
             "{name}"
         );
-        // How fast it passed: from look to look, a period of 20 ms.
+        // Speeds between readings, a period of 20 ms apart.
         let looks = done.way.windows(2).filter(|pair| {
             pair.iter().all(|[x, y, z]| within(&[*x, *y]) && *z < -59.9)
                 && (pair[1][1] - pair[0][1]).abs() < 1e-6
@@ -122,14 +122,14 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
             (fastest / speed - 1.0).abs() < 0.01,
             "{name}: {fastest} and not {speed}"
         );
-        // The rest of 16 lines of 8 mm are looks between which less time passed.
+        // The other readings of 16 lines of 8 mm are less than a period apart.
         let even = passed
             .iter()
             .filter(|passed| (**passed / speed - 1.0).abs() < 0.01);
         let length = even.sum::<f64>() * PERIOD;
         assert!(length > 0.9 * 16.0 * 8.0, "{name}: {length} mm");
     }
-    // All else is labels: the weakest power.
+    // Everything else is labels at the lowest power.
     let powers = done.drawing.strokes().iter().map(|stroke| stroke.power);
     assert!(powers.filter(|power| (*power - 20.0).abs() < 1e-6).count() > 2 * 16);
 }
@@ -195,7 +195,7 @@ fn a_grid_is_placed_as_drawings_are() {
         (middle[0] - 230.0).abs() < 0.1 && (middle[1] - 20.0).abs() < 0.1,
         "{middle:?}"
     );
-    // Made smaller, its lines are as far apart.
+    // Scaled down, its lines keep their distance.
     let fitted = prepared(
         &json!({"format": "magician-testgrid", "cell": 40, "power": "20:60:5"}),
         &json!({"fit": true}),

@@ -1,4 +1,4 @@
-//! Transparent pixels are never burnt nor drawn, with any options.
+//! Transparent pixels are never burnt or drawn, with any options.
 
 use std::io::Cursor;
 
@@ -10,11 +10,13 @@ use magician_program::{
 use proptest::prelude::*;
 use serde_json::{Map, Value, json};
 
-/// Pixels of the image on a side, and of its transparent border.
+/// Side of the image, pixels.
 const SIDE: u32 = 30;
+/// Width of its transparent border, pixels.
 const BORDER: u32 = 10;
-/// Width and height on the table, mm; its centre.
+/// Width and height on the table, mm.
 const SIZE: f64 = 30.0;
+/// Centre on the table, mm.
 const CENTRE: [f64; 2] = [250.0, 0.0];
 const TABLE: f64 = -60.0;
 
@@ -24,7 +26,7 @@ fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// An image with a transparent border of this colour around a square of another.
+/// Image with a transparent border of one colour around a square of another.
 fn framed(border: [u8; 3], inside: [u8; 4]) -> RgbaImage {
     RgbaImage::from_fn(SIDE, SIDE, |x, y| {
         let is_inside = |at: u32| (BORDER..SIDE - BORDER).contains(&at);
@@ -36,7 +38,7 @@ fn framed(border: [u8; 3], inside: [u8; 4]) -> RgbaImage {
     })
 }
 
-/// A PNG with a palette, of which the border's entry is transparent by its tRNS chunk.
+/// PNG with a palette whose border entry is transparent by its tRNS chunk.
 fn palette(border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, SIDE, SIDE);
@@ -55,7 +57,7 @@ fn palette(border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     bytes
 }
 
-/// The image in a file of every kind that has transparency.
+/// The image in a file of each kind with transparency.
 fn file(kind: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     let image = DynamicImage::from(framed(border, inside));
     match kind {
@@ -86,7 +88,7 @@ fn laid(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
     }
 }
 
-/// Segments that are burnt or drawn: both ends, and the power.
+/// Burnt or drawn segments: both ends, and the power.
 fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
     let (mut at, mut marks) = ([0.0; 3], Vec::new());
     for step in &plan.steps {
@@ -108,14 +110,14 @@ fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
     marks
 }
 
-/// Distance of a place from the square that is not transparent, mm; 0 within it.
+/// Distance of a position from the opaque square, mm; 0 within it.
 fn beyond([x, y]: [f64; 2]) -> f64 {
     let half = SIZE * f64::from(SIDE - 2 * BORDER) / f64::from(SIDE) / 2.0;
     let off = [x - CENTRE[0], y - CENTRE[1]].map(|off| (off.abs() - half).max(0.0));
     off[0].max(off[1])
 }
 
-/// The length that is burnt, by its share of the full power.
+/// Burnt length, weighted by its share of the full power.
 fn burnt(plan: &Plan) -> f64 {
     let length = |from: [f64; 2], to: [f64; 2]| (to[0] - from[0]).hypot(to[1] - from[1]);
     let marks = marks(plan);
@@ -140,7 +142,7 @@ fn white_logo_on_transparent_is_what_inverted_engraving_burns() {
         "{remedies:?}"
     );
     let plan = laid(&logo, json!({"work": "engrave", "invert": true})).unwrap();
-    // Lines of 0.2 mm on 10 by 10 mm.
+    // Lines 0.2 mm apart on 10 by 10 mm.
     assert!((burnt(&plan) - 500.0).abs() < 15.0, "{}", burnt(&plan));
     let clear = laid(
         &file(0, [0; 3], [0; 4]),
@@ -178,8 +180,8 @@ fn half_transparent_pixels_burn_in_proportion() {
     }
 }
 
-/// Options of images, and how far a mark may lie beyond what is not transparent, mm: half a line or a dot, or the blur of the
-/// greys of shaded styles.
+/// Options of images, and the largest distance of a mark from opaque pixels, mm: half a line or a
+/// dot, or the blur of shaded styles.
 fn options() -> impl Strategy<Value = (Map<String, Value>, f64)> {
     let engrave = prop_oneof![Just("grey"), Just("threshold"), Just("dither")]
         .prop_map(|mode| (json!({"work": "engrave", "mode": mode}), 0.35));
@@ -238,7 +240,7 @@ proptest! {
         opacity in prop_oneof![Just(255_u8), 1..255_u8],
         crop in any::<bool>(),
     ) {
-        // A pixel of a GIF is transparent or not.
+        // A GIF pixel is either transparent or opaque.
         let opacity = if kind == 4 { 255 } else { opacity };
         let [red, green, blue] = inside;
         let mut said = said;
@@ -246,7 +248,7 @@ proptest! {
             said.insert("crop".into(), json!([0, 0, SIDE, SIDE]));
         }
         let bytes = file(kind, border, [red, green, blue, opacity]);
-        // Nothing may be left of it.
+        // The drawing may be empty.
         if let Ok(plan) = laid(&bytes, Value::Object(said.clone())) {
             for (from, to, power) in marks(&plan) {
                 for place in [from, to] {
@@ -258,7 +260,7 @@ proptest! {
     }
 }
 
-/// Images that are made smaller while they are read keep their opacity, too.
+/// Images that are reduced while they are read keep their opacity.
 #[test]
 fn large_image_keeps_its_opacity() {
     let side = 32_000;

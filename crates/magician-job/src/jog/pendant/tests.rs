@@ -1,4 +1,4 @@
-//! Controls and their orders.
+//! Tests of the pendant's controls and orders.
 
 use super::*;
 use crate::jog::OrderError;
@@ -104,7 +104,7 @@ fn a_laser_may_burn_from_its_order_until_the_arm_says_that_it_is_dark() {
     let laser = |on| Activity::Tool(ToolOrder::Laser(on));
     pendant.laser(true);
     assert!(pendant.may_burn() && !pendant.tools.laser);
-    // Another tool's answer says nothing of it.
+    // The reply of another tool says nothing about the laser.
     done(&mut pendant, Activity::Tool(ToolOrder::Suction(true)));
     assert!(pendant.may_burn() && !pendant.tools.laser);
     done(&mut pendant, laser(true));

@@ -1,4 +1,4 @@
-//! Programs, and virtual arms at their own speed on a clock of the test's.
+//! Programs, and virtual arms at real speed on the test's clock.
 #![allow(dead_code, reason = "each test uses what it needs")]
 
 use magician::commands::PtpCmd;
@@ -11,7 +11,7 @@ use magician_protocol::PtpMode;
 pub(crate) const PAPER: f64 = -60.0;
 pub(crate) const UP: f32 = -45.0;
 
-/// What is drawn.
+/// Kind of motion that draws.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Kind {
     /// Continuous paths: long ones, and a bend of short ones.
@@ -104,7 +104,7 @@ pub(crate) fn program(kind: Kind, iterations: u64) -> Program {
     Program::new(plan(kind), Some(iterations))
 }
 
-/// An arm on which this can be run.
+/// An arm that can run this program.
 pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
     let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
     let cell = VirtualArm::new(arm, SimSpeed::Times(1.0)).with_breaking_lines();
@@ -112,7 +112,7 @@ pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
     (cell, arm.expect("a virtual arm"))
 }
 
-/// The ink, and how much it is, mm.
+/// The ink and its length, mm.
 pub(crate) fn ink(cell: &VirtualArm) -> (Drawing, f64) {
     let drawing = cell.with(|arm| arm.drawing());
     let length = |points: &Vec<[f64; 2]>| -> f64 {

@@ -1,12 +1,12 @@
-//! The accepted values of an option: in a sentence, from the text of a command line, and the refusal
-//! of others.
+//! Accepted values of an option: their description, parsing from a command line, and the refusal of
+//! others.
 
 use magician_host::{Message, OptionName, message};
 use serde_json::Value;
 
 use super::{OptionKind, OptionSpec};
 
-/// Words in a sentence: `a, b or c`.
+/// Joins words for a sentence: `a, b or c`.
 pub(in crate::options) fn either(words: &[&str]) -> String {
     match words.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
@@ -14,7 +14,8 @@ pub(in crate::options) fn either(words: &[&str]) -> String {
     }
 }
 
-/// A number as people write it: not with three hundred digits.
+/// Number as text; very large and small ones in scientific notation, since `Display` would print
+/// all digits.
 fn figure(number: f64) -> String {
     if number == 0.0 || (1e-4..1e15).contains(&number.abs()) {
         number.to_string()
@@ -25,12 +26,12 @@ fn figure(number: f64) -> String {
     }
 }
 
-/// A value in a message.
+/// Value as shown in a message.
 pub(in crate::options) fn shown(value: &Value) -> String {
-    /// Characters of a value that are shown: enough to recognise it.
+    /// Characters shown of a value: enough to recognise it.
     const MOST: usize = 60;
     let text = match value {
-        // JSON has no other form for what is no number.
+        // JSON stores NaN as null.
         Value::Null => "nan".to_owned(),
         Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), figure),
         Value::String(text) => match text.parse::<f64>() {
@@ -50,7 +51,7 @@ pub(in crate::options) fn shown(value: &Value) -> String {
 }
 
 impl OptionSpec {
-    /// Returns the accepted values as part of a sentence.
+    /// Describes the accepted values as part of a sentence.
     #[must_use]
     pub fn accepted(&self) -> String {
         self.accepted_in_words().into()
@@ -102,7 +103,7 @@ impl OptionSpec {
         }
     }
 
-    /// True if a number is in its range; NaN is not.
+    /// True if a number is in range. NaN is not.
     fn admits(&self, number: f64) -> bool {
         number.is_finite()
             && self.least.is_none_or(|least| number >= least)
@@ -110,7 +111,7 @@ impl OptionSpec {
             && self.most.is_none_or(|most| number <= most)
     }
 
-    /// True if the numbers of a value are in its range. Values of other kinds have none.
+    /// True if the numbers of a value are in range. Always true for values of other kinds.
     pub(in crate::options) fn is_within(&self, value: &Value) -> bool {
         match (self.kind, value) {
             (OptionKind::Number | OptionKind::Integer, value) => {
@@ -124,7 +125,7 @@ impl OptionSpec {
         }
     }
 
-    /// Returns the message that a value is not accepted.
+    /// Returns the message that refuses a value.
     #[must_use]
     pub fn refusal(&self, value: &Value) -> Message {
         message!(
@@ -135,8 +136,8 @@ impl OptionSpec {
         )
     }
 
-    /// Reads a value from the text of a command line. What cannot be a value of its kind becomes a
-    /// text, which the option then refuses like any other.
+    /// Parses a value from the text of a command line. Text that does not parse is returned as
+    /// text, which the option then refuses like any other wrong value.
     #[must_use]
     pub fn value_of(&self, text: &str) -> Value {
         let number = |text: &str| {
@@ -164,7 +165,7 @@ impl OptionSpec {
             }
             OptionKind::Switch => text.parse::<bool>().ok().map(Value::Bool),
             OptionKind::List => Some(Value::Array(vec![text.into()])),
-            // A text with a unit may be a number.
+            // A text option with a unit may also take a number.
             OptionKind::Text if !self.unit.is_empty() => number(text),
             _ => None,
         };

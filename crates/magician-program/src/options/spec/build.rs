@@ -1,10 +1,10 @@
-//! The words in which the rows of the table are written.
+//! Constructors for the rows of the option table.
 
 use super::super::WorkOption;
 use super::{Change, DefaultValue, Need, OptionGroup, OptionKind, OptionSpec};
 use crate::Format;
 
-/// A row without anything but its kind, group and unit.
+/// Row with only kind, group and unit.
 const fn row(kind: OptionKind, group: OptionGroup, unit: &'static str) -> OptionSpec {
     OptionSpec {
         name: "",
@@ -54,12 +54,12 @@ pub(in crate::options) const fn area(group: OptionGroup) -> OptionSpec {
     row(OptionKind::Area, group, "px")
 }
 
-/// A switch that is off by default.
+/// Switch that is off by default.
 pub(in crate::options) const fn switch(group: OptionGroup) -> OptionSpec {
     row(OptionKind::Switch, group, "").or(DefaultValue::Switch(false))
 }
 
-/// A switch that is on by default, and the purpose of switching it off.
+/// Switch that is on by default; `off` describes the purpose of switching it off.
 pub(in crate::options) const fn switch_off(group: OptionGroup, off: &'static str) -> OptionSpec {
     OptionSpec {
         off,
@@ -89,7 +89,7 @@ pub(in crate::options) const fn choice(
     }
 }
 
-/// A choice whose default is the first word.
+/// Choice whose default is the first word.
 pub(in crate::options) const fn first_of(
     group: OptionGroup,
     choices: &'static [&'static str],
@@ -100,7 +100,7 @@ pub(in crate::options) const fn first_of(
     }
 }
 
-/// Building a row.
+/// Builder methods for a row.
 impl OptionSpec {
     pub(in crate::options) const fn named(
         self,
@@ -160,7 +160,7 @@ impl OptionSpec {
         }
     }
 
-    /// Refuses it without another option.
+    /// Makes another option a requirement: without it this one is refused.
     pub(in crate::options) const fn needs(
         self,
         name: &'static str,
@@ -172,7 +172,7 @@ impl OptionSpec {
         }
     }
 
-    /// Binds it to another option, without which it does not count.
+    /// Binds the option to another one, without which it has no effect.
     pub(in crate::options) const fn with(
         self,
         name: &'static str,
@@ -192,7 +192,7 @@ impl OptionSpec {
         }
     }
 
-    /// Assigns it to a work; the other one refuses it.
+    /// Assigns the option to a kind of work; the other kind refuses it.
     pub(in crate::options) const fn of_work(self, work: WorkOption) -> Self {
         Self {
             work: Some(work),

@@ -1,3 +1,5 @@
+//! Tests of the option table: every row against the options it describes.
+
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
@@ -5,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::*;
 use crate::{ReadOptions, Setup, SetupDefaults};
 
-/// A value that it takes.
+/// A valid value for an option.
 fn value(option: &OptionSpec) -> Value {
     let number = option.least.or(option.most).unwrap_or(1.5);
     match option.kind {
@@ -23,7 +25,7 @@ fn value(option: &OptionSpec) -> Value {
     }
 }
 
-/// With what it counts with.
+/// The option together with the option it is bound to.
 fn fields(option: &OptionSpec, value: Value, all: &[OptionSpec]) -> Map<String, Value> {
     let mut fields = Map::from_iter([(option.name.to_owned(), value)]);
     if let (Some(with @ "work"), Some(word)) = (option.with, option.when.first()) {
@@ -72,7 +74,7 @@ fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
                     OptionKind::Place => json!([0, 0, number]),
                     _ => json!(number),
                 };
-                // A margin has to leave something of its page.
+                // A margin must leave some of its page.
                 let is_margin = option.name == "margin" && beyond > 0.0;
                 assert!(is_margin || takes(number(bound)) == taken, "{option:?}");
                 assert!(!takes(number(bound + beyond)), "{option:?}");
@@ -98,7 +100,7 @@ fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
         for option in all.iter().filter(|_| format != Format::TestGrid) {
             let takes = |work: &str| {
                 let mut fields = Map::from_iter([("work".to_owned(), json!(work))]);
-                // With what it counts with, up to the work.
+                // With all options it is bound to, up to the work.
                 let mut next = Some(option);
                 while let Some(option) = next {
                     for (name, value) in self::fields(option, value(option), &all) {
@@ -137,7 +139,7 @@ fn what_the_pen_makes_of_an_image_counts_with_the_work_draw_alone() {
     assert_eq!(bound("gamma"), (None, &[][..]));
 }
 
-/// What comes of options.
+/// Result of the options.
 fn made(options: &SetupOptions) -> (Setup, ReadOptions) {
     let setup = options.setup(&SetupDefaults::default());
     let reading = options.reading(&setup);
@@ -164,7 +166,7 @@ fn a_default_is_what_holds_without_the_option() {
                     SetupOptions::from_fields(&fields)
                 };
                 let Ok(said) = taken(&with) else {
-                    // It counts for the other work alone.
+                    // It applies only to the other work.
                     continue;
                 };
                 with.remove(option.name);
@@ -172,15 +174,15 @@ fn a_default_is_what_holds_without_the_option() {
                     panic!("{option:?}");
                 };
                 let [said, open] = [said, open].map(|options| made(&options));
-                // Images have a tolerance of their own, which only they are drawn with.
+                // Images have a separate tolerance, used only for drawing them.
                 let [said, open] = [said, open].map(|(setup, reading)| match option.name {
                     "tolerance" if format == Format::Image => String::new(),
                     "tolerance" => format!("{reading:?}"),
                     _ => format!("{setup:?} {reading:?}"),
                 });
-                // That it is named makes an image drawn; of the others it is kept that they were said.
+                // Naming `image` means drawing it; the others record that they were given.
                 let named = ["image", "passes", "fill_angle"].contains(&option.name);
-                // It says the same of drawings, and something else of programs.
+                // Same value for drawings, different one for programs.
                 let programs = option.name == "dedupe";
                 assert!(
                     named || programs || said == open,
@@ -229,7 +231,7 @@ fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
             assert_eq!(both.get(name), Some(value), "{given}: {name}");
         }
     }
-    // So is what belongs to the other work, and it can be told.
+    // Options of the other work are replaced too, and that can be reported.
     let laser = of(json!({"tool": "laser", "power": 60, "mode": "dither", "speed": 10}));
     let draw = of(json!({"work": "draw"}));
     let both = draw.or(&laser);
@@ -242,7 +244,7 @@ fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
     let unused: Vec<_> = unused.iter().map(|row| row.name).collect();
     assert_eq!(unused, ["power", "mode"]);
     assert!(laser.not_of(None).is_empty());
-    // What the preset itself lacks is still refused.
+    // A requirement that the preset itself misses is still refused.
     let margin = of(json!({"margin": 5}));
     assert!(of(json!({"speed": 5})).or(&margin).check().is_err());
 }

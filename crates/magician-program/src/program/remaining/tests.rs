@@ -1,3 +1,5 @@
+//! Tests of the rest of a program: commands, times and resume points.
+
 use magician_host::{JointAngles, ToolBias, build};
 
 use super::*;
@@ -7,7 +9,7 @@ pub(in crate::program) fn start() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::NONE)
 }
 
-/// Out and back on a line, then a rest of a second.
+/// Out and back on a line, then a wait of a second.
 pub(in crate::program) fn plan() -> Plan {
     let mut plan = Plan::new("out and back");
     for x in [240.0, 220.0] {
@@ -52,7 +54,7 @@ fn what_is_still_to_be_changed_is_known() {
         rest.changes().copied().collect()
     };
     assert_eq!(changes(Some(1), 0, vec![fast]), [fast, slow]);
-    // A later beginning gets the settings of before.
+    // A later start sends the earlier settings first.
     assert_eq!(changes(Some(1), 4, vec![]), [slow]);
     assert_eq!(changes(None, 0, vec![]), [slow, slow]);
 }
@@ -79,7 +81,7 @@ fn an_arm_that_is_back_where_it_began_has_moved() {
     };
     let mut counter = StepCounter::new(rest.lead(), false);
     assert!(!rest.has_moved(&counter, 40, &pose));
-    // The setting has the index 40.
+    // The setting has index 40.
     counter.note(3, 42);
     let moved = [39, 40, 41, 42].map(|index| rest.has_moved(&counter, index, &pose));
     assert_eq!(moved, [false, false, true, true]);
@@ -127,7 +129,7 @@ fn a_pen_that_stays_down_ends_with_its_last_line() {
     let endless = Program::new(plan, None).pen_stays_down(true);
     let rest = endless.remaining(0, start()).expect("within reach");
     assert_eq!(rest.commands().take(1000).count(), 1000);
-    // What does not end with a lift is as it is.
+    // A program that does not end with a lift is unchanged.
     let program = Program::new(super::tests::plan(), Some(1)).pen_stays_down(true);
     assert_eq!(program.steps(), Some(3));
 }
@@ -192,7 +194,7 @@ fn where_the_arm_stands_tells_what_it_has_done() {
     assert_eq!(rest.stands_after(2, &at(220.15), true), Some(true));
     assert_eq!(rest.stands_after(2, &at(220.25), true), Some(false));
     assert_eq!(rest.stands_after(4, &at(240.0), true), Some(true));
-    // A wait that is stopped leaves the arm at its target.
+    // A wait leaves the arm at its target when it is stopped.
     assert_eq!(rest.stands_after(3, &at(220.0), true), Some(false));
     assert_eq!(rest.stands_after(3, &at(220.0), false), Some(true));
 }

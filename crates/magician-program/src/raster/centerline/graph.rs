@@ -1,23 +1,23 @@
-//! A skeleton as nodes and the branches between them.
+//! Graph of a skeleton: nodes, and branches between them.
 
 use super::thin::Mask;
 use crate::artwork::distance;
 
-/// A place where branches end or meet.
+/// End or junction of branches.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// Where it is, in pixels of the image.
+    /// Position, in pixels of the image.
     pub(super) at: [f64; 2],
-    /// Half of how thick it is there, pixels.
+    /// Half the thickness of the line there, pixels.
     pub(super) thick: f64,
-    /// The same, as far as it can be a line.
+    /// Half the thickness, clamped to what a line can have.
     pub(super) radius: f64,
 }
 
-/// A line from one node to another, or around to the same one.
+/// Line between two nodes, or a loop.
 #[derive(Clone, Debug)]
 pub(super) struct Branch {
-    /// Its nodes; none of a loop on which there is no node.
+    /// Its nodes; `None` for a loop without a node.
     pub(super) ends: Option<[usize; 2]>,
     pub(super) points: Vec<[f64; 2]>,
 }
@@ -33,15 +33,16 @@ impl Branch {
 pub(super) struct Graph {
     pub(super) nodes: Vec<Node>,
     pub(super) branches: Vec<Branch>,
-    /// Spots without a branch.
+    /// Spots without branches.
     pub(super) dots: Vec<[f64; 2]>,
 }
 
-/// What a pixel belongs to.
+/// Marker: the pixel belongs to no node.
 const NOTHING: u32 = u32::MAX;
 
 impl Graph {
-    /// Of lines that are half as thick as `line` at most, pixels: what is thicker is an area.
+    /// Creates the graph of lines at most `line` pixels in half thickness; thicker shapes are
+    /// areas.
     pub(super) fn of(skeleton: &Mask, thickness: &[u16], line: f64) -> Self {
         let tracer = Tracer {
             skeleton,
@@ -88,7 +89,7 @@ impl Tracer<'_> {
         let alone = alone.filter(|(node, _)| !used.contains(node));
         let alone: Vec<_> = alone.map(|(_, node)| node.at).collect();
         self.graph.dots.extend(alone);
-        // What is left goes around without a node.
+        // Remaining pixels form loops without nodes.
         for at in dark {
             if self.near(at).count() == 2 && !self.passed[at] {
                 self.ring(at);
@@ -107,7 +108,7 @@ impl Tracer<'_> {
         [(at % stride) as f64 - 0.5, (at / stride) as f64 - 0.5]
     }
 
-    /// An end, or all pixels of a junction.
+    /// Creates a node from an end pixel, or from all pixels of a junction.
     fn node(&mut self, first: usize) {
         let nth = self.graph.nodes.len() as u32;
         self.node_of[first] = nth;
@@ -137,10 +138,10 @@ impl Tracer<'_> {
         });
     }
 
-    /// From a pixel of a node on through its neighbour, to the next node.
+    /// Follows a branch from a node's pixel through `next` to the next node.
     fn branch(&mut self, from: usize, next: usize) {
         let first = self.node_of[from];
-        // Within the node, or gone along already.
+        // Skip pixels of the same node, and branches already followed.
         if self.node_of[next] == first || self.passed[next] {
             return;
         }
@@ -151,7 +152,7 @@ impl Tracer<'_> {
             points.push(self.place(at));
             let onward = |near: &usize| *near != last && !self.passed[*near];
             let nodes = |near: &usize| self.node_of[*near] != NOTHING;
-            // Back to where it comes from only if it leads nowhere else.
+            // Return to the starting node only if there is no other way on.
             let on = self.near(at).filter(onward);
             let on = on.max_by_key(|near| u8::from(nodes(near) && self.node_of[*near] != first));
             let Some(on) = on else {
@@ -163,7 +164,7 @@ impl Tracer<'_> {
         if to == NOTHING {
             return;
         }
-        // Two nodes side by side are found from both.
+        // Adjacent nodes are found from both sides: keep one.
         if points.len() == 1 && to < first {
             return;
         }

@@ -1,4 +1,9 @@
-//! The middle of the dark lines of an image: they are thinned to a skeleton, whose branches become strokes.
+//! Centre lines of the dark lines of an image: thinned to a skeleton, whose branches become
+//! strokes.
+//!
+//! The image is reduced and thresholded, thinned to lines one pixel wide (`thin`), converted to a
+//! graph of branches and junctions (`graph`), and cleaned of the artefacts of thinning (`strokes`).
+//! The thickness of the original lines tells artefacts from details.
 
 mod graph;
 mod strokes;
@@ -8,16 +13,18 @@ use super::{Raster, Trace, specks};
 use crate::{Origin, Stroke};
 use magician_formats::simplify::simplified;
 
-/// Pixels on a side that are looked at, at most: a sheet of A4 at 300 dpi and more.
+/// Largest side in pixels that is processed: more than A4 at 300 dpi. Larger images are reduced
+/// first.
 const MOST_SIDE: usize = 4000;
-/// Smaller pixels tell a pen nothing, mm.
+/// Smallest useful pixel, mm: finer detail cannot be drawn by a pen.
 const LEAST_PIXEL: f64 = 0.04;
-/// Half of how thick a line may be, mm; thicker ones are drawn along their middle as it is, branches and all.
+/// Largest half thickness of a line, mm. Thicker shapes are areas: their skeleton is drawn as it
+/// is, with its branches.
 const THICK: f64 = 1.0;
-/// The share of the tolerance that is used up by leaving out points; the pixels take the rest.
+/// Share of the tolerance spent on leaving out points; the rest is for the pixels.
 const SHARE: f64 = 0.5;
 
-/// The strokes, and how many specks were left out.
+/// Returns the strokes, and the number of specks left out.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
     let mut small = super::trace::reduced(image, page, LEAST_PIXEL, MOST_SIDE);
     let pixel = [page[0] / small.width as f64, page[1] / small.height as f64];

@@ -1,32 +1,39 @@
-//! Strokes of a skeleton: without spurs, straight through where lines cross, and with sharp corners where the skeleton rounds them.
+//! Strokes of a skeleton: without spurs, straight through crossings, and with sharp corners where
+//! the skeleton rounds them.
+//!
+//! A skeleton has artefacts near junctions: short spurs at line ends, a bridge between two
+//! junctions where thick lines cross, and a common tail where two lines meet at an acute angle. The
+//! lengths below are in half thicknesses of the line, since artefacts grow with it. They are
+//! choices, tested on scanned text.
 
 use super::graph::{Branch, Graph};
 use crate::artwork::distance;
 
-/// A branch that ends nowhere and is no longer, in half thicknesses of the line it comes from, is a spur.
+/// Longest branch with a free end that counts as a spur, in half thicknesses.
 const SPUR: f64 = 1.5;
-/// Two junctions no farther apart, in half thicknesses, are one crossing.
+/// Largest distance of two junctions that are one crossing, in half thicknesses.
 const CROSSING: f64 = 2.2;
-/// So far from a junction the skeleton is not the middle of any line, in half thicknesses.
+/// Distance from a junction within which the skeleton is not the centre of any line, in half
+/// thicknesses.
 const SMEARED: f64 = 1.5;
-/// So far beyond, the direction of a branch is looked at.
+/// Distance beyond that over which the direction of a branch is measured, in half thicknesses.
 const LOOK: f64 = 4.0;
-/// Branches that turn by no more go on through a junction: the cosine of 40 degrees.
+/// Largest turn of a line through a junction: cosine of 40 degrees.
 const STRAIGHT: f64 = 0.766;
-/// Where two lines meet at a sharp corner their skeleton goes on beyond as one, in half thicknesses.
+/// Longest common tail of two lines that meet at a sharp corner, in half thicknesses.
 const TAIL: f64 = 8.0;
-/// and the corner is no farther from where that ends, in half thicknesses.
+/// Largest distance of the corner from the end of that tail, in half thicknesses.
 const NEAR: f64 = 3.0;
-/// Two lines that turn by less leave no such tail: the cosine of 120 degrees.
+/// Smallest turn that leaves such a tail: cosine of 120 degrees.
 const SHARP: f64 = -0.5;
-/// The most of a branch that is taken off at one of its ends.
+/// Largest share of a branch cut off at one end.
 const MOST_CUT: f64 = 0.4;
 
 type Point = [f64; 2];
-/// A branch, and which of its ends.
+/// Branch, and which of its ends (0 or 1).
 type End = (usize, usize);
 
-/// The strokes, in pixels; dots are single points.
+/// Returns the strokes in pixels; dots are single points.
 pub(super) fn of(mut graph: Graph) -> Vec<Vec<Point>> {
     for branch in &mut graph.branches {
         smooth(&mut branch.points);
@@ -39,7 +46,7 @@ pub(super) fn of(mut graph: Graph) -> Vec<Vec<Point>> {
     strokes
 }
 
-/// Takes the stairs of pixels out of a line; its ends stay.
+/// Smooths the pixel steps of a line; its ends stay.
 fn smooth(points: &mut [Point]) {
     const PASSES: usize = 3;
     let closed = points.len() > 3 && points.first() == points.last();
@@ -62,7 +69,7 @@ fn smooth(points: &mut [Point]) {
 }
 
 impl Graph {
-    /// Which ends of branches are at each node.
+    /// Ends of branches at each node.
     fn ends(&self) -> Vec<Vec<End>> {
         let mut ends = vec![Vec::new(); self.nodes.len()];
         for (nth, branch) in self.branches.iter().enumerate() {
@@ -86,7 +93,7 @@ impl Graph {
                     let is_spur = ends[other].len() == 1 && length < most;
                     (is_spur && !self.has_corner(node, &ends)).then_some((*branch, length))
                 });
-                // One at a time: without it the others may be a line.
+                // One at a time: without it the other branches may form a line.
                 spurs.extend(lengths.min_by(|one, other| one.1.total_cmp(&other.1)));
             }
             if spurs.is_empty() {
@@ -97,11 +104,13 @@ impl Graph {
                 nth += 1;
                 !spurs.iter().any(|(spur, _)| *spur == nth - 1)
             });
+            // Without a spur its junction is the middle of a line: join the two halves before the
+            // next round.
             self.join_through();
         }
     }
 
-    /// Takes out loops that are no larger than the line is thick; one that stands alone is a dot.
+    /// Removes loops no larger than the line is thick; one that stands alone is a dot.
     fn without_eyes(&mut self) {
         let ends = self.ends();
         let (nodes, dots) = (&self.nodes, &mut self.dots);
@@ -118,12 +127,12 @@ impl Graph {
         });
     }
 
-    /// Whether one of three branches is what the skeleton makes of a sharp corner.
+    /// True if one of the three branches is the tail of a sharp corner.
     fn has_corner(&self, node: usize, ends: &[Vec<End>]) -> bool {
         corner_at(self, ends, &leaving_all(self, ends, node)).is_some()
     }
 
-    /// Makes one branch of two that meet where no other does.
+    /// Joins two branches that meet where no other does.
     fn join_through(&mut self) {
         let mut ends = self.ends();
         for node in 0..self.nodes.len() {
@@ -145,7 +154,7 @@ impl Graph {
             if other_end == 1 {
                 on.reverse();
             }
-            // The middle of a spurious junction lies beside the line.
+            // The centre of a spurious junction is beside the line.
             points.pop();
             points.extend(on.into_iter().skip(1));
             self.branches[one] = Branch {
@@ -166,7 +175,7 @@ impl Graph {
         self.branches.retain(|branch| !branch.points.is_empty());
     }
 
-    /// Makes one junction of two that a crossing of thick lines has.
+    /// Merges the two junctions at a crossing of thick lines.
     fn without_bridges(&mut self) {
         loop {
             let ends = self.ends();
@@ -204,7 +213,7 @@ impl Graph {
                     }
                 }
             }
-            // What went round between the two is within the crossing.
+            // Loops between the two junctions are within the crossing.
             let least = CROSSING * self.nodes[one].radius;
             self.branches
                 .retain(|branch| branch.ends != Some([one, one]) || branch.length() > least);
@@ -212,26 +221,26 @@ impl Graph {
     }
 }
 
-/// How a branch leaves a junction.
+/// Direction in which a branch leaves a junction.
 struct Leaving {
     end: End,
-    /// How many of its points are left out.
+    /// Number of points left out.
     cut: usize,
-    /// The first that is not.
+    /// First point that is kept.
     from: Point,
-    /// Its direction there.
+    /// Direction there.
     way: Point,
 }
 
-/// What happens at the ends of branches.
+/// Connections at the ends of branches.
 struct Joints {
-    /// How many points are left out at the ends of each branch.
+    /// Number of points cut off at the ends of each branch.
     cuts: Vec<[usize; 2]>,
-    /// The end that each goes on from, and the corner between.
+    /// End that each end continues with, if any.
     links: Vec<[Option<End>; 2]>,
-    /// Where each ends then.
+    /// Corner point that each end is extended to, if any.
     corners: Vec<[Option<Point>; 2]>,
-    /// Spurious branches.
+    /// True for spurious branches.
     dropped: Vec<bool>,
 }
 
@@ -311,7 +320,7 @@ impl Joints {
         let count = graph.branches.len();
         let mut done = self.dropped.clone();
         let mut strokes = Vec::new();
-        // Those that begin somewhere, then those that go around.
+        // Open strokes first, then loops.
         let starts = (0..count).flat_map(|branch| [(branch, 0), (branch, 1)]);
         let open = starts.filter(|(branch, end)| self.next((*branch, *end)).is_none());
         let around = (0..count).map(|branch| (branch, 0));
@@ -345,7 +354,7 @@ impl Joints {
         self.links[branch][end].filter(|(next, _)| !self.dropped[*next])
     }
 
-    /// The points of a branch from one of its ends on, without those that are left out.
+    /// Points of a branch from one of its ends on, without those cut off.
     fn points_of(&self, graph: &Graph, (branch, end): End) -> Vec<Point> {
         let points = &graph.branches[branch].points;
         let [first, last] = self.cuts[branch];
@@ -371,7 +380,7 @@ fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
     let from = points.get(cut).copied().unwrap_or(middle);
     let to = points.get(look.max(cut + 1));
     let to = to.or(points.last()).copied().unwrap_or(middle);
-    // A point of a branch of none other is its own end.
+    // A branch of a single remaining point has its direction from the junction.
     let (from_way, to) = if distance(from, to) > 1e-9 {
         (from, to)
     } else {
@@ -393,8 +402,8 @@ fn leaving_all(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<Leaving> {
         .collect()
 }
 
-/// The corner at which two of three branches meet, if the first of those that are given back is what the skeleton makes of it:
-/// short, free at its end, and on the way to where the lines of the others meet.
+/// Corner at which two of three branches meet, if the third (returned first) is the tail of it:
+/// short, with a free end, and towards the intersection of the other two.
 fn corner_at<'l>(
     graph: &Graph,
     ends: &[Vec<End>],
@@ -429,7 +438,8 @@ fn corner_at<'l>(
     })
 }
 
-/// Where two endless lines cross, each by a point and a direction.
+/// Intersection of two infinite lines, each given by a point and a direction. `None` if they are
+/// nearly parallel.
 fn crossing([from, way]: [Point; 2], [other, along]: [Point; 2]) -> Option<Point> {
     let turn = way[0] * along[1] - way[1] * along[0];
     let length = libm::hypot(way[0], way[1]) * libm::hypot(along[0], along[1]);

@@ -1,11 +1,11 @@
-//! Dark areas thinned to lines of one pixel.
+//! Thinning of dark areas to lines one pixel wide.
 
 use super::Raster;
 
-/// Which pixels are dark, with a white one all around.
+/// Dark pixels, with a white border.
 pub(super) struct Mask {
     pub(super) dark: Vec<bool>,
-    /// Pixels in a row.
+    /// Pixels in a row, border included.
     pub(super) stride: usize,
 }
 
@@ -21,7 +21,7 @@ impl Mask {
         Self { dark, stride }
     }
 
-    /// The neighbours of a pixel, clockwise from the upper one.
+    /// Neighbours of a pixel, clockwise from the top.
     pub(super) fn around(&self, at: usize) -> [usize; 8] {
         let (above, below) = (at - self.stride, at + self.stride);
         [
@@ -40,7 +40,7 @@ impl Mask {
         self.around(at).map(|near| self.dark[near])
     }
 
-    /// How far each pixel is from white, in pixels (chamfer distance of 3 and 4).
+    /// Distance of each pixel from white, in pixels (chamfer distance 3-4).
     pub(super) fn thickness(&self) -> Vec<u16> {
         const STRAIGHT: u16 = 3;
         const DIAGONAL: u16 = 4;
@@ -76,14 +76,16 @@ impl Mask {
         far
     }
 
-    /// Thinned after Zhang and Suen (1984), with the change of Lü and Wang (1986) that keeps diagonals: the outermost pixels are taken
-    /// off, from two sides in turn, until only lines are left.
+    /// Thins the mask after Zhang and Suen (1984), with the change by Lü and Wang (1986) that keeps
+    /// diagonals: the outermost pixels are removed from two sides in turn until only lines are
+    /// left.
     pub(super) fn thinned(mut self) -> Self {
         let dark = |at: &usize| self.dark[*at];
         let mut edge: Vec<usize> = (0..self.dark.len())
             .filter(dark)
             .filter(|at| self.shows(*at).contains(&false))
             .collect();
+        // A work list of border pixels: scanning the whole mask each round would be quadratic.
         let mut queued = vec![false; self.dark.len()];
         while !edge.is_empty() {
             let mut next = Vec::new();
@@ -93,7 +95,7 @@ impl Mask {
                     .filter(|at| !self.begins_block(*at))
                     .collect();
                 off.iter().for_each(|at| self.dark[*at] = false);
-                // Only where something has changed can more come off.
+                // Only neighbours of removed pixels can become removable.
                 for near in off.iter().flat_map(|at| self.around(*at)) {
                     if self.dark[near] && !queued[near] {
                         queued[near] = true;
@@ -109,7 +111,8 @@ impl Mask {
         self
     }
 
-    /// Whether a pixel is the upper left one of four that stand alone: all of them would come off at once.
+    /// True if a pixel is the upper left one of an isolated 2 by 2 block: all four would be removed
+    /// at once.
     fn begins_block(&self, at: usize) -> bool {
         const RIGHT_AND_DOWN: [bool; 8] = [false, false, true, true, true, false, false, false];
         let count = |at: usize| self.shows(at).iter().filter(|dark| **dark).count();
@@ -117,7 +120,7 @@ impl Mask {
         self.shows(at) == RIGHT_AND_DOWN && others.iter().all(|at| count(*at) == 3)
     }
 
-    /// Takes off the pixels in the corners of stairs, without which a line is as whole.
+    /// Removes corner pixels of steps, without which a line is still connected.
     fn without_steps(&mut self) {
         for at in 0..self.dark.len() {
             if !self.dark[at] {
@@ -132,16 +135,17 @@ impl Mask {
     }
 }
 
-/// How often white is followed by dark around a pixel.
+/// Number of changes from white to dark around a pixel.
 fn changes(shown: [bool; 8]) -> usize {
     (0..8)
         .filter(|nth| !shown[*nth] && shown[(nth + 1) % 8])
         .count()
 }
 
-/// How many groups the dark neighbours of a pixel form; those at its sides join those at its corners.
+/// Number of connected groups among a pixel's dark neighbours; side neighbours connect corner
+/// neighbours.
 fn groups(mut shown: [bool; 8]) -> usize {
-    // Two sides that meet at a corner are neighbours of each other.
+    // Two sides next to a corner are connected through it.
     for corner in [1, 3, 5, 7] {
         shown[corner] |= shown[corner - 1] && shown[(corner + 1) % 8];
     }

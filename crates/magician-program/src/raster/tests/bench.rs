@@ -1,4 +1,4 @@
-//! A virtual arm that engraves, and what it leaves as a picture.
+//! Virtual arm that engraves, and its result as a picture.
 
 use std::time::Duration;
 
@@ -42,7 +42,7 @@ pub(super) fn image(width: usize, rows: &[&str]) -> Raster {
     }
 }
 
-/// A virtual arm with a laser, its queue full whenever there is something to do.
+/// Virtual arm with a laser whose queue is full whenever there is work.
 pub(super) struct EngravingArm(pub(super) Controller);
 
 impl EngravingArm {
@@ -61,7 +61,7 @@ impl EngravingArm {
         while self.0.poll_event().is_some() {}
     }
 
-    /// Does all of a plan that the checks let pass; `look` is called again and again while the arm is at it.
+    /// Runs a plan that passes the check; calls `look` repeatedly on the way.
     pub(super) fn perform(&mut self, plan: &Plan, mut look: impl FnMut(&ControllerState)) {
         let start = Preflight::at(JointAngles::HOME, Tool::None.bias());
         let report = check(plan, &start);
@@ -86,10 +86,10 @@ impl EngravingArm {
     }
 }
 
-/// The arm is looked at as often.
+/// Interval between the looks.
 pub(super) const LOOK: Duration = Duration::from_millis(5);
 
-/// What the laser of a virtual arm has burnt when it has done all of it.
+/// Strokes burnt by a virtual arm for the whole plan.
 pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {
     let mut bench = EngravingArm::new();
     bench.perform(plan, |_| {});
@@ -98,7 +98,7 @@ pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {
     strokes
 }
 
-/// Mean power in each cell of a picture so many cells wide and high, of lines that lie so far apart.
+/// Mean power in each cell of a picture of this many columns and rows, from evenly spaced lines.
 pub(super) fn picture(
     strokes: &[Stroke],
     grid: &Grid,
@@ -131,7 +131,7 @@ pub(super) fn picture(
     cells.iter().map(|sum| sum / lines_in_a_cell).collect()
 }
 
-/// The greatest and the mean distance between two pictures, percent of power.
+/// Largest and mean difference of two pictures, percent of power.
 pub(super) fn difference(one: &[f64], other: impl Iterator<Item = f64>) -> [f64; 2] {
     let off: Vec<f64> = one.iter().zip(other).map(|(a, b)| (a - b).abs()).collect();
     let sum: f64 = off.iter().sum();

@@ -1,4 +1,4 @@
-//! What the laser of a virtual arm leaves of an image.
+//! Engraved images on a virtual arm.
 
 use magician_host::JointAngles;
 use magician_host::preflight::Preflight;
@@ -54,7 +54,7 @@ fn the_tool_passes_the_image_at_one_speed() {
         if now.pose.z < SURFACE.height + 1e-3 {
             farthest = farthest.min(now.pose.x);
         }
-        // The pose changes with each period.
+        // The pose changes once per period.
         let ended = |state: &ControllerState| state.now.as_micros() / 20_000;
         if before.is_some_and(|before| ended(&before) == ended(now)) {
             return;
@@ -63,7 +63,7 @@ fn the_tool_passes_the_image_at_one_speed() {
             return;
         };
         let time = 0.02 * (ended(now) - ended(&before)) as f64;
-        // At the edges the laser is not lit in both looks.
+        // At the edges the laser is off in one of the two looks.
         if before.laser && now.laser {
             let speed = (now.pose.x - before.pose.x).abs() / time;
             off = off.max((speed - engrave.speed).abs() / engrave.speed);
@@ -72,7 +72,7 @@ fn the_tool_passes_the_image_at_one_speed() {
     });
     println!("{looks} looks, speed off by {:.4} % at most", 100.0 * off);
     assert!(looks > 1000 && off < 0.005);
-    // As far as speed and acceleration need it, before what is burnt first.
+    // The overscan is as long as speed and acceleration require.
     assert_eq!(engrave.run_up(), speed * speed / (2.0 * 100.0));
     assert!((farthest - (left - engrave.run_up())).abs() < 1e-3);
 }
@@ -99,7 +99,7 @@ fn a_threshold_burns_what_is_darker_and_inverted_the_rest() {
         darker as f64 / image.grey.len() as f64
     };
     assert_eq!(share(false), darker(100));
-    // White counts as black then: what is lighter than 155.
+    // Inverted, white counts as black: everything lighter than 155.
     assert_eq!(share(true), 1.0 - darker(156));
 }
 

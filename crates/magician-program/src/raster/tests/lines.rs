@@ -1,14 +1,14 @@
-//! Images as lines of a pen: their greys, and the middle of their lines.
+//! Images as pen lines: their grey levels, and the centre lines of scans.
 
 use crate::artwork::{Tidy, distance};
 use crate::raster::{ImageStyle, Raster, Size, Trace};
 use crate::{Artwork, Content, Format, ReadOptions, Stroke, read};
 
-/// Ink on paper, as a pen of a width leaves it.
+/// Ink on paper from a pen of a certain width.
 struct Paper {
     width: usize,
     height: usize,
-    /// Cells on a mm.
+    /// Cells per mm.
     fine: f64,
     ink: Vec<bool>,
 }
@@ -44,7 +44,7 @@ impl Paper {
         }
     }
 
-    /// The share of ink from one x to another, mm.
+    /// Share of ink between two x positions, mm.
     fn share(&self, from: f64, to: f64) -> f64 {
         let columns = (from * self.fine) as usize..((to * self.fine) as usize).min(self.width);
         let rows = (0..self.height).map(|row| row * self.width);
@@ -56,7 +56,7 @@ impl Paper {
     }
 }
 
-/// The straight pieces of lines; a dot is one.
+/// Straight pieces of lines; a dot is one piece.
 fn pieces(strokes: &[Stroke]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     strokes.iter().flat_map(|stroke| {
         let last = stroke.points.last();
@@ -77,7 +77,7 @@ fn off(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     distance(at, [from[0] + along * way[0], from[1] + along * way[1]])
 }
 
-/// Steps from white to black, and how dark each is.
+/// Wedge of steps from white to black, and the darkness of each.
 fn wedge(steps: usize) -> (Raster, Vec<f64>) {
     let each = 40;
     let darkness: Vec<f64> = { 0..steps }
@@ -95,7 +95,7 @@ fn wedge(steps: usize) -> (Raster, Vec<f64>) {
     (image, darkness)
 }
 
-/// By how much the ink of each step of a wedge of 12 mm steps is off.
+/// Error of the ink of each step of a wedge of 12 mm steps.
 fn errors(trace: &Trace) -> Vec<f64> {
     let (image, darkness) = wedge(11);
     let trace = Trace {
@@ -131,7 +131,7 @@ fn the_ink_of_each_step_is_its_grey() {
                 mean < 0.05,
                 "{style} with {pen_width}: {mean:.3}, {off:.3?}"
             );
-            // A hatching is there or it is not: half of one is the most that it can be off.
+            // A layer of hatching is present or absent: the error is at most half of one.
             let most = if style == ImageStyle::Hatch {
                 0.09
             } else {
@@ -145,7 +145,7 @@ fn the_ink_of_each_step_is_its_grey() {
     }
 }
 
-/// A drawing as a scanner sees it whose lines are so wide, at 300 dpi.
+/// Drawing as scanned at 300 dpi, with lines of this width.
 fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     const DPI: f64 = 300.0;
     const FINE: usize = 3;
@@ -169,7 +169,7 @@ fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     }
 }
 
-/// How far the farthest point of some lines is from others.
+/// Largest distance of a point of some lines from others.
 fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
     let mut far = (0.0, [0.0; 2]);
     for pair in pieces(lines) {
@@ -225,7 +225,8 @@ fn a_scanned_text_is_traced_along_its_lines() {
         let (back, missed) = farthest(&drawn.strokes, &traced.strokes);
         let count = drawn.strokes.len();
         let what = format!("{size} mm with a pen of {pen} mm");
-        // Where lines meet at an acute angle their middle cannot be told within the width of the pen.
+        // Where lines meet at an acute angle, their centres cannot be separated within the pen
+        // width.
         assert!(
             there < f64::max(0.15, pen / 2.0),
             "{what}: {there:.3} at {place:.2?}"

@@ -1,3 +1,5 @@
+//! Tests of images as laser power and as pen lines.
+
 mod bench;
 mod engrave;
 mod lines;

@@ -1,10 +1,10 @@
-//! Outlines of what is dark.
+//! Outlines of dark areas.
 
 use std::f64::consts::PI;
 
 use crate::raster::{Raster, Size, Trace};
 
-/// An image that is as dark at each pixel as the share of it that lies within.
+/// Image in which each pixel is as dark as the share of it within a shape.
 fn image(side: usize, within: impl Fn(f64, f64) -> bool) -> Raster {
     let grey = (0..side * side).map(|at| {
         let inside = (0..64).filter(|nth| {
@@ -21,7 +21,7 @@ fn image(side: usize, within: impl Fn(f64, f64) -> bool) -> Raster {
     }
 }
 
-/// The area that a closed line surrounds, below 0 if it goes clockwise.
+/// Signed area of a closed line; negative if clockwise.
 fn area(points: &[[f64; 2]]) -> f64 {
     let pairs = points.windows(2);
     let twice: f64 = pairs

@@ -1,11 +1,11 @@
-//! The steps that an image becomes.
+//! Steps of an engraved image.
 
 use super::bench::{SURFACE, centred, gradient, image};
 use crate::raster::resample::resample;
 use crate::raster::{Engrave, Grid, Raster, Size};
 use crate::{Action, Artwork, Plan, Tool, Travel};
 
-/// Powers and where their segments end in x, row by row, of a plan of a grid that is not turned.
+/// Powers and end points in x of the segments, row by row, for a plan on an unturned grid.
 fn segments(plan: &Plan) -> Vec<(u32, f32, f32)> {
     let steps = plan.steps.iter();
     let segments = steps.filter_map(|step| match step.action {

@@ -1,22 +1,27 @@
-//! Lines that a program has cut already, so that a deeper pass of it is drawn once.
+//! Record of lines already cut, so that deeper passes are drawn once.
+//!
+//! Lines are indexed by direction and offset, rounded to the tolerances below, and on each line by
+//! intervals. A deeper pass counts as covered if intervals cut before cover all of it, in whatever
+//! pieces.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::SAME;
 use crate::artwork::distance;
 
-/// Lines whose directions differ by less are on one line, rad.
+/// Largest difference in direction of lines that count as collinear, rad.
 const ANGLE: f64 = 1e-3;
-/// Lines this close to each other are on one line, mm.
+/// Largest distance of lines that count as collinear, mm.
 const OFFSET: f64 = 0.02;
-/// Gaps that are no longer are none, micrometres: tabs are longer, rounded ends are not.
+/// Largest gap that is ignored, micrometres: tabs are longer, rounded ends are not.
 const GAP: i64 = 20;
 
-/// Lines, arcs and dots by where they lie, with the Z of the first cut there.
+/// Lines, arcs and dots by position, with the Z of the first cut there.
 pub(super) struct Covered {
-    /// Size in which they are drawn: lines that lie apart there are not the same.
+    /// Scale at which they are drawn: lines that are apart at that scale are different.
     scale: f64,
-    /// By direction and offset of the line; on it by the start of a piece, micrometres: its end, and Z.
+    /// By direction and offset of the line, then by the start of a piece on it, micrometres: its
+    /// end, and Z.
     lines: BTreeMap<[i64; 2], BTreeMap<i64, (i64, f64)>>,
     arcs: BTreeMap<[i64; 6], f64>,
     dots: BTreeSet<[i64; 2]>,
@@ -26,7 +31,7 @@ fn micrometres(mm: f64) -> i64 {
     (mm * 1000.0).round() as i64
 }
 
-/// Two places in an order that does not depend on which came first.
+/// Two positions in an order independent of the drawing direction.
 fn sorted(mut ends: [[i64; 2]; 2]) -> [[i64; 2]; 2] {
     ends.sort_unstable();
     ends
@@ -46,7 +51,7 @@ impl Covered {
         at.map(|value| value * self.scale)
     }
 
-    /// Notes a line. True if it was cut already, and lies deeper now.
+    /// Records a line. True if it was cut before, and is deeper now.
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], z: f64) -> bool {
         let [from, to] = [from, to].map(|end| self.drawn(end));
         let way = distance(from, to);
@@ -56,7 +61,7 @@ impl Covered {
         let angle = libm::atan2(to[1] - from[1], to[0] - from[0]).rem_euclid(std::f64::consts::PI);
         let turns = (std::f64::consts::PI / ANGLE).round() as i64;
         let nth = (angle / ANGLE).round() as i64 % turns;
-        // The direction just below half a turn is that of 0.
+        // Directions just below half a turn wrap to 0.
         let angle = if nth == 0 { 0.0 } else { angle };
         let (sin, cos) = libm::sincos(angle);
         let along = |[x, y]: [f64; 2]| micrometres(cos * x + sin * y);
@@ -83,7 +88,7 @@ impl Covered {
         false
     }
 
-    /// Notes an arc. True if it was cut already, and lies deeper now.
+    /// Records an arc. True if it was cut before, and is deeper now.
     pub(super) fn arc(&mut self, [from, via, to]: [[f64; 2]; 3], z: f64) -> bool {
         let [a, b] = sorted([from, to].map(|end| self.drawn(end).map(micrometres)));
         let via = self.drawn(via).map(micrometres);
@@ -91,7 +96,7 @@ impl Covered {
         *first.or_insert(z) > z + SAME
     }
 
-    /// Notes a dot. True if there is one already.
+    /// Records a dot. True if it was there before.
     pub(super) fn dot(&mut self, at: [f64; 2]) -> bool {
         let at = self.drawn(at);
         !self.dots.insert(at.map(micrometres))

@@ -1,4 +1,5 @@
-//! A program with all that it draws at one height, and everything between lines in the air.
+//! Writer of a flattened program: everything drawn is at one height, everything between lines above
+//! it.
 
 use magician_protocol::Set;
 
@@ -9,29 +10,30 @@ use crate::setup::work_lines::TOUCH;
 use crate::{Action, Origin, Plan, Step, Travel};
 use magician_formats::simplify::kept;
 
-/// Writes the flattened program, in the coordinates of the file.
+/// Writer of the flattened program, in the coordinates of the file.
 pub(super) struct Flattener {
     plan: Plan,
     touch: f64,
     lift: f64,
-    /// Size in which it is drawn.
+    /// Scale at which it is drawn.
     scale: f64,
     tally: DepthTally,
     covered: Covered,
-    /// Place of the tool in the flattened program, and true if it touches there.
+    /// Position of the tool in the flattened program.
     at: Option<[f64; 2]>,
+    /// True if the tool touches there.
     down: bool,
-    /// The line under way, from where it begins: points on one line lose those between its ends.
+    /// Current line from its start; points on a straight line are left out when it is written.
     run: Vec<([f64; 2], Origin)>,
-    /// Steps since the last line: travel, and whatever leads nowhere.
+    /// Steps since the last line: travel, and steps without motion.
     pending: Vec<Step>,
     /// True if feed moves were left out since the last line, so that the tool does not follow them.
     dropped: bool,
-    /// A piece that is cut again, as long as it may be a short one of a line that goes on.
+    /// Piece that is cut again, held while it may be a short one within a continuing line.
     held: Held,
 }
 
-/// A piece of a line that is cut again, deeper.
+/// Piece of a line that is cut again, deeper.
 #[derive(Default)]
 struct Held {
     points: Vec<([f64; 2], Origin)>,
@@ -68,6 +70,7 @@ impl Flattener {
             Event::Travel { step, to } => self.travel(step, to),
             Event::Air(length) => {
                 self.tally.air += length;
+                // A gap in the air: the travel to it has no purpose either.
                 self.drop_moves();
             }
             Event::Line {
@@ -137,7 +140,7 @@ impl Flattener {
             return;
         }
         self.count(low, length);
-        // Drawing a short piece once more takes less time than going over it in the air.
+        // Drawing a short piece again is faster than lifting the pen over it.
         let held = std::mem::take(&mut self.held);
         if let Some((last, _)) = held.points.last() {
             if held.length * self.scale <= self.lift && meets(*last, from) {
@@ -167,6 +170,7 @@ impl Flattener {
     fn other(&mut self, step: &Step) {
         let sets_speed = |step: &Step| matches!(&step.action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         if sets_speed(step) {
+            // Only the last of several speeds takes effect.
             self.pending.retain(|pending| !sets_speed(pending));
         }
         self.pending.push(step.clone());
@@ -174,7 +178,7 @@ impl Flattener {
 
     fn travel(&mut self, step: &Step, [x, y, z]: [f64; 3]) {
         self.end_held();
-        // What travels in a groove would draw on the surface.
+        // A rapid move within a groove would draw on the surface.
         let z = if z <= self.touch + TOUCH {
             self.touch + self.lift
         } else {
@@ -189,7 +193,7 @@ impl Flattener {
         self.pending.push(Step::new(action, step.origin));
     }
 
-    /// Leaves out feed moves, and the travel that led to them.
+    /// Drops feed moves, and the travel that led to them.
     fn drop_moves(&mut self) {
         self.dropped = true;
         self.held = Held::default();
@@ -202,7 +206,7 @@ impl Flattener {
         }
     }
 
-    /// Writes the line under way.
+    /// Writes the current line.
     fn end_run(&mut self) {
         let run = std::mem::take(&mut self.run);
         let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
@@ -225,7 +229,7 @@ impl Flattener {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
-    /// Settings between two pieces of a line that goes on.
+    /// Writes settings between two pieces of a continuing line.
     fn flush_settings(&mut self) {
         if self.pending.is_empty() {
             return;
@@ -236,7 +240,7 @@ impl Flattener {
         self.run.extend(last);
     }
 
-    /// Brings the pen down where a line begins.
+    /// Lowers the pen at the start of a line.
     fn go_to(&mut self, begin: [f64; 2], origin: Origin) {
         let here = self.down && self.at.is_some_and(|at| meets(at, begin));
         if here && !self.has_moved() {
@@ -254,7 +258,7 @@ impl Flattener {
         self.run = vec![(begin, origin)];
     }
 
-    /// Straight up from the paper, unless the program does so itself.
+    /// Lifts the pen straight up, unless the program does so itself.
     fn lift_off(&mut self, origin: Origin) {
         let Some(at) = self.at.filter(|_| self.down) else {
             return;
@@ -276,7 +280,7 @@ impl Flattener {
         }
     }
 
-    /// The program, and what is drawn of which depth.
+    /// Returns the program, and the lengths drawn by depth.
     pub(super) fn done(mut self) -> (Plan, DepthTally) {
         self.end_held();
         let origin = self.run.last().map_or(Origin::NONE, |(_, origin)| *origin);

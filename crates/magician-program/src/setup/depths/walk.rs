@@ -1,28 +1,29 @@
-//! The motions of a program, as a pen that draws at or below some Z sees them.
+//! Motion of a program, as seen by a pen that draws at or below a threshold Z.
 
 use super::SAME;
 use crate::artwork::distance;
 use crate::setup::work_lines::Segment;
 use crate::{Action, Origin, Plan, Step};
 
-/// A motion of a program, or a part of one.
+/// Motion of a program, or a part of one.
 pub(super) enum Event<'a> {
-    /// A step that leads nowhere.
+    /// Step without motion.
     Other(&'a Step),
-    /// A rapid move.
+    /// Rapid move.
     Travel { step: &'a Step, to: [f64; 3] },
-    /// A feed move above the Z at which the pen draws, with its length.
+    /// Feed move above the threshold, with its length.
     Air(f64),
-    /// A line that is drawn.
+    /// Drawn line.
     Line {
         from: [f64; 2],
         to: [f64; 2],
-        /// Lowest and highest Z.
+        /// Lowest Z.
         low: f64,
+        /// Highest Z.
         high: f64,
         origin: Origin,
     },
-    /// An arc that is drawn.
+    /// Drawn arc.
     Arc {
         from: [f64; 2],
         via: [f64; 2],
@@ -44,12 +45,12 @@ fn flat([x, y, _]: [f64; 3]) -> [f64; 2] {
     [x, y]
 }
 
-/// Follows a program. Feed moves at or below the threshold draw.
+/// Follows a program and reports its motion. Feed moves at or below the threshold draw.
 pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Event<'a>)) {
     let mut at: Option<[f64; 3]> = None;
-    // A hole under way: where, how deep, and the step that began it.
+    // Current hole: position, depth, and the step that began it.
     let mut hole: Option<([f64; 2], f64, Origin)> = None;
-    // Where the last line ended, as long as the tool has not left that place.
+    // End of the last line, until the tool leaves that position.
     let mut inked: Option<[f64; 2]> = None;
     for step in &plan.steps {
         let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
@@ -104,7 +105,7 @@ pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Even
             inked = Some(flat(to));
             continue;
         }
-        // Where a line crosses the threshold, it begins or ends.
+        // A line begins or ends where it crosses the threshold.
         let crossing = (above != below).then(|| {
             let share = (threshold - from[2]) / (to[2] - from[2]);
             [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -146,7 +147,7 @@ fn length_of(way: &Segment) -> f64 {
     pairs.map(|pair| distance(pair[0], pair[1])).sum()
 }
 
-/// True if two places are the same for a pen.
+/// True if two positions are equal for a pen.
 pub(super) fn meets(one: [f64; 2], other: [f64; 2]) -> bool {
     distance(one, other) <= SAME
 }

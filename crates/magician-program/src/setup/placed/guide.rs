@@ -1,4 +1,4 @@
-//! The steps of a placed program: those at work as they are, and the ways between them as the arm reaches them.
+//! Steps of a placed program: work steps unchanged, travel moves as the arm can reach them.
 
 use magician_motion::ToolBias;
 
@@ -8,10 +8,10 @@ use crate::setup::work_lines::TOUCH;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
 use magician_formats::reach::{APPROACH, Above};
 
-/// A way that leaves the reach is followed up to this share of it.
+/// Number of shares at which a travel move that leaves the reach is tried.
 const SHARES: u32 = 64;
 
-/// What leads the tool through a placed program.
+/// Builds the motion through a placed program.
 pub(super) struct Guide<'a> {
     plan: Plan,
     steps: Vec<Step>,
@@ -40,12 +40,14 @@ impl<'a> Guide<'a> {
         }
     }
 
-    /// All of it. It begins from anywhere, above where it first works: what it travels before is left out.
+    /// Builds the whole plan. It starts from any pose, above the first work position; earlier
+    /// travel is left out.
     pub(super) fn lead(mut self) -> Plan {
         let steps = std::mem::take(&mut self.plan.steps);
         let mut first = ([0.0; 3], Origin::NONE);
         for step in steps {
             let target = step.action.target().map(|to| to.map(f64::from));
+            // Travel before the first mark is replaced by the entry from above.
             if let (None, Some(to), false) = (self.at, target, step.action.marks()) {
                 first = (to, step.origin);
                 continue;
@@ -84,7 +86,7 @@ impl<'a> Guide<'a> {
         self.at = Some(to);
     }
 
-    /// From anywhere: above it with all joints, then straight down.
+    /// Enters from any pose: above the target by a joint move, then straight down.
     fn enter(&mut self, to: Above, origin: Origin) {
         let to = (to.0, to.1.max(0.0));
         let over = self.reach.over(to, to.1 + self.lift + APPROACH);
@@ -100,7 +102,7 @@ impl<'a> Guide<'a> {
             self.steps.push(step);
             return;
         };
-        // A hole is a dot on the surface, however deep a drill would go.
+        // A hole becomes a dot on the surface, at any depth of the drill.
         let to = match (&step.action, self.at) {
             (Action::Path { .. }, Some(from)) if from.0 == to.0 => {
                 (to.0, to.1.max(self.course.deepest))
@@ -138,8 +140,8 @@ impl<'a> Guide<'a> {
         self.at.is_some_and(|from| self.reach.slants(from, to))
     }
 
-    /// A way between: straight if it can be, else lower, else round the base; where there is no place, as near to it as the
-    /// straight way leads.
+    /// Travels to a position: straight if possible, else lower, else around the base. If none
+    /// works, it goes as near as the straight line leads.
     fn travel(&mut self, to: Above, origin: Origin) {
         let Some(from) = self.at else {
             return self.enter(to, origin);
@@ -172,7 +174,7 @@ impl<'a> Guide<'a> {
     }
 }
 
-/// Leads to the first place of a plan in the arm's coordinates from above, where it is to be come to from anywhere.
+/// Adds a safe approach from above to the first point of a plan in arm coordinates.
 pub(super) fn from_above(plan: &mut Plan, lift: f64) {
     let first = (plan.steps.iter()).position(|step| step.action.target().is_some());
     let Some((at, step)) = first.and_then(|at| Some((at, plan.steps.get(at)?.clone()))) else {

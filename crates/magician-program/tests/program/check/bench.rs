@@ -1,28 +1,28 @@
-//! A virtual arm in virtual time that does a plan, its queue kept full.
+//! Virtual arm in virtual time that runs a plan with a full queue.
 
 use magician::{Set, commands};
 use magician_program::Plan;
 
 pub(crate) use arm::LoneArm;
 
-/// The arm of the checks that the driver has.
+/// Test bench of the driver's checks.
 #[path = "../../../../magician/tests/preflight/bench.rs"]
 #[allow(dead_code)]
 mod arm;
 
-/// What a plan has come to.
+/// Result of a plan.
 #[derive(Debug)]
 pub(crate) struct Done {
-    /// How long it took, us.
+    /// Duration, us.
     pub(crate) took: u64,
-    /// Everything has been done.
+    /// True if everything was done.
     pub(crate) finished: bool,
-    /// An alarm holds the arm.
+    /// Alarm that holds the arm, if any.
     pub(crate) alarm: Option<String>,
 }
 
 impl LoneArm {
-    /// What the tools are told to do: suction cup, gripper, laser.
+    /// State of the tools: suction cup, gripper, laser.
     pub(crate) fn tools(&mut self) -> impl PartialEq + std::fmt::Debug + use<> {
         let cup: commands::EndEffectorSuctionCup = self.get();
         let gripper: commands::EndEffectorGripper = self.get();
@@ -30,7 +30,7 @@ impl LoneArm {
         (cup, gripper, laser)
     }
 
-    /// Does all of a plan, or as much as an alarm lets it.
+    /// Runs a plan, or as much of it as an alarm allows.
     pub(crate) fn run_plan(&mut self, plan: &Plan) -> Done {
         let commands: Vec<Set> = plan.commands().collect();
         // The first index is 2.

@@ -1,4 +1,4 @@
-//! A plan from one of its steps on comes to the same end as the whole, with the same settings.
+//! A plan started at one of its steps ends like the whole plan, with the same settings.
 
 use magician::build;
 use magician::preflight::{Guards, Preflight, Readings};
@@ -35,7 +35,7 @@ proptest! {
         let rest = match Continuation::from_step(&plan, step, &start) {
             Ok(rest) => rest,
             Err(diagnostic) => {
-                // A home or a place on the rail that does not show, or one that no detour leads to.
+                // Homing, an unknown rail position, or a step that no detour reaches.
                 let known = ["is unknown when step", "the arm cannot reach the begin of"];
                 prop_assert!(known.iter().any(|part| diagnostic.message.contains(part)), "{diagnostic}");
                 return Ok(());
@@ -47,7 +47,7 @@ proptest! {
         prop_assert!(rest.steps[..added].iter().all(|of| *of == step));
         prop_assert!(rest.steps[added..].iter().copied().eq(step..plan.steps.len()));
 
-        // Paths round where they begin to 32 bits: what only just was within a limit may then not be.
+        // Paths round their start to 32 bits: what was just within a limit may then be outside.
         let report = check(&rest.plan, &start);
         prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
         let mut part = LoneArm::new();
@@ -90,7 +90,7 @@ fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
     assert_eq!(targets(&rest), expected);
     assert_eq!(rest.steps, [3, 3, 3, 3, 4]);
     assert!(check(&rest.plan, &arm).is_good());
-    // From where it begins there is nothing to lead to it.
+    // At its own start no approach is needed.
     for command in plan.commands().take(3) {
         arm.check(&command).unwrap();
     }
@@ -306,7 +306,7 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
     assert_eq!(by, PtpMode::MovjXyz);
 }
 
-/// What no arm has: a tool longer than the world, and jumps as high.
+/// An impossible arm: an endless tool, and jumps to match.
 #[test]
 fn it_does_not_look_for_ever_for_a_way() {
     let plan = plan_of([

@@ -1,4 +1,4 @@
-//! What a check says of a plan, held against the virtual arm that then does it.
+//! Reports of a check, compared with the virtual arm that then runs the plan.
 
 mod bench;
 mod from_step;
@@ -8,7 +8,7 @@ mod times;
 
 use magician_program::{Action, Origin, Plan, Travel};
 
-/// A plan of these actions, each on a line of its own.
+/// Plan of these actions, each with its own line.
 fn plan_of(actions: impl IntoIterator<Item = Action>) -> Plan {
     let mut plan = Plan::new("p");
     for (at, action) in actions.into_iter().enumerate() {
@@ -25,7 +25,7 @@ fn plan_of(actions: impl IntoIterator<Item = Action>) -> Plan {
     plan
 }
 
-/// A straight move.
+/// Straight move.
 fn line([x, y, z]: [f32; 3]) -> Action {
     Action::Move {
         to: [x, y, z, 0.0],

@@ -1,4 +1,4 @@
-//! Plans of chance: no check panics, and what a check accepts raises no alarm.
+//! Random plans: no check panics, and an accepted plan raises no alarm.
 
 use magician::build;
 use magician::preflight::{Guards, Preflight};
@@ -11,7 +11,7 @@ use proptest::test_runner::RngSeed;
 
 use super::bench::LoneArm;
 
-/// So many cases of one seed; `PROPTEST_CASES` asks for as many others as one likes.
+/// Number of cases with a fixed seed; `PROPTEST_CASES` sets another number with random seeds.
 pub(crate) fn cases(count: u32) -> ProptestConfig {
     let config = ProptestConfig {
         failure_persistence: None,
@@ -31,7 +31,7 @@ fn travel() -> impl Strategy<Value = Travel> {
     select(vec![Travel::Joints, Travel::Line, Travel::Jump])
 }
 
-/// Where the arm can mostly be.
+/// Poses that are mostly within reach.
 fn pose() -> impl Strategy<Value = [f32; 4]> {
     prop_oneof![
         3 => (170.0f32..280.0, -120.0f32..120.0, -50.0f32..80.0, -60.0f32..60.0),
@@ -86,7 +86,7 @@ fn raw() -> impl Strategy<Value = Set> {
             let layout = row.set?;
             let count = layout.size().unwrap_or(layout.min_size() + 4);
             let wide: Vec<u8> = numbers.into_iter().flat_map(f32::to_le_bytes).collect();
-            // A mode, then numbers; or flags and numbers of a byte.
+            // A mode, then floats; or flags and bytes.
             let bytes = if floats {
                 [&small[..1], &wide[..]].concat()
             } else {
@@ -124,7 +124,7 @@ fn action() -> impl Strategy<Value = Action> {
     ]
 }
 
-/// Plans of everything that an arm does, and some that it cannot.
+/// Plans of all commands, some of them impossible.
 pub(crate) fn plan() -> impl Strategy<Value = Plan> {
     let tools: Vec<Option<Tool>> = Tool::NAMED
         .iter()
@@ -141,7 +141,7 @@ pub(crate) fn plan() -> impl Strategy<Value = Plan> {
     })
 }
 
-/// The plan without what a check refuses, and with a dark end.
+/// The plan without its refused steps, with the laser off at the end.
 pub(crate) fn accepted(mut plan: Plan, start: &Preflight) -> Plan {
     let report = check(&plan, start);
     let refused = |at: &usize| {

@@ -1,4 +1,4 @@
-//! What a report tells people.
+//! Report of a check.
 
 use std::time::Duration;
 
@@ -47,7 +47,7 @@ fn a_drawing_with_a_pen() {
     assert_eq!(counts, [("move", 4), ("path", 2), ("wait", 1)]);
     assert_eq!(report.longest_time, Some((5, Duration::from_millis(2500))));
     assert_eq!(report.longest_way, Some((6, 50.0)));
-    // What is drawn, and all the places that steps lead to.
+    // Bounds of the drawing, and of all targets.
     assert_eq!(report.bounds, Some([[220.0, 0.0, 0.0], [240.0, 30.0, 0.0]]));
     assert_eq!(
         report.travel_bounds,

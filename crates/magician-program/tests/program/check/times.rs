@@ -1,4 +1,4 @@
-//! How long plans take: as they are told, and as the virtual arm takes them.
+//! Durations of plans: as reported, and on the virtual arm.
 
 use magician::Set;
 use magician::build;
@@ -7,7 +7,7 @@ use magician_program::{Action, Origin, Plan, Tool, Travel, check};
 
 use super::bench::LoneArm;
 
-/// What the 32 bits cost in which the arm tells where it is, us.
+/// Error of the 32-bit poses that the arm reports, us.
 const ROUNDING: f64 = 10.0;
 
 fn to(x: f64, y: f64, z: f64) -> [f32; 3] {
@@ -58,7 +58,7 @@ fn rose() -> Plan {
     plan(Tool::Pen, actions)
 }
 
-/// Picks and places with jumps, waits and the suction cup.
+/// Pick and place with jumps, waits and the suction cup.
 fn pick_and_place() -> Plan {
     let mut actions = vec![
         Action::from(build::speed(80.0, 60.0)),
@@ -106,7 +106,7 @@ fn rounds() -> Plan {
     )
 }
 
-/// Rows of a picture: power changes within a path, which goes on.
+/// Rows of a picture: the power changes within a path, which continues.
 fn engraving() -> Plan {
     let mut actions = vec![
         Action::from(build::path_speed(60.0, 200.0)),

@@ -1,11 +1,11 @@
-//! Arcs against circles.
+//! Arcs compared with circles.
 
 use magician_program::formats::Arcs;
 use magician_program::{Action, Format, Frame, ReadOptions, Setup, Surface, Tool, read};
 
 use super::{actions, actions_with, diagnostic, motions, notes, path, travel};
 
-/// The points that a program's arcs and lines go through, but for the first move.
+/// Points on a program's arcs and lines, except for the first move.
 fn points(actions: &[Action]) -> Vec<[f64; 3]> {
     let place = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
     let points = actions.iter().flat_map(|action| match *action {
@@ -17,7 +17,7 @@ fn points(actions: &[Action]) -> Vec<[f64; 3]> {
     points.collect()
 }
 
-/// All are on the circle, and they go round it so far (degrees, counter-clockwise).
+/// Asserts that all points are on the circle and cover this angle (degrees, counter-clockwise).
 fn goes_round(points: &[[f64; 3]], from: [f64; 2], centre: [f64; 2], turn: f64) {
     let angle = |x: f64, y: f64| (y - centre[1]).atan2(x - centre[0]).to_degrees();
     let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
@@ -27,7 +27,7 @@ fn goes_round(points: &[[f64; 3]], from: [f64; 2], centre: [f64; 2], turn: f64) 
             ((x - centre[0]).hypot(y - centre[1]) - radius).abs() < 1e-3,
             "{x} {y}"
         );
-        // Any two points that follow each other are less than half a turn apart.
+        // Consecutive points are less than half a turn apart.
         let step = (angle(*x, *y) - last + 540.0).rem_euclid(360.0) - 180.0;
         (last, sum) = (last + step, sum + step);
     }
@@ -96,7 +96,7 @@ fn a_helix_is_lines_that_rise_steadily() {
 #[test]
 fn arcs_of_g18_and_g19_are_lines_within_the_tolerance() {
     let start = "G0 X250 Y0 Z0\n";
-    // Each with its centre, the highest point, and what of X, Y and Z it does not turn.
+    // Each with its centre, its highest point, and the axis of X, Y and Z that it does not turn in.
     for (arc, centre, top, across) in [
         ("G18 G2 X240 I-5", [245.0, 0.0, 0.0], 5.0, 1),
         ("G18 G3 X260 I5 K0", [255.0, 0.0, 0.0], 5.0, 1),
@@ -149,7 +149,7 @@ fn arcs_of_g18_and_g19_are_lines_within_the_tolerance() {
 
 #[test]
 fn an_arc_as_flat_as_the_tolerance_is_a_line_of_the_path() {
-    // 2 mm of a circle of 20 mm are 0.025 mm high.
+    // 2 mm of a circle with a radius of 20 mm are 0.025 mm high.
     assert_eq!(
         motions("G0 X250 Y0 Z0\nG3 X249.9 Y1.998 R20\n"),
         [travel(250.0, 0.0, 0.0), path(249.9, 1.998, 0.0)]
@@ -206,7 +206,7 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
     ] {
         assert_eq!(diagnostic(&format!("{start}{arc}\n")), message);
     }
-    // Programs round: within a twentieth of a millimetre the ends may differ.
+    // Programs round: the ends may differ by a twentieth of a millimetre.
     assert_eq!(notes(&format!("{start}G3 X230 Y20.03 I-20 J0\n")), [""; 0]);
     assert!(diagnostic("G2 X240 Y0 I5").contains("which is unknown"));
 }
@@ -239,7 +239,7 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
                 .map(|step| step.action.clone())
                 .collect::<Vec<_>>(),
         );
-        // Back into the file's coordinates; its marks are from 0 to 30 and 0 to 4.
+        // Back into the file's coordinates, where the marks are from 0 to 30 and 0 to 4.
         let (sin, cos) = f64::to_radians(-rotate).sin_cos();
         let own = points.iter().map(|[x, y, z]| {
             let [x, y] = [x - 240.0, *y];

@@ -1,4 +1,5 @@
-//! Where programs begin: nothing is drawn from where the arm happens to stand, and the tool is low only where it is to be.
+//! Beginnings of programs: nothing is drawn from where the arm happens to stand, and the tool is
+//! low only where it should be.
 
 use std::slice;
 use std::time::Duration;
@@ -14,9 +15,9 @@ use proptest::prelude::*;
 
 use super::{actions_with, diagnostic, notes, path, travel, try_read, try_with};
 
-/// Where the arm stands, mm.
+/// Position of the arm, mm.
 const START: [f64; 3] = [262.0, 0.0, 35.0];
-/// The surface of what is placed, mm.
+/// Surface of placed programs, mm.
 const SURFACE: f64 = -50.0;
 
 fn from_start(text: &str) -> Vec<Action> {
@@ -42,7 +43,7 @@ fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
             path(240.0, 40.0, 20.0),
         ]
     );
-    // Axis by axis, each move is one.
+    // Axis by axis, each is one move.
     assert_eq!(
         from_start("G0 Y40\nG0 Z50\nG0 X230\n"),
         [
@@ -51,7 +52,7 @@ fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
             travel(230.0, 40.0, 50.0)
         ]
     );
-    // What is not known is asked for, and comes from above without an answer.
+    // An unknown position is asked for; without an answer the tool comes from above.
     let (plan, notes) = try_read(program).expect("it is all right");
     assert!(
         notes
@@ -81,7 +82,7 @@ fn the_tool_is_lowered_where_the_program_begins_and_not_where_the_arm_stands() {
             assert!(action.target().is_some_and(|[_, _, z]| z >= 30.0), "{low}");
         }
     }
-    // A program that never says where means where the arm stands.
+    // A program that never states a position starts where the arm stands.
     assert_eq!(from_start("G0 Z10\n"), [travel(200.0, 10.0, 10.0)]);
     assert_eq!(
         from_start("G0 Z10\nG91\nG1 X5\n"),
@@ -109,7 +110,7 @@ fn a_feed_move_from_an_unknown_place_draws_nothing() {
         told[0].starts_with("line 2, column 1: the program begins with a feed move"),
         "{told:?}"
     );
-    // Neither does a laser burn on it.
+    // Nor does a laser burn on that move.
     let lit = |action: &Action| matches!(action, Action::Burn { power, .. } if *power > 0.0);
     for first in ["G1 X220 Y0 Z0", "G1 X220\nG1 Y0"] {
         let burnt = from_start(&format!("M3 S255\n{first} F600\nG1 X230\n"));
@@ -165,7 +166,7 @@ fn a_placed_program_begins_at_its_own_zero() {
         placed("G1 X0 Y0 F1000\nG1 X120\nG1 Y120\n"),
         [&[zero], &square[..]].concat()
     );
-    // What never says Z is lifted between its lines.
+    // A program without Z is lifted between its lines.
     assert_eq!(
         placed("G0 X10 Y10\nG1 X20 F600\nG0 X40\nG1 X50\n"),
         [
@@ -180,7 +181,7 @@ fn a_placed_program_begins_at_its_own_zero() {
     );
 }
 
-/// How a program comes to its first point.
+/// Ways in which a program reaches its first point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum First {
     Lift,
@@ -212,7 +213,7 @@ const FIRSTS: [First; 11] = [
 
 type Lines = Vec<Vec<[f64; 2]>>;
 
-/// The program of some lines, drawn at z = 0.
+/// Program of some lines, drawn at z = 0.
 fn program(first: First, lines: &Lines) -> String {
     let [x, y] = lines[0][0];
     let mut text = "G21 G90\n".to_owned();
@@ -241,7 +242,7 @@ fn program(first: First, lines: &Lines) -> String {
     text + "G0 Z10\nM2\n"
 }
 
-/// The same, counted from where the arm stands; its first point is there.
+/// The same relative to the arm's position, which is its first point.
 fn relative(lines: &Lines) -> String {
     let mut text = "G21 G91\n".to_owned();
     let mut at = lines[0][0];
@@ -307,7 +308,7 @@ fn drawn(plan: &Plan, table: f64) -> Rehearsal {
     rehearse(plan, &options).expect("it can be rehearsed")
 }
 
-/// Every stroke is one of the lines, moved by so much, and each line is a stroke.
+/// Checks that every stroke is one of the lines, moved by `by`, and each line is a stroke.
 fn is_exactly(done: &Rehearsal, lines: &Lines, by: [f64; 2]) -> Result<(), String> {
     let finely = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let sides = line.windows(2).flat_map(|side| {
@@ -330,7 +331,7 @@ fn is_exactly(done: &Rehearsal, lines: &Lines, by: [f64; 2]) -> Result<(), Strin
         });
         nearest.fold(0.0, f64::max)
     };
-    // Points lie up to 3 mm apart on the longest lines.
+    // Points are up to 3 mm apart on the longest lines.
     let (more, less) = (far(&left, &wanted), far(&wanted, &left));
     if more < 2.5 && less < 2.5 {
         Ok(())
@@ -388,7 +389,7 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     prop_assert!(done.is_good(), "{text}{:?}", done.log);
     let mut expected = lines.clone();
     if matches!(first, First::FeedThenDown | First::FeedByAxis | First::Feed) {
-        // Feed moves count from the program's own zero, at Z 0.
+        // Feed moves use the program's own zero, at Z 0.
         return Ok(());
     }
     if first == First::ArcAfter {

@@ -1,4 +1,4 @@
-//! How deep a placed program goes: a pen draws all depths on the surface, and never goes through it.
+//! Depths of placed programs: a pen draws all depths on the surface, and never goes through it.
 
 use magician_program::{
     Action, Depths, Format, Frame, Plan, ReadOptions, Setup, Surface, Tool, read,
@@ -25,7 +25,7 @@ fn placed(text: &str, pen_z: Option<f64>) -> Plan {
     laid(text, |setup| setup.placement.pen_z = pen_z).0
 }
 
-/// The length of what lies on the surface from end to end, mm.
+/// Length of motion on the surface, mm.
 fn drawn(plan: &Plan) -> f64 {
     let (mut at, mut drawn) = (None::<[f32; 3]>, 0.0);
     for step in &plan.steps {
@@ -104,7 +104,7 @@ fn two_depths_are_drawn_on_the_surface_and_told() {
             "the pen draws all depths on the surface: 50 mm at Z-0.2, 140 mm at Z-3"
         );
     }
-    // The Z of touching may be that of the deepest lines.
+    // The touching Z may be that of the deepest lines.
     assert!((drawn(&placed(TWO, Some(-3.0))) - 140.0).abs() < 0.01);
     let (plan, notes) = laid(TWO, |setup| setup.depths = Depths::Keep);
     assert!((lowest(&plan) - (SURFACE - 2.8)).abs() < 1e-3);
@@ -131,7 +131,7 @@ fn passes_of_one_contour_are_drawn_once() {
         told(&notes),
         "the pen draws all depths on the surface: 140 mm at Z-1; 280 mm that is cut again deeper is drawn once"
     );
-    // The last pass leaves tabs: its pieces lie on lines that are there.
+    // The last pass leaves tabs: its pieces repeat existing lines.
     let tabs = "G1 Z-3\nG1 X15 Y0\nG0 Z5\nG0 X25\nG1 Z-3\nG1 X40 Y0\nG1 X40 Y30\nG0 Z5\n";
     let (plan, _) = laid(&format!("G0 Z5\nG0 X0 Y0\n{}{tabs}", pass("-1")), |_| {});
     assert!((drawn(&plan) - 140.0).abs() < 0.01, "{:?}", plan.steps);
@@ -139,10 +139,11 @@ fn passes_of_one_contour_are_drawn_once() {
 
 #[test]
 fn ramp_draws_from_where_it_enters_the_surface_and_once() {
-    // Two turns of a ramp along one line, from 1 mm above to 3 mm below, then the line at its full depth.
+    // Two turns of a ramp along one line, from 1 mm above to 3 mm below, then the line at full
+    // depth.
     let text = "G0 Z5\nG0 X0 Y0\nG1 Z1 F100\nG1 X20 Z-1\nG1 X0 Z-3\nG1 X20\nG1 Y10\nG0 Z5\n";
     let plan = placed(text, None);
-    // The first half of the line is in the air on the first turn, and drawn on the second one.
+    // The first half of the line is in the air on the first turn, and drawn on the second.
     assert_eq!(lowest(&plan), SURFACE);
     assert!((drawn(&plan) - 40.0).abs() < 0.1, "{}", drawn(&plan));
 }
@@ -223,7 +224,7 @@ fn program_that_is_nearly_all_travel_says_so() {
 
 #[test]
 fn travel_in_a_groove_leaves_the_paper() {
-    // A rapid move at a depth that was cut already.
+    // A rapid move at a depth that was cut before.
     let text = "G0 Z5\nG0 X0 Y0\nG1 Z-1 F100\nG1 X20\nG0 X30 Y10\nG1 Z-3\nG1 X40\nG0 Z5\n";
     let plan = placed(text, None);
     assert!((drawn(&plan) - 30.0).abs() < 0.01, "{:?}", plan.steps);

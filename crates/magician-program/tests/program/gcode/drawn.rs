@@ -1,4 +1,4 @@
-//! What pen and laser really leave, on a virtual arm.
+//! Marks of pen and laser on a virtual arm.
 
 use std::f64::consts::TAU;
 
@@ -10,10 +10,10 @@ use magician_protocol::commands::EndEffectorParams;
 
 use super::{LASER, PEN, try_read};
 
-/// The sheet and the drawing may differ by so much, mm.
+/// Largest difference between the marks and the drawing, mm.
 const TOLERANCE: f64 = 0.05;
 
-/// Runs a program on a virtual arm with this tool, mounted and told of.
+/// Runs a program on a virtual arm with this tool mounted and set.
 fn run(text: &str, tool: &str, bias: ToolBias) -> Drawing {
     let world = format!("[tool]\nkind = \"{tool}\"\n[table]\nheight = 0\n");
     let world = World::from_scenario(&Scenario::from_toml(&world).expect("a world"));
@@ -34,7 +34,7 @@ fn run(text: &str, tool: &str, bias: ToolBias) -> Drawing {
     cell.with(|arm| arm.drawing())
 }
 
-/// How far a point is from a line through these corners.
+/// Distance of a point from a polyline.
 fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
     let sides = line.iter().zip(line.iter().skip(1));
     let distances = sides.map(|(a, b)| {
@@ -51,7 +51,7 @@ fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
     distances.fold(f64::INFINITY, f64::min)
 }
 
-/// The greatest distance from a point of either line to the other line.
+/// Largest distance of a point of either line from the other.
 fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
     let finely = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let sides = line.windows(2);
@@ -71,7 +71,7 @@ fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
     f64::max(one_way(one, other), one_way(other, one))
 }
 
-/// Points of a circle, from one angle to another in shares of a turn.
+/// Points of a circle between two angles, given as shares of a turn.
 fn round(centre: [f64; 2], radius: f64, from: f64, to: f64) -> impl Iterator<Item = [f64; 2]> {
     (0..=500).map(move |nth| {
         let (sin, cos) = (TAU * (from + (to - from) * f64::from(nth) / 500.0)).sin_cos();
@@ -98,7 +98,7 @@ fn the_pen_sample_leaves_its_outline() {
 #[test]
 fn the_laser_sample_leaves_its_pattern() {
     let drawing = run(LASER, "laser", ToolBias::LASER);
-    // What the file says, without any G-code reader.
+    // Content of the file, read without a G-code reader.
     let (mut expected, mut at) = (Vec::new(), [0.0, 0.0]);
     for line in LASER.lines().filter(|line| line.contains(" X")) {
         let word = |letter| {

@@ -1,4 +1,4 @@
-//! What is refused, and that what is not stays within limits.
+//! Refused programs, and the limits that accepted ones keep.
 
 use magician::blocking::Arm;
 use magician::preflight::Preflight;
@@ -114,7 +114,7 @@ fn the_place_of_a_problem_is_what_is_wrong() {
     assert_eq!(&text[range], "Y1e999");
 }
 
-/// Lines as they come in programs, around where the arm can be.
+/// Typical lines, with positions around the reach.
 fn line() -> impl Strategy<Value = String> {
     let place = prop_oneof![
         12 => (180.0..290.0, -80.0..80.0, -60.0..60.0),
@@ -142,7 +142,8 @@ fn program() -> impl Strategy<Value = String> {
         .prop_map(|(start, lines)| format!("{start}{}\n", lines.join("\n")))
 }
 
-/// What is accepted stays within limits, and what is not is refused before the first byte. Whether it was accepted.
+/// Checks that an accepted program stays within limits, and a refused one sends nothing. Returns
+/// true if it was accepted.
 fn accepted_or_refused(text: &str) -> bool {
     let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let pose = start.arm().expect("it is known").pose;
@@ -162,7 +163,7 @@ fn accepted_or_refused(text: &str) -> bool {
         ran.expect("the arm can do it");
         return true;
     }
-    // It is a place that is out of reach, not the laser; that one may follow from a step left out.
+    // The error is about reach, not about the laser, which may follow from a step left out.
     let first = report.refused_steps.first().expect("a complaint");
     assert_eq!(first.error.kind(), ErrorKind::Unreachable, "{first:?}");
     let kind = ran.expect_err("the check failed").kind();
@@ -177,7 +178,7 @@ fn accepted_or_refused(text: &str) -> bool {
 
 #[test]
 fn the_laser_is_off_on_the_way_to_the_beginning() {
-    // A circle from wherever the tool stands comes before the first place.
+    // A circle from an unknown position before the first position.
     assert!(accepted_or_refused(
         "M4 S1\nG2 I0.000 J0.423\nG1X180.00Y0.00\n"
     ));

@@ -9,7 +9,7 @@ use magician_program::resume::{ResumePoint, StepCounter, resume_point_at};
 use magician_program::{Program, RemainingProgram};
 use tokio::time::sleep;
 
-/// An arm at its own speed, on a clock of the test's.
+/// Arm at real speed on the test's clock.
 pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
     let arm = stage(program.plan(), &RehearseOptions::default()).expect("a stage");
     let cell = VirtualArm::new(arm, SimSpeed::Times(1.0));
@@ -17,8 +17,8 @@ pub(crate) async fn place(program: &Program) -> (VirtualArm, Arm) {
     (cell, arm.expect("a virtual arm"))
 }
 
-/// Runs it from a step on, or from a place within it, to its end or until it is stopped: what was run, how it ended, and where
-/// the arm stands then.
+/// Runs a program from a step, or a place within it, to its end or a stop. Returns the rest it ran,
+/// how it ended, and the pose.
 pub(crate) async fn run_until(
     arm: &Arm,
     program: &Program,
@@ -49,7 +49,7 @@ pub(crate) async fn run_until(
     let resume_point = resume_point_at(from + span.least, |steps| {
         rest.stands_after(steps, &pose, true)
     });
-    // It borrows the rest.
+    // `run` borrows the rest.
     drop(run);
     Some((rest, resume_point, pose))
 }

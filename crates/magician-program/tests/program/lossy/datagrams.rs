@@ -1,5 +1,5 @@
-//! A plan over datagrams that are lost, doubled, late and out of order: the host's connection and the arm on one clock, without
-//! a shell between them.
+//! Plan over datagrams that are lost, duplicated, delayed and reordered. The host's connection and
+//! the arm share a clock, with no transport between them.
 
 use magician::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician::connection::{Failure, Request, Settings};
@@ -12,30 +12,30 @@ use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_protocol::NoArgs;
 
-/// us.
+/// Microseconds in a second.
 const SECOND: u64 = 1_000_000;
-/// A plan that takes longer than that does not end, s.
+/// Duration from which a plan counts as endless, s.
 const LONGEST: u64 = 3600;
-/// So often a stream that was interrupted goes on.
+/// Largest number of times that an interrupted stream is resumed.
 const MOST_TURNS: usize = 50;
 
-/// What came of it.
+/// Result of the run.
 #[derive(Debug)]
 pub(crate) struct Came {
     pub(crate) drawing: Drawing,
-    /// Why it stopped, and what the arm had taken by then; nothing if it came to its end.
+    /// Cause of the stop, and the number of commands taken by then; `None` at a normal end.
     pub(crate) stopped: Option<(StreamFailure, u64)>,
-    /// How often it was interrupted and went on.
+    /// Number of times it was interrupted and resumed.
     pub(crate) resumed: usize,
-    /// How often commands that were doubled on the way were told of.
+    /// Number of reported duplicate commands.
     pub(crate) told: u32,
-    /// Frames sent.
+    /// Number of frames sent.
     pub(crate) requests: u64,
-    /// How long it took, us.
+    /// Duration, us.
     pub(crate) lasted: u64,
 }
 
-/// Commands with how long they take and where they lead.
+/// Commands with their durations and end points.
 fn items(plan: &Plan) -> Result<Vec<Item>, magician::Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
     let mut course = start_of(&arm).guards(Guards::NONE);
@@ -52,7 +52,7 @@ fn items(plan: &Plan) -> Result<Vec<Item>, magician::Error> {
     plan.commands().map(item).collect()
 }
 
-/// Runs a plan over such a line.
+/// Runs a plan over this line.
 pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error> {
     let mut pair = Pair::new(Settings::DATAGRAMS, faults, faults.seed);
     pair.arm = stage(plan, &RehearseOptions::default())?;
@@ -105,7 +105,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     })
 }
 
-/// Looks at the arm at rest, as every new connection does; a missing answer is tolerated.
+/// Reads the state of the arm at rest, as every new connection does; a missing reply is tolerated.
 fn greet(pair: &mut Pair) {
     let looks = [
         Request::get::<QueuedCmdLeftSpace>(&NoArgs),
@@ -116,7 +116,7 @@ fn greet(pair: &mut Pair) {
     }
 }
 
-/// What happens until the next instant at which something does.
+/// Processes everything up to the next event.
 fn turn(pair: &mut Pair, stream: &mut Stream) {
     stream.advance(pair.now, &mut pair.host);
     let end = pair.now + 10 * SECOND;
@@ -132,7 +132,7 @@ fn turn(pair: &mut Pair, stream: &mut Stream) {
     for (ticket, result) in ended {
         stream.answered(pair.now, ticket, &result, &mut pair.host);
     }
-    // A second copy may have been told of at the same instant as the first.
+    // A second copy may have been reported at the same instant as the first.
     for (from, to) in told {
         stream.doubled(from, to);
     }

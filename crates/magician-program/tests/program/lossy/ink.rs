@@ -1,22 +1,23 @@
-//! Drawings as what they are: ink along lines, in its order.
+//! Drawings as ink along lines, in its order.
 
 use std::collections::HashMap;
 
 use magician::sim::world::{Drawing, StrokeKind};
 
-/// As far as a line that was followed in other steps may be from itself, mm: a drawing's corners are that true.
+/// Largest deviation of a line from itself when it is followed in other steps, mm: the accuracy of
+/// a drawing's corners.
 pub(crate) const TRUE: f64 = 0.02;
-/// Points nearer than this are the same, mm.
+/// Largest distance of equal points, mm.
 const SAME: f64 = 1e-6;
-/// Between two looks along a line, mm.
+/// Sampling distance along a line, mm.
 const LOOKS: f64 = 0.1;
 
-/// Width of the cells in which the nearest piece is looked for, mm.
+/// Width of the cells used to search the nearest piece, mm.
 const CELL: f64 = 1.0;
-/// What is farther from everything than this is as far as anything can be, mm.
+/// Largest distance computed, mm; everything farther counts as this far.
 const FARTHEST: f64 = 8.0;
 
-/// A straight piece of ink.
+/// Straight piece of ink.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {
     kind: StrokeKind,
@@ -31,11 +32,11 @@ impl Piece {
     }
 }
 
-/// All ink in the order in which it came.
+/// All ink in drawing order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Ink {
     pieces: Vec<Piece>,
-    /// How much there is before each piece, and in all, mm.
+    /// Length of ink before each piece, and in all, mm.
     upto: Vec<f64>,
 }
 
@@ -64,12 +65,12 @@ impl Ink {
         Self { pieces, upto }
     }
 
-    /// How much there is, mm.
+    /// Length of the ink, mm.
     pub(crate) fn length(&self) -> f64 {
         self.upto.last().copied().unwrap_or(0.0)
     }
 
-    /// Where it is after so much ink.
+    /// Position after this length of ink.
     fn at(&self, length: f64) -> Option<[f64; 2]> {
         let begun = self.upto.partition_point(|upto| *upto <= length);
         let next = begun.clamp(1, self.pieces.len().max(1)) - 1;
@@ -79,8 +80,8 @@ impl Ink {
         Some([0, 1].map(|axis| piece.from[axis] + share * (piece.to[axis] - piece.from[axis])))
     }
 
-    /// Whether both are the same strokes to the millionth of a millimetre, however often they were set down and taken up
-    /// at the same place.
+    /// True if both have the same strokes to the millionth of a millimetre, however often they were
+    /// interrupted and continued at the same place.
     pub(crate) fn is_the_same(&self, other: &Self) -> bool {
         let (one, two) = (self.joined(), other.joined());
         let same = |a: [f64; 2], b: [f64; 2]| apart(a, b) <= SAME;
@@ -93,8 +94,8 @@ impl Ink {
             })
     }
 
-    /// What of this ink the other one lacks: length of what is farther from it than `within`, and how far its farthest
-    /// place is, mm.
+    /// Ink that the other drawing lacks: length farther from it than `within`, and the largest
+    /// distance, mm.
     pub(crate) fn beyond(&self, other: &Self, within: f64) -> (f64, f64) {
         let cells = Cells::of(other);
         let (mut length, mut worst) = (0.0, 0.0_f64);
@@ -114,7 +115,7 @@ impl Ink {
         (length, worst)
     }
 
-    /// With the pieces of a straight line made one.
+    /// Pieces, with those on a straight line merged.
     fn joined(&self) -> Vec<Piece> {
         let mut joined: Vec<Piece> = Vec::new();
         for piece in self.pieces.iter().filter(|piece| piece.length() > SAME) {
@@ -126,7 +127,8 @@ impl Ink {
         joined
     }
 
-    /// How far it is at most from the beginning of another one, mm; nothing if it is longer than that.
+    /// Largest distance from the beginning of another drawing, mm; `None` if it is longer than
+    /// that.
     pub(crate) fn off_the_beginning_of(&self, whole: &Self) -> Option<f64> {
         if self.length() > whole.length() + TRUE {
             return None;
@@ -134,7 +136,7 @@ impl Ink {
         let looks = (self.length() / LOOKS).ceil() as u64;
         let off = (0..=looks).filter_map(|nth| {
             let length = (nth as f64 * LOOKS).min(self.length());
-            // Rounding adds up along a curve: the nearest place thereabouts counts.
+            // Rounding adds up along a curve, so the nearest position around there counts.
             let at = self.at(length)?;
             let near =
                 (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * TRUE / 2.0));
@@ -144,7 +146,7 @@ impl Ink {
     }
 }
 
-/// Pieces by where they are.
+/// Pieces by position.
 struct Cells<'i> {
     ink: &'i Ink,
     cells: HashMap<[i64; 2], Vec<usize>>,
@@ -168,12 +170,12 @@ impl<'i> Cells<'i> {
         Self { ink, cells }
     }
 
-    /// How far a place is from the nearest piece, at most [`FARTHEST`].
+    /// Distance of a position from the nearest piece, at most [`FARTHEST`].
     fn distance(&self, at: [f64; 2]) -> f64 {
         let [x, y] = cell(at);
         let mut nearest = FARTHEST;
         let mut ring = 0_i64;
-        // What is beyond so many rings of cells is farther away than that.
+        // Everything beyond this many rings of cells is farther away.
         while (ring as f64 - 1.0) * CELL < nearest {
             for dx in -ring..=ring {
                 for dy in -ring..=ring {

@@ -1,6 +1,7 @@
-//! A lossy line does not change a drawing: it is the same in the end, or it stops and says where.
+//! A lossy line does not change a drawing: it is the same in the end, or the run stops and says
+//! where.
 //!
-//! `cargo xtask soak drawing` does the same for as long as asked.
+//! `cargo xtask soak drawing` runs the same for any length of time.
 
 mod datagrams;
 mod ink;
@@ -29,7 +30,7 @@ fn faults(text: &str, seed: u64) -> Faults {
     format!("{text},seed={seed}").parse().unwrap()
 }
 
-/// A plan through trouble: what came of it, and how it is to be called.
+/// Runs a plan through faults; returns the outcome and its class.
 fn ride(plan: &Plan, trouble: Trouble) -> (Outcome, Came) {
     let right = drawn(plan, None);
     assert!(!right.is_empty(), "{}", plan.title);
@@ -40,7 +41,8 @@ fn ride(plan: &Plan, trouble: Trouble) -> (Outcome, Came) {
     }
 }
 
-/// Every kind of trouble, each from seeds of its own; most at window 1, some at 4.
+/// Runs a program through every kind of fault, each with its own seeds; mostly at window 1, some at
+/// 4.
 fn through_all_trouble(program: usize) {
     let name = PROGRAMS[program];
     let plan = plan(name);
@@ -146,7 +148,8 @@ fn the_same_seed_makes_the_same_trouble() {
     assert!(one.requests[1] > 0);
 }
 
-/// A hard drawing over lines of one kind; how many that say that they are done, and what is wrong with those.
+/// Runs a hard drawing over lines of one kind; counts the runs that report success, and their
+/// faults.
 fn hard_ones(windows: &[usize], text: &str, pace: f64, runs: u64) -> Row {
     let plan = programs::hard(12).unwrap();
     let right = drawn(&plan, None);
@@ -177,10 +180,10 @@ fn hard_ones(windows: &[usize], text: &str, pace: f64, runs: u64) -> Row {
 
 #[test]
 fn what_says_that_it_is_done_is_whole_at_every_window() {
-    // The arm is faster than the host thinks, and does what follows a loss before that shows.
+    // The arm is faster than the host assumes, and acts on a loss before the host sees it.
     let row = hard_ones(&[1, 2, 3, 4, 5, 6, 7, 8], "replace=2e-3", 20.0, 6);
     assert_eq!((row.runs, row.wrong), (48, 0));
-    // One command that is lost before the arm's first index is known ends a run at any window.
+    // Losing one command before the arm's first index is known ends a run at any window.
     assert!(row.done >= 40, "{row:?}");
 }
 
@@ -191,12 +194,12 @@ fn a_line_that_is_held_leaves_the_same_drawing() {
         let text = format!("stall=0.004,stall-min-ms={ms},stall-ms={ms}");
         let row = hard_ones(&[1, 4], &text, 1.0, 4);
         assert_eq!((row.runs, row.wrong), (8, 0), "{row:?}");
-        // Holds in a row may last longer than a run waits.
+        // Consecutive delays may last longer than a run waits.
         assert!(row.done >= 7, "{row:?}");
     }
 }
 
-/// A drawing over datagrams; whether it came to its end.
+/// Runs a drawing over datagrams; true if it ran to its end.
 fn over_a_network(name: &str, text: &str, seed: u64) -> bool {
     let plan = plan(name);
     let all = Ink::of(&drawn(&plan, None));
@@ -214,7 +217,7 @@ fn over_a_network(name: &str, text: &str, seed: u64) -> bool {
     println!("{said}");
     let off = ink.off_the_beginning_of(&all);
     assert!(off.is_some_and(|off| off <= ink::TRUE), "{said}: {off:?}");
-    // It stops with the command that came twice, or is in doubt; the ones before are done.
+    // It stops at a command that was duplicated or is in doubt; earlier ones are done.
     let most = came.stopped.as_ref().map(|(_, taken)| taken + 1);
     let most = Ink::of(&drawn(&plan, most)).length();
     assert!(ink.length() <= most + ink::TRUE, "{said}: {most}");
@@ -243,8 +246,9 @@ fn a_network_that_loses_and_doubles_a_few_datagrams_costs_time_alone() {
         let came = datagrams::draw(&plan, faults).unwrap();
         assert_eq!(came.stopped, None, "seed {seed}");
         assert_eq!(came.resumed, 0, "seed {seed}");
-        // A segment that is planned anew within a period leaves a chord of up to a period's way (2 mm at 100 mm/s) on its line: at
-        // 150 mm from the base that is 2 * 2 / (8 * 150) = 0.004 mm beside it.
+        // A segment replanned within a period leaves a chord of up to a period's distance (2 mm at
+        // 100 mm/s) on its line: at 150 mm from the base that is 2 * 2 / (8 * 150) = 0.004 mm
+        // beside it.
         let ink = Ink::of(&came.drawing);
         let off = ink.off_the_beginning_of(&all);
         assert!(

@@ -1,4 +1,4 @@
-//! The programs that are drawn.
+//! Programs for the tests over bad lines.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, tool_of};
 use magician_program::{Content, Diagnostic, Format, Plan, ReadOptions, Setup, Surface, read};
 
-/// Of every kind that leaves something.
+/// One of every kind that leaves marks.
 pub(crate) const PROGRAMS: [&str; 5] = [
     "house.svg",
     "curves.svg",
@@ -14,12 +14,12 @@ pub(crate) const PROGRAMS: [&str; 5] = [
     "laser_checker.gcode",
     "engrave_gradient.png",
 ];
-/// How wide the image is, mm.
+/// Width of the image, mm.
 const WIDTH: f64 = 6.0;
-/// How high paper and wood lie, mm.
+/// Height of paper and wood, mm.
 const SURFACE: f64 = -60.0;
 
-/// The plan of a sample in a folder, as `magician run` makes it.
+/// Plan of a sample in a folder, as `magician run` makes it.
 pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Diagnostic> {
     let path = samples.join(name);
     let bytes = std::fs::read(&path)
@@ -28,8 +28,8 @@ pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Diagnostic> {
     laid_out(name, format, &bytes)
 }
 
-/// What is hard to draw right over a bad line: long strokes with sharp corners, short segments along curves, and the pen
-/// lifted between them. `points` of it are on a curve.
+/// Plan that is hard to draw right over a bad line: long strokes with sharp corners, short segments
+/// along curves, and pen lifts between them. The curve has `points` points.
 pub(crate) fn hard(points: u32) -> Result<Plan, Diagnostic> {
     let mut curve = String::new();
     for point in 0..=points {
@@ -56,7 +56,7 @@ fn laid_out(name: &str, format: Format, bytes: &[u8]) -> Result<Plan, Diagnostic
     }
     let mut plan = setup.plan(format, content)?.fitting()?.plan;
     plan.title = name.to_owned();
-    // An arm that restarts forgets which tool it has: it is told by the plan.
+    // An arm that restarts forgets its tool, so the plan sets it.
     plan.tool = Some(tool_of(&plan, &RehearseOptions::default()));
     Ok(plan)
 }

@@ -1,5 +1,6 @@
-//! A plan on its way over a line with faults to a virtual arm, on a clock that only passes when nothing else happens: what
-//! was drawn, how it ended, and how it went on. Also used by `cargo xtask soak drawing`.
+//! Plan on its way over a faulty line to a virtual arm, on a clock that advances only when nothing
+//! else happens: the marks, the end, and how it was resumed. Also used by
+//! `cargo xtask soak drawing`.
 
 use std::cell::Cell;
 use std::future::Future;
@@ -18,48 +19,49 @@ use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint, StepCo
 use magician_program::{Action, Continuation, Plan, Step};
 use tokio::time::{Instant, sleep};
 
-/// What a serial line is like: its speed, and how long the arm takes to answer, us.
+/// Timing of a serial line: baud rate, and reply time of the arm, us.
 const SERIAL: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: Duration::from_millis(1),
 };
-/// So often a run that was interrupted goes on.
+/// Largest number of times that an interrupted run is resumed.
 const MOST_TURNS: usize = 200;
-/// So often for the same reason, that a line which is back does not mend.
+/// Largest number of times for the same cause, which a reconnected line does not fix.
 const SAME_REASON: usize = 5;
-/// So long an arm is left alone, until it has done what it had.
+/// Time for which an arm is left alone to finish its queue.
 const QUIET: Duration = Duration::from_secs(2);
-/// So far from where it should be an arm may stand, mm.
+/// Largest distance of the arm from its expected position, mm.
 const NEAR: f64 = 0.5;
 
-/// A line, and what befalls it.
+/// Line with its faults.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trouble {
     pub(crate) faults: Faults,
     pub(crate) window: usize,
 }
 
-/// What came of a plan.
+/// Result of a plan.
 #[derive(Debug)]
 pub(crate) struct Outcome {
-    /// What was drawn when the run ended, well or not.
+    /// Drawing at the end of the run, good or bad.
     pub(crate) drawing: Drawing,
-    /// What was drawn each time it was interrupted, and by what.
+    /// Drawing at each interruption.
     pub(crate) between: Vec<Drawing>,
+    /// Cause of each interruption.
     pub(crate) why: Vec<String>,
-    /// How it ended.
+    /// End of the run.
     pub(crate) end: Result<Ran, Error>,
-    /// Steps that were certainly done and at most done, for a run that has not ended well.
+    /// Bounds of the finished steps, for a run that ended badly.
     pub(crate) steps: Option<StepRange>,
-    /// Its drawing when it was gone on with from there, and the step, if that could be told.
+    /// Step at which it was resumed, and the drawing after that, if the step was known.
     pub(crate) rest: Option<(usize, Drawing)>,
-    /// How long the run took, until it ended.
+    /// Duration of the run until its end.
     pub(crate) took: Duration,
-    /// Requests sent, and sent again.
+    /// Number of requests sent, and retransmitted.
     pub(crate) requests: [u64; 2],
 }
 
-/// A clock that jumps.
+/// Runs a future on a clock that jumps.
 pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
@@ -68,7 +70,7 @@ pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
     runtime.expect("a runtime has no needs").block_on(work)
 }
 
-/// The arm for a plan, at so many times its own pace at the end of a serial line.
+/// Arm for a plan at the end of a serial line, faster than real time by this factor.
 fn cell(plan: &Plan, pace: f64) -> Result<VirtualArm, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
     Ok(Runner::new(arm, Speed::Times(pace), SERIAL).into())
@@ -78,13 +80,14 @@ fn drawn(cell: &VirtualArm) -> Drawing {
     cell.with(|arm| arm.drawing())
 }
 
-/// Runs a plan through trouble. What was interrupted goes on; what is over is gone on with from a step, if it can be told
-/// which, over a line that is good again.
+/// Runs a plan over a faulty line. Interrupted runs are resumed; a run that ended is resumed from a
+/// step over a good line, if the step is known.
 pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error> {
     draw_at(plan, trouble, 1.0).await
 }
 
-/// As [`draw`], with an arm that is so many times as fast as the host thinks: its queue runs dry early.
+/// As [`draw`], with an arm that is faster than the host assumes by this factor, so that its queue
+/// runs empty early.
 pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Error> {
     let cell = cell(plan, pace)?;
     let options = (Options::default())
@@ -123,7 +126,7 @@ pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<
     Ok(outcome)
 }
 
-/// A line so bad that no answer comes is tried again.
+/// Retries on a line so bad that no reply arrives.
 async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
     let mut tries = 0;
     loop {
@@ -139,7 +142,7 @@ async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
     }
 }
 
-/// What was drawn when the arm has come to rest.
+/// Drawing once the arm is at rest.
 async fn still(cell: &VirtualArm) -> Drawing {
     loop {
         sleep(QUIET).await;
@@ -153,14 +156,14 @@ async fn still(cell: &VirtualArm) -> Drawing {
     }
 }
 
-/// How far a plan has come, as `magician run` keeps it.
+/// Progress of a plan, recorded as `magician run` does.
 struct Ride<'p> {
     plan: &'p Plan,
     start: Preflight,
     counter: StepCounter,
     checkpoint: Checkpoint,
     why: Vec<String>,
-    /// Commands taken from the plan.
+    /// Number of commands taken from the plan.
     pulled: Rc<Cell<u64>>,
 }
 
@@ -171,7 +174,8 @@ impl<'p> Ride<'p> {
             Action::Laser(on) => on,
             _ => false,
         };
-        // A driver puts commands of its own between those that burn, and above window 1 it may pass over numbers.
+        // A driver inserts commands between those that burn, and above window 1 it may skip
+        // indices.
         let mixed = window > 1 || plan.steps.iter().any(lit);
         let steps = u64::try_from(plan.steps.len()).unwrap_or(u64::MAX);
         Self {
@@ -197,7 +201,7 @@ impl<'p> Ride<'p> {
                 Ok(ran) => return Ok(ran),
                 Err(error) => error,
             };
-            // Nothing of it was sent yet, or it says that it can go on; but not for ever for the same reason.
+            // Nothing was sent yet, or the run can be resumed; but not forever for the same cause.
             let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
             let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
             let says = error.to_string();
@@ -212,7 +216,7 @@ impl<'p> Ride<'p> {
             self.why.push(says.clone());
             told = Some(says);
             between.push(drawn(cell));
-            // A line that does not come back shows when the run goes on.
+            // A line that stays down shows when the run is resumed.
             let _ = arm.reconnected().await;
         }
         self.turn(run).await
@@ -240,7 +244,7 @@ impl<'p> Ride<'p> {
         self.checkpoint.handed = self.pulled.get().saturating_sub(lead(self.plan));
     }
 
-    /// The run is over: where it goes on is asked of the arm, and then it is.
+    /// Resumes a run that is over, at the place that the arm reports.
     async fn go_on(
         &mut self,
         arm: &Arm,
@@ -283,12 +287,12 @@ impl<'p> Ride<'p> {
         Ok(())
     }
 
-    /// Whether the arm stands where so many steps leave it.
+    /// True if the arm stands where this many steps leave it; `None` if unknown.
     fn stands_after(&self, steps: u64, now: &Preflight) -> Option<bool> {
         let mut course = self.start.clone().guards(Guards::NONE);
         let commands = usize::try_from(steps + lead(self.plan)).ok()?;
         for command in self.plan.commands().take(commands) {
-            // What could not be checked was not sent.
+            // A command that the check refuses was never sent.
             let _ = course.check(&command);
         }
         let (at, stands) = (course.arm()?.pose, now.arm()?.pose);
@@ -296,7 +300,7 @@ impl<'p> Ride<'p> {
     }
 }
 
-/// Commands before the first step.
+/// Number of commands before the first step.
 fn lead(plan: &Plan) -> u64 {
     plan.preamble().into_iter().count() as u64
 }

@@ -1,5 +1,5 @@
-//! What came of many drawings over lines of one kind, measured on paper: one row of a table. Also used by
-//! `cargo xtask soak lines`.
+//! Results of many drawings over lines of one kind, measured on paper: one row of a table. Also
+//! used by `cargo xtask soak lines`.
 
 use std::time::Duration;
 
@@ -7,18 +7,20 @@ use magician::sim::world::Drawing;
 
 use super::ink::Ink;
 
-/// A deviation that cannot be seen, mm: half the arm's repeatability.
+/// Deviation that cannot be seen, mm: half the arm's repeatability.
 pub(crate) const NEAR: f64 = 0.1;
 
-/// How one drawing went.
+/// One drawing.
 pub(crate) struct Passage<'d> {
-    /// What it should be, and what there is.
+    /// Correct drawing.
     pub(crate) right: &'d Drawing,
+    /// Actual drawing.
     pub(crate) drawn: &'d Drawing,
-    /// It said that it was done, without anybody's help.
+    /// True if it reported success without help.
     pub(crate) done: bool,
-    /// How long it took, and how long it takes on a good line.
+    /// Duration.
     pub(crate) took: Duration,
+    /// Duration on a good line.
     pub(crate) usual: Duration,
 }
 
@@ -27,17 +29,18 @@ pub(crate) struct Passage<'d> {
 pub(crate) struct Row {
     pub(crate) name: String,
     pub(crate) runs: u64,
-    /// These said that they were done, without anybody's help.
+    /// Number that reported success without help.
     pub(crate) done: u64,
-    /// These said so and are another drawing: something is missing, too much, or drawn twice.
+    /// Number that reported success with a wrong drawing: something is missing, extra, or drawn
+    /// twice.
     pub(crate) wrong: u64,
-    /// Of the ones that were done: most that is missing and most that is too much, by length, and how far off their
-    /// farthest places are; how much longer or shorter all ink is at most; mm.
+    /// Over the successful ones: largest missing and extra lengths, largest deviation, and largest
+    /// difference in total length; mm.
     pub(crate) missing: f64,
     pub(crate) extra: f64,
     pub(crate) off: f64,
     pub(crate) longer: f64,
-    /// The longest time, as a multiple of the usual one.
+    /// Longest duration, as a multiple of the usual one.
     pub(crate) slowest: f64,
 }
 
@@ -52,7 +55,7 @@ impl Row {
         }
     }
 
-    /// Adds a drawing; what is wrong with it if it says that it is done.
+    /// Adds a drawing; returns its fault if it reported success wrongly.
     pub(crate) fn add(&mut self, passage: &Passage<'_>) -> Option<String> {
         self.runs += 1;
         if !passage.done {

@@ -1,7 +1,7 @@
-//! What lines do.
+//! Faults of lines.
 
-/// A serial line: bytes that are spoilt, lost, added; frames that are lost, late and in pieces; a plug that is pulled; an arm
-/// that restarts.
+/// Serial line: corrupted, lost and added bytes; lost, late and fragmented frames; a pulled plug;
+/// an arm that restarts.
 pub(crate) const SERIAL: [&str; 6] = [
     "replace=1e-3,drop=1e-4",
     "flip=5e-4,insert=2e-4,duplicate=2e-4",
@@ -11,7 +11,7 @@ pub(crate) const SERIAL: [&str; 6] = [
     "reset=2e-3,drop-chunk=0.01",
 ];
 
-/// A network: datagrams that are lost, late and out of order; and one that doubles them too.
+/// Network: lost, late and reordered datagrams; and one that also duplicates them.
 pub(crate) const NETWORK: [&str; 2] = [
     "drop-chunk=0.05,swap-chunk=0.05,late-chunk=0.02,late-ms=300",
     "drop-chunk=0.05,swap-chunk=0.05,duplicate-chunk=0.01",

@@ -1,4 +1,4 @@
-//! What a drawing that came over a bad line has to be.
+//! Requirements on a drawing that came over a bad line.
 
 use magician::ErrorKind;
 use magician::sim::world::Drawing;
@@ -10,10 +10,11 @@ use magician_program::rehearse::{RehearseOptions, rehearse};
 use super::ink::{Ink, TRUE};
 use super::rig::{Outcome, Trouble};
 
-/// Two pictures match where lines are so near, mm: as true as drawings are, and a pixel's diagonal.
+/// Largest distance of matching lines in two pictures, mm: accuracy of drawings, and a pixel's
+/// diagonal.
 const MATCHES: f64 = TRUE + 0.071;
 
-/// As far as a drawing may be off, mm: above window 1 a line may pass a vertex that was lost on it.
+/// Largest deviation of a drawing, mm: above window 1 a line may skip a lost vertex on it.
 fn true_to(window: usize) -> f64 {
     match window {
         1 => TRUE,
@@ -21,20 +22,20 @@ fn true_to(window: usize) -> f64 {
     }
 }
 
-/// How a plan came through.
+/// Result of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Came {
-    /// The same strokes.
+    /// Identical strokes.
     Same,
-    /// The same lines, within how true a drawing is.
+    /// Same lines, within the accuracy of a drawing.
     Equal,
-    /// Stopped, and said where; gone on with from there it is whole.
+    /// Stopped with a known place; complete after resuming there.
     Completed,
-    /// Stopped, and said between which steps: more than one may have been done or not.
+    /// Stopped with a range of steps: more than one may be done or not.
     Stopped,
 }
 
-/// What is drawn of a plan when nothing is amiss: all of it, or its first steps.
+/// Drawing of a plan on a good line: all of it, or its first steps.
 pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
     let mut plan = plan.clone();
     if let Some(steps) = steps {
@@ -42,14 +43,14 @@ pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
             .truncate(usize::try_from(steps).unwrap_or(usize::MAX));
     }
     let mut options = RehearseOptions::default();
-    // The table is where the whole plan has it, and so is the tool.
+    // Table and tool are those of the whole plan.
     options.tool = plan.tool;
     rehearse(&plan, &options)
         .map(|done| done.drawing)
         .unwrap_or_default()
 }
 
-/// Whether a plan's drawing is as it should be; what is wrong with it if not.
+/// Judges a drawing; the error says what is wrong.
 pub(crate) fn judge(
     plan: &Plan,
     whole: &Drawing,
@@ -66,7 +67,7 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
-    // A command that the line altered into one that the arm refuses counts as finished.
+    // A command that the line changed into one that the arm refuses counts as finished.
     let refused = error.kind() == ErrorKind::Alarm;
     let certain = steps.least.saturating_sub(refused.into());
     if trouble.window == 1 {
@@ -83,7 +84,7 @@ pub(crate) fn judge(
         return Ok(Came::Stopped);
     };
     let more = Ink::of(rest).length() - all.length();
-    // What was begun of the step may be there twice.
+    // The started part of the step may be drawn twice.
     let twice = step_length(plan, *step) + 2.0 * TRUE;
     if more > twice || more < -TRUE {
         return Err(format!(
@@ -98,7 +99,7 @@ pub(crate) fn judge(
     }
 }
 
-/// A run that says that it is done.
+/// Judges a run that reported success.
 fn ended(
     all: &Ink,
     ink: &Ink,
@@ -122,7 +123,7 @@ fn ended(
     }
 }
 
-/// What there is of a drawing that has begun: its beginning.
+/// Checks that an unfinished drawing is the beginning of the whole.
 fn is_begun(all: &Ink, part: &Drawing, trouble: Trouble) -> Result<(), String> {
     if part.is_empty() {
         return Ok(());
@@ -137,7 +138,7 @@ fn is_begun(all: &Ink, part: &Drawing, trouble: Trouble) -> Result<(), String> {
     }
 }
 
-/// How much ink a step leaves at most, mm.
+/// Upper bound of the ink of a step, mm.
 fn step_length(plan: &Plan, step: usize) -> f64 {
     let targets = plan.steps.iter().map(|step| step.action.target());
     let before = targets.clone().take(step).flatten().last();
@@ -151,7 +152,7 @@ fn step_length(plan: &Plan, step: usize) -> f64 {
     };
     let apart = |a: [f32; 3], b: [f32; 3]| f64::from((a[0] - b[0]).hypot(a[1] - b[1]));
     match plan.steps.get(step).and_then(arc) {
-        // An arc is shorter than the way round the square about its circle.
+        // An arc is shorter than the square around its circle.
         Some(via) => 4.0 * (apart(from, via) + apart(via, to)),
         None => apart(from, to),
     }
