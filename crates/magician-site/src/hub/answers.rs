@@ -54,7 +54,7 @@ impl Hub {
         self.drop_lines(socket);
     }
 
-    /// Handles the result of a single request, [`HubAct::Call`].
+    /// Handles the result of a single request, [`HubAct::Call`](super::HubAct::Call).
     pub fn called(
         &mut self,
         now: HostInstant,
