@@ -1,4 +1,4 @@
-//! What the driver says (`tracing`), for Python's `logging`: the logger `magician`.
+//! Forwards the driver's `tracing` events to Python's `logging`, as logger `magician`.
 
 use std::fmt::{self, Write as _};
 
@@ -8,14 +8,14 @@ use tracing::{Event, Level, Metadata, Subscriber, span};
 
 use crate::runtime::{News, tell};
 
-/// A line for the log.
+/// Log record.
 pub(crate) struct Record {
     level: u8,
     message: String,
 }
 
 impl Record {
-    /// Hands it to `logging`. A handler that fails is `logging`'s to report.
+    /// Passes the record to `logging`, which itself reports handlers that fail.
     pub(crate) fn write(&self, py: Python<'_>) {
         let logged = py.import("logging").and_then(|logging| {
             let logger = logging.call_method1("getLogger", ("magician",))?;
@@ -25,7 +25,8 @@ impl Record {
     }
 }
 
-/// Takes what the driver says from `DEBUG` up; single frames (`TRACE`) are not for it.
+/// Subscriber for events of level `DEBUG` and above. Single frames (`TRACE`) are left out: too many
+/// for Python.
 struct Log;
 
 impl Subscriber for Log {
@@ -65,7 +66,7 @@ impl Subscriber for Log {
     fn exit(&self, _: &span::Id) {}
 }
 
-/// The message, and then the fields as `name=value`.
+/// Message followed by the fields as `name=value`.
 #[derive(Default)]
 struct Line {
     message: String,
@@ -81,7 +82,8 @@ impl Visit for Line {
     }
 }
 
-/// From now on. Another listener to `tracing` in this process keeps listening, alone.
+/// Installs the subscriber. If the process already has one, that one stays and Python gets no
+/// events.
 pub(crate) fn begin() {
     let _ = tracing::subscriber::set_global_default(Log);
 }
