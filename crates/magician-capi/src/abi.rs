@@ -40,8 +40,8 @@ pub enum Kind {
     Host,
     /// Sends a command of the protocol.
     Command,
-    /// Sends a dangerous command, one that can brick the arm or lose its calibration. Refused
-    /// unless `MAGICIAN_ALLOW` or `MagicianAllow` names it.
+    /// Sends a dangerous command, which can brick the arm or lose its calibration. Refused unless
+    /// `MAGICIAN_ALLOW` or `MagicianAllow` names it.
     Guarded,
     /// Meaningless for this arm: returns 0 and zeroed results.
     Neutral,

@@ -51,10 +51,10 @@ pub trait Places: Copy {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     fn check(self) -> Outcome;
 
-    /// Writes the values to all locations that are not null.
+    /// Writes the values, except where the pointer is null.
     fn fill(self, values: Self::Values);
 
-    /// Zeroes all locations that are not null.
+    /// Zeroes the memory, except where the pointer is null.
     fn clear(self);
 }
 

@@ -1,4 +1,4 @@
-//! Long examinations on a thread of their own, as calls.
+//! Long examinations as calls, each on a separate thread.
 //!
 //! Findings are reported as they come. When told to stop, an examination restores the arm as at its
 //! regular end, so that stopping is not immediate: a second call waits for that.

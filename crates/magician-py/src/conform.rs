@@ -1,4 +1,4 @@
-//! The conformance suite on an arm, on a thread of its own.
+//! The conformance suite on an arm, run on a separate thread.
 
 use std::time::Duration;
 
@@ -15,8 +15,8 @@ use crate::call::Call;
 use crate::core::{seconds, target};
 use crate::errors;
 
-/// Longest time for restoring the parameters of an arm. A choice: long enough for an arm that
-/// answers slowly, and an end for one that is gone.
+/// Longest time for restoring the parameters of an arm. A choice: long enough for a slow arm,
+/// and an end if the arm is gone.
 const LEAVING: Duration = Duration::from_secs(20);
 
 type Ended = (Case, Outcome);

@@ -1,4 +1,4 @@
-//! Diagnosis of an arm and its line, on a thread of its own.
+//! Diagnosis of an arm and its line, run on a separate thread.
 
 use std::time::Duration;
 

@@ -124,7 +124,7 @@ impl Core {
             ..Options::new(SystemTime::now(), rate)
         };
         let (begun, inner) = oneshot::channel();
-        // On a thread of its own, so that a slow disk does not delay connections.
+        // On a separate thread, so that a slow disk does not delay connections.
         let work = record(arm, path, options, begun);
         let thread = runtime::apart("magician-record", move |runtime| runtime.block_on(work));
         thread.map_err(|error| errors::raise(py, &error))?;

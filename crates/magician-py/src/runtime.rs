@@ -41,7 +41,7 @@ struct Process {
     next: OnceLock<Box<Process>>,
 }
 
-/// Processes from the one that loaded the module to the current one, as a linked list. It is only
+/// Linked list of processes, from the one with the first import to the current one. It is only
 /// extended while the interpreter's lock is held, so that no fork copies it half done.
 static FIRST: OnceLock<Box<Process>> = OnceLock::new();
 
@@ -55,7 +55,7 @@ fn runtime() -> Result<Runtime, Error> {
     runtime.map_err(failed)
 }
 
-/// Runs work on a thread and runtime of its own, because it would delay the connections.
+/// Runs work on a separate thread and runtime, because it would delay the connections.
 ///
 /// # Errors
 /// The system provides no thread, timer or poller.

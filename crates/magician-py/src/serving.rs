@@ -1,4 +1,4 @@
-//! Virtual and shared arms for other programs, each served on a thread of its own.
+//! Virtual and shared arms for other programs, each served on a separate thread.
 
 use std::io::{self, BufWriter};
 use std::path::PathBuf;

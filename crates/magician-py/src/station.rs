@@ -131,7 +131,7 @@ pub(crate) fn named(port: Option<&str>) -> Option<String> {
         .then(|| port.to_owned())
 }
 
-/// Connects to an arm at `http://HOST:PORT/ARM`, in a session of its own.
+/// Connects to an arm at `http://HOST:PORT/ARM`, in a new session.
 pub(crate) fn arm_at(py: Python<'_>, url: String, options: Options) -> PyResult<Call> {
     let ends = Ends::default();
     let lines = Arc::clone(&ends);

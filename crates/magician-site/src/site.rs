@@ -186,7 +186,7 @@ impl Inbox {
             }
             other => {
                 if let SiteEvent::Left(at) = &other {
-                    // Its unread state would otherwise be delivered after the departure.
+                    // Otherwise the unread state would be delivered after the departure.
                     self.news.remove(at);
                     self.waiting
                         .retain(|entry| !matches!(entry, Entry::News(news) if news == at));
@@ -268,7 +268,7 @@ impl SiteEvents {
         }
     }
 
-    /// Returns the next unread event, or `None` if there is none yet.
+    /// Returns the next unread event without waiting, or `None`.
     pub fn try_next(&mut self) -> Option<SiteEvent> {
         self.0.inbox().pop()
     }

@@ -20,8 +20,7 @@ const LEAST: Duration = Duration::from_millis(90);
 /// Longest interval between two states. Serves as a keep-alive while nothing changes.
 const MOST: Duration = Duration::from_secs(1);
 /// Age of the last state from which the next report is published even if nothing changed. Just
-/// below [`MOST`], so that the keep-alive carries a fresh report and not one that is up to 100 ms
-/// old.
+/// below [`MOST`], so that the keep-alive carries a fresh report instead of one up to 100 ms old.
 const SOON: Duration = Duration::from_millis(880);
 
 /// Merged state of an arm and the schedule of its publications. All times count from one arbitrary
@@ -70,7 +69,7 @@ impl StateTelling {
         Some(Value::Object(self.state.clone()))
     }
 
-    /// Last known state, or null if there is none.
+    /// Last known state, or null if no state is known.
     #[must_use]
     pub fn last(&self) -> Value {
         if self.state.is_empty() {
@@ -156,7 +155,7 @@ mod tests {
         assert_eq!(telling.tell(at(108)), Some(json!({"t": 3, "x": 2})));
         assert_eq!(telling.tell(at(1107)), None);
         assert_eq!(telling.tell(at(1108)), Some(json!({"t": 3, "x": 2})));
-        // Near the end of the second what comes is told as it comes.
+        // Just before the keep-alive is due, a report is published even without a change.
         telling.hear(at(1908), change(json!({"t": 4})));
         assert_eq!(telling.tell(at(1908)), None);
         telling.hear(at(2008), change(json!({"t": 5})));

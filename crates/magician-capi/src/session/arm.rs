@@ -182,8 +182,8 @@ impl Session {
         }
     }
 
-    /// Reads index and free space before the first command is queued, so that the indices tell the
-    /// fate of a command whose reply is lost.
+    /// Reads index and free space before the first command is queued. If a reply is lost later, the
+    /// indices show whether the arm accepted the command.
     fn read_base(&self) -> magician::Result<()> {
         if !self.based.load(Ordering::Relaxed) {
             self.arm.queue().current_index()?;

@@ -1,5 +1,5 @@
-//! Permission for dangerous commands: those that can brick the arm, lose its calibration or unlock
-//! something are sent only if the user named them.
+//! Permission for dangerous commands. They can brick the arm, lose its calibration or unlock
+//! something, and are sent only if the user has named them.
 
 use std::collections::BTreeSet;
 use std::ffi::c_int;

@@ -35,7 +35,7 @@ pub struct Registry {
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// Process that has connected or is connecting. 0 if there is none.
+    /// Process that has connected or is connecting. 0 if no process has.
     process: AtomicU32,
     /// Running calls of `ConnectDobot`. Accessed only while `slots` is locked, as is the change of
     /// `process` to 0.
@@ -120,7 +120,7 @@ impl Registry {
     /// Finds the arm with this id.
     ///
     /// # Errors
-    /// [`Code::Timeout`] if there is none, or [`Code::InvalidDevice`] in `v3`, without waiting.
+    /// [`Code::Timeout`] for an unknown id, in `v3` [`Code::InvalidDevice`]. Never waits.
     /// (The vendor's `v1` waits for a connection forever; its `v2` returns 0 for an id that it
     /// never assigned.)
     pub fn find(&self, family: Family, id: c_int) -> Result<Arc<Session>, Fault> {

@@ -1,6 +1,6 @@
 //! Explanation for a queue that stands still while a program waits for it.
 //!
-//! Programs wait by polling the current index, and nothing in the reply tells that it will never
+//! Programs wait by polling the current index, and nothing in the reply shows that it will never
 //! advance. So the program gets the reason once, in the log and as the thread's last fault. The
 //! reply itself stays as it is.
 //!

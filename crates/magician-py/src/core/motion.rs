@@ -131,7 +131,7 @@ impl Core {
         let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
         let touch = async move {
             let touch = touch_off(&arm, draws).await?;
-            // The table of a virtual arm tells nothing about a real one.
+            // The table of a virtual arm has nothing to do with a real one.
             if !arm.is_virtual() {
                 keep_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;
             }

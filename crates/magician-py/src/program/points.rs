@@ -1,6 +1,6 @@
 //! Plans from arrays of points.
 //!
-//! Each row becomes a move of its own, or a vertex of a continuous path. Rows of NaN are gaps,
+//! Each row becomes a separate move, or a vertex of a continuous path. Rows of NaN are gaps,
 //! which separate paths. A path is approached from above and left upwards.
 
 use magician::{Error, build};

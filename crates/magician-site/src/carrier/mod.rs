@@ -5,9 +5,9 @@
 //! signed list of revoked certificates. Requests do not use the bus: the caller dials the station
 //! by TLS at an address from its state message, and both sides check each other's certificate.
 //!
-//! Zenoh needs a multi-threaded runtime, so each of the two creates one of its own. Callbacks of
-//! the library run on its receiving threads and must not wait; work that may block on the network
-//! runs in tasks of its own.
+//! Zenoh needs a multi-threaded runtime, so each of the two types creates one. Callbacks of the
+//! library run on its receiving threads and must not wait: work that may block on the network runs
+//! in separate tasks.
 
 mod api;
 mod config;
@@ -171,7 +171,7 @@ impl Drop for Connection {
         let Some((runtime, session)) = self.alive.take() else {
             return;
         };
-        // A thread of its own: closing blocks, which would deadlock on the single-threaded runtime
+        // On a separate thread: closing blocks, which would deadlock on the single-threaded runtime
         // of the caller.
         std::thread::spawn(move || {
             let _ = session.close().wait();

@@ -318,7 +318,7 @@ impl Answering {
         });
     }
 
-    /// Replies from a task of its own, because a thread of the network must not wait.
+    /// Replies from a separate task, because a thread of the network must not wait.
     fn tell<Telling>(
         self: &Arc<Self>,
         query: Query,

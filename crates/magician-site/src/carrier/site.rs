@@ -1,4 +1,4 @@
-//! A site seen from a program that is not one of its stations, such as a hub or an observer.
+//! A site seen from outside its stations, such as from a hub or an observer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -128,8 +128,8 @@ impl ZenohSite {
         self.shared.identity.is_some()
     }
 
-    /// Dials all stations and returns those that show the certificate of their machine within this
-    /// time. States of the others are unproved.
+    /// Dials all stations. Returns the stations that prove their identity within this time, by the
+    /// certificate of their machine. States of the others are unproved.
     pub async fn proved(&self, within: Duration) -> BTreeSet<StationId> {
         let stations: BTreeSet<_> = self.arms().into_keys().map(|at| at.station).collect();
         let dials = stations.into_iter().filter_map(|station| {
@@ -298,8 +298,8 @@ impl Shared {
         Ok(StationDial::new(machine, place.at.clone(), config))
     }
 
-    /// Refuses requests to an arm whose name is ambiguous, except those that are always allowed,
-    /// such as stops.
+    /// Refuses requests to an arm whose name is ambiguous, except methods that are always allowed,
+    /// such as a stop.
     fn may_ask(&self, at: &ArmAt, request: &str) -> Result<(), SiteError> {
         let same = self.view.named(&at.arm);
         let message = Message::parse(request).ok();

@@ -103,7 +103,7 @@ impl Authority {
             return Err(CertificateError::Incomplete(folder, "own.pem"));
         }
         match fs::remove_file(folder.revoked()) {
-            // It belongs to an earlier authority: the new one has not signed it.
+            // A list of an earlier authority: the new one has not signed it.
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(CertificateError::Write(folder.revoked(), error));
             }
@@ -264,7 +264,7 @@ impl Authority {
                 serials: vec![x509::hex(&details.serial)],
             }),
         }
-        // Before the certificate is handed out: one that is not recorded here could not be revoked.
+        // Before the certificate is handed out: without this record it could not be revoked.
         write_members(&self.folder, &members)?;
         Ok(Signed {
             certificate: made.pem(),

@@ -154,7 +154,7 @@ impl Identity {
         Ok(Arc::new(tls::client(&self.0.authority, own, list)?))
     }
 
-    /// List of revoked certificates, DER, signed by the authority. Empty if there is none.
+    /// List of revoked certificates, DER, signed by the authority. Empty if no list exists.
     #[must_use]
     pub fn revoked(&self) -> Vec<u8> {
         let list = self.list();

@@ -28,8 +28,8 @@ const EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
 /// connections cannot keep a machine out: a machine has the time in which this number of others
 /// connect.
 const MOST_SILENT: usize = 64;
-/// Most connections, including those that are being answered. Further ones wait in the backlog of
-/// the listener.
+/// Most connections, including connections whose request is being answered. Further ones wait in
+/// the backlog of the listener.
 const MOST_CONNECTIONS: usize = 2 * MOST_SILENT;
 /// Pause after a failed accept: the system may have run out of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);

@@ -22,8 +22,8 @@ pub(super) struct RevocationList {
 
 impl RevocationList {
     /// Parses a list. Returns `None` if it is malformed, not signed by the authority, or rejected
-    /// by the TLS library. The last check matters because a part of the structure is not signed:
-    /// anyone could turn a good list into one that TLS rejects.
+    /// by the TLS library. The last check matters because the signature does not cover the whole
+    /// structure: anyone could change a good list so that TLS rejects it.
     pub(super) fn read(der: &[u8], authority: &[u8]) -> Option<Self> {
         if der.len() > LARGEST {
             return None;

@@ -31,7 +31,7 @@ pub(super) enum Answer {
     Joined {
         /// Certificate, PEM.
         certificate: String,
-        /// List of revoked certificates, PEM. Empty if there is none.
+        /// List of revoked certificates, PEM. Empty if no list exists.
         revoked: String,
     },
     Refused(Refusal),

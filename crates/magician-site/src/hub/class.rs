@@ -2,7 +2,7 @@
 //!
 //! Pupils, turns and codes belong to the stations. The hub distributes class, schedule and roster
 //! to all of them, merges what they reply, and reports stations that differ. A change is made in
-//! rounds: read the class of all stations, write the merged one, then tell all to expect the arms
+//! rounds: read the class of all stations, write the merged one, then make all expect the arms
 //! that are present.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -168,8 +168,8 @@ impl Hub {
         );
     }
 
-    /// Reply once all stations have accepted a class, schedule or roster, or the error that names
-    /// those that may not have.
+    /// Builds the reply after a class, schedule or roster was sent to all stations. Unless all of
+    /// them have accepted it, returns the error that names the others.
     pub(super) fn taken(
         &mut self,
         gather: &Gather,
@@ -180,7 +180,7 @@ impl Hub {
         }
         let (_, shown) = gather.answers().next().ok_or_else(nobody_answers)?;
         let mut shown = without_turns(shown);
-        // The stations were told to use the codes of the file, so their own answer is always empty.
+        // Empty at the stations, because the request makes them use the codes of the file.
         if shown.get("codes_kept").is_some() {
             shown["codes_kept"] = json!(codes_kept);
         }
@@ -252,7 +252,8 @@ impl Hub {
         }
     }
 
-    /// Returns the class or schedule that most stations have, preferring one that is not empty.
+    /// Returns the class or schedule that most stations have. An empty one counts only if no station
+    /// has another.
     ///
     /// `differ` lists the stations with another one or none, by their arms; `missing` the arms
     /// whose stations did not reply.

@@ -21,7 +21,7 @@ pub(super) const RESUMES: Duration = Duration::from_secs(6);
 #[derive(Debug, Default)]
 pub(super) struct Person {
     pub(super) name: String,
-    /// Its session at each station: the secret to resume it, and its id there.
+    /// Session at each station: the secret to resume it, and its id.
     pub(super) at: BTreeMap<StationId, (String, String)>,
     pub(super) gone: Option<HostInstant>,
     /// Role of the last socket, for the order of eviction.

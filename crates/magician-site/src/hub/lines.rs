@@ -33,7 +33,7 @@ impl Line {
 }
 
 impl Hub {
-    /// Returns the line of a client to a station, and opens it if there is none. Fails during the
+    /// Returns the line of a client to a station, and opens it if necessary. Fails during the
     /// backoff after a loss.
     pub(super) fn line_to(
         &mut self,

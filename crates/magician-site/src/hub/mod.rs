@@ -45,9 +45,8 @@ pub use self::running::{HubClient, HubConfig, RunningHub};
 use self::socket::{Line, Pending, Socket};
 use crate::site::{ArmAt, StationId};
 
-/// Time after which a line is given up: one that has not come up, or whose station has not answered
-/// a probe. As long as the stations' own timeout for a silent holder, so a lease at an unreachable
-/// station is lost at about the same time.
+/// Timeout of a line: for its hello, and for the reply to a probe. Equal to the timeout after which
+/// stations release the lease of a silent holder, so that both sides give up at about the same time.
 const SILENT: Duration = Duration::from_secs(5);
 
 /// Connection of a client to the hub.
@@ -174,7 +173,7 @@ impl Hub {
         self.token.clone()
     }
 
-    /// Returns the next action to carry out, or `None` if there is none.
+    /// Returns the next action to carry out, or `None` if nothing is queued.
     pub fn poll_act(&mut self) -> Option<HubAct> {
         self.acts.pop_front()
     }

@@ -164,8 +164,7 @@ impl Hub {
                 let params = call.params.clone();
                 let what = Gathers::Everywhere(Vec::new());
                 let mut meant = self.meant(None);
-                // Do not wait for missing arms: this request may be the one that removes them from
-                // the roster.
+                // Do not wait for missing arms: this request may remove them from the roster.
                 meant.beyond.clear();
                 self.gather(call, what, method.name, params, meant)
             }

@@ -47,7 +47,7 @@ pub(super) struct Subscription {
     pub(super) arm: String,
     /// Original parameters, used to subscribe again.
     pub(super) params: Map<String, Value>,
-    /// Its line and its number at the station. `None` while the line is lost.
+    /// Line, and number of the subscription at the station. `None` while the line is lost.
     pub(super) at: Option<(LineId, u64)>,
     /// True if the client knows that the link is lost.
     pub(super) lost: bool,
@@ -165,7 +165,7 @@ pub(super) struct Line {
 pub(super) enum Via {
     Home,
     Line(LineId),
-    /// As a single request.
+    /// Single request, outside of all lines.
     Call(StationId),
 }
 
@@ -182,7 +182,7 @@ pub(super) enum Wants {
     Probe,
     /// Turns of a station.
     Turns,
-    /// One part of a gather.
+    /// Part of a gather.
     Part(GatherId),
     /// A new subscription of the client.
     Subscribe(Map<String, Value>),

@@ -1,9 +1,9 @@
 //! Stops.
 //!
 //! A stop goes to its stations before anything else, as a single request beside all lines. It must
-//! also beat requests that clients sent earlier but that have not reached the station: those still
-//! in the hub are failed, and behind those that may be in flight on a line a second stop is queued
-//! on the same line.
+//! also win against earlier requests that may reach the station later. If such a request is still in
+//! the hub, it fails. If it may be in flight on a line, a second stop is queued on the same line, so
+//! that it arrives after the request.
 
 use std::collections::BTreeSet;
 
@@ -34,8 +34,8 @@ impl Hub {
         Ok(None)
     }
 
-    /// Keeps earlier requests of any client from moving the arm after the stop. Fails those that
-    /// wait in the hub, and queues a stop behind those that are in flight.
+    /// Keeps earlier requests of any client from moving the arm after the stop: fails the waiting
+    /// ones, and queues a stop behind requests in flight.
     fn stop_behind(&mut self, call: &Call, station: StationId, arm: &str) {
         let by = { self.sockets.get(&call.socket) }.and_then(|open| open.session.clone());
         let (mut waiting, mut on_their_way) = (Vec::new(), BTreeSet::new());

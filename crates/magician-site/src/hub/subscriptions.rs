@@ -131,7 +131,7 @@ impl Hub {
         }
     }
 
-    /// Handles a state as text: merges its changes into those that were not sent yet.
+    /// Handles a state as text: merges its changes with the unsent ones.
     pub(super) fn hears_state(&mut self, line: LineId, mut params: Value) {
         let Some((slot, socket)) = self.lines.get(&line).map(|line| (line.slot, line.socket))
         else {

@@ -74,7 +74,7 @@ impl Lab {
     }
 
     /// Zenoh configuration for one end. Multicast is off, so that parallel tests do not see each
-    /// other. Ends without a port of their own find each other through one that listens.
+    /// other. Ends without a listening port find each other through one with such a port.
     pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
         let link = if self.identity.is_some() {
             "tls"

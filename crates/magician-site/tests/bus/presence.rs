@@ -79,7 +79,7 @@ async fn a_name_is_on_a_site_once() {
         }
         other => panic!("{other:?}"),
     }
-    // A new name is accepted, and so is one that was released.
+    // A new name is accepted, and so is a released one.
     let (_third, beside) = lab.node("c", &lab.config("c", None, &[port])).await;
     beside.leave().await;
     let (_again, _node) = lab.node("c", &lab.config("d", None, &[port])).await;

@@ -28,7 +28,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub(crate) struct TestStation {
     pub(crate) running: RunningStation,
     pub(crate) arms: Vec<String>,
-    /// Its virtual arms, in the order of their names.
+    /// Virtual arms, in the order of their names.
     pub(crate) cells: Vec<VirtualArm>,
 }
 

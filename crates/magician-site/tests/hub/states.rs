@@ -60,7 +60,7 @@ async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
         .await;
     anna.live(Duration::from_millis(100)).await;
     anna.notices.clear();
-    // It does not read while the arm moves and other fields than the pose change.
+    // Anna does not read while the arm moves and other fields than the pose change.
     anna.send("arm.move", json!({"arm": "arm0", "to": [220, 60, 20, 0]}));
     tokio::time::sleep(Duration::from_secs(1)).await;
     anna.send("arm.tool", json!({"arm": "arm0", "suction": true}));

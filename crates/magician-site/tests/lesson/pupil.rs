@@ -259,7 +259,7 @@ impl Script {
         }
     }
 
-    /// Unfinished drawing of this pupil. `None` if there is none.
+    /// Unfinished drawing of this pupil, if any.
     async fn waiting(&mut self, page: &mut Page) -> Option<String> {
         let jobs: Vec<_> = {
             let notes = self.room.notes.lock().unwrap();
