@@ -44,6 +44,7 @@ impl Code {
             ErrorKind::InvalidInput | ErrorKind::Unreachable | ErrorKind::Unsupported => {
                 Self::InvalidParams
             }
+            // To the vendor's callers every other failure is a call without a usable reply.
             _ => Self::Timeout,
         }
     }

@@ -71,6 +71,7 @@ pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
             succeeded_at(about);
             Code::NoError as c_int
         }
+        // `DisconnectDobot` ended the call: C gets 0 and unchanged results.
         Err(released) if released.code == Code::NoError => Code::NoError as c_int,
         Err(fault) => fault_at(about, fault),
     };

@@ -76,6 +76,7 @@ impl Seen {
             Rest::Shelf => "shelf".to_owned(),
             Rest::Tool => "tool".to_owned(),
             Rest::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
+            // On the floor, the only other place.
             _ => "floor".to_owned(),
         };
         let ports = PORTS.into_iter().filter(|(_, port)| object.seen_by(*port));

@@ -123,6 +123,7 @@ fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>>
             Ok(parts.into_any())
         }
         Measured::Fence(fence) => fence.to_string().into_bound_py_any(py),
+        // A finding without a value.
         _ => Ok(py.None().into_bound(py)),
     }
 }

@@ -30,6 +30,7 @@ fn rows(bytes: &[u8], columns: usize, last: f64) -> Vec<Row> {
         }
         whole
     };
+    // `chunks_exact` panics for 0 columns.
     numbers.chunks_exact(columns.max(1)).map(row).collect()
 }
 
@@ -44,6 +45,7 @@ fn judged<'py>(
         let mut reached = Vec::with_capacity(rows.len());
         for row in rows {
             let (row, is_reached) = judge(row);
+            // Adding 0.0 turns -0.0 into 0.0.
             values.extend(row.iter().flat_map(|value| (value + 0.0).to_ne_bytes()));
             reached.push(u8::from(is_reached));
         }

@@ -31,6 +31,7 @@ struct Log;
 
 impl Subscriber for Log {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        // Events of other crates would surprise users of the `magician` logger.
         *metadata.level() <= Level::DEBUG && metadata.target().starts_with("magician")
     }
 
@@ -39,6 +40,7 @@ impl Subscriber for Log {
     }
 
     fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
+        // Spans are not recorded, so one id serves all.
         span::Id::from_u64(1)
     }
 
@@ -49,6 +51,7 @@ impl Subscriber for Log {
     fn event(&self, event: &Event<'_>) {
         let mut line = Line::default();
         event.record(&mut line);
+        // Numeric levels of `logging`.
         let level = match *event.metadata().level() {
             Level::ERROR => 40,
             Level::WARN => 30,

@@ -269,6 +269,7 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
         }
         py.check_signals()?;
     }
+    // Flush the buffer before the file is finished.
     drop(saved);
     let report = py.detach(|| {
         let whole = file.map_or(Ok(()), WholeFile::finish);

@@ -346,6 +346,7 @@ impl Core {
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
+            // A virtual arm in this process ends with it, so its jobs cannot be resumed later.
             if arm.front_end().is_in_process() {
                 magician_job::Job::start(&arm, spec, NoJournal)
             } else {

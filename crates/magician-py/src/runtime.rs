@@ -73,6 +73,7 @@ impl Process {
         let runtime = runtime()?;
         let handle = runtime.handle().clone();
         let (news, told) = channel();
+        // Drives the runtime until the process ends.
         let serve = move || runtime.block_on(std::future::pending::<()>());
         let thread = |name: &str| thread::Builder::new().name(name.to_owned());
         thread("magician").spawn(serve).map_err(failed)?;
@@ -178,6 +179,7 @@ pub(crate) fn end(py: Python<'_>) {
     };
     let _ = process.news.send(News::Last);
     py.detach(|| {
+        // Polled, because the process keeps the join handle.
         while !process.speaker.is_finished() {
             thread::yield_now();
         }

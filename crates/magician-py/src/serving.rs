@@ -76,6 +76,7 @@ fn named(endpoint: &Endpoint) -> (&'static str, String) {
         Endpoint::Udp(_) => "udp",
         Endpoint::Tcp(_) => "tcp",
         Endpoint::Discovery(_) => "discovery",
+        // The only other kind, on systems with pseudo-terminals.
         _ => "pty",
     };
     (kind, endpoint.to_string())

@@ -49,6 +49,7 @@ impl Start {
         if self.joint_noise > 0.0 {
             let joints = arm.state().joints.to_array();
             let joints = joints.map(|joint| joint + (share() * 2.0 - 1.0) * self.joint_noise);
+            // Guide the arm by hand: that takes no time and queues nothing.
             arm.unlock(true);
             arm.guide(JointAngles::from(joints));
             arm.unlock(false);

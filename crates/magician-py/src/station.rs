@@ -48,6 +48,7 @@ impl Heard {
     async fn next(&mut self) -> News {
         use broadcast::error::RecvError;
         tokio::select! {
+            // Deliver pending notifications before the change of the connection that followed them.
             biased;
             notice = self.notices.recv() => match notice {
                 Ok(notice) => Some((notice.method, notice.params.to_string())),
@@ -76,8 +77,10 @@ fn raised(py: Python<'_>, error: &ClientError) -> PyErr {
     let made = || -> PyResult<PyErr> {
         let refused = py.import("magician._told")?.getattr("refused")?;
         let (code, data) = match error {
+            // "Invalid params" of JSON-RPC 2.0.
             ClientError::Address(_) => (-32602, None),
             ClientError::Refused { code, data, .. } => (*code, Some(data.to_string())),
+            // There was no reply, so no code.
             _ => (0, None),
         };
         let exception = refused.call1((code, error.to_string(), data))?;

@@ -106,6 +106,7 @@ pub(crate) fn encode(
     let mut writer = Writer::new(&mut params);
     for field in layout.fields {
         let value = object.getattr(field.name)?;
+        // Optional fields come last, so nothing can follow an omitted one.
         if value.is_none() && field.optional {
             break;
         }
@@ -208,6 +209,7 @@ fn whole(value: &Bound<'_, PyAny>, least: i128, most: i128) -> PyResult<i128> {
     let number = match value.extract::<i64>() {
         Ok(number) => i128::from(number),
         Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => return Err(error),
+        // A number that fits neither type is out of range for every field.
         Err(_) => value.extract::<u64>().map_or(most + 1, i128::from),
     };
     if (least..=most).contains(&number) {

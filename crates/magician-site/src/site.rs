@@ -194,6 +194,7 @@ impl Inbox {
                 self.waiting.push_back(Entry::Other(other));
             }
         }
+        // States do not count: at most one per arm waits.
         if self.waiting.len() - self.news.len() > WAITING {
             self.waiting.clear();
             self.news.clear();

@@ -64,6 +64,8 @@ impl StateTelling {
             return None;
         }
         self.told = Some(now);
+        // Count from the planned time, so that a late state does not postpone later ones. After a
+        // pause of more than an interval count from `now`, so that no burst follows.
         self.next = self.next.max(now.saturating_sub(LEAST)) + LEAST;
         self.has_changed = false;
         Some(Value::Object(self.state.clone()))

@@ -207,6 +207,7 @@ impl Session {
             Some(row) if form == Form::Set && row.id == ClearAlarmsState::ROW.id => {
                 self.standstill.begin_anew();
             }
+            // Other commands affect neither the doubt nor the watch on the queue.
             _ => {}
         }
     }
@@ -249,6 +250,7 @@ fn leaves_doubt(error: &Error, form: Form) -> bool {
     match error.kind() {
         ErrorKind::Uncertain => true,
         ErrorKind::Unexpected => form == Form::Queued,
+        // The driver reports every other doubt as `Uncertain`.
         _ => false,
     }
 }

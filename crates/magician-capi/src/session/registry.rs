@@ -186,6 +186,7 @@ impl Registry {
     }
 
     fn remember_timeout(&self, id: c_int, milliseconds: u32) {
+        // A timeout of 0 would make every call fail.
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
             let mut timeouts = lock(&self.timeouts);

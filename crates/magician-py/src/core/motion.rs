@@ -106,6 +106,7 @@ impl Core {
             checked(check.guards(guards), commands).await
         };
         Ok(Call::start(estimate, |py, (_, time)| {
+            // `Duration::MAX` stands for a program that may never end, such as one with a trigger.
             let endless = time == Duration::MAX;
             let seconds = if endless {
                 f64::INFINITY

@@ -169,6 +169,7 @@ fn event_parts(py: Python<'_>, event: &Event) -> PyResult<Py<PyAny>> {
         }
         Event::Unaccounted { from, to } => ("Unaccounted", (from.0, to.0)).into_py_any(py),
         Event::Missed { events } => ("Missed", (*events,)).into_py_any(py),
+        // An event without a Python class.
         other => ("Other", (format!("{other:?}"),)).into_py_any(py),
     }
 }

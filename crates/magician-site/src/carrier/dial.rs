@@ -62,6 +62,7 @@ async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
                 Some(Ok(Message::Close(Some(frame)))) => {
                     return Some(Closed::new(frame.code.into(), frame.reason.as_str()));
                 }
+                // The library answers pings itself.
                 Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
                 Some(Ok(Message::Close(None)) | Err(_)) | None => return Some(Closed::broken()),
             };

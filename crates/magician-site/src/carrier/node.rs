@@ -119,6 +119,7 @@ impl SiteNode {
             Some(identity) => Some(SiteApi::open(identity, &station, &tokens).await?),
             None => None,
         };
+        // A new id at each start, so that a restarted station is a different one.
         let mut random = [0; 8];
         getrandom::fill(&mut random).map_err(|error| CarrierError::Network(error.to_string()))?;
         let own = Arc::new(Own {
@@ -221,6 +222,7 @@ async fn begin(
         .push(session.declare_queryable(key).callback(answer).await?);
     for together in arms.chunks(TOGETHER) {
         // Each publisher reports once whether it has subscribers, and then every change.
+        // With ample room, because callbacks of the network may not wait and use `try_send`.
         let (listened, listening) = mpsc::channel(64 * TOGETHER);
         let mut told = Vec::new();
         for (at, arm) in together.iter().enumerate() {

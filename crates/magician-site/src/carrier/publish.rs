@@ -87,6 +87,7 @@ impl Told {
         listened: mpsc::Sender<Listened>,
     ) -> zenoh::Result<Self> {
         let state = session.declare_publisher(own.keys.state(&own.machine, &arm.name));
+        // Drop instead of block: a slow link must not delay the states of other arms.
         let state = state.congestion_control(CongestionControl::Drop).await?;
         let tell = listened.clone();
         let listener = state.matching_listener().callback(move |status| {
@@ -126,6 +127,7 @@ impl Told {
                 self.subscription = None;
                 self.with(StateTelling::rest);
             }
+            // Nothing changes, or the reply to a subscription is outstanding: it calls this again.
             _ => {}
         }
     }
@@ -161,6 +163,7 @@ pub(super) async fn tell(
                     Outgoing::Text(text) => {
                         hear(&mut arms, &client, &text, begun.elapsed());
                     }
+                    // Binary frames are not subscribed to.
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
                 },

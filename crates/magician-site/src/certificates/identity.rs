@@ -176,6 +176,7 @@ impl Identity {
         if kept.as_ref().is_some_and(|kept| kept.number >= list.number) {
             return Ok(false);
         }
+        // Before it is stored: the list applies even if the folder is not writable.
         *kept = Some(list.clone());
         let locked = self.0.folder.lock()?;
         self.0.folder.keep_list(list, &self.0.authority, &locked)?;

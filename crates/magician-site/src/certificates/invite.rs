@@ -157,6 +157,8 @@ impl Invitation {
                         sleep(ACCEPT_PAUSE).await;
                         continue;
                     };
+                    // A closed sender belongs to a connection whose request has arrived, or that
+                    // has ended.
                     silent.retain(|stay: &oneshot::Sender<Infallible>| !stay.is_closed());
                     if silent.len() >= MOST_SILENT {
                         silent.pop_front();

@@ -147,6 +147,7 @@ impl Hub {
                 call.now = now;
                 let _ = self.ask_all(call, Gathers::Sessions, "session.list");
             }
+            // `Wants::Nothing`. The other purposes occur only with the paths above.
             _ => {}
         }
     }
@@ -154,11 +155,13 @@ impl Hub {
     /// Sends the reply to the client, with the changes that the hub has to make or remember.
     fn answers(&mut self, pending: &Pending, mut outcome: Result<Value, RpcError>) {
         match (pending.method.name, pending.via, &mut outcome) {
+            // Home has no arms: put in those of the site.
             ("server.info", _, Ok(info)) => {
                 info["arms"] = json!(self.arms.keys().collect::<Vec<_>>());
                 let mut lines = self.lines.values();
                 info["recording"] = json!(lines.any(|line| line.recording));
             }
+            // Remember the jog, so that its end can be reported if the line is lost.
             ("jog.start", Via::Line(line), Ok(started)) => {
                 if let Some(jog) = started["jog"].as_str()
                     && let Some(line) = self.lines.get(&line)
@@ -182,6 +185,7 @@ pub(super) fn answered(
     let outcome = match (message.remove("result"), message.remove("error")) {
         (Some(result), None) => Ok(result),
         (None, Some(error)) => Err(RpcError::from_value(error)?),
+        // JSON-RPC allows exactly one of result and error.
         _ => return None,
     };
     Some((request, outcome))

@@ -232,6 +232,7 @@ impl Hub {
             _ => STOP,
         };
         let calls = { self.sockets.get(&call.socket) }.is_some_and(Socket::calls);
+        // A stop must not wait behind other messages on a line.
         let beside = calls || what == Gathers::Stops;
         let by_arms = matches!(what, Gathers::ByArms(_));
         let asks = Call {

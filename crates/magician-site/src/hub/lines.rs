@@ -51,6 +51,7 @@ impl Hub {
             Some(Way::Waiting { tries, .. }) => *tries,
             None => 0,
         };
+        // Before the hello of the client its rights are unknown.
         if (open.session.is_none() && !open.once) || open.outbox.is_closing() {
             return Err(gone());
         }
@@ -190,6 +191,7 @@ impl Hub {
         let mut message = match serde_json::from_str::<Value>(text) {
             Ok(Value::Object(message)) if !over => message,
             _ => {
+                // Only this client loses the station: other clients have lines of their own.
                 let why = "its station does not speak as a station does";
                 return self.lose_line(now, line, RpcError::arm(ErrorKind::Unexpected, why));
             }
@@ -229,6 +231,7 @@ impl Hub {
         };
         self.acts.push_back(HubAct::Drop(line));
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
+            // A line that was up restarts the backoff.
             let tries = if lost.up { 0 } else { lost.tries };
             let way = Way::after(now, tries, why.clone());
             open.ways.insert(lost.station, way);

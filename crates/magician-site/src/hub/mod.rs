@@ -248,6 +248,7 @@ impl Hub {
     }
 
     fn unix(&self, now: HostInstant) -> f64 {
+        // Rounded to the resolution of the clock, 1 us, so that JSON shows no floating-point noise.
         ((self.unix_zero + now.as_micros() as f64 / 1e6) * 1e6).round() / 1e6
     }
 

@@ -59,6 +59,7 @@ impl Hub {
     /// Handles a text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         self.handle_timeout(now);
+        // A client of a hub watches more arms than a client of a station.
         let rate = RATE + 2 * self.arms.len();
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
@@ -179,6 +180,7 @@ impl Hub {
             // A jog id determines the arm, so `arm` may be missing.
             "jog.stop" if call.params.contains_key("jog") => self.of_id(call),
             _ if method.takes_arm() => self.of_arm(call, arm.as_deref()),
+            // Methods of leases, jogs and jobs: the prefix of the id names the station.
             _ => self.of_id(call),
         }
     }

@@ -178,6 +178,7 @@ impl Served for RunningHub {
     async fn call(&self, peer: Peer, token: Option<String>, text: &str) -> Option<String> {
         let message = match Message::parse(text) {
             Ok(message) if !Hub::is_of_home(&message.method) => message,
+            // Also malformed messages: home knows the errors for them.
             _ => return self.shared.home.call(peer, text).await,
         };
         let known = Method::named(&message.method);

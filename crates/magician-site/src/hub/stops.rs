@@ -57,6 +57,7 @@ impl Hub {
             }
             match pending.via {
                 Via::Line(line) if pending.sent => drop(on_their_way.insert(line)),
+                // Still in the hub.
                 _ => waiting.push(*request),
             }
         }

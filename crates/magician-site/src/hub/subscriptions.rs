@@ -39,6 +39,7 @@ impl Hub {
                     open.subscriptions.insert(id, made);
                     result["subscription"] = json!(id);
                 }
+                // All numbers are in use, or the station sent none.
                 _ => outcome = Err(RpcError::new(RpcError::TOO_MANY, "too many subscriptions")),
             }
         }
@@ -152,6 +153,7 @@ impl Hub {
         if let Some(link) = change.get("link") {
             one.lost = link == "lost";
         }
+        // A station may report only the arm of the subscription.
         if change.get("arm").is_some_and(|arm| arm != one.arm.as_str()) {
             return;
         }
