@@ -122,7 +122,7 @@ impl Cell {
 
     /// Connects to it.
     #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
-    // One argument per Python keyword.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn connect(
         &self,

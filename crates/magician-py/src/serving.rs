@@ -181,7 +181,7 @@ fn log(notice: ProxyNotice<'_>) {
 /// Shares the arm at a port, or a virtual one of this process, between programs; returns when all endpoints accept connections.
 #[pyfunction]
 #[pyo3(signature = (port, arm, places, *, faults, trace, fresh, transparent, keep_going))]
-// One argument per Python keyword.
+// Each Python keyword is an argument.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn serve_proxy(
     py: Python<'_>,

@@ -156,7 +156,7 @@ impl Sims {
 impl Sims {
     #[new]
     #[pyo3(signature = (count, scenario, tool, action, speed, seed, object_noise, joint_noise))]
-    // One argument per Python keyword.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,

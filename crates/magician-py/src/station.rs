@@ -289,7 +289,7 @@ impl Station {
 
     /// An arm of the session.
     #[pyo3(signature = (arm, *, timeout, window, probe, reconnect, echo, fence = None))]
-    // One argument per Python keyword.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn open(
         &self,

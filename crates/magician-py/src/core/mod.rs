@@ -176,7 +176,7 @@ impl Core {
     /// Connects to the arm at a port.
     #[staticmethod]
     #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
-    // One argument per Python keyword.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn connect(
         py: Python<'_>,

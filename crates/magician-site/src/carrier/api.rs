@@ -106,6 +106,7 @@ impl SiteApi {
                 tokens_always: true,
                 ..Admission::default()
             },
+            // The caller may be a hub, which would answer pings even if its client is gone.
             signs: SignsOfLife::Hub,
             ..HttpOptions::new(self.tokens.clone(), env!("CARGO_PKG_VERSION"))
         };
