@@ -208,7 +208,8 @@ impl Out<u8> {
 
 impl Text {
     /// # Safety
-    /// The pointer is null, or points to text that ends with a NUL and stays as long as this is used.
+    /// The pointer is null, or points to text that ends with a NUL and stays valid as long as this
+    /// is used.
     #[must_use]
     pub const unsafe fn new(pointer: *const c_char) -> Self {
         Self(pointer)
@@ -238,7 +239,8 @@ impl Text {
 
 impl Buffer {
     /// # Safety
-    /// The pointer is null, or good for writing as many bytes as are said to fit, as long as this is used.
+    /// The pointer is null, or good for writing as many bytes as are said to fit, as long as this
+    /// is used.
     #[must_use]
     pub const unsafe fn new(pointer: *mut c_char) -> Self {
         Self(pointer)

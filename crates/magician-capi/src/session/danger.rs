@@ -78,7 +78,7 @@ fn parse(text: &str) -> (Names, Vec<&str>) {
     (names, wrong)
 }
 
-/// Finds the command of a function whose command has another name.
+/// Finds the command of a function that is named differently.
 fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
     if name.eq_ignore_ascii_case("UpdateFirmware") {
         Row::find_writable("FirmwareSwitch")

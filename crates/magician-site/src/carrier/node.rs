@@ -1,9 +1,9 @@
 //! A station on its site: announces its arms, publishes their states, and accepts connections of
 //! members.
 //!
-//! Names of arms are unique on a site. A station first looks for its names, then declares its
-//! tokens, waits, and looks again: of two stations that start at the same time with the same name,
-//! the one with the lower id stays and the other one leaves.
+//! Names of arms are unique on a site. A station first searches for stations with the same names,
+//! then declares its own tokens, waits, and searches again. If two stations with the same arm name
+//! start at the same time, the station with the lower id stays and the other one leaves.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -221,8 +221,8 @@ async fn begin(
         ._queryables
         .push(session.declare_queryable(key).callback(answer).await?);
     for together in arms.chunks(TOGETHER) {
-        // Each publisher reports once whether it has subscribers, and then every change.
-        // With ample room, because callbacks of the network may not wait and use `try_send`.
+        // Each publisher reports once whether it has subscribers, and then every change. The
+        // channel has ample room: callbacks of the network must not wait, so they use `try_send`.
         let (listened, listening) = mpsc::channel(64 * TOGETHER);
         let mut told = Vec::new();
         for (at, arm) in together.iter().enumerate() {

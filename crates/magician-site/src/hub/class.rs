@@ -252,8 +252,8 @@ impl Hub {
         }
     }
 
-    /// Returns the class or schedule that most stations have. An empty one counts only if no station
-    /// has another.
+    /// Returns the class or schedule that most stations have. An empty one counts only if no
+    /// station has another.
     ///
     /// `differ` lists the stations with another one or none, by their arms; `missing` the arms
     /// whose stations did not reply.

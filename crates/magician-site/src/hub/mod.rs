@@ -46,7 +46,8 @@ use self::socket::{Line, Pending, Socket};
 use crate::site::{ArmAt, StationId};
 
 /// Timeout of a line: for its hello, and for the reply to a probe. Equal to the timeout after which
-/// stations release the lease of a silent holder, so that both sides give up at about the same time.
+/// stations release the lease of a silent holder, so that both sides give up at about the same
+/// time.
 const SILENT: Duration = Duration::from_secs(5);
 
 /// Connection of a client to the hub.
@@ -263,7 +264,7 @@ impl Hub {
         self.respond(socket, id, outcome);
     }
 
-    /// Counts one request of a client less as in flight.
+    /// Decrements the number of a client's requests in flight.
     fn is_over(&mut self, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.under_way = open.under_way.saturating_sub(1);

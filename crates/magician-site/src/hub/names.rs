@@ -28,8 +28,8 @@ struct Slot {
 pub(super) struct Names {
     /// Numbered from 1.
     slots: Vec<Slot>,
-    /// Sessions at stations that belong to clients of the hub: slot and id there, to the id at the
-    /// hub.
+    /// Maps slot and session id at a station to the session id at the hub, for sessions that the
+    /// hub has opened for its clients.
     own: BTreeMap<(u32, String), String>,
 }
 
@@ -49,7 +49,7 @@ impl Names {
         at as u32 + 1
     }
 
-    /// Frees the slot of a departed station. It is kept for its successor.
+    /// Frees the slot of a departed station. The next station with one of its arms gets it.
     pub(super) fn leaves(&mut self, station: StationId) {
         for slot in &mut self.slots {
             if slot.station == Some(station) {

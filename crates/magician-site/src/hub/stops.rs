@@ -1,9 +1,9 @@
 //! Stops.
 //!
 //! A stop goes to its stations before anything else, as a single request beside all lines. It must
-//! also win against earlier requests that may reach the station later. If such a request is still in
-//! the hub, it fails. If it may be in flight on a line, a second stop is queued on the same line, so
-//! that it arrives after the request.
+//! also win against earlier requests that may reach the station later. If such a request is still
+//! in the hub, it fails. If it may be in flight on a line, a second stop is queued on the same
+//! line, so that it arrives after the request.
 
 use std::collections::BTreeSet;
 
