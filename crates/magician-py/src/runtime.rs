@@ -55,7 +55,7 @@ fn runtime() -> Result<Runtime, Error> {
     runtime.map_err(failed)
 }
 
-/// Runs work on a separate thread and runtime, because it would delay the connections.
+/// Runs work on a separate thread and runtime, if it would delay the connections otherwise.
 ///
 /// # Errors
 /// The system provides no thread, timer or poller.

@@ -6,7 +6,7 @@
 //!
 //! If the index has not changed for a while, alarms and pose are read. A blocking alarm is reported
 //! at once. Without one, the arm must have kept its pose for longer: the queue may be paused for a
-//! moment, or execute a command that does not move the arm.
+//! moment, or execute a command during which the arm stands still.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -24,8 +24,8 @@ const NAME: &str = "GetQueuedCmdCurrentIndex";
 /// Factor on the patience without an alarm. A choice: the queue may be stopped for a moment on
 /// purpose.
 const PAUSE: u32 = 10;
-/// Factor on the patience during a command that does not move the arm: homing, a wait, a trigger. A
-/// choice: such commands take longer than a move.
+/// Factor on the patience during a command in which the arm may stand still: homing, a wait, a
+/// trigger. A choice: such commands take longer than a move.
 const QUIET: u32 = 60;
 /// Most of those commands that are remembered: more than the queue holds.
 const MOST_QUIET: usize = 64;
@@ -42,8 +42,8 @@ pub(super) struct Standstill {
 struct Seen {
     /// Index of the last command that this program queued.
     last: u64,
-    /// Queued commands that do not move the arm, by index. True for homing, which runs despite an
-    /// alarm.
+    /// Queued commands in which the arm may stand still, by index. True for homing, which runs
+    /// despite an alarm.
     quiet: BTreeMap<u64, bool>,
     /// Current index, time of its last change, and time of the last check.
     index: Option<(u64, Instant, Instant)>,

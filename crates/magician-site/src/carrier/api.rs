@@ -82,7 +82,7 @@ impl SiteApi {
     pub(super) fn renew(self: &Arc<Self>) {
         let api = Arc::clone(self);
         self.runtime.spawn(async move {
-            // Serializes restarts: a second list that arrives meanwhile is read by its own restart.
+            // One restart at a time: a list that arrives meanwhile gets a restart after this one.
             let _turn = api.renewing.lock().await;
             api.end().await;
             while !api.state().closed {

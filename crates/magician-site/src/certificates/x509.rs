@@ -28,7 +28,8 @@ pub(super) fn now() -> i64 {
     now.map_or(0, |now| i64::try_from(now.as_secs()).unwrap_or(i64::MAX))
 }
 
-/// Converts Unix seconds to the time type of rcgen, which the crate does not export by name.
+/// Converts Unix seconds to the time type of rcgen. A macro, because a function would have to name
+/// that type, and its crate is not a dependency.
 macro_rules! time {
     ($unix:expr) => {
         rcgen::date_time_ymd(1970, 1, 1) + Duration::from_secs(u64::try_from($unix).unwrap_or(0))
