@@ -1,4 +1,5 @@
 //! Return codes of the C interface, and the faults behind them.
+
 use std::fmt;
 
 use magician::{Error, ErrorKind, Voice};

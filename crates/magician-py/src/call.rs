@@ -4,6 +4,7 @@
 //! Python object by the waiter, under the interpreter's lock. A call that moves the arm starts only
 //! when it is waited for, and stops the arm when it is dropped before its end, so that an interrupt
 //! (Ctrl-C) at any time leaves the arm at rest.
+
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
