@@ -31,7 +31,7 @@ static void give_up(const char *what)
     exit(1);
 }
 
-/* A full queue is no error: the arm works, and then there is room. */
+/* Retries while the queue is full: the arm makes room as it works. */
 #define MUST(call)                                          \
     do {                                                    \
         int code_;                                          \
@@ -56,7 +56,7 @@ static uint64_t suck(bool on)
     return index;
 }
 
-/* Waits until the command with this index has ended. */
+/* Waits until the command with this index has finished. */
 static void wait_for(uint64_t index)
 {
     uint64_t current = 0;

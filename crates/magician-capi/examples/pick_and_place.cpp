@@ -15,7 +15,7 @@
 
 namespace {
 
-// The vendor's functions with exceptions; the arm is left when this goes.
+// Calls the vendor's functions and throws on errors. Disconnects when destroyed.
 class Arm {
 public:
     explicit Arm(const char *port)
@@ -27,7 +27,7 @@ public:
     Arm &operator=(const Arm &) = delete;
     ~Arm() { DisconnectDobot(); }
 
-    // Calls a function, again while the arm's queue is full.
+    // Calls a function, and retries while the arm's queue is full.
     template <typename Function, typename... Arguments>
     void operator()(Function function, Arguments... arguments) const
     {
@@ -38,7 +38,7 @@ public:
             throw std::runtime_error(why());
     }
 
-    // Queues a command; its index.
+    // Queues a command and returns its index.
     template <typename Function, typename... Arguments>
     std::uint64_t queue(Function function, Arguments... arguments) const
     {
@@ -47,7 +47,7 @@ public:
         return index;
     }
 
-    // Waits until the command with this index has ended.
+    // Waits until the command with this index has finished.
     void wait(std::uint64_t index) const
     {
         for (std::uint64_t current = 0;;) {
@@ -107,7 +107,7 @@ try {
         arm.wait(arm.grip(false));
         std::printf("part %d is over there\n", part + 1);
     }
-    // Without the pump.
+    // Switch the pump off.
     arm.wait(arm.queue(SetEndEffectorGripper, false, false));
 
     Pose pose;

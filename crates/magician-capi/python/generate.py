@@ -24,7 +24,7 @@ TITLE = {
     "v2": "several arms, each with a dobotId",
     "v3": "masterId and slaveId, kept in this module (since 2020)",
 }
-# Prototypes of the functions that are written by hand.
+# Prototypes of the hand-written functions.
 HOST = {
     "SearchDobot": ("v1 v2 v3", "c_char_p, c_uint32"),
     "DobotExec": ("v1 v2 v3", ""),
@@ -273,7 +273,7 @@ def module(family):
             out += ["\n", section(title), made]
     out += ["\n", section("And wait"), finished(family, rows), "\n", prototypes(family, rows)]
     text = "".join(out)
-    # A row that is too long for a line, broken as an editor would.
+    # Wrap rows that are too long for a line, in the style of an editor.
     return re.sub(r"\n{4,}", "\n\n\n", "\n".join(wrapped(line) for line in text.split("\n")))
 
 

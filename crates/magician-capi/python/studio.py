@@ -27,7 +27,7 @@ def module(family):
         sys.exit(f"studio: there is no {places[0]}")
     spec = importlib.util.spec_from_file_location("DobotDllType", path)
     made = importlib.util.module_from_spec(spec)
-    # Scripts that import it get the same one.
+    # A script that imports DobotDllType gets this module.
     sys.modules["DobotDllType"] = made
     spec.loader.exec_module(made)
     return made
@@ -55,7 +55,7 @@ def run(path, names):
     sys.argv = [str(path)]
     sys.path.insert(0, str(path.parent))
     try:
-        # Bytes: Python knows what a first line may say of their encoding, and the mark of Windows before it.
+        # Compile bytes, so that Python handles an encoding declaration and the byte order mark of Windows.
         exec(compile(path.read_bytes(), str(path), "exec"), names)
     except SystemExit as wanted:
         if wanted.code is not None and not isinstance(wanted.code, int):
@@ -63,7 +63,7 @@ def run(path, names):
             return 1
         return wanted.code or 0
     except Exception as error:
-        # What happened in the script; how it was started is nobody's business.
+        # Hide the frame of this file: the traceback begins in the script.
         error.__traceback__ = error.__traceback__.tb_next
         traceback.print_exception(type(error), error, error.__traceback__)
         return 1
@@ -90,7 +90,7 @@ def main():
         options.error(f"there is no {given.script}")
 
     if given.port:
-        # Where a script that connects by itself finds the same arm.
+        # A script that connects by itself shall find the same arm.
         os.environ["MAGICIAN_PORT"] = given.port
     dType = module(given.family)
     api, arm = connected(dType, given.port)

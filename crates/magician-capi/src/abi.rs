@@ -1,7 +1,8 @@
-//! How the table becomes exported functions, one set a family.
+//! Expansion of the function table into exported functions, one set per family.
 //!
-//! [`export!`](crate::export) is what a shared library consists of. It hands the table to `export_row!`, which makes a
-//! function of every row that the family has, with the family's ids before the row's arguments.
+//! A shared library consists of one [`export!`](crate::export). That passes the table to
+//! `export_row!`, which generates a function for each row that the family has, with the family's
+//! ids before the row's own arguments.
 
 use std::ffi::c_int;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,59 +14,60 @@ use crate::{notice, stand_in};
 /// One of the vendor's three incompatible libraries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// No ids: one arm.
+    /// Functions take no ids: there is one arm.
     V1,
-    /// A `dobotId` first.
+    /// Functions begin with a `dobotId`.
     V2,
-    /// A `masterId` and a `slaveId` first.
+    /// Functions begin with a `masterId` and a `slaveId`.
     V3,
 }
 
-/// The ids that a function begins with, in the families that have ids.
+/// Leading ids of a function, in the families that have ids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ids {
-    /// None in any family: it is about no arm.
+    /// No id in any family: the function does not concern an arm.
     None,
-    /// The arm's, `v3` without the slave's: it is about the id, whether an arm has it or not.
+    /// Id of the arm, without the slave's id in `v3`. The id may be unconnected.
     Master,
-    /// The arm's.
+    /// Id of a connected arm.
     Arm,
 }
 
-/// What a function comes to.
+/// Class of a function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Answered by this library.
+    /// Handled by this library itself.
     Host,
-    /// A command of the protocol.
+    /// Sends a command of the protocol.
     Command,
-    /// A command that is sent only if `MAGICIAN_ALLOW` or `MagicianAllow` names it: it can brick, unlearn or unlock
-    /// something.
+    /// Sends a dangerous command, which can brick the arm or lose its calibration. Refused unless
+    /// `MAGICIAN_ALLOW` or `MagicianAllow` names it.
     Guarded,
-    /// It makes no sense for this arm: 0, and neutral results.
+    /// Meaningless for this arm: returns 0 and zeroed results.
     Neutral,
 }
 
-/// A function of the interface, as the table has it.
+/// Row of the function table.
 #[derive(Clone, Copy, Debug)]
 pub struct Function {
     /// Exported name.
     pub name: &'static str,
-    /// What it does.
+    /// Description, as in the table.
     pub doc: &'static str,
-    /// Families that have it with these arguments.
+    /// Families that export it with these arguments.
     pub families: &'static [Family],
-    /// The ids it begins with.
+    /// Ids with which it begins.
     pub ids: Ids,
-    /// What it comes to.
+    /// Class of the function.
     pub kind: Kind,
     /// Names and Rust types of the arguments after the ids.
     pub arguments: &'static [(&'static str, &'static str)],
-    /// Its body as it stands in the table, for pages about it.
+    /// Source text of its body, for generated pages.
     pub body: &'static str,
 }
 
-/// Runs the body of an exported function: nothing unwinds into C.
+/// Runs the body of an exported function and catches panics, because unwinding into C is undefined
+/// behaviour. Returns `otherwise` after a panic.
 pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T + Send) -> T {
     let listening = || {
         notice::listen();
@@ -76,13 +78,13 @@ pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T
         Ok(Err(error)) => format!("this thread cannot wait for the arm: {error}"),
         Err(_) => "this is a bug in the library; please report it".to_owned(),
     };
-    // If reporting itself fails, that failure cannot be reported.
+    // Reporting may panic too. That failure has nowhere to be reported.
     let tell = || notice::fault(name, &Fault::new(Code::Timeout, message));
     let _ = catch_unwind(AssertUnwindSafe(tell));
     otherwise
 }
 
-/// Runs the body of a function that is about a connected arm.
+/// Runs the body of a function on a connected arm, and returns the code for C.
 pub fn on_arm(
     family: Family,
     name: &'static str,
@@ -94,7 +96,7 @@ pub fn on_arm(
     })
 }
 
-/// Makes the exported functions of a family: `export!(v1);`, and no more, is a shared library.
+/// Generates the exported functions of a family. A shared library is just `export!(v1);`.
 #[macro_export]
 macro_rules! export {
     ($family:ident) => {
@@ -108,7 +110,7 @@ macro_rules! export {
     };
 }
 
-/// All rows of the table for one family.
+/// Expands all rows of the table for one family.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_rows {
@@ -120,7 +122,7 @@ macro_rules! export_rows {
     };
 }
 
-/// One row of the table: a function, if the family is among the row's.
+/// Expands one row: a function if the family has it, otherwise nothing.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_row {
@@ -142,7 +144,7 @@ macro_rules! export_row {
     ($family:ident [] $($row:tt)*) => {};
 }
 
-/// An exported function with the ids of its family.
+/// Expands to an exported function with the ids of its family.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! export_function {
@@ -174,7 +176,7 @@ macro_rules! export_function {
     };
 }
 
-/// The table as a constant.
+/// Expands the table to a constant.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! list_rows {
@@ -196,7 +198,7 @@ macro_rules! list_rows {
     };
 }
 
-/// A family by its short name.
+/// Maps the short name of a family to [`Family`](crate::Family).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! family {

@@ -1,4 +1,8 @@
-//! What the functions do: the verbs that most of them are, and the few that are one of a kind.
+//! Bodies of the functions: generic reads and writes, which most functions are, and the few special
+//! ones.
+//!
+//! Reads check the pointers for their results before they send anything, so that a call with a null
+//! pointer has no effect. Results are written only on success.
 
 use std::ffi::c_int;
 use std::thread;
@@ -17,10 +21,10 @@ use crate::pointer::{Buffer, In, Out, Places, Text};
 use crate::session::Session;
 use crate::structure::{FirmwareParams, PTPCmd, ParallelOutputCmd, Structure, Switching, unfit};
 
-/// Asks for a value and puts it where C wants it. Nothing is touched unless it is there.
+/// Reads a value and writes it to `place`. On failure `place` stays unchanged.
 ///
 /// # Errors
-/// A null pointer, before anything is asked; what [`magician::blocking::Arm::get`] says.
+/// A null pointer, before anything is sent; errors of [`magician::blocking::Arm::get`].
 pub fn get<S>(arm: &Session, place: Out<S>) -> Outcome
 where
     S: Structure,
@@ -29,10 +33,10 @@ where
     parts(arm, place, |row: S::Row| S::of(&row))
 }
 
-/// Asks for a value and puts what C wants of it where C wants it.
+/// Reads a value and writes its parts to `places`.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn parts<T, P>(arm: &Session, places: P, split: impl FnOnce(T) -> P::Values) -> Outcome
 where
     T: Readable<Query = NoArgs>,
@@ -41,10 +45,10 @@ where
     parts_for(arm, &NoArgs, places, split)
 }
 
-/// As [`parts`], for a value that depends on something.
+/// Like [`parts`], for a value that takes a query.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn parts_for<T, P>(
     arm: &Session,
     query: &T::Query,
@@ -60,10 +64,10 @@ where
     Ok(())
 }
 
-/// Asks for a value that depends on what C says in the place where it wants it.
+/// Reads a value whose query is in `place` itself, where the caller also expects the result.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn ask<S>(
     arm: &Session,
     place: Out<S>,
@@ -78,10 +82,10 @@ where
     Ok(())
 }
 
-/// Asks for text and puts as much of it where C wants it as fits, ended by a NUL.
+/// Reads text and writes it to `place`, truncated to `fits` bytes including the final NUL.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn get_text<T>(
     arm: &Session,
     place: Buffer,
@@ -96,18 +100,18 @@ where
     Ok(())
 }
 
-/// Sets a value, or orders an action, at once.
+/// Sends a write command for immediate execution.
 ///
 /// # Errors
-/// What [`magician::blocking::Arm::set`] says; a dangerous command that was not allowed.
+/// Errors of [`magician::blocking::Arm::set`]; a dangerous command that was not allowed.
 pub fn set<T: Writable>(arm: &Session, value: &T) -> Outcome {
     arm.set(value)
 }
 
-/// Sets what C hands in.
+/// Sends a write command with a structure of the caller.
 ///
 /// # Errors
-/// A null pointer; as [`set`].
+/// A null pointer; those of [`set`].
 pub fn put<S>(arm: &Session, value: In<S>) -> Outcome
 where
     S: Structure,
@@ -116,10 +120,10 @@ where
     set(arm, &value.read()?.row()?)
 }
 
-/// Sets text: the bytes before the NUL, whatever they are.
+/// Sends a write command with text: all bytes before the NUL, in any encoding.
 ///
 /// # Errors
-/// A null pointer, text that fits no frame; as [`set`].
+/// A null pointer; text that is too long for a frame; those of [`set`].
 pub fn set_text<T: Writable>(
     arm: &Session,
     text: Text,
@@ -136,19 +140,20 @@ pub fn set_text<T: Writable>(
     set(arm, &row(text))
 }
 
-/// What the vendor's library was seen to make of the caller's `isQueued`.
+/// Treatment of the caller's `isQueued`, as observed with the vendor's library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Queued {
-    /// It is not looked at: the command is always queued.
+    /// The argument is ignored: the command is always queued.
     Always,
-    /// The low byte of what the caller said.
+    /// Low byte of the argument.
     Said(u8),
 }
 
-/// Sends a command at once or through the queue; its index goes where C wants it, if it was queued and there is a place.
+/// Sends a command, queued or immediate. The index of a queued one is written to `index`, unless
+/// that is null.
 ///
 /// # Errors
-/// What [`magician::blocking::Arm::enqueue`] and [`set`](magician::blocking::Arm::set) say.
+/// Errors of [`magician::blocking::Arm::enqueue`] and [`set`](magician::blocking::Arm::set).
 pub fn queue<T>(arm: &Session, value: &T, queued: Queued, index: Out<u64>) -> Outcome
 where
     T: Queueable + Copy + Into<Set>,
@@ -161,10 +166,10 @@ where
     Ok(())
 }
 
-/// As [`queue`], for what C hands in.
+/// Like [`queue`], with a structure of the caller.
 ///
 /// # Errors
-/// A null pointer; as [`queue`].
+/// A null pointer; those of [`queue`].
 pub fn queue_in<S>(arm: &Session, value: In<S>, queued: Queued, index: Out<u64>) -> Outcome
 where
     S: Structure,
@@ -173,10 +178,10 @@ where
     queue(arm, &value.read()?.row()?, queued, index)
 }
 
-/// As [`queue_in`], for what goes out as another command than its structure is named after.
+/// Like [`queue_in`], for a structure that is sent as a different command than its name says.
 ///
 /// # Errors
-/// As [`queue_in`].
+/// Those of [`queue_in`].
 pub fn queue_as<S, T>(
     arm: &Session,
     value: In<S>,
@@ -191,39 +196,41 @@ where
     queue(arm, &command(value.read()?.row()?), queued, index)
 }
 
-/// Does nothing for what this arm does not have: what C gets is zero, and the log says so once.
+/// Does nothing, for functions that this arm does not support. Zeroes the results and logs a
+/// warning once.
 ///
 /// # Errors
-/// None: wrappers would try again for ever.
+/// Never fails: stock wrappers would retry forever.
 pub fn neutral(function: &'static str, places: impl Places) -> Outcome {
     notice::once(function, "this arm does not support it; nothing was done");
     places.clear();
     Ok(())
 }
 
-/// A flag as C wants it, where it may only be 0 or 1.
+/// Converts a flag to exactly 0 or 1.
 #[must_use]
 pub fn truth(flag: Flag) -> u8 {
     flag.is_on().into()
 }
 
-/// What a C enum says: its low byte travels.
+/// Converts a C enum to a protocol enum. Only the low byte is sent.
 #[must_use]
 pub fn choice<E: From<u8>>(value: c_int) -> E {
     let [low, ..] = value.to_le_bytes();
     low.into()
 }
 
-/// What travelled, as a C enum.
+/// Converts a protocol enum to a C enum.
 #[must_use]
 pub fn number(value: impl Into<u8>) -> c_int {
     value.into().into()
 }
 
-/// The alarms that stand: how many bytes they are, and those that fit.
+/// Reads the active alarms. Writes their number of bytes to `length`, and as many bytes as fit to
+/// `state`.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn alarms(arm: &Session, state: Out<u8>, length: Out<u32>, fits: u32) -> Outcome {
     (state, length).check()?;
     let commands::AlarmsState { alarms_state } = arm.get()?;
@@ -233,20 +240,20 @@ pub fn alarms(arm: &Session, state: Out<u8>, length: Out<u32>, fits: u32) -> Out
     Ok(())
 }
 
-/// The index of the command that ended last.
+/// Reads the index of the command that finished last.
 ///
 /// # Errors
-/// As [`get`].
+/// Those of [`get`].
 pub fn current_index(arm: &Session, place: Out<u64>) -> Outcome {
     place.check()?;
     place.put(arm.current_index()?);
     Ok(())
 }
 
-/// How long a move would take.
+/// Reads the estimated duration of a move.
 ///
 /// # Errors
-/// A null pointer; as [`get`].
+/// A null pointer; those of [`get`].
 pub fn ptp_time(arm: &Session, value: In<PTPCmd>, place: Out<u32>) -> Outcome {
     place.check()?;
     let commands::PtpCmd {
@@ -269,7 +276,7 @@ pub fn ptp_time(arm: &Session, value: In<PTPCmd>, place: Out<u32>) -> Outcome {
 /// Queues a move that switches outputs on its way.
 ///
 /// # Errors
-/// A null pointer, more outputs than fit a frame; as [`queue`].
+/// A null pointer; more outputs than fit a frame; those of [`queue`].
 pub fn queue_switching<S>(
     arm: &Session,
     value: In<S>,
@@ -293,7 +300,7 @@ where
     queue(arm, &S::with(row, outputs), Queued::Always, index)
 }
 
-/// A segment whose last number is the laser's power.
+/// Converts a segment to one with laser power: the last field is the power.
 #[must_use]
 pub fn burning(segment: commands::CpCmd) -> commands::CpLeCmd {
     let commands::CpCmd {
@@ -312,7 +319,7 @@ pub fn burning(segment: commands::CpCmd) -> commands::CpLeCmd {
     }
 }
 
-/// A circle through the two points that arcs are given by.
+/// Converts an arc to a full circle through the same two points.
 #[must_use]
 pub fn once_round(arc: commands::ArcCmd) -> commands::CircleCmd {
     let commands::ArcCmd {
@@ -326,10 +333,11 @@ pub fn once_round(arc: commands::ArcCmd) -> commands::CircleCmd {
     }
 }
 
-/// Switches to another firmware, with the frame that the vendor's library sends: a read that carries the mode.
+/// Switches to another firmware with the frame of the vendor's library: a read that carries the
+/// mode.
 ///
 /// # Errors
-/// A null pointer; as [`set`].
+/// A null pointer; those of [`set`].
 pub fn switch_firmware(arm: &Session, value: In<FirmwareParams>) -> Outcome {
     let FirmwareParams(mode) = value.read()?;
     let row = <commands::FirmwareSwitch as Writable>::ROW;
@@ -337,13 +345,13 @@ pub fn switch_firmware(arm: &Session, value: In<FirmwareParams>) -> Outcome {
     Ok(())
 }
 
-/// There are no messages of the vendor's to switch.
+/// Accepts `SetDebugEnable` and ignores it: there are no messages of the vendor's to switch.
 #[must_use]
 pub fn debug(_on: u8) -> c_int {
     Code::NoError as c_int
 }
 
-/// Waits.
+/// Sleeps on the calling thread.
 #[must_use]
 pub fn sleep(milliseconds: u32) -> c_int {
     thread::sleep(Duration::from_millis(milliseconds.into()));

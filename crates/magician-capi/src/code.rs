@@ -1,39 +1,43 @@
+//! Return codes of the C interface, and the faults behind them.
+
 use std::fmt;
 
 use magician::{Error, ErrorKind, Voice};
 
 use crate::voice::Vendor;
 
-/// What the functions return: the numbers of the vendor's headers (docs/guide/VENDOR-LIBRARY.md, Results).
+/// Return codes of the functions, numbered as in the vendor's headers (docs/VENDOR-LIBRARY.md,
+/// Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Code {
-    /// Done.
+    /// Success.
     NoError = 0,
-    /// There is no room in the arm's queue, or too many calls wait: try again.
+    /// The arm's queue is full, or too many calls are waiting. The caller may retry.
     BufferFull = 1,
-    /// The arm did not answer, or it cannot be told what became of the command.
+    /// The arm did not answer, or the fate of the command is unknown.
     Timeout = 2,
-    /// An argument makes no sense, a null pointer for one.
+    /// An argument is invalid, for example a null pointer.
     InvalidParams = 3,
-    /// No arm has this id; only `v3` says so.
+    /// No arm has this id. Returned by `v3` only.
     InvalidDevice = 4,
 }
 
-/// What `ConnectDobot` returns: the numbers of the vendor's headers (docs/guide/VENDOR-LIBRARY.md, Results).
+/// Return codes of `ConnectDobot`, numbered as in the vendor's headers (docs/VENDOR-LIBRARY.md,
+/// Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub(crate) enum Connected {
-    /// There is a connection.
+    /// Connected.
     NoError = 0,
-    /// No name was given and nothing was found.
+    /// No name was given, and no arm was found.
     NotFound = 1,
-    /// The port cannot be opened: it is not there, not allowed or in use.
+    /// The port cannot be opened: missing, not permitted or in use.
     Occupied = 2,
 }
 
 impl Code {
-    /// The code of a kind of error: the only place where the one becomes the other.
+    /// Maps an error kind to its code. This is the only place of that mapping.
     #[must_use]
     pub const fn of(kind: ErrorKind) -> Self {
         match kind {
@@ -41,26 +45,28 @@ impl Code {
             ErrorKind::InvalidInput | ErrorKind::Unreachable | ErrorKind::Unsupported => {
                 Self::InvalidParams
             }
+            // To the vendor's callers every other failure is a call without a usable reply.
             _ => Self::Timeout,
         }
     }
 }
 
-/// Why a function returns something else than 0, or 0 without having done what it is for: the code for C, the sentence
-/// for the log and `MagicianLastError`.
+/// Failure of a function: a code for C, and a sentence for the log and `MagicianLastError`.
+///
+/// The code may be 0, if `DisconnectDobot` ended the call.
 #[derive(Debug)]
 pub struct Fault {
-    /// What C gets.
+    /// Return code.
     pub code: Code,
-    /// What a person reads.
+    /// Sentence for people.
     pub message: String,
 }
 
-/// What the body of a function comes to.
+/// Result of the body of a function.
 pub type Outcome = Result<(), Fault>;
 
 impl Fault {
-    /// A fault with this code and this sentence.
+    /// Creates a fault with this code and sentence.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
         Self {
             code,
@@ -68,7 +74,7 @@ impl Fault {
         }
     }
 
-    /// A fault of the caller's: an argument that makes no sense.
+    /// Creates a fault for an invalid argument.
     pub fn invalid(message: impl Into<String>) -> Self {
         Self::new(Code::InvalidParams, message)
     }

@@ -1,15 +1,17 @@
-//! The table of the interface: every function of the vendor's headers and export tables once (docs/reference/VENDOR-FUNCTIONS.md).
+//! The function table: every function of the vendor's headers and export tables
+//! (docs/VENDOR-FUNCTIONS.md).
 //!
-//! A row: what it comes to ([`Kind`](crate::Kind)), the ids it begins with ([`Ids`](crate::Ids)), its name, its
-//! arguments after the ids, the families that have it so, and its body.
+//! A row consists of its class ([`Kind`](crate::Kind)), leading ids ([`Ids`](crate::Ids)), name,
+//! arguments after the ids, families, and body. Its doc comment is the description on generated
+//! pages.
 //!
-//! The file is long because it is the table.
+//! The file is long because the table is.
 
 use std::ffi::c_int;
 
 use crate::Function;
 
-/// What the bodies and arguments of the rows are written with.
+/// Names used by the bodies and arguments of the rows.
 pub mod names {
     pub use std::ffi::c_int;
 
@@ -25,9 +27,9 @@ pub mod names {
     pub use crate::session;
     pub use crate::structure::*;
 
-    /// `bool` as C passes it: only the low byte counts, for callers without prototypes pass an `int`.
+    /// C's `bool`. Only the low byte counts, because callers without prototypes pass an `int`.
     pub type Bool = u8;
-    /// When hand teaching reports a point: a C enum.
+    /// Trigger of hand teaching: a C enum.
     pub type HHTTrigMode = c_int;
     /// Elbow side: a C enum.
     pub type ArmOrientation = c_int;
@@ -40,7 +42,7 @@ pub mod names {
 /// Every function of the interface.
 pub const FUNCTIONS: &[Function] = crate::functions!(crate list_rows list);
 
-/// The id of the arm: there is only one where none is given.
+/// Returns the first id, which selects the arm. In `v1`, without ids, it is 0.
 #[doc(hidden)]
 #[must_use]
 pub fn first(given: &[c_int]) -> c_int {

@@ -1,19 +1,19 @@
-//! The C headers of the three families, from one source.
+//! Generates the C headers of the three families from a common source.
 //!
-//! A line of the source that begins with `@` and families (`@v1 v3 int ..`) belongs to these
-//! families only; `{arm}` and `{master}` are the ids that a function begins with.
+//! A source line that begins with `@` and families (`@v1 v3 int ..`) belongs to these families
+//! only. `{arm}` and `{master}` stand for the leading ids of a function.
 
 use crate::Family;
 
 const FAMILIES: [&str; 3] = ["v1", "v2", "v3"];
 
-/// Name and source of each header.
+/// Name and source text of each header.
 const SOURCES: [(&str, &str); 2] = [
     ("DobotDll.h", include_str!("../include/DobotDll.h.in")),
     ("DobotType.h", include_str!("../include/DobotType.h.in")),
 ];
 
-/// Longest line of a prototype, in columns.
+/// Longest line of a prototype, columns. A choice for readable headers.
 const WIDTH: usize = 110;
 
 /// Returns the headers of a family, each with its name.
@@ -23,7 +23,7 @@ pub fn headers(family: Family) -> [(&'static str, String); 2] {
     SOURCES.map(|(name, source)| (name, header(source, family)))
 }
 
-/// Returns the header that a family gets from the source.
+/// Generates the header of a family.
 fn header(source: &str, family: &str) -> String {
     let mut text = String::new();
     for line in source.lines().filter_map(|line| theirs(line, family)) {
@@ -37,7 +37,7 @@ fn header(source: &str, family: &str) -> String {
     text
 }
 
-/// Returns the line without its families, or `None` if the family is not among them.
+/// Strips the families from a line. Returns `None` if the line does not belong to `family`.
 fn theirs<'l>(line: &'l str, family: &str) -> Option<&'l str> {
     let Some(mut rest) = line.strip_prefix('@') else {
         return Some(line);

@@ -1,17 +1,21 @@
-//! The vendor's C interface, `DobotDll`, on top of the driver: what the three shared libraries share.
+//! The vendor's C interface, `DobotDll`, on top of the driver: the code shared by three libraries.
 //!
-//! The vendor's library comes in three families that have the same names and incompatible arguments: `v1` without ids,
-//! `v2` with a `dobotId` first, `v3` with a `masterId` and a `slaveId` first. One binary cannot serve them all, so the
-//! packages `magician-capi-v1` to `-v3` are three shared libraries, each of one line: [`export!`].
+//! The vendor's library comes in three families, which export the same names with incompatible
+//! arguments: `v1` without ids, `v2` with a leading `dobotId`, `v3` with a leading `masterId` and
+//! `slaveId`. One binary cannot serve them all, so the packages `magician-capi-v1` to `-v3` are
+//! three shared libraries of one line each: [`export!`].
 //!
-//! * The table in `functions.rs` says every function once: its arguments without the ids, the families that have
-//!   it, and what it does. [`FUNCTIONS`] is the same table to look at.
-//! * [`session`] is the connected arms and what is true of all calls; [`call`] is the verbs that most functions are.
-//! * [`mod@pointer`] is what C hands over, and the only place that touches its memory.
-//! * [`headers`] makes each family's C headers from their common source.
-//! * [`structure`] names the C structures and the rows of the protocol that they are laid out as.
+//! * `functions.rs` is a table with one row per function: its arguments without the ids, the
+//!   families that have it, and its body. [`FUNCTIONS`] is the same table as data.
+//! * [`session`] holds the connected arms and everything common to all calls; [`call`] has the few
+//!   operations of which most functions consist.
+//! * [`mod@pointer`] wraps the pointers of the caller, and is the only place that touches its
+//!   memory.
+//! * [`headers`] generates the C headers of each family from a common source.
+//! * [`structure`] maps C structures to rows of the protocol with the same layout.
 //!
-//! No robot knowledge is here: layouts are the protocol's table, behaviour is the driver's.
+//! This crate knows nothing about robots: layouts come from the protocol's table, behaviour from
+//! the driver.
 
 mod abi;
 pub mod call;

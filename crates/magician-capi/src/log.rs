@@ -1,4 +1,4 @@
-//! The log, on stderr: what `MAGICIAN_LOG` asks for, warnings unless it does.
+//! Log on stderr. `MAGICIAN_LOG` sets its level; the default is warnings.
 
 use std::fmt;
 use std::sync::Once;
@@ -12,11 +12,12 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt;
 
-/// `off`, `error`, `warn`, `info`, `debug`, `trace`, or levels of single parts: `warn,magician=debug`.
+/// Variable with the level: `off`, `error`, `warn`, `info`, `debug` or `trace`, or levels of
+/// modules such as `warn,magician=debug`.
 const VARIABLE: &str = "MAGICIAN_LOG";
 const DEFAULT: LevelFilter = LevelFilter::WARN;
 
-/// Begins to listen, once. A program in Rust that has its own log keeps it.
+/// Installs the log, once. A Rust program that has its own subscriber keeps that.
 pub(crate) fn begin() {
     static BEGUN: Once = Once::new();
     BEGUN.call_once(|| {
@@ -31,7 +32,7 @@ pub(crate) fn begin() {
             .with_max_level(LevelFilter::TRACE)
             .with_writer(std::io::stderr)
             .with_ansi(false)
-            // They would go where nothing can be written, and panic.
+            // They go to stderr. If that is closed, writing would panic.
             .log_internal_errors(false)
             .event_format(Line)
             .finish()
@@ -43,7 +44,7 @@ pub(crate) fn begin() {
     });
 }
 
-/// What the text lets through: levels by commas, of all or of a part (`magician=debug`).
+/// Parses comma-separated levels, each global or for a module (`magician=debug`).
 fn filter(text: &str) -> Result<Targets, String> {
     let is_part = |name: &str| {
         !name.is_empty()
@@ -57,7 +58,7 @@ fn filter(text: &str) -> Result<Targets, String> {
             Some((part, level)) => (Some(part), level),
             None => (None, word),
         };
-        // An empty word is a level to `tracing`.
+        // `tracing` would accept an empty word as a level.
         let level = Some(level).filter(|level| !level.is_empty());
         let level = level.and_then(|level| level.parse::<LevelFilter>().ok());
         filter = match (part, level) {
@@ -73,7 +74,7 @@ fn filter(text: &str) -> Result<Targets, String> {
     Ok(filter)
 }
 
-/// `DobotDll: warning: what happened name=value`.
+/// Formats an event as `DobotDll: warning: message name=value`.
 struct Line;
 
 impl<S, N> FormatEvent<S, N> for Line
@@ -93,7 +94,7 @@ where
             _ => "",
         };
         write!(writer, "DobotDll: {level}")?;
-        // What an arm says of itself may be among them.
+        // Fields may quote text of an arm, which could contain control characters.
         let mut fields = String::new();
         context.format_fields(Writer::new(&mut fields), event)?;
         writeln!(writer, "{}", visible_lines(fields))

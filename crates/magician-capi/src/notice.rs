@@ -1,7 +1,8 @@
-//! What a caller learns beyond a number: the log, and the last fault of its thread.
+//! Reports to the caller beyond a return code: the log, and the last fault of the calling thread.
 //!
-//! A program that loops over a call that fails fills no disk: a fault of a function is told once an arm, and again after
-//! another one, or after the function has done its work there.
+//! A program may repeat a failing call in a loop, and must not fill the disk with its log. A fault
+//! is therefore logged once per function and arm, and again only after a different fault or a
+//! success of the same function.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,30 +18,30 @@ use crate::code::{Code, Fault, Outcome};
 use crate::log;
 
 thread_local! {
-    /// The sentence of the thread's last fault.
+    /// Sentence of the last fault on this thread.
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
-    /// What the call under way has sent and got, for the log.
+    /// Arguments and results of the current call, for the log.
     static NOTES: RefCell<String> = const { RefCell::new(String::new()) };
-    /// Whether a sink is registered.
+    /// True if the current call is logged, so that notes are collected.
     static NOTED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// A function, and the id of the arm that it was about; 0 if about none.
+/// Function, and id of the arm. The id is 0 if no arm is concerned.
 type About = (&'static str, c_int);
 
-/// What was told last of a function.
+/// Last logged fault of each function.
 static TOLD: Mutex<BTreeMap<About, String>> = Mutex::new(BTreeMap::new());
-/// Most that are remembered: a program may make up ids.
+/// Most entries of [`TOLD`], because a program may use arbitrary ids.
 const MOST_TOLD: usize = 1024;
-/// How many there are: nothing is looked up as long as nothing fails.
+/// Number of entries, so that successful calls take no lock as long as nothing has failed.
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 
-/// Begins to listen, once in the life of the library.
+/// Installs the log.
 pub(crate) fn listen() {
     log::begin();
 }
 
-/// A call begins.
+/// Starts the log entry of a call.
 pub(crate) fn begin() {
     let noted = tracing::enabled!(Level::DEBUG);
     NOTED.set(noted);
@@ -49,7 +50,7 @@ pub(crate) fn begin() {
     }
 }
 
-/// Adds to what is logged of the call under way.
+/// Adds text to the log entry of the current call.
 pub(crate) fn note(text: impl FnOnce() -> String) {
     if NOTED.get() {
         let text = text();
@@ -62,7 +63,7 @@ pub(crate) fn note(text: impl FnOnce() -> String) {
     }
 }
 
-/// A call has ended; what C gets.
+/// Finishes a call: logs it, and returns the code for C.
 pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
     let (function, _) = about;
     let code = match outcome {
@@ -70,6 +71,7 @@ pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
             succeeded_at(about);
             Code::NoError as c_int
         }
+        // `DisconnectDobot` ended the call: C gets 0 and unchanged results.
         Err(released) if released.code == Code::NoError => Code::NoError as c_int,
         Err(fault) => fault_at(about, fault),
     };
@@ -84,7 +86,7 @@ pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
     code
 }
 
-/// Does what a function does that is about no arm, and logs it.
+/// Runs and logs a function that concerns no arm.
 pub(crate) fn host(
     function: &'static str,
     arguments: impl FnOnce() -> String,
@@ -100,7 +102,7 @@ pub(crate) fn host(
     result
 }
 
-/// A function that is about no arm did its work: its next fault is told.
+/// Records the success of a function that concerns no arm: its next fault is logged again.
 pub(crate) fn succeeded(function: &'static str) {
     succeeded_at((function, 0));
 }
@@ -113,7 +115,8 @@ fn succeeded_at(about: About) {
     }
 }
 
-/// Tells of a fault of a function that is about no arm: to the log, and as the thread's last; what C gets.
+/// Reports a fault of a function that concerns no arm, to the log and as the thread's last fault.
+/// Returns the code for C.
 pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
     fault_at((function, 0), fault)
 }
@@ -121,26 +124,27 @@ pub(crate) fn fault(function: &'static str, fault: &Fault) -> c_int {
 fn fault_at(about: About, fault: &Fault) -> c_int {
     let (function, _) = about;
     remember(function, &fault.message);
-    // A full queue is how programs pace themselves.
+    // Not logged: programs fill the queue until it is full, and so pace themselves.
     if fault.code != Code::BufferFull && is_new(about, &fault.message) {
         tracing::warn!("{}", named(function, &fault.message));
     }
     fault.code as c_int
 }
 
-/// Tells of what is no fault to C.
+/// Logs a warning and stores it as the thread's last fault, although the call succeeds.
 pub(crate) fn warn(function: &'static str, message: &str) {
     remember(function, message);
     tracing::warn!("{}", named(function, message));
 }
 
-/// Reports an error to its listeners, without a lock that another thread may hold.
+/// Stores a fault as the thread's last one without logging it: in a forked child another thread may
+/// have held the locks of the log.
 pub(crate) fn quietly(function: &'static str, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     fault.code as c_int
 }
 
-/// Tells something of a function, once in the life of the library.
+/// Logs a warning about a function, once in the life of the library.
 pub(crate) fn once(function: &'static str, message: &str) {
     static SAID: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
@@ -149,19 +153,20 @@ pub(crate) fn once(function: &'static str, message: &str) {
     }
 }
 
-/// The sentence of the thread's last fault; empty if there was none, or if the thread is about to end.
+/// Sentence of the thread's last fault. Empty if there was no fault, or while the thread ends.
 pub(crate) fn sentence() -> String {
     LAST.try_with(|last| last.borrow().clone())
         .unwrap_or_default()
 }
 
-/// Makes it the sentence of the thread's last fault.
+/// Sets the sentence of the thread's last fault.
 pub(crate) fn recall(sentence: String) {
     let _ = LAST.try_with(|last| last.replace(sentence));
 }
 
-/// The message with the function's name before it, which the driver may have put there: most commands bear it. It may
-/// quote what a program or an arm said; programs print it.
+/// Puts the name of the function before the message, unless the driver has already done so. Control
+/// characters are escaped, because the message may quote text of a program or an arm and will be
+/// printed.
 fn named(function: &str, message: &str) -> String {
     let message = visible_lines(message);
     match message.to_string() {

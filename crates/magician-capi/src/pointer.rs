@@ -1,7 +1,7 @@
-//! What C hands over: the only place that reads and writes the caller's memory.
+//! Pointers of the C caller: the only module that reads and writes its memory.
 //!
-//! A value of these types is a promise of the C caller's: it is null, or it points to as many bytes as its type says,
-//! for the time of the call. Null is always survived; nothing needs to be aligned.
+//! Each type stands for a promise of the caller: the pointer is null, or points to enough bytes for
+//! its type during the call. Null is always handled. Alignment is not required.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, c_char};
@@ -9,27 +9,27 @@ use std::ptr;
 
 use crate::code::{Fault, Outcome};
 
-/// A structure or number that C hands in.
+/// Pointer to a value for the library to read. May be null.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct In<T>(*const T);
 
-/// Where C wants a structure or number.
+/// Pointer to memory for a result. May be null.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Out<T>(*mut T);
 
-/// Text that C hands in.
+/// Pointer to NUL-terminated input text. May be null.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Text(*const c_char);
 
-/// Where C wants text; how much fits comes beside it, or is known.
+/// Pointer to memory for text. May be null. Its size is passed separately, or known.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Buffer(*mut c_char);
 
-/// The promise is for the time of the call, whichever thread sees to it.
+/// Implements `Send`: the caller's promise holds for the duration of the call, on any thread.
 macro_rules! promised_to_any_thread {
     ($($pointer:ident $(<$of:ident>)?),*) => {
         // SAFETY: as above; the memory is the caller's, and the caller waits meanwhile.
@@ -39,21 +39,22 @@ macro_rules! promised_to_any_thread {
 
 promised_to_any_thread!(In<T>, Out<T>, Text, Buffer);
 
-/// Where C wants what belongs together: a place, or several.
+/// One or several memory locations for the results of a call.
 pub trait Places: Copy {
-    /// What goes there.
+    /// Values that belong there.
     type Values;
 
-    /// Whether all are there: what would be asked for nothing is not asked.
+    /// Checks that no pointer is null. Done before sending, so that no command is sent whose result
+    /// would be lost.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     fn check(self) -> Outcome;
 
-    /// Puts them where there is a place.
+    /// Writes the values, except where the pointer is null.
     fn fill(self, values: Self::Values);
 
-    /// Makes all that is there zero.
+    /// Zeroes the memory, except where the pointer is null.
     fn clear(self);
 }
 
@@ -76,7 +77,7 @@ impl<T: Plain> Places for Out<T> {
     }
 }
 
-/// [`Places`] for several.
+/// Implements [`Places`] for tuples.
 macro_rules! several_places {
     ($($place:ident $at:tt)*) => {
         impl<$($place: Places),*> Places for ($($place,)*) {
@@ -103,10 +104,10 @@ several_places!(A 0 B 1);
 several_places!(A 0 B 1 C 2);
 several_places!(A 0 B 1 C 2 D 3);
 
-/// What may lie in the memory of C: every pattern of bytes is a value, and no value has padding.
+/// Types that may lie in the memory of C: every bit pattern is valid, and there is no padding.
 ///
 /// # Safety
-/// Just that must be true of the type.
+/// The type must have these two properties.
 pub unsafe trait Plain: Copy {}
 
 // SAFETY: numbers have no padding and no invalid patterns.
@@ -130,7 +131,7 @@ impl<T: Plain> In<T> {
         Self(pointer)
     }
 
-    /// What is there.
+    /// Reads the value.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -142,7 +143,7 @@ impl<T: Plain> In<T> {
         Ok(unsafe { ptr::read_unaligned(self.0) })
     }
 
-    /// What is there, should it be the first of several; null is fine where there are none.
+    /// Reads `count` consecutive values. The pointer may be null if `count` is 0.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -164,7 +165,7 @@ impl<T: Plain> Out<T> {
         Self(pointer)
     }
 
-    /// What is there, where C says what it wants in the place where it gets it.
+    /// Reads the value, for functions whose caller puts a query into the memory for the result.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -172,7 +173,8 @@ impl<T: Plain> Out<T> {
         In(self.0.cast_const()).read()
     }
 
-    /// Whether there is a place at all: what would be asked for nothing is not asked.
+    /// Checks that the pointer is not null. Done before sending, so that no command is sent whose
+    /// result would be lost.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -183,7 +185,7 @@ impl<T: Plain> Out<T> {
         Ok(())
     }
 
-    /// Puts it there, if there is a place.
+    /// Writes the value, unless the pointer is null.
     pub fn put(self, value: T) {
         if !self.0.is_null() {
             // SAFETY: not null, so the caller's promise holds.
@@ -193,7 +195,7 @@ impl<T: Plain> Out<T> {
 }
 
 impl Out<u8> {
-    /// Puts as many bytes there as fit, if there is a place.
+    /// Writes as many bytes as fit, unless the pointer is null.
     pub fn put_bytes(self, bytes: &[u8], fits: usize) {
         if !self.0.is_null() {
             // SAFETY: not null, so `fits` bytes may be written, and no more are.
@@ -206,13 +208,14 @@ impl Out<u8> {
 
 impl Text {
     /// # Safety
-    /// The pointer is null, or points to text that ends with a NUL and stays as long as this is used.
+    /// The pointer is null, or points to text that ends with a NUL and stays valid as long as this
+    /// is used.
     #[must_use]
     pub const unsafe fn new(pointer: *const c_char) -> Self {
         Self(pointer)
     }
 
-    /// The bytes before the NUL.
+    /// Reads the bytes before the NUL.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -223,7 +226,7 @@ impl Text {
         Ok(self.bytes())
     }
 
-    /// The bytes before the NUL; none for a null pointer.
+    /// Reads the bytes before the NUL. Empty for a null pointer.
     #[must_use]
     pub fn bytes(self) -> Vec<u8> {
         if self.0.is_null() {
@@ -236,19 +239,21 @@ impl Text {
 
 impl Buffer {
     /// # Safety
-    /// The pointer is null, or good for writing as many bytes as are said to fit, as long as this is used.
+    /// The pointer is null, or good for writing as many bytes as are said to fit, as long as this
+    /// is used.
     #[must_use]
     pub const unsafe fn new(pointer: *mut c_char) -> Self {
         Self(pointer)
     }
 
-    /// Whether there is none.
+    /// True for a null pointer.
     #[must_use]
     pub fn is_null(self) -> bool {
         self.0.is_null()
     }
 
-    /// Whether there is a place at all: what would be asked for nothing is not asked.
+    /// Checks that the pointer is not null. Done before sending, so that no command is sent whose
+    /// result would be lost.
     ///
     /// # Errors
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
@@ -259,7 +264,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Writes as much of the text as fits before a NUL, and the NUL; nothing where nothing fits.
+    /// Writes the text, truncated so that it fits with a final NUL. Writes nothing if `fits` is 0
+    /// or the pointer is null.
     pub fn put(self, text: &[u8], fits: usize) {
         let Some(most) = fits.checked_sub(1).filter(|_| !self.is_null()) else {
             return;

@@ -1,7 +1,9 @@
-//! A thread that cannot wait for an arm, and the one that waits in its place.
+//! Runs a call on another thread if the calling thread cannot block on the driver.
 //!
-//! What a thread waits with is its own. A function that runs at the end of its thread (`atexit`, a destructor) finds it gone,
-//! and a signal handler finds it in use by the very call that it interrupted. Programs stop and leave their arm just there.
+//! Blocking uses thread-local state of tokio. A function that runs at the end of its thread
+//! (`atexit`, a destructor) finds that state destroyed, and a signal handler finds it in use by the
+//! call that it interrupted. Programs stop their arm in exactly these places, so such a call runs
+//! on a helper thread while the calling thread waits for it.
 
 use std::{io, panic, thread};
 
@@ -9,20 +11,21 @@ use tokio::runtime::Handle;
 
 use crate::notice;
 
-/// Runs a body on this thread, or on another one while this one waits.
+/// Runs `body` on this thread if it can block, otherwise on a helper thread.
 ///
 /// # Errors
-/// There can be no other thread.
+/// The helper thread cannot be started.
 pub(crate) fn run<T: Send>(body: impl FnOnce() -> T + Send) -> io::Result<T> {
     match Handle::try_current() {
         Err(error) if error.is_missing_context() => Ok(body()),
-        // Windows ends threads under a lock that a new one needs to begin.
+        // Windows runs the end of a thread under the loader lock, which a new thread needs to
+        // start: waiting for it would deadlock.
         Err(_) if cfg!(windows) => Err(io::ErrorKind::Unsupported.into()),
         Ok(_) | Err(_) => elsewhere(body),
     }
 }
 
-/// The sentence of the last fault goes there and back.
+/// Runs `body` on a helper thread. The thread-local last fault is carried there and back.
 fn elsewhere<T: Send>(body: impl FnOnce() -> T + Send) -> io::Result<T> {
     let before = notice::sentence();
     let there = || {

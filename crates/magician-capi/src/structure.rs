@@ -1,7 +1,8 @@
-//! The C structures, packed, and the rows of the protocol that they are laid out as in the vendor's headers.
+//! The packed C structures of the vendor's headers, and the rows of the protocol with the same
+//! layout.
 //!
-//! They are bytes here. What the bytes mean is written once, in the protocol's table; their members have names in the
-//! C headers and in the Python modules.
+//! Here they are plain bytes. Their meaning is defined once, in the protocol's table; the names of
+//! their members are in the C headers and the Python modules.
 #![allow(unsafe_code)]
 
 use magician::commands;
@@ -10,27 +11,27 @@ use magician::protocol::{DecodeError, Layout, PoList, Writer};
 use crate::code::Fault;
 use crate::pointer::Plain;
 
-/// Bytes of the caller's that are no value.
+/// Converts a decoding error of the caller's bytes into a fault.
 pub(crate) fn unfit(error: DecodeError) -> Fault {
     Fault::invalid(error.to_string())
 }
 
-/// A C structure that is laid out as a row of the protocol.
+/// C structure with the layout of a protocol row.
 pub trait Structure: Plain {
-    /// The row's value.
+    /// Value of that row.
     type Row: Layout;
 
-    /// What the bytes say.
+    /// Decodes the bytes.
     ///
     /// # Errors
-    /// [`Code::InvalidParams`](crate::Code::InvalidParams), should they fit no value.
+    /// [`Code::InvalidParams`](crate::Code::InvalidParams) if the bytes are no valid value.
     fn row(&self) -> Result<Self::Row, Fault>;
 
-    /// The bytes that say it.
+    /// Encodes a row.
     fn of(row: &Self::Row) -> Self;
 }
 
-/// The bytes of a row; more than any structure has, should their number not be fixed.
+/// Size of a row in bytes. `usize::MAX` if it is variable, which fits no structure.
 const fn size_of_row<T: Layout>() -> usize {
     match T::INFO.size() {
         Some(size) => size,
@@ -38,7 +39,7 @@ const fn size_of_row<T: Layout>() -> usize {
     }
 }
 
-/// A C structure, its bytes and, where it is one, its row.
+/// Declares C structures: name, size in bytes, and the row if there is one.
 macro_rules! structures {
     ($( $name:ident $size:tt $(= $row:ident)?; )*) => {
         $(
@@ -70,7 +71,7 @@ macro_rules! structures {
             )?
         )*
 
-        /// Every structure by its C name, with its bytes.
+        /// All structures: C name and size in bytes.
         pub const STRUCTURES: &[(&str, usize)] = &[$((stringify!($name), $size)),*];
     };
 }
@@ -124,20 +125,21 @@ structures! {
     PID 22;
     DeviceID 12 = DeviceId;
     DeviceVersion 8;
-    // Two facts disagree, 16 bytes and, on Windows, 12. The wrappers that could be read have 16; and one with 12 is
-    // not overrun either, for Python's `ctypes` keeps no structure in less than 16 bytes.
+    // Sources disagree: 16 bytes, or 12 on Windows. The wrappers that could be read have 16. One
+    // with 12 is not overrun either, because Python's `ctypes` allocates at least 16 bytes for a
+    // structure.
     DeviceCountInfo 16 = DeviceInfo;
     UpgradeFWReadyCmd (4 + size_of::<usize>());
     DevInfo 112;
     ConnectInfo 336;
 }
 
-/// The order that a structure and the outputs to switch on its way make together.
+/// Structure that, together with a list of outputs, makes a move that switches outputs on its way.
 pub trait Switching: Structure {
-    /// The order's row.
+    /// Row of the combined command.
     type With: Layout;
 
-    /// Puts the outputs to it.
+    /// Combines the move with the outputs.
     fn with(row: Self::Row, po: PoList) -> Self::With;
 }
 
@@ -188,7 +190,8 @@ impl Switching for PTPWithLCmd {
 }
 
 impl DeviceVersion {
-    /// What the arm tells: three numbers of its firmware, and nothing certain of its hardware (errata E16).
+    /// Converts the version reported by the arm: three numbers of the firmware. The hardware
+    /// version is 0, because nothing certain is known of it (errata E16).
     #[must_use]
     pub const fn of(row: &commands::DeviceVersion) -> Self {
         Self([

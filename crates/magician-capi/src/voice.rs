@@ -1,8 +1,8 @@
-//! What to do about an error, in the words of the vendor's interface: its functions.
+//! Remedies for errors in terms of the vendor's interface: names of its functions.
 
 use magician::{Action, Given, PinUse, Setting, Voice};
 
-/// The voice of the vendor's library.
+/// [`Voice`] of the vendor's library.
 pub(crate) struct Vendor;
 
 impl Voice for Vendor {

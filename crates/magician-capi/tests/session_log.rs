@@ -1,4 +1,5 @@
-//! The log of a session. One subscriber listens to the whole process, so these tests have one of their own.
+//! Log output of a session. The subscriber is global to the process, so these tests have a binary
+//! to themselves.
 
 #[allow(dead_code)]
 #[path = "session/bench.rs"]
@@ -14,11 +15,11 @@ use magician_capi::call;
 use crate::bench::{connect_v1, home, pose, pose_of, registry, run};
 
 thread_local! {
-    /// What the thread has logged.
+    /// Log lines of this thread.
     static PAGES: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Writes to the thread's pages.
+/// Writer that appends to this thread's lines.
 struct Pen;
 
 impl Write for Pen {
@@ -32,7 +33,7 @@ impl Write for Pen {
     }
 }
 
-/// What the thread logs of this crate while something is done, a line each.
+/// Runs `act` and returns what this thread logs of this crate, line by line.
 fn logged(act: impl FnOnce()) -> Vec<String> {
     static LISTENS: Once = Once::new();
     LISTENS.call_once(|| {
@@ -50,7 +51,7 @@ fn logged(act: impl FnOnce()) -> Vec<String> {
     lines.map(str::to_owned).collect()
 }
 
-/// The warnings among it.
+/// Runs `act` and returns the warnings that this thread logs.
 fn warned(act: impl FnOnce()) -> Vec<String> {
     let mut lines = logged(act);
     lines.retain(|line| line.trim_start().starts_with("WARN"));
@@ -97,7 +98,7 @@ fn a_call_is_a_line_of_the_session_log() {
 #[test]
 fn a_fault_is_told_once_until_the_function_has_worked() {
     let registry = registry();
-    // Another test may tell of a function of the same name; none has this one.
+    // Faults are remembered per function name, so use a name that no other test uses.
     let call = || run(&registry, "GetPoseOfThisTest", 0, |_| Ok(()));
     let faults = warned(|| {
         (0..5).for_each(|_| assert_eq!(call(), 2));

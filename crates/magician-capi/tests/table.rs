@@ -1,4 +1,4 @@
-//! The table of functions is whole and in order.
+//! The function table is complete and consistent.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,9 +6,9 @@ use magician::protocol::Row;
 use magician_capi::{FUNCTIONS, Family, Function, Ids, Kind};
 
 const FAMILIES: [Family; 3] = [Family::V1, Family::V2, Family::V3];
-/// What this library adds, and what wrappers name although no library had it.
+/// Functions added by this library, and those that wrappers name although no library has them.
 const OURS: [&str; 3] = ["MagicianAllow", "MagicianLastError", "PeriodicTask"];
-/// What the vendor's library of the second family lacks of the first's 141, which leaves its 130.
+/// Functions of the first family that the second one lacks: 141 against 130.
 const NOT_IN_V2: [&str; 11] = [
     "GetARCCommonParams",
     "GetCPCommonParams",
@@ -23,13 +23,13 @@ const NOT_IN_V2: [&str; 11] = [
     "SetUART4PeripheralsEnable",
 ];
 
-/// The lines of a file of facts.
+/// Lines of a facts file.
 fn facts(text: &'static str) -> impl Iterator<Item = (&'static str, &'static str)> {
     let lines = text.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| line.split_once(": "))
 }
 
-/// The functions that have a mark.
+/// Names of the functions with this mark.
 fn marked(mark: &str) -> BTreeSet<&'static str> {
     facts(include_str!("table/names.txt"))
         .filter(|(_, marks)| marks.split(' ').any(|found| found == mark))
@@ -37,7 +37,7 @@ fn marked(mark: &str) -> BTreeSet<&'static str> {
         .collect()
 }
 
-/// The frames that functions send, by function, each with what was said of it.
+/// Frames sent by functions: function, variant, and id with Ctrl.
 fn frames() -> Vec<(&'static str, &'static str, [u8; 2])> {
     facts(include_str!("line/golden.txt"))
         .map(|(name, frame)| {
@@ -103,7 +103,7 @@ fn the_functions_of_a_chapter_stand_together() {
         .iter()
         .filter_map(|function| ids.get(function.name))
     {
-        // The protocol's chapters have their tens.
+        // Ids of one chapter of the protocol share their tens.
         let chapter = id / 10;
         assert!(
             last == Some(chapter) || seen.insert(chapter),
@@ -117,7 +117,7 @@ fn the_functions_of_a_chapter_stand_together() {
 fn what_must_be_allowed_is_what_the_protocol_calls_dangerous() {
     for (name, _, [id, ctrl]) in frames() {
         let row = Row::with_id(id).expect("a row");
-        // What has no value to read does something, whatever Ctrl says.
+        // A command without a value has an effect even if Ctrl says read.
         let writes = ctrl & 1 == 1 || row.value.is_none();
         let guarded = FUNCTIONS.iter().filter(|function| function.name == name);
         for function in guarded {
@@ -147,7 +147,7 @@ fn the_vendor_decides_what_is_queued() {
             name if forced.contains(name) => {
                 assert!(said.iter().all(|(_, ctrl)| *ctrl == 3), "{name}")
             }
-            // Older headers have no such argument, so that it is not looked at.
+            // Ignores its argument, because older headers lack it.
             "SetLostStepParams" => {}
             name if asks => assert!(
                 said.is_superset(&BTreeSet::from([("at once", 1), ("queued", 3)])),
@@ -185,7 +185,7 @@ fn only_what_is_about_no_arm_has_no_ids() {
     }
 }
 
-/// The log names the function that nothing came of.
+/// The log names the function that did nothing.
 #[test]
 fn neutral_functions_know_their_names() {
     let source = include_str!("../src/functions.rs");

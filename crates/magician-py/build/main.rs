@@ -1,4 +1,4 @@
-//! Generates the parts of the Python package that are not kept in git, before maturin packs it.
+//! Generates those parts of the Python package that are not kept in git, before maturin packs it.
 
 mod package;
 
@@ -36,14 +36,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-env-changed=PYO3_PYTHON");
     let python = env::var("PYO3_PYTHON").unwrap_or_else(|_| "python3".to_owned());
     package::write(&root, &python)?;
-    // A result that was deleted is generated again.
+    // Watch the results too, so that a deleted one is generated again.
     for path in SOURCES.iter().chain(&RESULTS) {
         println!("cargo::rerun-if-changed={path}");
     }
     Ok(())
 }
 
-/// Checks that a source distribution, which has the package beside the crate, has what is generated.
+/// Checks that a source distribution contains the generated files. There the package lies beside
+/// the crate.
 fn check_distribution(root: &Path) -> Result<(), Box<dyn Error>> {
     let package = root.join("..");
     for path in RESULTS {

@@ -1,6 +1,6 @@
-//! What of the Python package is generated, and therefore not kept in git: classes of commands and
-//! alarms from the protocol's table, the blocking interface from the asyncio one, `DobotDllType`
-//! from the sources beside the C library. Used by the build script and by `cargo xtask generate`.
+//! Generated parts of the Python package, which are not kept in git: classes of commands and alarms
+//! from the protocol's table, the blocking interface from the asyncio one, and `DobotDllType` from
+//! the sources beside the C library. Used by the build script and by `cargo xtask generate`.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -94,7 +94,7 @@ _NONE = ("unknown to this package", "look it up in the arm's manual")
 _TEXTS = {
 "#;
 
-/// Classes with a hand-written base that says what their numbers mean.
+/// Classes with a hand-written base that interprets their numbers.
 const MEANINGS: [(&str, &str); 5] = [
     ("Pose", "PoseMeaning"),
     ("ColorSensor", "ColorMeaning"),
@@ -103,15 +103,15 @@ const MEANINGS: [(&str, &str); 5] = [
     ("IoAdc", "AnalogMeaning"),
 ];
 
-/// Python programs of the package that generate the other files.
+/// Python programs that generate the other files.
 const TOOLS: [&str; 2] = ["tools/blocking.py", "tools/dobotdll.py"];
 
-/// Writes what differs of the generated files into the package at `package`, whose interpreter is
-/// `python`.
+/// Writes the generated files that have changed into the package at `package`. `python` is its
+/// interpreter.
 pub(crate) fn write(package: &Path, python: &str) -> Result<(), Box<dyn Error>> {
     for (name, text) in [("commands.py", commands()), ("alarms.py", alarms())] {
         let path = package.join("python/magician").join(name);
-        // Cargo and make tell what is new by its time.
+        // Leave unchanged files alone: Cargo and make rebuild by modification time.
         if fs::read_to_string(&path).is_ok_and(|written| written == text) {
             continue;
         }
@@ -130,7 +130,7 @@ pub(crate) fn write(package: &Path, python: &str) -> Result<(), Box<dyn Error>> 
     Ok(())
 }
 
-/// Field's meaning, unit and range as a phrase; enums and flags without a range.
+/// Describes a field: meaning, unit and range. Enums and flags have no range.
 pub(crate) fn described(field: &Field) -> String {
     let mut about = field.doc.trim_end_matches('.').to_owned();
     if !matches!(
@@ -197,7 +197,7 @@ fn alarms() -> String {
     page + "}\n"
 }
 
-/// Every enum that a field of the table has, in the order of the table.
+/// All enums of the table's fields, in table order.
 fn enums() -> Vec<&'static EnumInfo> {
     let mut all: Vec<&EnumInfo> = Vec::new();
     let layouts = TABLE.iter().flat_map(|row| [row.query, row.value, row.set]);
@@ -243,7 +243,7 @@ fn named_values(page: &mut String, info: &EnumInfo) {
     *page += "\n\n";
 }
 
-/// The classes of a command: what it answers, what it is asked with, what it is set with.
+/// Writes the classes of a command: value, query and set.
 fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
     let asks = row.query.filter(|query| !query.fields.is_empty());
     let set = match (row.queueable, row.steers_queue()) {
@@ -298,7 +298,7 @@ fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
     }
 }
 
-/// Id, source, and what governs it.
+/// Id, source and restrictions of a command.
 fn source(row: &Row) -> String {
     let mut source = format!("id {}, ", row.id);
     source += match row.source {
@@ -320,7 +320,7 @@ fn source(row: &Row) -> String {
     source
 }
 
-/// A field with its type, its default and a sentence.
+/// Writes a field with type, default and description.
 fn line(page: &mut String, field: &Field) {
     let optional = field.optional && field.default.is_none();
     let ty = type_of(field.ty);
@@ -334,12 +334,12 @@ fn line(page: &mut String, field: &Field) {
     doc(page, &format!("{}.", described(field)));
 }
 
-/// A docstring, in lines of at most 120 columns.
+/// Writes a docstring, wrapped at 120 columns.
 fn doc(page: &mut String, text: &str) {
     let _ = writeln!(page, "{}\"\"\"", wrapped(&format!("\"\"\"{text}")));
 }
 
-/// Words in lines of at most 117 columns, indented.
+/// Wraps words at 117 columns, indented.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::from("   ")];
     for word in text.split(' ') {
@@ -376,7 +376,7 @@ fn type_of(ty: FieldType) -> String {
     }
 }
 
-/// `MovjXyz` as `MOVJ_XYZ`, `LimitAxis23Pos` as `LIMIT_AXIS23_POS`.
+/// Converts `MovjXyz` to `MOVJ_XYZ`, and `LimitAxis23Pos` to `LIMIT_AXIS23_POS`.
 fn upper(name: &str) -> String {
     let mut upper = String::new();
     for letter in name.chars() {

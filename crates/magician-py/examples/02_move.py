@@ -27,7 +27,7 @@ def without(port: str) -> None:
     """And back."""
     with magician.Arm(port) as arm:
         arm.move_joints(0, 45, 45)
-        # A target out of reach is refused before a byte of it is sent.
+        # A target out of reach is refused before anything is sent.
         try:
             arm.move_to(500, 0, 0)
         except magician.errors.UnreachableError as error:

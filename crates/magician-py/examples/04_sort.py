@@ -59,7 +59,7 @@ def cube_comes(arm: Arm) -> bool:
         for _ in range(PATIENCE):
             if arm.infrared_at(AT_THE_BELT):
                 return True
-            # The arm waits, not the program: a virtual arm at full speed is then as far as a real one after 20 ms.
+            # Let the arm wait, not the program, so that this works on a virtual arm at full speed too.
             arm.wait(LOOK)
         return False
     finally:
@@ -100,7 +100,7 @@ def main() -> None:
         cube = cell.object(f"{color.value} cube")
         print(f"{color.value} cube: x {cube.position.x:.1f} y {cube.position.y:.1f} on the table")
         assert cube.on_table
-        # The cup takes a cube wherever it meets it: as far from its middle as the belt ran on.
+        # The cup grips a cube wherever it touches it, off its centre by the way that the belt ran on.
         assert math.dist((cube.position.x, cube.position.y), (x, y)) < 10
 
 

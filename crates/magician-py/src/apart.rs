@@ -1,5 +1,7 @@
-//! Examinations that take long, on a thread of their own, as calls: what they find is heard as it comes, and they end as they would
-//! by themselves when they are told to stop.
+//! Long examinations as calls, each on a separate thread.
+//!
+//! Findings are reported as they come. When told to stop, an examination restores the arm as at its
+//! regular end, so that stopping is not immediate: a second call waits for that.
 
 use std::mem::take;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,12 +15,13 @@ use tokio::sync::oneshot;
 use crate::call::{Call, Reporter};
 use crate::{errors, runtime};
 
-/// What makes a Python object of a piece.
+/// Converts a finding to a Python object.
 type Piece<T> = fn(Python<'_>, &T) -> PyResult<Py<PyAny>>;
 
-/// How an examination tells what it finds, piece by piece. None is lost: who hears late hears several at once.
+/// Reports the findings of an examination. None is lost: a slow listener gets several in one
+/// report.
 pub(crate) struct Teller<T> {
-    /// Those that were not heard yet.
+    /// Findings that were not delivered yet.
     pending: Arc<Mutex<Vec<T>>>,
     reporter: Reporter,
     made: Piece<T>,
@@ -41,8 +44,10 @@ impl<T: Send + 'static> Teller<T> {
     }
 }
 
-/// An examination that has begun, and its end. Dropping the first tells it to stop; the second is over when the arm has been left
-/// as it was and its port is closed, and is only waited for.
+/// Starts an examination. Returns the call itself, and a call for its end.
+///
+/// Dropping the first tells the examination to stop. The second ends when the arm is restored and
+/// its port closed.
 pub(crate) fn calls<T, P, W, M>(
     py: Python<'_>,
     name: &str,
@@ -73,7 +78,7 @@ where
         };
         started = runtime::apart(name, move |runtime| {
             let outcome = work(runtime, teller, stopped);
-            // Both calls may have been let go of.
+            // The receivers may have been dropped with both calls.
             let _ = tell.send(outcome);
             let _ = leave.send(());
         })

@@ -1,4 +1,4 @@
-//! The sheet and the tool's tip from points that were touched, and the file of settings that keeps them.
+//! Calibration of sheet and tool tip from touched points, stored in the settings file.
 
 use magician::{Error, ToolBias};
 use magician_job::settings::{SettingsError, SettingsFile, quoted};
@@ -9,11 +9,11 @@ use pyo3::prelude::*;
 
 use crate::{errors, program};
 
-/// A sheet: its corner, its rotation, height and slope of its surface, its size.
+/// Corner, rotation, height of the surface, slope of the surface, and size of a sheet.
 type SheetParts = (Pair, f64, f64, Pair, Option<Pair>);
-/// Two numbers, as a tuple of Python's.
+/// Two numbers, a tuple in Python.
 type Pair = (f64, f64);
-/// The sheet, height and slope of the surface, and the tool that the settings keep.
+/// Stored settings: sheet, height and slope of the surface, and tool.
 type KeptSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
 
 /// The sheet whose lower left, lower right and upper left corner were touched.
@@ -47,12 +47,12 @@ pub(crate) fn touched_tip(
     Ok((tip.offset.into(), (tip.bias.x, tip.bias.y, tip.bias.z)))
 }
 
-/// A fault of the file of settings.
+/// Converts an error of the settings file.
 fn unkept(py: Python<'_>, error: &SettingsError) -> PyErr {
     errors::raise(py, &Error::invalid(error.to_string()))
 }
 
-/// Keeps in the file of settings what an edit makes of it; where that file is.
+/// Applies an edit to the settings file. Returns its path.
 fn kept(
     py: Python<'_>,
     edit: impl Fn(&SettingsFile) -> Option<SettingsFile> + Send + Sync,
@@ -110,14 +110,14 @@ pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<KeptSettings> {
     Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
 }
 
-/// The tool that draws where nothing else is said, if the environment or the file of settings says one.
+/// Default tool from the environment or the settings file. `None` if neither has one.
 pub(crate) fn kept_tool(py: Python<'_>) -> PyResult<Option<Tool>> {
     let read = || SettingsFile::load()?.value::<String>("tool");
     let tool = py.detach(read).map_err(|error| unkept(py, &error))?;
     tool_of(py, tool)
 }
 
-/// The tool of the file of settings; that of `MAGICIAN_TOOL` goes before it.
+/// Parses the default tool. `MAGICIAN_TOOL` overrides the one of the settings file.
 fn tool_of(py: Python<'_>, tool: Option<String>) -> PyResult<Option<Tool>> {
     let environment = std::env::var("MAGICIAN_TOOL").ok();
     let tool = environment.filter(|tool| !tool.is_empty()).or(tool);

@@ -1,3 +1,10 @@
+//! Calls: operations in progress, which a thread or an event loop waits for.
+//!
+//! A call runs as a task on the package's runtime and ends with a value, which is converted to a
+//! Python object by the waiter, under the interpreter's lock. A call that moves the arm starts only
+//! when it is waited for, and stops the arm when it is dropped before its end, so that an interrupt
+//! (Ctrl-C) at any time leaves the arm at rest.
+
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -11,13 +18,14 @@ use tokio::task::AbortHandle;
 use crate::errors;
 use crate::runtime::{self, Local, News};
 
-/// How often a waiting thread checks for Ctrl-C.
+/// Interval at which a waiting thread checks for signals such as Ctrl-C. A choice: short to a
+/// person, and little work.
 pub(crate) const LOOK: Duration = Duration::from_millis(30);
 
-/// Stops something, at once and without waiting.
+/// Stops an operation without waiting.
 type Stop = Box<dyn Fn() + Send + Sync>;
 
-/// What becomes a Python object once the interpreter is there.
+/// Deferred conversion to a Python object, run while the interpreter's lock is held.
 type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
 
 /// Something under way at an arm.
@@ -29,16 +37,16 @@ pub(crate) struct Call {
 struct Inner {
     shared: Arc<Shared>,
     work: Mutex<Work>,
-    /// Stops a call whose waiter has gone, if it moves the arm.
+    /// Stops the operation if its waiter is gone. `None` if it does not move the arm.
     stop: Option<Stop>,
 }
 
-/// What does it.
+/// Execution state of an operation.
 enum Work {
-    /// Nothing yet: it begins when it is waited for. An interrupt before that finds the arm at rest.
+    /// Not started: starts when it is waited for. An interrupt before that leaves the arm at rest.
     Waiting(Pin<Box<dyn Future<Output = ()> + Send>>),
     Going(AbortHandle),
-    /// It ends by itself.
+    /// Cannot be aborted, and runs to its end.
     Lasting,
 }
 
@@ -62,7 +70,8 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Wakes the waiters: here without the interpreter, and elsewhere soon.
+    /// Changes the state and wakes all waiters: threads at once, an event loop through the news
+    /// thread.
     fn change(&self, change: impl FnOnce(&mut State)) {
         let listener = {
             let mut state = self.state();
@@ -75,7 +84,7 @@ impl Shared {
         }
     }
 
-    /// Waits for a moment; whether it has ended, and what is new.
+    /// Waits up to [`LOOK`]. Returns true if the operation has ended, and the newest report.
     fn look(&self) -> (bool, Option<Made>) {
         let quiet = |state: &mut State| !state.over && state.report.is_none();
         let waited = self
@@ -87,7 +96,7 @@ impl Shared {
     }
 }
 
-/// How something under way tells how far it is. Only the last report waits to be heard.
+/// Reports the progress of an operation. Only the newest unread report is kept.
 pub(crate) struct Reporter(Arc<Shared>);
 
 impl Reporter {
@@ -101,7 +110,7 @@ impl Reporter {
 }
 
 impl Call {
-    /// Starts something; `made` turns what it comes to into a Python object.
+    /// Starts an operation. `made` converts its result to a Python object.
     pub(crate) fn start<T, E, F, M>(task: F, made: M) -> Self
     where
         T: Send + 'static,
@@ -114,7 +123,8 @@ impl Call {
         Self::of(shared, going.map_or(Work::Lasting, Work::Going), None)
     }
 
-    /// A motion of the arm with progress. It begins when it is waited for; dropping it before its end stops the arm.
+    /// Creates a motion with progress reports. It starts when it is waited for; dropping it before
+    /// its end stops the arm.
     pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, made: M) -> Self
     where
         T: Send + 'static,
@@ -125,12 +135,13 @@ impl Call {
         let task = task(Reporter(Arc::clone(&shared)));
         let work = Work::Waiting(Box::pin(told(&shared, task, made)));
         let stopper = arm.stopper();
-        // Without a connection there is nothing to stop.
+        // Fails without a connection; then there is no motion to stop.
         let stop = move || drop(stopper.request_stop());
         Self::of(shared, work, Some(Box::new(stop)))
     }
 
-    /// As [`moving`](Self::moving), for what is under way already and is stopped by this.
+    /// Like [`moving`](Self::moving), for an operation that is already running and is stopped by
+    /// `stop`.
     pub(crate) fn under_way<T, F, M>(
         stop: impl Fn() + Send + Sync + 'static,
         task: impl FnOnce(Reporter) -> F,
@@ -147,7 +158,7 @@ impl Call {
         Self::of(shared, work, Some(Box::new(stop)))
     }
 
-    /// Starts something that comes to nothing.
+    /// Starts an operation without a result.
     pub(crate) fn plain<F>(task: F) -> Self
     where
         F: Future<Output = magician::Result<()>> + Send + 'static,
@@ -155,7 +166,7 @@ impl Call {
         Self::start(task, |py, ()| Ok(py.None()))
     }
 
-    /// Something that comes to a sentence or to nothing, and begins when it is waited for.
+    /// Creates an operation that starts when it is waited for, with an optional text as its result.
     pub(crate) fn waiting<F>(task: F) -> Self
     where
         F: Future<Output = magician::Result<Option<String>>> + Send + 'static,
@@ -167,7 +178,7 @@ impl Call {
         Self::of(shared, Work::Waiting(Box::pin(task)), None)
     }
 
-    /// Starts something without a result that goes on when its waiter has gone: a stop.
+    /// Starts an operation without a result that continues without a waiter, such as a stop.
     pub(crate) fn lasting<F>(task: F) -> Self
     where
         F: Future<Output = magician::Result<()>> + Send + 'static,
@@ -195,7 +206,7 @@ impl Inner {
         self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It has a waiter.
+    /// Starts the operation when its first waiter arrives.
     fn begin(&self) {
         let mut work = self.work();
         *work = match std::mem::replace(&mut *work, Work::Lasting) {
@@ -204,7 +215,7 @@ impl Inner {
         };
     }
 
-    /// Its waiter has gone.
+    /// Stops and aborts the operation, because its waiter is gone.
     fn abandon(&self) {
         let over = {
             let mut state = self.shared.state();
@@ -212,7 +223,8 @@ impl Inner {
             state.over
         };
         if let (Work::Going(task), false) = (&*self.work(), over) {
-            // The stop goes first: what is let go of leaves a virtual arm to do at once what it has.
+            // Stop before the abort: a virtual arm that is only let go of finishes its queue at
+            // once.
             if let Some(stop) = &self.stop {
                 stop();
             }
@@ -229,7 +241,7 @@ impl Drop for Inner {
     }
 }
 
-/// Runs it, and gives the result to the waiter.
+/// Wraps a task so that its result goes to the waiter.
 fn told<T, E, F, M>(
     shared: &Arc<Shared>,
     task: F,
@@ -253,7 +265,7 @@ where
     }
 }
 
-/// The end of a call, also of one that was dropped or has panicked: no waiter waits for ever.
+/// Ends a call even if its task is dropped or panics, so that no waiter waits forever.
 struct Ending(Arc<Shared>);
 
 impl Drop for Ending {

@@ -1,4 +1,4 @@
-//! Virtual arms that are looked at from outside.
+//! Virtual arms seen from outside, with their worlds.
 
 use magician::sim::scenario::Scenario;
 use magician::sim::world::{ExternalEvent, ObjectView, Press, Rest};
@@ -16,7 +16,7 @@ use crate::serving::{Served, Where, serve_arm};
 use crate::simulation::Saved;
 use crate::{errors, values};
 
-/// The connectors of sensors, by name.
+/// Connectors of sensors by name.
 const PORTS: [(&str, Port); 4] = [
     ("GP1", Port::Gp1),
     ("GP2", Port::Gp2),
@@ -31,23 +31,23 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    /// Looks at it, or does something to it, with the interpreter free.
+    /// Runs `act` on the controller with the interpreter's lock released.
     fn with<T: Send>(&self, py: Python<'_>, act: impl FnOnce(&mut Controller) -> T + Send) -> T {
         py.detach(|| self.arm.with(act))
     }
 }
 
-/// The scenario in a text.
+/// Parses a scenario.
 ///
 /// # Errors
-/// `magician.errors.InvalidInputError` for a mistake of the scenario.
+/// `magician.errors.InvalidInputError` for an invalid scenario.
 pub(crate) fn scenario_of(py: Python<'_>, text: Option<&str>) -> PyResult<Option<Scenario>> {
     let scenario = text.map(Scenario::from_toml).transpose();
     scenario.map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))
 }
 
-/// A virtual arm that was just switched on in the world of a scenario. `tool` is the bias that was chosen before, if not the
-/// usual one.
+/// Creates a controller that has just been switched on in the world of a scenario. `tool` is the
+/// bias stored before; `None` is the usual one.
 pub(crate) fn controller(scenario: Option<&Scenario>, tool: Option<[f64; 3]>) -> Controller {
     let world = scenario.map(World::from_scenario);
     let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
@@ -57,7 +57,7 @@ pub(crate) fn controller(scenario: Option<&Scenario>, tool: Option<[f64; 3]>) ->
     }
 }
 
-/// What an object is at an instant.
+/// State of an object at one instant.
 struct Seen {
     name: String,
     size: [f64; 3],
@@ -76,6 +76,7 @@ impl Seen {
             Rest::Shelf => "shelf".to_owned(),
             Rest::Tool => "tool".to_owned(),
             Rest::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
+            // On the floor, the only other place.
             _ => "floor".to_owned(),
         };
         let ports = PORTS.into_iter().filter(|(_, port)| object.seen_by(*port));
@@ -121,7 +122,7 @@ impl Cell {
 
     /// Connects to it.
     #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
-    // A call of Python's has as many keywords as it has.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn connect(
         &self,
@@ -294,7 +295,7 @@ impl Cell {
 
     /// The arm and its world as they stand.
     fn snapshot(&self, py: Python<'_>) -> Picture {
-        // What is drawn is a copy: the arm goes on meanwhile.
+        // Draw a copy, so that the arm is not blocked meanwhile.
         let arm = self.with(py, |arm| arm.clone());
         Picture::new(py.detach(|| Snapshot::of_world(&arm).to_svg().to_owned()))
     }

@@ -1,4 +1,4 @@
-//! The `magician` command, which the package brings along.
+//! The `magician` command, included in the package.
 
 use std::ffi::OsString;
 

@@ -1,4 +1,4 @@
-//! The conformance suite on an arm, in a thread of its own.
+//! The conformance suite on an arm, run on a separate thread.
 
 use std::time::Duration;
 
@@ -15,12 +15,13 @@ use crate::call::Call;
 use crate::core::{seconds, target};
 use crate::errors;
 
-/// How long the restoration of an arm's parameters may take.
+/// Longest time for restoring the parameters of an arm. A choice: long enough for a slow arm,
+/// and an end if the arm is gone.
 const LEAVING: Duration = Duration::from_secs(20);
 
 type Ended = (Case, Outcome);
 
-/// The selected cases, and the time for an answer.
+/// Selected cases, and the timeout of a reply.
 struct Asked {
     only: Vec<String>,
     skip: Vec<String>,
@@ -31,7 +32,7 @@ fn broken(error: &SuiteError) -> Error {
     Error::new(ErrorCode::Closed, error.to_string())
 }
 
-/// Runs the cases, until it is told to stop; the arm is left as it was either way.
+/// Runs the cases until told to stop. The arm's parameters are restored in either case.
 async fn run<T: magician_conform::Target>(
     arm: T,
     asked: &Asked,
@@ -44,7 +45,7 @@ async fn run<T: magician_conform::Target>(
         runner.begin().await?;
         for case in suite.select(&asked.only, &asked.skip) {
             to.tell((case.clone(), runner.run(case).await?));
-            // Cases of a virtual arm do not wait for anything: without this a stop would not be heard among them.
+            // Cases on a virtual arm never wait. Yield, so that a stop is noticed between them.
             tokio::task::yield_now().await;
         }
         Ok(())
@@ -62,7 +63,7 @@ async fn run<T: magician_conform::Target>(
     Ok(())
 }
 
-/// Runs them on the arm at a port; `None` is a virtual arm whose clock is stepped.
+/// Runs the cases on the arm at a port. `None` is a virtual arm in virtual time.
 async fn run_at(
     place: Option<&Target>,
     asked: &Asked,
@@ -76,8 +77,8 @@ async fn run_at(
     run(LineTarget::new(line), asked, to, stopped).await
 }
 
-/// A case and its result: id, chapter, title, source, confidence, tags; the outcome in a word, the reason of a skip, and the
-/// mismatch of a failure.
+/// Converts a case and its result: id, chapter, title, source, confidence and tags; outcome as a
+/// word, reason of a skip, mismatch of a failure.
 fn told(py: Python<'_>, (case, outcome): &Ended) -> PyResult<Py<PyAny>> {
     let (word, reason, failure) = match outcome {
         Outcome::Passed => ("passed", None, None),

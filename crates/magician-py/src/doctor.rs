@@ -1,4 +1,4 @@
-//! The examination of an arm and its line, in a thread of its own.
+//! Diagnosis of an arm and its line, run on a separate thread.
 
 use std::time::Duration;
 
@@ -16,10 +16,10 @@ use crate::call::Call;
 use crate::core::seconds;
 use crate::{errors, voice};
 
-/// How long the trial of the queue may take to end once it is interrupted.
+/// Longest time for the trial of the queue to end after an interrupt.
 const LEAVING: Duration = Duration::from_secs(3);
 
-/// What is asked for.
+/// Options of the diagnosis.
 struct Asked {
     given: Option<String>,
     count: u64,
@@ -27,7 +27,7 @@ struct Asked {
     try_queue: bool,
 }
 
-/// Tells what is found.
+/// Reports each finding.
 impl Attendant for Teller<Finding> {
     type Failure = NoArm;
 
@@ -41,7 +41,8 @@ fn stopped() -> NoArm {
     NoArm::Failed(Error::new(ErrorCode::Stopped, "it was interrupted"))
 }
 
-/// Tries the queue. A stop lets it come to its end first, because its commands would be left in the queue.
+/// Tries the queue. A stop lets the trial end first, because its commands would stay in the queue
+/// otherwise.
 async fn trial(
     line: &mut RawLine,
     stop: &mut oneshot::Receiver<()>,
@@ -56,7 +57,7 @@ async fn trial(
     }
 }
 
-/// Examines it until it is told to stop.
+/// Runs the diagnosis until told to stop.
 async fn examine(
     asked: &Asked,
     found: &mut Diagnosis,
@@ -102,7 +103,7 @@ async fn examine(
     }
 }
 
-/// The figure: a number, a text, or a dictionary.
+/// Converts the measured value: a number, a text or a dictionary.
 fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>> {
     match value {
         Measured::Text(text) => text.into_bound_py_any(py),
@@ -122,11 +123,12 @@ fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>>
             Ok(parts.into_any())
         }
         Measured::Fence(fence) => fence.to_string().into_bound_py_any(py),
+        // A finding without a value.
         _ => Ok(py.None().into_bound(py)),
     }
 }
 
-/// A finding: check, ok, value, unit, text, advice.
+/// Converts a finding: check, ok, value, unit, text, advice.
 fn told(py: Python<'_>, finding: &Finding) -> PyResult<Py<PyAny>> {
     let advice = finding.advice.as_ref();
     let advice = advice.map(|advice| advice.said(&voice::Python));

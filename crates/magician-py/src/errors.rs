@@ -1,4 +1,4 @@
-//! Python's exceptions of the driver's errors.
+//! Conversion of driver errors to Python exceptions.
 
 use magician::{Action, Error, ErrorCode, Given, Message, Setting, Voice};
 use pyo3::prelude::*;
@@ -6,11 +6,12 @@ use pyo3::types::PyDict;
 
 use crate::voice;
 
-/// What lets a laser burn.
+/// Advice for an error about the laser permission.
 const LASER: &str = ": wear goggles for its wavelength, clear away what must not burn, and stay \
         with it; allow_laser=True allows it";
 
-/// The exception of an error: its class by the kind alone, its parts as attributes (`magician.errors`).
+/// Creates the exception of an error. Its class depends on the kind alone; its parts become
+/// attributes (`magician.errors`).
 pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
     made(py, error).unwrap_or_else(|failed| failed)
 }
@@ -39,7 +40,7 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     Ok(PyErr::from_value(exception))
 }
 
-/// The fact, and what to do about it, in the words of Python.
+/// Fact and remedies in one sentence, worded for Python.
 pub(crate) fn sentence(error: &Error) -> String {
     if error.code() == ErrorCode::LaserNotAllowed {
         return format!("{error}{LASER}");
@@ -67,7 +68,7 @@ pub(crate) fn every_error(py: Python<'_>) -> Vec<PyErr> {
     all.collect()
 }
 
-/// What a program is told that asks for something which makes no sense.
+/// Creates the exception for an invalid use of a command.
 pub(crate) fn invalid(py: Python<'_>, command: &str, why: impl Into<Message>) -> PyErr {
     raise(py, &Error::invalid(why).with_command(command))
 }

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Files that are written atomically.
 
 use std::path::PathBuf;
 
@@ -26,7 +26,8 @@ pub(crate) fn check_distinct(
 pub(crate) fn write_whole(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
     let written = py.detach(|| files::write_whole(&path, &data));
     written.map_err(|error| match error.raw_os_error() {
-        // Its first argument makes it a FileNotFoundError, a PermissionError ..
+        // With an error number as its first argument, Python chooses the subclass:
+        // FileNotFoundError, PermissionError and so on.
         Some(number) => PyOSError::new_err((number, error.to_string(), path)),
         None => error.into(),
     })

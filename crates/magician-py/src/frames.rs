@@ -1,4 +1,4 @@
-//! Frames as a program made them, for the modules that stand in for other people's libraries (`magician.compat`).
+//! Raw frames of programs written for other libraries (`magician.compat`).
 
 use magician::preflight::Guards;
 use magician::protocol::{Ctrl, Row};
@@ -10,23 +10,24 @@ use crate::call::Call;
 use crate::core::Core;
 use crate::errors;
 
-/// A frame, and what may be done to have it sent.
+/// A frame to send, and its treatment.
 struct Request {
     id: u8,
     ctrl: Ctrl,
     params: Vec<u8>,
-    /// Whether to wait for room in the queue: it runs.
+    /// True to wait for room in a full queue, which must be running.
     patient: bool,
 }
 
 impl Request {
-    /// Whether it queues a command in a form that the driver knows: those are accounted for, and never sent twice.
+    /// True if it queues a command in a form known to the driver. The driver accounts for those and
+    /// never sends them twice.
     fn is_queued(&self) -> bool {
         let row = Row::with_id(self.id).filter(|row| row.queueable);
         self.ctrl == Ctrl::QUEUED && row.is_some() && Set::decode(self.id, &self.params).is_ok()
     }
 
-    /// Ctrl and parameters of what answers it.
+    /// Sends the frame. Returns Ctrl and parameters of the reply.
     async fn exchange(&self, arm: &Arm) -> Result<(u8, Vec<u8>)> {
         if !self.is_queued() {
             let reply: FrameBuf = arm.raw(self.id, self.ctrl, &self.params).await?;
@@ -37,7 +38,8 @@ impl Request {
             match arm.enqueue_form(self.id, &self.params).await {
                 Ok(index) => return Ok((self.ctrl.0, index.0.to_le_bytes().to_vec())),
                 Err(error) if error.kind() == ErrorKind::QueueFull && self.patient => {
-                    // There is room when the next command has finished; the wait ends if it cannot.
+                    // There is room once the next command has finished. The wait fails if the queue
+                    // cannot continue.
                     let ended = arm.queue().current_index().await?;
                     arm.wait(QueueIndex(ended.0.saturating_add(1))).await?;
                 }
@@ -46,7 +48,7 @@ impl Request {
         }
     }
 
-    /// Refuses a dangerous command, unless its name is among those allowed.
+    /// Refuses a dangerous command unless `allow` names it.
     fn permit(&self, allow: &str) -> Result<()> {
         let row = Row::with_id(self.id).filter(|row| !self.only_looks(row));
         let Some((row, danger)) = row.and_then(|row| Some((row, row.danger()?))) else {
@@ -67,7 +69,7 @@ impl Request {
     }
 
     fn only_looks(&self, row: &Row) -> bool {
-        // A switch to another firmware travels as a read with parameters.
+        // A switch of the firmware is sent as a read with parameters, so Ctrl alone does not tell.
         row.only_looks(self.ctrl) && (row.query.is_some() || self.params.is_empty())
     }
 }
@@ -103,8 +105,8 @@ impl Core {
         request
             .permit(allow)
             .map_err(|error| errors::raise(py, &error))?;
-        // What programs for those libraries say is passed on: they have no word for a permission, and none for the holder
-        // of a jog.
+        // Programs for those libraries expect every command to be sent. Their interfaces have
+        // neither a permission for the laser nor a holder for jogs.
         let arm = self.burning(py, true)?.front_end().passing_jogs();
         let exchange = async move { request.exchange(&arm).await };
         Ok(Call::start(exchange, |py, (ctrl, params)| {

@@ -1,4 +1,5 @@
-//! Poses of joint angles, joint angles of poses, and what can be reached: whole arrays at once, with the interpreter free.
+//! Forward and inverse kinematics and reach, for whole arrays, with the interpreter's lock
+//! released.
 
 use magician::{ArmModel, Error, Geometry, JointAngles, ToolBias};
 use magician_motion::Pose;
@@ -9,17 +10,17 @@ use pyo3::types::PyBytes;
 use crate::errors;
 use crate::program::floats;
 
-/// A row: a pose, or the angles of the joints.
+/// Row of an array: a pose, or four joint angles.
 type Row = [f64; 4];
 
-/// Rows as bytes, and a byte for each: whether the arm can be there.
+/// Rows as bytes, and one byte per row: 1 if the arm can reach it.
 type Judged<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 fn geometry([x, y, z]: [f64; 3]) -> Geometry {
     Geometry::magician(ToolBias::new(x, y, z))
 }
 
-/// Rows of 4 numbers; those without a fourth get this one.
+/// Reads rows of up to four columns. A missing fourth gets the value `last`.
 fn rows(bytes: &[u8], columns: usize, last: f64) -> Vec<Row> {
     let numbers = floats(bytes);
     let row = |row: &[f64]| {
@@ -29,10 +30,11 @@ fn rows(bytes: &[u8], columns: usize, last: f64) -> Vec<Row> {
         }
         whole
     };
+    // `chunks_exact` panics for 0 columns.
     numbers.chunks_exact(columns.max(1)).map(row).collect()
 }
 
-/// The result of each row, and whether the arm can be there.
+/// Applies `judge` to each row: the result, and true if the arm can reach it.
 fn judged<'py>(
     py: Python<'py>,
     rows: Vec<Row>,
@@ -43,6 +45,7 @@ fn judged<'py>(
         let mut reached = Vec::with_capacity(rows.len());
         for row in rows {
             let (row, is_reached) = judge(row);
+            // Adding 0.0 turns -0.0 into 0.0.
             values.extend(row.iter().flat_map(|value| (value + 0.0).to_ne_bytes()));
             reached.push(u8::from(is_reached));
         }

@@ -1,27 +1,32 @@
-//! What the Python package is made of: the driver, the virtual arm and the programs, for Python.
+//! Native part of the Python package: driver, virtual arm and programs, exposed to Python.
 //!
-//! The public interface is written in Python (`python/magician`), where it has its names, its types and its
-//! documentation. Here is what it stands on, without a word of its own:
+//! The public interface is written in Python (`python/magician`), with its names, types and
+//! documentation. This crate provides the operations underneath it, without any names or texts of
+//! its own:
 //!
-//! * [`core::Core`] is a connected arm. Every method that takes time returns a [`call::Call`] at once.
-//! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
-//!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
-//! * [`values`] carries commands between Python and the protocol's table.
-//! * [`serving`] offers virtual arms, and arms that are shared, to other programs.
-//! * [`traffic`] is what bytes of a line are; [`recording`] puts an arm on record, and replays a session.
-//! * [`teaching`] is a program that a person shows the arm, [`calibrate`] what touched points come to.
-//! * [`frames`] are what programs for other people's libraries send.
-//! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
-//!   [`picture::Picture`] what either shows of itself.
-//! * [`simulation`] has virtual arms that are stepped, without a driver.
-//! * [`station`] is a session at a station, and an arm through it.
+//! * [`core::Core`] is a connected arm. Every method that takes time returns a [`call::Call`] at
+//!   once.
+//! * [`call::Call`] is an operation in progress. A thread waits for it with the interpreter's lock
+//!   released and signals handled, or an event loop is notified when it has ended. Therefore the
+//!   blocking and the asyncio interface share one implementation.
+//! * [`values`] converts commands between Python and the protocol's table.
+//! * [`serving`] offers virtual and shared arms to other programs.
+//! * [`traffic`] decodes the bytes of a line; [`recording`] records an arm and replays sessions.
+//! * [`teaching`] builds a program from points that a person shows the arm; [`calibrate`] evaluates
+//!   touched points.
+//! * [`frames`] sends the raw frames of programs written for other libraries.
+//! * [`program::PyPlan`] is a plan, [`run`] runs it on an arm, [`cell::Cell`] is a virtual arm with
+//!   its world, [`picture::Picture`] an image of any of them.
+//! * [`simulation`] steps virtual arms directly, without a driver.
+//! * [`station`] is a session at a station, and arms reached through it.
 //! * [`command`] is the `magician` command, linked in.
-//! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] finds out what is wrong with it.
-//! * [`apart`] is how those two run: on a thread of their own, as calls.
+//! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] diagnoses an arm and its
+//!   line.
+//! * [`apart`] runs these two on threads of their own, as calls.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
-//! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
-//!   Python program does, not what the command line does.
-//! * [`runtime`] has the package's threads and [`logging`] what the driver says.
+//! * [`errors`] maps errors of the driver to Python exceptions, by their kind alone; [`voice`]
+//!   words their remedies as Python calls.
+//! * [`runtime`] owns the threads of the package, and [`logging`] forwards the driver's log.
 
 mod apart;
 mod calibrate;
@@ -52,8 +57,8 @@ mod voice;
 use pyo3::prelude::*;
 
 /// The native part of `magician`.
-// A free-threaded Python switches its lock on for it: the classes are frozen and nothing is unsafe, but no such Python was
-// at hand to run the tests on.
+// Keeps the GIL on in a free-threaded Python. The classes are frozen and nothing is unsafe, but no
+// such Python was available to run the tests on.
 #[pymodule(gil_used = true)]
 mod _magician {
     use pyo3::prelude::*;

@@ -1,4 +1,4 @@
-//! What the driver says (`tracing`), for Python's `logging`: the logger `magician`.
+//! Forwards the driver's `tracing` events to Python's `logging`, as logger `magician`.
 
 use std::fmt::{self, Write as _};
 
@@ -8,14 +8,14 @@ use tracing::{Event, Level, Metadata, Subscriber, span};
 
 use crate::runtime::{News, tell};
 
-/// A line for the log.
+/// Log record.
 pub(crate) struct Record {
     level: u8,
     message: String,
 }
 
 impl Record {
-    /// Hands it to `logging`. A handler that fails is `logging`'s to report.
+    /// Passes the record to `logging`, which itself reports handlers that fail.
     pub(crate) fn write(&self, py: Python<'_>) {
         let logged = py.import("logging").and_then(|logging| {
             let logger = logging.call_method1("getLogger", ("magician",))?;
@@ -25,11 +25,13 @@ impl Record {
     }
 }
 
-/// Takes what the driver says from `DEBUG` up; single frames (`TRACE`) are not for it.
+/// Subscriber for events of level `DEBUG` and above. Single frames (`TRACE`) are left out: too many
+/// for Python.
 struct Log;
 
 impl Subscriber for Log {
     fn enabled(&self, metadata: &Metadata<'_>) -> bool {
+        // Events of other crates would surprise users of the `magician` logger.
         *metadata.level() <= Level::DEBUG && metadata.target().starts_with("magician")
     }
 
@@ -38,6 +40,7 @@ impl Subscriber for Log {
     }
 
     fn new_span(&self, _: &span::Attributes<'_>) -> span::Id {
+        // Spans are not recorded, so one id serves all.
         span::Id::from_u64(1)
     }
 
@@ -48,6 +51,7 @@ impl Subscriber for Log {
     fn event(&self, event: &Event<'_>) {
         let mut line = Line::default();
         event.record(&mut line);
+        // Numeric levels of `logging`.
         let level = match *event.metadata().level() {
             Level::ERROR => 40,
             Level::WARN => 30,
@@ -65,7 +69,7 @@ impl Subscriber for Log {
     fn exit(&self, _: &span::Id) {}
 }
 
-/// The message, and then the fields as `name=value`.
+/// Message followed by the fields as `name=value`.
 #[derive(Default)]
 struct Line {
     message: String,
@@ -81,7 +85,8 @@ impl Visit for Line {
     }
 }
 
-/// From now on. Another listener to `tracing` in this process keeps listening, alone.
+/// Installs the subscriber. If the process already has one, that one stays and Python gets no
+/// events.
 pub(crate) fn begin() {
     let _ = tracing::subscriber::set_global_default(Log);
 }

@@ -1,4 +1,4 @@
-//! Pictures, of plans and of arms, and what pen and laser have left.
+//! Pictures of plans and arms, and drawings that pen and laser have made.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -117,7 +117,7 @@ pub(crate) fn draw_arm(
     Picture::new(py.detach(|| Snapshot::of_arm(&view).to_svg().to_owned()))
 }
 
-/// Where the tool is, seen from the wrist, if the joints stand so and the tool is there.
+/// Computes the tool bias from joint angles and the pose of the tip.
 fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
     let wrist = Geometry::default().forward(joints);
     let (sin, cos) = joints.j1.to_radians().sin_cos();
@@ -137,7 +137,7 @@ impl Ink {
     }
 }
 
-/// A stroke: whether it is burnt, its power, its points as bytes.
+/// Stroke: true if burnt, power, points as bytes.
 type StrokeParts<'py> = (bool, f64, Bound<'py, PyBytes>);
 
 impl Ink {

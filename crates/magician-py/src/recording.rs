@@ -1,4 +1,4 @@
-//! An arm on record, and recorded sessions on a virtual arm.
+//! Recordings of an arm, and replays of recorded sessions on a virtual arm.
 
 use std::io::BufWriter;
 use std::path::PathBuf;
@@ -22,11 +22,11 @@ use crate::core::Core;
 use crate::runtime::{self, Local};
 use crate::{errors, values};
 
-/// What is said of a name that is none of a recording.
+/// Advice for a file name that is no format of a recording.
 const FORMATS: &str = "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program that repeats the \
      motion";
 
-/// Packets between two looks for Ctrl-C.
+/// Packets replayed between two checks for Ctrl-C. A choice: a fraction of a second.
 const STRETCH: usize = 4096;
 
 /// An arm on record.
@@ -41,7 +41,7 @@ struct Inner {
 }
 
 struct Ending {
-    /// Dropped, it ends the recording too.
+    /// Sender that ends the recording. Dropping it ends the recording too.
     end: oneshot::Sender<()>,
     ended: oneshot::Receiver<Result<Summary, RecordError>>,
 }
@@ -67,7 +67,7 @@ fn raised(py: Python<'_>, error: RecordError) -> PyErr {
     }
 }
 
-/// Begins, tells so, and goes on until it is told to end, or cannot go on.
+/// Starts a recording, reports that, and continues until told to end or until it fails.
 async fn record(
     arm: Arm,
     path: PathBuf,
@@ -77,7 +77,7 @@ async fn record(
     let mut recorder = match Recorder::begin(&arm, &path, options).await {
         Ok(recorder) => recorder,
         Err(error) => {
-            // Whoever began it may have been interrupted.
+            // The receiver may be gone: the caller was interrupted.
             let _ = begun.send(Err(error));
             return;
         }
@@ -115,7 +115,7 @@ impl Core {
         let options = Options {
             tolerance,
             units,
-            // A virtual one may be faster than the wall.
+            // The clock of a virtual arm may run faster than wall time.
             clock: if arm.is_virtual() {
                 Clock::Arm
             } else {
@@ -124,7 +124,7 @@ impl Core {
             ..Options::new(SystemTime::now(), rate)
         };
         let (begun, inner) = oneshot::channel();
-        // A slow disk holds up no connection.
+        // On a separate thread, so that a slow disk does not delay connections.
         let work = record(arm, path, options, begun);
         let thread = runtime::apart("magician-record", move |runtime| runtime.block_on(work));
         thread.map_err(|error| errors::raise(py, &error))?;
@@ -170,7 +170,7 @@ impl Recording {
         let ending = ending.unwrap_or_else(PoisonError::into_inner).take();
         let ended = async move {
             let ending = ending?;
-            // One that has ended by itself has its error to tell.
+            // Fails if the recording has ended by itself; its error follows.
             let _ = ending.end.send(());
             ending.ended.await.ok()
         };
@@ -187,7 +187,7 @@ impl Recording {
     }
 }
 
-/// How a session is replayed.
+/// Options of a replay.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct How {
@@ -269,6 +269,7 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
         }
         py.check_signals()?;
     }
+    // Flush the buffer before the file is finished.
     drop(saved);
     let report = py.detach(|| {
         let whole = file.map_or(Ok(()), WholeFile::finish);
@@ -291,7 +292,7 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
     (counts, differences).into_py_any(py)
 }
 
-/// What a `Difference` is made of.
+/// Arguments of a Python `Difference`.
 fn parts<'py>(py: Python<'py>, found: &Difference) -> PyResult<Bound<'py, PyTuple>> {
     let field = match found.what {
         What::Value(field) => Some(field.name),

@@ -1,4 +1,4 @@
-//! Plans run on an arm: jobs of the engine, in Python's words.
+//! Runs of plans on an arm: jobs of the job engine, with Python's words.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -21,14 +21,14 @@ use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, refusal}
 use crate::runtime::{self, Local};
 use crate::serving::LOGGER;
 
-/// The longest that is waited for a job which was stopped, to lift the pen and restore settings.
+/// Longest wait for a stopped job to lift the pen and restore settings.
 const LEAVING: Duration = Duration::from_secs(8);
 
-/// How a plan is run.
+/// Options of a run.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct How {
-    /// Counted from 1.
+    /// First step, counted from 1.
     first_step: i64,
     resume: bool,
     overlap: f64,
@@ -53,22 +53,22 @@ struct Inner {
     handle: JobHandle,
     source: Source,
     is_virtual: bool,
-    /// Which interruptions of a wait stop it, and when it began.
+    /// Rule for repeated interrupts of a wait, and the time origin for it.
     stops: Mutex<StopRule>,
     begun: Instant,
 }
 
-/// Steps that are finished, seconds left, and seconds without an answer.
+/// Finished steps, seconds left, and seconds without a reply.
 type Progress = (u64, Option<f64>, f64);
 
 fn parts(progress: &JobProgress, is_virtual: bool) -> Progress {
-    // How fast a virtual arm's clock runs is not known here.
+    // The speed of a virtual arm's clock is unknown here, so the time left cannot be told.
     let left = progress.left.filter(|left| left.is_zero() || !is_virtual);
     let left = left.map(|left| left.as_secs_f64());
     (progress.step, left, progress.silent.as_secs_f64())
 }
 
-/// What it has come to.
+/// Converts the result of a job.
 fn found(py: Python<'_>, done: &Done, source: &Source) -> PyResult<Py<PyAny>> {
     let parts = PyDict::new(py);
     let end = done.end.as_ref();
@@ -84,7 +84,7 @@ fn found(py: Python<'_>, done: &Done, source: &Source) -> PyResult<Py<PyAny>> {
     Ok(parts.into_any().unbind())
 }
 
-/// Why it did not come to its end.
+/// Converts the reason for which a job failed.
 fn why(error: &JobError, source: &Source) -> Arc<Error> {
     let invalid = |message: String| Arc::new(Error::invalid(message));
     match &error.fault {
@@ -130,7 +130,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
     }
 }
 
-/// What became of the arm after a stop.
+/// Describes the state of the arm after a stop. `None` if there is nothing to tell.
 fn said(error: &JobError) -> Option<String> {
     let said = match (&error.lift, &error.unconfirmed) {
         (_, Some(doubt)) => {
@@ -161,7 +161,7 @@ fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
     })
 }
 
-/// Why a job is paused, its part, and what the person is told.
+/// Reason of a pause, part, and text for the person.
 type Pause = (&'static str, Option<u64>, Option<String>);
 
 #[pymethods]
@@ -253,7 +253,7 @@ impl Job {
         let inner = self.inner.get(py)?;
         let mut stops = inner.stops.lock().unwrap_or_else(PoisonError::into_inner);
         let order = stops.hears(StopSignal::Interrupt, inner.begun.elapsed());
-        // The first one has stopped it already: it let go of the wait.
+        // The first interrupt has already stopped the job, by dropping the wait.
         if order == Some(StopOrder::AtOnce) {
             inner.handle.stop();
         }
@@ -346,6 +346,7 @@ impl Core {
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
+            // A virtual arm in this process ends with it, so its jobs cannot be resumed later.
             if arm.front_end().is_in_process() {
                 magician_job::Job::start(&arm, spec, NoJournal)
             } else {

@@ -1,10 +1,11 @@
-//! The threads of this process that belong to the package: one on which all connections live, one that speaks to Python.
+//! Threads of the package in this process: one runs all connections, the other calls Python.
 //!
-//! The first never takes the interpreter's lock: however long Python code holds it, a stop goes out in time. What
-//! Python is to hear meanwhile (an event loop that a call has ended, `logging` of a warning) the second one says.
+//! The first never takes the interpreter's lock, so that a stop is sent in time however long Python
+//! code holds it. Notifications for Python (an event loop that a call has ended, `logging` of a
+//! warning) are delivered by the second.
 //!
-//! A fork leaves the child without these threads, so each process has its own, and what was connected before a fork is of no
-//! use after it.
+//! A fork does not copy threads to the child. Each process therefore has its own pair, and objects
+//! that were connected before a fork are unusable in the child.
 
 use std::future::Future;
 use std::io;
@@ -22,13 +23,13 @@ use magician::{Error, ErrorCode};
 
 use crate::{errors, logging};
 
-/// What Python is to hear.
+/// Notification for Python.
 pub(crate) enum News {
-    /// This has a waiter.
+    /// A call has changed: invoke its listener.
     Call(Arc<Py<PyAny>>),
-    /// A line for the log.
+    /// Log record.
     Log(logging::Record),
-    /// The interpreter ends: nothing may be said any more.
+    /// The interpreter is ending: the last notification.
     Last,
 }
 
@@ -40,8 +41,8 @@ struct Process {
     next: OnceLock<Box<Process>>,
 }
 
-/// The processes from the one that loaded this to the present one. It grows with the interpreter's lock held, so no fork
-/// sees it half done.
+/// Linked list of processes, from the one with the first import to the current one. It is only
+/// extended while the interpreter's lock is held, so that no fork copies it half done.
 static FIRST: OnceLock<Box<Process>> = OnceLock::new();
 
 fn failed(error: io::Error) -> Error {
@@ -54,10 +55,10 @@ fn runtime() -> Result<Runtime, Error> {
     runtime.map_err(failed)
 }
 
-/// Starts work on a thread and a runtime of its own: what would hold up the connections.
+/// Runs work on a separate thread and runtime, if it would delay the connections otherwise.
 ///
 /// # Errors
-/// The system has no thread, timer or poller left.
+/// The system provides no thread, timer or poller.
 pub(crate) fn apart<T: Send + 'static>(
     name: &str,
     work: impl FnOnce(&Runtime) -> T + Send + 'static,
@@ -72,6 +73,7 @@ impl Process {
         let runtime = runtime()?;
         let handle = runtime.handle().clone();
         let (news, told) = channel();
+        // Drives the runtime until the process ends.
         let serve = move || runtime.block_on(std::future::pending::<()>());
         let thread = |name: &str| thread::Builder::new().name(name.to_owned());
         thread("magician").spawn(serve).map_err(failed)?;
@@ -86,7 +88,7 @@ impl Process {
         })
     }
 
-    /// The present process, if it has its threads already.
+    /// Returns the entry of the current process. `None` before its threads are started.
     fn known() -> Option<&'static Self> {
         let id = std::process::id();
         let mut slot = &FIRST;
@@ -100,25 +102,26 @@ impl Process {
     }
 }
 
-/// Calls what waits in this process until the interpreter ends.
+/// Delivers notifications until the interpreter ends.
 fn speak(told: &Receiver<News>) {
     for news in told {
         match news {
             News::Last => return,
-            // An event loop that is closed meanwhile wants to hear nothing more.
+            // Errors are dropped: an event loop that was closed meanwhile needs no notification.
             News::Call(listener) => Python::attach(|py| drop(listener.call0(py))),
             News::Log(record) => Python::attach(|py| record.write(py)),
         }
     }
 }
 
-/// Lets one interpreter of a process in, the first that comes: what the package remembers is that one's.
+/// Admits the first interpreter of a process and refuses others, because the package has global
+/// state.
 ///
 /// # Errors
-/// `ImportError` for any other.
+/// `ImportError` for any other interpreter.
 pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
     static FIRST: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-    // Every interpreter has its own.
+    // Identifies the interpreter: each has its own `sys.modules`.
     let modules = py.import("sys")?.getattr("modules")?;
     if modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
         Ok(())
@@ -129,15 +132,15 @@ pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
     }
 }
 
-/// Makes sure that this process has its threads.
+/// Starts the threads of this process if necessary.
 ///
 /// # Errors
-/// `magician.errors.PortError` when the system gives none.
+/// `magician.errors.PortError` if the system provides no threads.
 pub(crate) fn ready(py: Python<'_>) -> PyResult<()> {
     if Process::known().is_some() {
         return Ok(());
     }
-    // Not as the module is imported: where the command runs, the log is the command's.
+    // Not at import: if the `magician` command runs in this process, it installs its own log.
     logging::begin();
     let process = Process::start(std::process::id()).map_err(|error| errors::raise(py, &error))?;
     let mut slot = &FIRST;
@@ -148,40 +151,43 @@ pub(crate) fn ready(py: Python<'_>) -> PyResult<()> {
     Ok(())
 }
 
-/// Lets something run where the connections of this process live; `None` if it has no such place.
+/// Spawns a task on the runtime of the connections. Returns `None` if this process has none.
 pub(crate) fn spawn(task: impl Future<Output = ()> + Send + 'static) -> Option<AbortHandle> {
     let process = Process::known()?;
     Some(process.handle.spawn(task).abort_handle())
 }
 
-/// Does something where the connections of this process live, which may start tasks there; `None` if it has no such place.
+/// Runs `act` inside the runtime context of the connections, so that it may spawn tasks. Returns
+/// `None` if this process has none.
 pub(crate) fn within<T>(act: impl FnOnce() -> T) -> Option<T> {
     let process = Process::known()?;
     let _inside = process.handle.enter();
     Some(act())
 }
 
-/// Lets Python hear something, soon.
+/// Queues a notification for Python.
 pub(crate) fn tell(news: News) {
     if let Some(process) = Process::known() {
         let _ = process.news.send(news);
     }
 }
 
-/// The interpreter ends: what is to be said has been said when this returns, and nothing more will be.
+/// Delivers all pending notifications at the end of the interpreter. None follow.
 pub(crate) fn end(py: Python<'_>) {
     let Some(process) = Process::known() else {
         return;
     };
     let _ = process.news.send(News::Last);
     py.detach(|| {
+        // Polled, because the process keeps the join handle.
         while !process.speaker.is_finished() {
             thread::yield_now();
         }
     });
 }
 
-/// Something that lives in the process that made it; a fork's child lets it be.
+/// Value that belongs to the process that created it. A forked child leaks it instead of dropping
+/// it.
 #[derive(Debug)]
 pub(crate) struct Local<T> {
     process: u32,
@@ -196,16 +202,16 @@ impl<T> Local<T> {
         }
     }
 
-    /// The thing, in its own process.
+    /// Returns the value, or `None` in another process.
     pub(crate) fn here(&self) -> Option<&T> {
         let own = self.process == std::process::id();
         self.inner.as_ref().filter(|_| own)
     }
 
-    /// The thing.
+    /// Returns the value.
     ///
     /// # Errors
-    /// `magician.errors.ClosedError` after a fork.
+    /// `magician.errors.ClosedError` in a forked child.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<&T> {
         self.here().ok_or_else(|| {
             let message = "this arm was connected before the process was forked, and belongs to \
@@ -216,7 +222,8 @@ impl<T> Local<T> {
 }
 
 impl<T> Drop for Local<T> {
-    /// Locks of the other process may be held for ever here.
+    /// Leaks the value in a forked child: threads of the parent may have held its locks during the
+    /// fork.
     fn drop(&mut self) {
         if self.process != std::process::id() {
             std::mem::forget(self.inner.take());

@@ -1,4 +1,4 @@
-//! Arms for other programs, each served by a thread of its own: virtual ones, and those that programs share.
+//! Virtual and shared arms for other programs, each served on a separate thread.
 
 use std::io::{self, BufWriter};
 use std::path::PathBuf;
@@ -24,13 +24,13 @@ use crate::core::{seconds, target};
 use crate::errors;
 use crate::runtime::{self, Local};
 
-/// Where Python hears of it.
+/// Name of the Python logger.
 pub(crate) const LOGGER: &str = "magician";
 
 /// Something that other programs can connect to.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Served {
-    /// What each endpoint is, and where.
+    /// Kind and address of each endpoint.
     endpoints: Vec<(&'static str, String)>,
     serving: Local<Mutex<Option<Serving>>>,
 }
@@ -40,7 +40,7 @@ struct Serving {
     thread: JoinHandle<Result<(), Broken>>,
 }
 
-/// Why nothing is served, or no longer.
+/// Reason why serving failed.
 enum Broken {
     Arm(Error),
     File(io::Error),
@@ -76,19 +76,20 @@ fn named(endpoint: &Endpoint) -> (&'static str, String) {
         Endpoint::Udp(_) => "udp",
         Endpoint::Tcp(_) => "tcp",
         Endpoint::Discovery(_) => "discovery",
+        // The only other kind, on systems with pseudo-terminals.
         _ => "pty",
     };
     (kind, endpoint.to_string())
 }
 
-/// Where something is to be served: paths of pseudo-terminals, an address for UDP, one for TCP.
+/// Endpoints to serve: paths of pseudo-terminals, an address for UDP, one for TCP.
 #[derive(FromPyObject)]
 pub(crate) struct Where(Vec<PathBuf>, Option<String>, Option<String>);
 
 impl Where {
     fn endpoints(self, py: Python<'_>) -> PyResult<Endpoints> {
         let Self(paths, udp, tcp) = self;
-        // Where there are no pseudo-terminals nothing is added here.
+        // Unused on systems without pseudo-terminals.
         #[cfg_attr(not(unix), allow(unused_mut))]
         let mut endpoints = Endpoints::new();
         for path in paths {
@@ -111,11 +112,11 @@ impl Where {
     }
 }
 
-/// Tells that all endpoints accept connections.
+/// Sends the endpoints once all of them accept connections.
 type Ready = Sender<Vec<(&'static str, String)>>;
 
 fn say(ready: &Ready, endpoints: &[Endpoint]) {
-    // The caller may have been interrupted: then the end follows.
+    // The receiver may be gone: the caller was interrupted, and the end follows.
     let _ = ready.send(endpoints.iter().map(named).collect());
 }
 
@@ -144,7 +145,7 @@ pub(crate) fn serve_sim(
     })
 }
 
-/// Serves an arm of this process at these endpoints; returns when all of them accept connections.
+/// Serves an arm of this process at these endpoints. Returns once all of them accept connections.
 pub(crate) fn serve_arm(py: Python<'_>, arm: VirtualArm, places: Where) -> PyResult<Served> {
     let endpoints = places.endpoints(py)?;
     Served::start(py, "magician-arm", async move |ready, told| {
@@ -155,7 +156,7 @@ pub(crate) fn serve_arm(py: Python<'_>, arm: VirtualArm, places: Where) -> PyRes
     })
 }
 
-/// What is told of a proxy, in the log.
+/// Logs a notice of the proxy.
 fn log(notice: ProxyNotice<'_>) {
     match notice {
         ProxyNotice::Client(Notice::Connected(who)) => info!(target: LOGGER, "{who} connected"),
@@ -180,7 +181,7 @@ fn log(notice: ProxyNotice<'_>) {
 /// Shares the arm at a port, or a virtual one of this process, between programs; returns when all endpoints accept connections.
 #[pyfunction]
 #[pyo3(signature = (port, arm, places, *, faults, trace, fresh, transparent, keep_going))]
-// A call of Python's has as many keywords as it has.
+// Each Python keyword is an argument.
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn serve_proxy(
     py: Python<'_>,
@@ -247,7 +248,8 @@ pub(crate) fn serve_proxy(
 }
 
 impl Served {
-    /// Starts a thread that serves until it is told to end; returns when all its endpoints accept connections.
+    /// Starts a thread that serves until it is told to end. Returns once all its endpoints accept
+    /// connections.
     fn start(
         py: Python<'_>,
         name: &str,
@@ -262,7 +264,8 @@ impl Served {
             let begun = begun.lock().unwrap_or_else(PoisonError::into_inner);
             begun.recv_timeout(LOOK)
         };
-        // It has begun, or its end says why not. An interrupt drops what ends it.
+        // Wait until it serves, or until its thread ends with the reason. An interrupt drops the
+        // sender and so ends the thread.
         let endpoints = loop {
             match py.detach(begun) {
                 Ok(endpoints) => break endpoints,
@@ -328,7 +331,7 @@ impl Served {
         let Some(serving) = self.take() else {
             return Ok(());
         };
-        // One that broke down listens no more.
+        // Fails if serving has already ended by itself.
         let _ = serving.end.send(());
         match py.detach(move || serving.thread.join()) {
             Ok(Err(error)) => Err(error.raised(py)),

@@ -1,4 +1,7 @@
-//! Virtual arms that are stepped, many at once, with the interpreter free.
+//! Virtual arms that are stepped directly, many at once, with the interpreter's lock released.
+//!
+//! Each arm has its own random numbers from the seed plus its index, so that results do not depend
+//! on the number of threads.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -16,17 +19,17 @@ use crate::core::seconds;
 use crate::errors;
 use crate::program::{floats, numbers};
 
-/// How arms begin.
+/// Initial conditions of arms.
 struct Start {
     scenario: Option<Scenario>,
     tool: Option<[f64; 3]>,
     speed: Option<f64>,
-    /// Largest random offset of each object in x and in y, mm, and of each joint, deg.
+    /// Largest random offset of each object in x and y, mm, and of each joint, deg.
     object_noise: f64,
     joint_noise: f64,
 }
 
-/// An arm and its random numbers.
+/// An arm with its random number generator.
 #[derive(Clone)]
 struct One {
     arm: Simulation,
@@ -46,6 +49,7 @@ impl Start {
         if self.joint_noise > 0.0 {
             let joints = arm.state().joints.to_array();
             let joints = joints.map(|joint| joint + (share() * 2.0 - 1.0) * self.joint_noise);
+            // Guide the arm by hand: that takes no time and queues nothing.
             arm.unlock(true);
             arm.guide(JointAngles::from(joints));
             arm.unlock(false);
@@ -84,7 +88,7 @@ pub(crate) struct Sims {
     arms: Mutex<Vec<One>>,
 }
 
-/// Rows of pose, joints and time, and rows of flags: moving, refused, alarm, holding.
+/// Rows of pose, joints and time; and rows of flags: moving, refused, alarm, holding.
 type Looks<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
@@ -99,7 +103,8 @@ fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
     (numbers(py, values.as_flattened()), PyBytes::new(py, &flags))
 }
 
-/// Applies it to each arm, on up to that many threads; the results do not depend on their number.
+/// Applies `act` to each arm, on up to `threads` threads. The results do not depend on the number
+/// of threads.
 fn each<T: Send>(
     arms: &mut [One],
     threads: usize,
@@ -133,7 +138,7 @@ impl Sims {
         self.arms.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Looks at one of them, or changes it, with the interpreter free.
+    /// Runs `act` on one arm with the interpreter's lock released.
     fn with<T: Send>(
         &self,
         py: Python<'_>,
@@ -151,7 +156,7 @@ impl Sims {
 impl Sims {
     #[new]
     #[pyo3(signature = (count, scenario, tool, action, speed, seed, object_noise, joint_noise))]
-    // As many as there are ways to begin.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,

@@ -18,14 +18,14 @@ use crate::core::{Core, Ends, options, with_fence};
 use crate::errors;
 use crate::runtime::{self, Local};
 
-/// How long the end of a session may take.
+/// Longest time for the end of a session.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// A session at a station.
 #[pyclass(frozen, weakref, module = "magician._magician")]
 pub(crate) struct Station {
     client: Local<Mutex<Option<StationClient>>>,
-    /// Its leases, but for those of its arms.
+    /// Leases of the session, without those of its arms.
     leases: Arc<Mutex<Vec<String>>>,
     hello: String,
 }
@@ -41,13 +41,14 @@ struct Heard {
     connection: watch::Receiver<Connection>,
 }
 
-/// What is heard next: a notification's method and parameters, or news of the connection.
+/// Next message: method and parameters of a notification, or a change of the connection.
 type News = Option<(String, String)>;
 
 impl Heard {
     async fn next(&mut self) -> News {
         use broadcast::error::RecvError;
         tokio::select! {
+            // Deliver pending notifications before the change of the connection that followed them.
             biased;
             notice = self.notices.recv() => match notice {
                 Ok(notice) => Some((notice.method, notice.params.to_string())),
@@ -71,13 +72,15 @@ fn name(connection: Connection) -> &'static str {
     }
 }
 
-/// The exception of a request without a result.
+/// Creates the exception of a failed request.
 fn raised(py: Python<'_>, error: &ClientError) -> PyErr {
     let made = || -> PyResult<PyErr> {
         let refused = py.import("magician._told")?.getattr("refused")?;
         let (code, data) = match error {
+            // "Invalid params" of JSON-RPC 2.0.
             ClientError::Address(_) => (-32602, None),
             ClientError::Refused { code, data, .. } => (*code, Some(data.to_string())),
+            // There was no reply, so no code.
             _ => (0, None),
         };
         let exception = refused.call1((code, error.to_string(), data))?;
@@ -86,7 +89,7 @@ fn raised(py: Python<'_>, error: &ClientError) -> PyErr {
     made().unwrap_or_else(|failed| failed)
 }
 
-/// As an error of the driver.
+/// Converts a client error to an error of the driver.
 fn failed(error: &ClientError) -> Error {
     match error {
         ClientError::Address(why) => Error::invalid(why.clone()),
@@ -98,7 +101,7 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The text of a result.
+/// Converts a result to JSON text.
 fn told(py: Python<'_>, outcome: Result<Value, ClientError>) -> PyResult<Py<PyAny>> {
     match outcome {
         Ok(value) => value.to_string().into_py_any(py),
@@ -106,7 +109,7 @@ fn told(py: Python<'_>, outcome: Result<Value, ClientError>) -> PyResult<Py<PyAn
     }
 }
 
-/// A call of a station, which has begun.
+/// Starts a request to a station.
 fn asking<F>(task: F) -> Call
 where
     F: Future<Output = Result<Value, ClientError>> + Send + 'static,
@@ -114,13 +117,14 @@ where
     Call::start(async move { Ok::<_, Error>(task.await) }, told)
 }
 
-/// Parameters in JSON.
+/// Parses parameters from JSON.
 fn parameters(py: Python<'_>, text: &str) -> PyResult<Value> {
     let invalid = |error: serde_json::Error| errors::raise(py, &Error::invalid(error.to_string()));
     serde_json::from_str(text).map_err(invalid)
 }
 
-/// The station that a port names, or the environment's `MAGICIAN_PORT`.
+/// Returns the station that the port names, or `MAGICIAN_PORT` if no port is given. `None` if it is
+/// not a URL.
 pub(crate) fn named(port: Option<&str>) -> Option<String> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
     let port = port.or(environment.as_deref())?;
@@ -130,7 +134,7 @@ pub(crate) fn named(port: Option<&str>) -> Option<String> {
         .then(|| port.to_owned())
 }
 
-/// An arm at `http://HOST:PORT/ARM`, by a session of its own.
+/// Connects to an arm at `http://HOST:PORT/ARM`, in a new session.
 pub(crate) fn arm_at(py: Python<'_>, url: String, options: Options) -> PyResult<Call> {
     let ends = Ends::default();
     let lines = Arc::clone(&ends);
@@ -145,7 +149,7 @@ pub(crate) fn arm_at(py: Python<'_>, url: String, options: Options) -> PyResult<
     Core::connecting_by(py, opening, ends)
 }
 
-/// An arm of a session. A connection that breaks is waited for, as a line is.
+/// Connects to an arm of a session. A lost connection is searched for again, like a lost line.
 async fn open(
     client: StationClient,
     arm: Option<String>,
@@ -176,7 +180,8 @@ async fn open(
             }
             let asked = homings.ask(&client, arm.as_deref()).await;
             asked.map_err(|error| io::Error::other(error.to_string()))?;
-            // What burns or is dangerous is decided by this side's own rules, and by the role.
+            // Permissions for laser and danger are checked by this process, and by the role at the
+            // station.
             let (line, end) = StationLine::open(&client, arm.as_deref(), true);
             let mut ends = held(&ends);
             ends.retain(|end| !end.is_finished());
@@ -284,7 +289,7 @@ impl Station {
 
     /// An arm of the session.
     #[pyo3(signature = (arm, *, timeout, window, probe, reconnect, echo, fence = None))]
-    // A call of Python's has as many keywords as it has.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn open(
         &self,
@@ -312,7 +317,8 @@ impl Station {
             if let Some(client) = client {
                 let giving_back = async {
                     for lease in &leases {
-                        // One that has ended, and a station that is gone, are no matter here.
+                        // Fails for a lease that has expired or a station that is gone; neither
+                        // matters here.
                         let _ = client.release(lease).await;
                     }
                 };

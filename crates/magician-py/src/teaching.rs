@@ -1,4 +1,4 @@
-//! Points that a person shows the arm: by hand, and by call.
+//! Teaching: a program from points that a person shows the arm, by hand or by call.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -29,13 +29,13 @@ struct Inner {
     arm: Arm,
     saved: SavedSettings,
     taught: Arc<Taught>,
-    /// What stores the points that a hand teaches, where the arm reports them.
+    /// Task that stores points taught by hand. `None` if the arm does not report them.
     hand: Option<AbortHandle>,
 }
 
 struct Taught {
     editor: Mutex<TeachEditor>,
-    /// The points of the hand, by name, in their order.
+    /// Points taught by hand, in order.
     by_hand: watch::Sender<Vec<Point>>,
 }
 
@@ -62,7 +62,7 @@ impl Drop for Inner {
     }
 }
 
-/// Ends when the line to the arm is gone for good.
+/// Completes when the line to the arm is lost for good. Returns the reason.
 async fn gone(arm: &Arm, mut events: Events) -> Error {
     loop {
         match arm.link() {
@@ -127,7 +127,7 @@ impl Core {
     }
 }
 
-/// A point: its name and x, y, z, r.
+/// Name of a point, and x, y, z, r.
 type Point = (String, [f64; 4]);
 
 fn point(step: &TeachStep) -> Option<Point> {
@@ -203,7 +203,7 @@ impl Lesson {
             let pose = arm.get::<Pose>().await?;
             let program = &mut taught.editor().program;
             program.store(&pose);
-            // The step that was just stored takes all of it.
+            // Cannot fail: the step that was just stored is selected and takes all of these.
             let _ = name.map(|name| program.rename(&name));
             let _ = program.set_tools(gripper, suction);
             let _ = program.set_pause(pause);
@@ -217,7 +217,7 @@ impl Lesson {
     fn pop(&self, py: Python<'_>) -> PyResult<Option<Point>> {
         let program = &mut self.inner.get(py)?.taught.editor().program;
         let last = program.steps().last().and_then(point);
-        // The last one is selected; without any there is nothing to remove.
+        // The last step is selected. Without steps there is nothing to delete.
         let _ = program.delete();
         Ok(last)
     }

@@ -1,4 +1,4 @@
-//! The pieces of a line's bytes, for `magician.decode`.
+//! Decoding of the bytes of a line, for `magician.decode`.
 
 use magician_protocol::{
     DecodeError, Description, Direction, FieldValue, Frame, QueuedCmdIndex, Rejection, Row,
@@ -12,16 +12,16 @@ use pyo3::types::{PyBytes, PyList, PyModule, PyTuple};
 
 use crate::{errors, values};
 
-/// Makes the pieces `magician.traffic`'s.
+/// Collects decoded pieces as objects of `magician.traffic`.
 struct Pieces<'py> {
     module: Bound<'py, PyModule>,
     commands: Bound<'py, PyModule>,
     found: Bound<'py, PyList>,
-    /// The run of noise under way: its offset, link and time.
+    /// Current run of noise: its position and bytes.
     noise: Option<(Where, Vec<u8>)>,
 }
 
-/// Offset, link and time, s since 1970.
+/// Offset, link, and time in s since 1970.
 type Where = (u64, Option<String>, Option<f64>);
 
 fn place(place: &Place<'_>) -> Where {
@@ -59,7 +59,8 @@ impl<'py> Pieces<'py> {
         self.found.append(rejected.call1(parts)?)
     }
 
-    /// The command that the parameters are, if they are any, and the index that a queued one was given.
+    /// Decodes parameters: a command, or the index that a queued command got. Both are `None` if
+    /// there are no parameters.
     fn meaning(
         &self,
         meant: &Description<'_>,

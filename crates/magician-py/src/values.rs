@@ -1,9 +1,10 @@
-//! Commands, as Python has them and as they travel.
+//! Conversion of commands between Python objects and wire format.
 //!
-//! A command is an object of a class in `magician.commands`, one class a layout of the protocol's table. `ID` and `LAYOUT` of
-//! the class say which, the attributes are the fields: `int`, `float`, `bool`, `str`, `bytes`, tuples of numbers, enums,
-//! the codes of alarms, and outputs. Numbers of 32 bits come as the shortest decimal that reads back the same: what a
-//! program has set is what it reads.
+//! A command is an object of a class in `magician.commands`; there is one class per layout of the
+//! protocol's table. `ID` and `LAYOUT` of the class identify the layout. Its attributes are the
+//! fields: `int`, `float`, `bool`, `str`, `bytes`, tuples of numbers, enums, codes of alarms, and
+//! outputs. A 32-bit float is returned as the shortest decimal with the same bits, so that a
+//! program reads back exactly the number that it has set.
 
 use magician::Set;
 use magician_protocol::{
@@ -17,16 +18,16 @@ use pyo3::types::{PyBool, PyBytes, PyModule, PyTuple};
 
 use crate::errors;
 
-/// What a command's class says of it.
+/// Row and layout of a command class.
 pub(crate) struct Kind {
     pub(crate) row: &'static Row,
     pub(crate) layout: &'static LayoutInfo,
 }
 
-/// What a command, or the class of one, is.
+/// Looks up row and layout of a command or command class.
 ///
 /// # Errors
-/// `TypeError` for anything else.
+/// `TypeError` for any other object.
 pub(crate) fn kind(command: &Bound<'_, PyAny>) -> PyResult<Kind> {
     let py = command.py();
     let said = |name| command.getattr(name);
@@ -51,11 +52,11 @@ pub(crate) fn kind(command: &Bound<'_, PyAny>) -> PyResult<Kind> {
     }
 }
 
-/// The command that an object is, to be set or queued.
+/// Converts an object to a command that can be set or queued.
 ///
 /// # Errors
-/// `TypeError` for what is no command and for fields of the wrong kind; `magician.errors.InvalidInputError` for one that is
-/// only read, and for values that do not fit.
+/// `TypeError` if it is not a command or has fields of the wrong type;
+/// `magician.errors.InvalidInputError` for a read-only command and for values out of range.
 pub(crate) fn command(object: &Bound<'_, PyAny>) -> PyResult<Set> {
     let py = object.py();
     let Kind { row, layout } = kind(object)?;
@@ -70,10 +71,10 @@ pub(crate) fn command(object: &Bound<'_, PyAny>) -> PyResult<Set> {
     Set::decode(row.id, &params).map_err(|error| errors::raise(py, &error.into()))
 }
 
-/// The object of `magician.commands` that a command is.
+/// Converts a command to an object of `magician.commands`.
 ///
 /// # Errors
-/// Those of its constructor: none.
+/// Those of its constructor, which are not expected.
 pub(crate) fn object(py: Python<'_>, command: &Set) -> PyResult<Py<PyAny>> {
     let row = command.row();
     let layout = row.set.unwrap_or(magician_protocol::NoArgs::INFO);
@@ -83,7 +84,7 @@ pub(crate) fn object(py: Python<'_>, command: &Set) -> PyResult<Py<PyAny>> {
     decode(&class, layout, frame.frame().params())
 }
 
-/// The module `magician.commands`.
+/// Returns the module `magician.commands`, imported once.
 fn commands(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     static COMMANDS: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
     let module =
@@ -91,10 +92,10 @@ fn commands(py: Python<'_>) -> PyResult<&Bound<'_, PyModule>> {
     Ok(module.bind(py))
 }
 
-/// The parameters that an object's fields make.
+/// Encodes the fields of an object as parameters.
 ///
 /// # Errors
-/// As [`command`].
+/// Those of [`command`].
 pub(crate) fn encode(
     row: &Row,
     layout: &LayoutInfo,
@@ -105,6 +106,7 @@ pub(crate) fn encode(
     let mut writer = Writer::new(&mut params);
     for field in layout.fields {
         let value = object.getattr(field.name)?;
+        // Optional fields come last, so nothing can follow an omitted one.
         if value.is_none() && field.optional {
             break;
         }
@@ -115,7 +117,8 @@ pub(crate) fn encode(
     Ok(params.get(..count).unwrap_or_default().to_vec())
 }
 
-/// What is wrong with a field, with its name before it: `TypeError` stays one, all else is a value that does not fit.
+/// Puts the name of the field before an error. A `TypeError` stays one; any other becomes an
+/// invalid value.
 fn named(py: Python<'_>, row: &Row, field: &Field, error: &PyErr) -> PyErr {
     let message = format!("{}: {}", field.name, error.value(py));
     if error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyAttributeError>(py) {
@@ -201,11 +204,12 @@ fn scalar(kind: Scalar, value: &Bound<'_, PyAny>, writer: &mut Writer<'_>) -> Py
     Ok(())
 }
 
-/// A whole number from the least to the most.
+/// Converts an integer, checked against its inclusive bounds.
 fn whole(value: &Bound<'_, PyAny>, least: i128, most: i128) -> PyResult<i128> {
     let number = match value.extract::<i64>() {
         Ok(number) => i128::from(number),
         Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => return Err(error),
+        // A number that fits neither type is out of range for every field.
         Err(_) => value.extract::<u64>().map_or(most + 1, i128::from),
     };
     if (least..=most).contains(&number) {
@@ -217,7 +221,7 @@ fn whole(value: &Bound<'_, PyAny>, least: i128, most: i128) -> PyResult<i128> {
     }
 }
 
-/// A number of 32 bits; what is beyond them is not made an infinity of.
+/// Converts a number to 32 bits. Fails for a finite number that would become infinite.
 fn float(value: &Bound<'_, PyAny>) -> PyResult<f32> {
     let number = value.extract::<f64>()?;
     let narrow = number as f32;
@@ -231,10 +235,11 @@ fn float(value: &Bound<'_, PyAny>) -> PyResult<f32> {
     }
 }
 
-/// The object of a class whose fields these parameters hold. A field that was left out is as the class has it.
+/// Decodes parameters as an object of `class`. Omitted optional fields get the default of the
+/// class.
 ///
 /// # Errors
-/// `magician.errors.UnexpectedError` when the parameters fit no form of the layout.
+/// `magician.errors.UnexpectedError` if the parameters do not fit the layout.
 pub(crate) fn decode(
     class: &Bound<'_, PyAny>,
     layout: &'static LayoutInfo,
@@ -250,13 +255,13 @@ pub(crate) fn decode(
     for (_, value) in fields {
         values.push(take(py, &value)?);
     }
-    // The class knows what stands for a field that may be left out.
+    // Omit optional fields, so that the class's own defaults apply.
     let missing = layout.fields.iter().skip(values.len());
     values.extend(missing.filter(|field| !field.optional).map(|_| py.None()));
     Ok(class.call1(PyTuple::new(py, values)?)?.unbind())
 }
 
-/// What a field holds.
+/// Converts the value of a field.
 pub(crate) fn take(py: Python<'_>, value: &FieldValue<'_>) -> PyResult<Py<PyAny>> {
     Ok(match value {
         FieldValue::Unsigned(number) => number.into_pyobject(py)?.into_any().unbind(),
@@ -292,13 +297,13 @@ pub(crate) fn take(py: Python<'_>, value: &FieldValue<'_>) -> PyResult<Py<PyAny>
     })
 }
 
-/// The named value of an enum, by the number.
+/// Converts a number to the named value of an enum.
 fn named_value(py: Python<'_>, info: &EnumInfo, byte: u8) -> PyResult<Py<PyAny>> {
     let class = commands(py)?.getattr(info.name)?;
     Ok(class.call1((byte,))?.unbind())
 }
 
-/// The alarms that stand, as `magician.alarms` has them.
+/// Converts active alarms to `magician.alarms`.
 pub(crate) fn alarms(py: Python<'_>, alarms: &AlarmSet) -> PyResult<Py<PyAny>> {
     let of = py.import("magician.alarms")?.getattr("Alarm")?;
     let codes = alarms.codes().map(|code| of.call1((code,)));
@@ -306,7 +311,7 @@ pub(crate) fn alarms(py: Python<'_>, alarms: &AlarmSet) -> PyResult<Py<PyAny>> {
     Ok(PyTuple::new(py, codes)?.into_any().unbind())
 }
 
-/// A pose, as `magician.commands` has it.
+/// Converts a pose to `magician.commands`.
 pub(crate) fn pose(py: Python<'_>, pose: &magician::commands::Pose) -> PyResult<Py<PyAny>> {
     let [j1, j2, j3, j4] = pose.joint_angle.map(shortest);
     let [x, y, z, r] = [pose.x, pose.y, pose.z, pose.r].map(shortest);
@@ -314,7 +319,7 @@ pub(crate) fn pose(py: Python<'_>, pose: &magician::commands::Pose) -> PyResult<
     Ok(class.call1((x, y, z, r, (j1, j2, j3, j4)))?.unbind())
 }
 
-/// The number with the fewest digits that is this one in 32 bits.
+/// Returns the shortest decimal number that rounds to this 32-bit float.
 pub(crate) fn shortest(number: f32) -> f64 {
     let wide = f64::from(number);
     if wide.fract() == 0.0 || !wide.is_finite() {

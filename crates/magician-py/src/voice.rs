@@ -1,8 +1,8 @@
-//! What to do about an error or a note, in the words of Python: methods and arguments.
+//! Remedies for errors and notes in terms of Python: methods and arguments.
 
 use magician::{Action, Given, PinUse, Setting, Voice};
 
-/// Python's voice.
+/// [`Voice`] of the Python package.
 pub(crate) struct Python;
 
 impl Voice for Python {
@@ -30,7 +30,7 @@ impl Voice for Python {
     }
 
     fn give(&self, setting: Setting, given: &Given) -> String {
-        // A call each, and no argument.
+        // These two are methods of their own, not arguments.
         match setting {
             Setting::Loops => return "`plan.repeated(times)`".to_owned(),
             Setting::SpeedRatio => return "`arm.speed(percent)`".to_owned(),

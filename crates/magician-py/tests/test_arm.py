@@ -201,7 +201,7 @@ def test_queue(arm: Arm) -> None:
     arm.wait_for(index, progress=seen.append)
     assert arm.current_index() == index and arm.pose().y == 30
     assert all(progress.last == index for progress in seen)
-    # A start in the middle of a motion would end it.
+    # Starting the queue must not end a motion that is running.
     index = arm.enqueue(words.move_to(200, -30, 20, 0))
     arm.start_queue()
     arm.wait_for(index)
@@ -264,7 +264,7 @@ def test_refused(arm: Arm) -> None:
     with pytest.raises(errors.UnreachableError, match="x 500, y 0, z 0 is out of reach") as caught:
         arm.move_to(500, 0, 0, 0)
     error = caught.value
-    # Where the arm holds the suction cup that it has at power-up: 59.7 mm before it.
+    # The wrist, 59.7 mm behind the suction cup that is set at power-up.
     assert error.value == pytest.approx(440.3, abs=1e-3)
     assert (error.limit, error.unit, error.command) == (282, "mm", "SetPTPCmd")
     assert isinstance(error, ValueError) and error.kind == "unreachable"
@@ -348,7 +348,7 @@ def test_a_queue_of_another_program(arm: Arm) -> None:
     arm.enqueue(words.wait(0.1))
     assert arm.perform([words.wait(0.1)]).commands == 1
     arm.stop_gentle()
-    # The unreachable one raises its alarm when the queue comes to it; what is behind it stays.
+    # The unreachable move raises its alarm when it is its turn; commands behind it stay queued.
     program = [words.move_to(500, 0, 0, 0), words.wait(0.1), words.wait(0.1)]
     with pytest.raises(errors.AlarmError):
         arm.begin(program).finish()
@@ -414,7 +414,7 @@ def test_stops(slow: Arm, meanwhile: Callable[[Callable[[], object]], object]) -
     for how in (slow.stop, slow.request_stop):
         meanwhile(functools.partial(stop, how))
         with pytest.raises(errors.ClosedError, match="stop"):
-            slow.wait_above(12, 4000)  # for ever
+            slow.wait_above(12, 4000)  # never ends
         slow.wait_still()
         assert slow.left_space() == 32
 

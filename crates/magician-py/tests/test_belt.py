@@ -48,7 +48,7 @@ def test_what_passes_is_met_in_its_middle(speed: float) -> None:
     assert cell.object("one").held
     assert off_the_middle(cell, "one") < speed * PERIOD
     assert cell.position.z == pytest.approx(TOP + 40, abs=0.01)
-    # It is carried away like anything else, and the belt still runs.
+    # The object can be carried away, and the belt still runs.
     before = cell.object("two").position.y
     arm.place((200, 0, -40))
     assert not cell.object("one").held and cell.object("two").position.y > before
@@ -63,9 +63,9 @@ def test_one_after_the_other_is_picked_where_a_sensor_sees_it() -> None:
         while not arm.infrared_at("GP2"):
             cell.advance(0.001)
         seen = arm.clock()
-        # The program thinks for a while.
+        # Simulate a slow program.
         cell.advance(0.5)
-        # Its front was there, 4 mm before its middle.
+        # The sensor saw its front, 4 mm before its centre.
         arm.pick_from_belt((220, -130 - 4, TOP), Belt(10, 90), since=seen, retreat=60)
         assert cell.object(name).held
         assert off_the_middle(cell, name) < 0.2
@@ -134,7 +134,7 @@ def test_a_handle_is_given_at_once() -> None:
 
 
 def test_what_was_there_when_it_was_called_is_met_after_the_motions_before_it() -> None:
-    # At full speed the wait would be over before the second call asks what time it is.
+    # At full speed the wait would end before the second call reads the clock.
     cell = VirtualArm(BELT, speed=5.0)
     arm = ready(cell)
     arm.conveyor(0, 10)

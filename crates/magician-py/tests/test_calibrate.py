@@ -44,7 +44,7 @@ def test_a_drawing_lies_on_the_sheet(samples: Path) -> None:
     found = calibrate.sheet([(200, -60, -60), (300, -60, -60), (200, 60, -57)])
     plan = magician.load(samples / "house.svg", sheet=found.sheet, surface=found.surface, fit=True)
     assert not plan.surface_is_assumed
-    # The surface rises along y, and the pen with it.
+    # The surface rises along y, so the pen must too.
     assert plan.surface == found.surface
     assert found.surface.slope[1] == pytest.approx(0.025)
     with VirtualArm().arm() as arm:
@@ -109,7 +109,7 @@ def test_the_height_is_taken_from_where_the_tool_touches(tmp_path: Path, monkeyp
         arm.move_to(220, 30, -52.5)
         surface = arm.touch_off()
         assert surface.height == pytest.approx(-52.5, abs=0.01) and surface.slope == (0.0, 0.0)
-        # The table of a virtual arm says nothing about a real one.
+        # The table of a virtual arm has nothing to do with a real one.
         assert calibrate.saved().surface is None
         arm.laser(True)
         with pytest.raises(errors.InvalidInputError, match="laser is on") as told:

@@ -118,7 +118,7 @@ def test_methods_take_what_they_always_took(library: type) -> None:
     for name, wanted in declared(SIGNATURES[library]):
         parameters = list(inspect.signature(getattr(library, name)).parameters.values())
         have = [(each.name, each.default) for each in parameters if each.name != "self"]
-        # What comes after may be left out.
+        # Further parameters must be optional.
         assert len(have) >= len(wanted), name
         for (name_had, default), (name_wanted, default_wanted) in zip(have, wanted, strict=False):
             assert name_had == name_wanted, name
@@ -191,7 +191,7 @@ def test_ctrl_c_stops_the_arm() -> None:
     dobot.move_to(200, 100, 50, 0)
 
     def interrupt() -> None:
-        # It moves: the other thread waits for it.
+        # Wait until the arm moves and the main thread waits for it.
         while dobot.pose()[1] < 1:
             pass
         _thread.interrupt_main()
@@ -465,7 +465,7 @@ def test_the_library_is_told_by_the_names_that_are_used() -> None:
     assert which("from pydobot.dobotplus import Dobot") == "pydobotplus"
     assert which("x = pydobot.Dobot('COM3'); x.pose(); x.get_pose()") == "pydobot"
     assert which("not python at all (") == "pydobot"
-    # What another library has is no sign: a parser that is verbose, a neural net of poses.
+    # Names of other libraries are no evidence: a verbose parser, a neural net for poses.
     others = "from pydobot import Dobot\nParser(verbose=True)\nmp.solutions.pose.Pose()\nself.pose = 1\n"
     assert which(others + "self.robot = Dobot('COM3')\nself.robot.get_pose()") == "pydobot2"
     assert which(others + "d = Dobot('COM3')\nd.home()\nd.move_to(1, 2, 3)") == "pydobot2"
@@ -510,7 +510,7 @@ def test_all_modules_of_a_program_are_looked_at(tmp_path: Path) -> None:
         folder = tmp_path / str(nth)
         written(folder, {"main.py": main, **files})
         assert _script.which_pydobot(*overlooked(folder, "main.py").sources) == "pydobotplus", main
-    # Not what is installed, what does not belong to it, or a copy of the library itself.
+    # Not installed packages, unrelated files or a copy of the library itself.
     written(tmp_path / "x", {"main.py": "import json, pydobot", "other.py": moves, "pydobot/__init__.py": moves})
     assert len(overlooked(tmp_path / "x", "main.py").sources) == 1
 
@@ -631,7 +631,7 @@ def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, l
     done = run(PRESSES.format(waiting=waiting, rest=rest), tmp_path, "--port", "sim:1", "")
     assert done.returncode == -signal.SIGINT
     moving, waits, index, x, y = done.stdout.split()
-    # The first move, the seventh command, was under way: 100 mm in twenty seconds.
+    # The first move, the seventh command, was running: 100 mm in twenty seconds.
     assert (moving, waits, index) == ("False", "0", "8") and 258 < float(x) < 260 and 0 <= float(y) < 50
     said = done.stderr.splitlines()
     assert said[0] == "magician.compat: interrupted, so the arm at sim:1 is stopped"
@@ -677,7 +677,7 @@ while cell.state()["moving"] or cell.state()["waiting"]:
     assert (moving, waits, index) == ("False", "0", "8") and float(y) < 50
 
 
-# What programs make of the classes.
+# Uses of the classes in programs.
 
 SENDS = """
     _send_command _send_message _read_message _set_cp_cmd _set_end_effector_gripper _set_end_effector_suction_cup
@@ -690,7 +690,7 @@ NEWER = f"""{SENDS}
     _set_home_cmd _set_arc_cmd _set_home_coordinate _set_jog_coordinate_params _set_jog_command _set_stepper_motor
     _set_stepper_motor_distance _set_cp_params _set_cple_cmd _lock _ser logger
 """
-# Of pydobot and of its forks, on every arm: programs mix them.
+# Methods of pydobot and its forks, on every arm, because programs mix them.
 MIXED = """
     home goHome setHomeParams jump_to jump move_to_J goMovL go_lin move_inc_to rotate_joint go_angle move_to_with_l
     move_to_withL pose_l set_wait start_stepper stop_stepper stop_conveyor_belt _stop_gripper _get_device_version
@@ -700,7 +700,7 @@ PLUS = """
     PORT_GP1 PORT_GP2 PORT_GP4 PORT_GP5 set_hht_trig_output get_hht_trig_output set_color get_color set_ir get_ir
     move_rel
 """
-# The names that the libraries' own arms have: facts of pydobot 1.3.2, pydobot2 0.1.0 and pydobotplus 0.1.2.
+# Names of the libraries' own arm classes: pydobot 1.3.2, pydobot2 0.1.0 and pydobotplus 0.1.2.
 OLDER = "_get_pose _set_wait_cmd _get_eio_level _set_eio_level go _on lock ser verbose x y z r j1 j2 j3 j4"
 OF_NEWER_ALONE = {"_lock", "_ser", "logger", "conveyor_belt_distance"}
 NAMES = {
@@ -718,7 +718,7 @@ def test_arms_have_the_names_of_the_libraries_and_no_others(kind: Any) -> None:
     arm.close()
 
 
-# What programs call what they put into an arm.
+# Attributes that programs add to an arm.
 USUAL = """
     arm line port serial core answer queue lock thread state command exchange open setup fault finish queued jog say ptp
     index timeout native bench name stop

@@ -36,7 +36,7 @@ def run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, env={"PATH": ""}, timeout=300)
 
 
-# The table.
+# Table of calls.
 
 FRAMES = {
     "ptp": ((1, 220, 20, 30, 5), 84, 3, "01 00005c43 0000a041 0000f041 0000a040"),

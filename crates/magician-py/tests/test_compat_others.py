@@ -144,7 +144,7 @@ def test_dobotwrapperpy_moves_by_so_much_to_a_place(frames: list[str]) -> None:
         return await bot.pose()
 
     assert asyncio.run(program())[:4] == pytest.approx((225, 15, 30, 5), abs=1e-2)
-    # Never by a relative mode: the joint one, the jump, and an arc through a point.
+    # Relative moves are sent as absolute ones: joint move, jump and arc.
     assert [frame[:7] for frame in frames if frame[:2] in ("84", "10") and frame[:3] != "10/"] == [
         "84/3 01",
         "84/3 01",
@@ -188,7 +188,7 @@ def test_dobotwrapperpy_is_awaited() -> None:
         "from dobotWrapperPy.paramsStructures import tagPTPCmd\nfrom dobotWrapperPy.enums.ptpMode import PTPMode\n"
         "d = DobotApi(DobotConnection(port='COM3'))\nd.initialize_robot()\n"
         "d.set_ptp_cmd(tagPTPCmd(PTPMode.MOVJ_XYZ, 210, 0, 30, 0), True, True)\nx = d.get_pose().x",
-        # An arm's class that opens the port in its own constructor.
+        # A subclass that opens the port in its own constructor.
         "import serial\nfrom pydobot.dobot import MODE_PTP\nimport pydobot\nclass Arm(pydobot.Dobot):\n"
         "  def __init__(self, port):\n    self._ser = serial.Serial(port, 115200)\n"
         "    self._set_queued_cmd_start_exec()\n"

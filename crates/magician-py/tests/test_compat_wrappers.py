@@ -16,7 +16,7 @@ def run(folder: Path, files: dict[str, str], main: str = "main.py") -> subproces
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     command = [sys.executable, "-m", "magician.compat", "--port", "sim", main]
-    # Python 3.14 says of a program's own structures with _pack_ that they want a _layout_ by 3.19.
+    # Python 3.14 warns about structures with _pack_ and without _layout_.
     environment = {"PATH": "", "PYTHONWARNINGS": "ignore::DeprecationWarning"}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=300)
 
@@ -222,7 +222,7 @@ def test_a_destructor_speaks_to_the_arm_at_the_end_of_a_program(tmp_path: Path) 
 
 
 def test_a_destructor_after_an_exception_says_nothing_of_the_end_of_python(tmp_path: Path) -> None:
-    # A destructor that runs this late cannot import, and so cannot raise what the native part raises.
+    # A destructor at this point cannot import, so the native part cannot create its exceptions.
     done = run(tmp_path, {"main.py": DESTRUCTOR + "robot.unknown"})
     assert done.returncode == 1 and "no attribute 'unknown'" in done.stderr and "home" not in done.stdout
     assert "SetPTPCmd after the end of the program: nothing was done" in done.stderr

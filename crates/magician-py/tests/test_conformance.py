@@ -52,7 +52,7 @@ def test_what_the_listener_raises_ends_it() -> None:
         with pytest.raises(ZeroDivisionError, match=r"queue\."):
             magician.conform(served.tcp, only=["queue"], allow_motion=True, progress=refuses)
         assert len(heard) == 1
-        # The port is free, and the arm as it was.
+        # The port is free and the arm is unchanged.
         assert magician.conform(served.tcp, only=["framing"], skip=["moves"]).ok
 
 
@@ -86,7 +86,7 @@ def test_an_arm_that_is_not_in_the_program_moves_only_if_it_may() -> None:
         with pytest.raises(errors.InvalidInputError, match=r"would move in \d+ cases.* allow_motion=True"):
             magician.conform(served.tcp)
         with magician.Arm(served.tcp) as arm:
-            # Nothing was sent: it stands where it was switched on.
+            # Nothing was sent: the index is that at power-up.
             assert arm.current_index() == 0
         one = magician.conform(served.tcp, only=["ptp.movl-100-mm"], allow_motion=True)
         assert len(one.results) == 1

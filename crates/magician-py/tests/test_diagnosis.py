@@ -62,7 +62,7 @@ def test_an_alarm_and_what_to_do_about_it() -> None:
         found = magician.doctor(served.tcp, count=2)
     alarms = [each for each in found.findings if each.check == "alarms"]
     assert 0x20 in [each.value for each in alarms]
-    # Clearing alarm 0x00 homes nothing.
+    # Clearing alarm 0x00 would not home the arm, so homing is the advice.
     cures = {0x00: "`arm.home()`", 0x20: "`arm.clear_alarms()`"}
     assert all(cures[each.value] in str(each.advice) for each in alarms)
     assert not any("magician alarms" in str(each) for each in found.findings)

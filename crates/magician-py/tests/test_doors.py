@@ -74,7 +74,7 @@ def test_sample_is_the_same_plan_in_python_and_in_the_command(
         try:
             plan = magician.load(file, **options, **start)
         except InvalidInputError as error:
-            # A look shows what does not fit, too.
+            # The command's preview also shows drawings that do not fit.
             assert isinstance(command, str) or "fit" in str(error), (file.name, command, str(error))
             continue
         assert not isinstance(command, str), (file.name, command)

@@ -37,7 +37,7 @@ def test_a_frame_goes_round_the_marks_in_the_dark(drawing: Path, arm: magician.A
         along = [target[axis] for target in targets if target]
         assert min(along) == pytest.approx(marks[0][axis], abs=0.02)
         assert max(along) == pytest.approx(marks[1][axis], abs=0.02)
-    # Nothing of it burns: no arm asks for more.
+    # It burns nothing, so no permission is needed.
     assert arm.run(plan).report.drawn == 0
 
 

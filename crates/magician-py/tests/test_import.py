@@ -16,7 +16,7 @@ LATER = [
 
 
 def loaded(program: str) -> set[str]:
-    # Without `site`: what lies beside this package in an environment may load anything.
+    # Without `site`: other packages in the environment may load anything at startup.
     show = "import sys; print(*sys.modules)"
     path = f"import sys; sys.path[:] = {sys.path!r}"
     command = [sys.executable, "-S", "-c", f"{path}\n{program}\n{show}"]

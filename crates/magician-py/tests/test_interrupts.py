@@ -96,7 +96,7 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
         with pytest.raises(errors.ClosedError):
             call.wait()
     over.wait()
-    # Whether the check had ended by then is up to the machine; the first point is seconds away.
+    # The check may have ended by then or not; the first point is seconds away.
     assert never_moves(slow) and slow.pose().x > 211
 
 
@@ -157,7 +157,7 @@ def test_whoever_is_impatient_stops_the_arm_as_well(slow: Arm, meanwhile: Meanwh
     def handler(number: int, _: object) -> None:
         calls.append(number)
         if len(calls) == 1:
-            signal.raise_signal(signal.SIGINT)  # heard while the stop is waited for
+            signal.raise_signal(signal.SIGINT)  # handled while waiting for the stop
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGINT, handler)
@@ -226,7 +226,7 @@ def test_the_log(caplog: pytest.LogCaptureFixture) -> None:
     try:
         cell = VirtualArm()
         with cell.arm() as arm, caplog.at_level(logging.WARNING, "magician"):
-            arm.perform([words.wait(0)])  # It was not homed, which is nothing to warn of here.
+            arm.perform([words.wait(0)])  # The warning about the missing homing does not matter here.
             cell.reset()
             with contextlib.suppress(errors.Error):
                 arm.perform([words.wait(0)])

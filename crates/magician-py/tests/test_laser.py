@@ -28,7 +28,7 @@ def silent() -> Iterator[str]:
 
 @pytest.mark.parametrize("burn", BURNING)
 def test_a_virtual_arm_is_never_refused(arm: Arm, burn: Callable[[Arm, bool], object]) -> None:
-    # A pin is driven as what it is.
+    # Give the pin the function that the call drives.
     arm.multiplex(4, "PWM" if burn is BURNING[2] else "DO")
     burn(arm, False)
 
@@ -39,7 +39,7 @@ def test_a_real_arm_wants_a_permission(silent: str, burn: Callable[[Arm, bool], 
         burn(arm, False)
     assert isinstance(caught.value, errors.InvalidInputError)
     assert "allow_laser=True" in str(caught.value) and "nothing was sent" in str(caught.value)
-    # With it the command goes out, to somebody who does not answer.
+    # With permission the command is sent, to a peer that does not answer.
     with pytest.raises(errors.Error) as caught, Arm(silent, probe=False, timeout=0.05) as arm:
         burn(arm, True)
     assert not isinstance(caught.value, errors.InvalidInputError)

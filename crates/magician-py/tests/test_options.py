@@ -25,13 +25,13 @@ def _load(**options: Any) -> magician.Plan:
 
 def _is_sayable(name: str, value: Any) -> bool:
     if value is None or name not in SetupOptions.__annotations__:
-        return False  # left out; no keyword
+        return False  # omitted, or not a keyword
     if name in ("font", "pens") and isinstance(value, str):
         return False  # a file
     if name == "only" and isinstance(value, str):
         return False  # one part
     if name == "power" and isinstance(value, list):
-        return False  # the least and the most
+        return False  # a range
     is_switch = "bool | None" in str(SetupOptions.__annotations__[name])
     return not (is_switch and not isinstance(value, bool) and value == 1)  # 1 is True
 

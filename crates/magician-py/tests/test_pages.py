@@ -29,7 +29,7 @@ PAGES = [
     ROOT / "docs" / "guide" / "STATION-SESSION.md",
     *(ROOT / "docs" / "recipes" / f"{name}.md" for name in ("share", "queue")),
 ]
-# Where the programs of a page find a station.
+# Address of the station in the programs of a page.
 STATION = "http://127.0.0.1:8910"
 BLOCK = re.compile(
     r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE

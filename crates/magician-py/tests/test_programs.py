@@ -172,7 +172,7 @@ def test_a_servo_lifts_the_pen() -> None:
     program = b"M3 S40\nG0 X220 Y0\nM3 S90\nG1 X240 F600\nM3 S40\n"
     plan = magician.load(_named("servo.gcode", program), dialect="servo", surface=-50, lift=10)
     assert plan.check().power is None
-    # It comes from above: by the lift and 50 mm more.
+    # The approach from above starts at the lift plus 50 mm.
     assert [step.values[2] for step in plan.steps if step.action in ("path", "move")] == [10, -50, -50, -40]
 
 
@@ -186,7 +186,7 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         assert "on the surface at z = -50.0" in str(placed.notes[0])
         help = placed.notes[0].help or ""
         assert "raw=True" in help and "pen_z=" in help
-    # A pen never goes below the surface, but where the depths of the file are kept.
+    # A pen stays above the surface unless the depths of the file are kept.
     cases: list[tuple[dict[str, Any], float]] = [
         ({"pen_z": 1}, -50),
         ({"move": (0, 0, -5)}, -50),

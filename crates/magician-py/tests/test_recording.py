@@ -115,7 +115,7 @@ def test_a_file_that_is_there_is_replaced_only_if_that_is_wanted(tmp_path: Path)
         assert path.read_text(encoding="utf-8") == "mine"
         with arm.record(path, overwrite=True) as recording:
             seen(recording)
-            # It stays until the new one is whole.
+            # The old file stays until the new one is complete.
             assert path.read_text(encoding="utf-8") == "mine"
             assert path.with_name("day.csv.partial").exists()
     assert rows(path)
@@ -214,7 +214,7 @@ def session(path: Path) -> Path:
 def test_a_session_comes_out_the_same(tmp_path: Path) -> None:
     path = session(tmp_path / "session.pcapng")
     again = tmp_path / "again.pcapng"
-    # When a poll came on the virtual clock is no part of a trace.
+    # A trace does not contain the virtual time of polls, so their answers may differ.
     found = magician.replay(path, clock="max", ignore=["QueuedCmdCurrentIndex"], save=again)
     assert found.ok, found.differences
     assert found.requests == found.answers > 5
@@ -227,13 +227,13 @@ def test_a_session_comes_out_the_same(tmp_path: Path) -> None:
 
 def test_what_differs_is_told(tmp_path: Path) -> None:
     path = session(tmp_path / "session.pcapng")
-    # This one does not know where the arm went.
+    # The replaying arm does not know the poses between.
     found = magician.replay(path, clock="max", tolerance=1000)
     assert found.ok or {each.command for each in found.differences} <= {"GetQueuedCmdCurrentIndex"}
     data = path.read_bytes()
     name = bytes.fromhex("AA AA 02 0A 00 F6")
     at = data.index(name)
-    # Another request than the one that was answered: the sum fits.
+    # Replace the request by another one with a valid checksum.
     found = magician.replay(data[:at] + bytes.fromhex("AA AA 02 0D 00 F3") + data[at + 6 :], clock="max")
     assert not found.ok
     assert found.found == len(found.differences)

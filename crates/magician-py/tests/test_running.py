@@ -95,7 +95,7 @@ def test_ctrl_c_stops_the_arm() -> None:
         arm.run(Plan.path(BACK_AND_FORTH, by="line"), progress=interrupt)
     assert not cell.moving and cell.waiting == 0
     assert "of 60 steps are done; first_step=" in notes(caught.value)
-    # And it takes the next program.
+    # The arm accepts the next program.
     assert arm.run(Plan.path([(220, 0, 20)], by="line")).steps == 1
 
 
@@ -135,7 +135,7 @@ def test_interrupts_in_quick_succession_lift_the_pen_and_restore_settings() -> N
     def handler(number: int, _: object) -> None:
         calls.append(number)
         if len(calls) < 4:
-            signal.raise_signal(signal.SIGINT)  # Heard while the end of the job is waited for.
+            signal.raise_signal(signal.SIGINT)  # Handled while waiting for the end of the job.
         raise KeyboardInterrupt
 
     def interrupt(progress: PlanProgress) -> None:
@@ -183,7 +183,7 @@ def test_a_drawing_ends_with_the_pen_up_and_may_be_parked(arm: magician.Arm, vir
         arm.run(plan, park=(400, 0, 0))
     with pytest.raises(InvalidInputError, match="stay"):
         arm.run(plan, park=(200, -80, 40), stay=True)
-    # A program that moves no pen ends where it leads.
+    # Without a pen a program ends at its last target: nothing is lifted.
     result = arm.run(Plan.path([(220, 0, 20), (240, 0, 20)], by="line"))
     assert result.pen is None and virtual_arm.position[2] == pytest.approx(20, abs=1e-3)
 
@@ -297,7 +297,7 @@ def test_a_refusal_tells_the_place_and_not_the_command() -> None:
 def test_a_plan_and_a_lesson_need_a_homed_arm(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     plan = Plan.path([(220, 0, 20), (240, 0, 20)], by="line")
-    # A surface is measured with an arm that is homed: that comes first.
+    # The missing homing is reported before the missing surface, which needs a homed arm to be measured.
     unmeasured = magician.load(samples / "house.svg")
     with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
         with magician.Arm(served.tcp) as arm:
@@ -321,6 +321,6 @@ def test_a_plan_and_a_lesson_need_a_homed_arm(samples: Path, tmp_path: Path, mon
             assert arm.run(plan, unhomed=True).steps == 2
             arm.home()
             assert arm.run(plan).steps == 2
-        # This computer has seen it.
+        # This computer has recorded the homing.
         with magician.Arm(served.tcp) as arm, arm.teach():
             assert arm.run(plan).steps == 2

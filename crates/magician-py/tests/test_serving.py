@@ -116,7 +116,7 @@ def test_ctrl_c_is_heard_while_it_serves() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_a_program_that_forgets_it_leaves_nothing(tmp_path: Path) -> None:
     path = tmp_path / "arm"
-    # Held for ever: only the end of the program ends it.
+    # Leak a reference, so that only the end of the program closes it.
     hold = "import ctypes; ctypes.pythonapi.Py_IncRef(ctypes.py_object(served))"
     program = f"import magician; served = magician.sim(pty={str(path)!r}); print(served.pty); {hold}"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)

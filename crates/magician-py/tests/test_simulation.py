@@ -104,7 +104,7 @@ def test_what_is_out_of_reach_is_refused_and_not_sent() -> None:
     assert arm.step((NAN, 0, 0, 0)).time == seen.time
     there = arm.step((220, 0, 20, 0))
     assert not there.refused
-    # NaN is no target; what is infinite is one.
+    # NaN means no target; an infinite value is a target.
     assert not arm.step((NAN, 0, 0, 0)).refused
     for far in (math.inf, -math.inf, 1e300):
         seen = arm.step((far, 0, 20, 0))

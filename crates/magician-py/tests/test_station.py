@@ -120,7 +120,7 @@ def test_the_lease_is_waited_for_asked_for_and_taken(
                     return
                 asked.set()
 
-    # It listens before anybody asks.
+    # Listen before the first request.
     listening = meanwhile(answers)
     for wanted in (False, True):
         if not wanted:
@@ -180,7 +180,7 @@ def test_an_arm_is_connected_to_by_the_address_of_its_station(server: Server) ->
         arm.home()
         arm.move_to(220, 0, 40)
         assert round(arm.pose().z) == 40
-        # Nothing burns on a station's own virtual arm.
+        # A station's virtual arm needs no laser permission.
         arm.set(magician.commands.SetEndEffectorLaser(enable_ctrl=True, on=True))
     with pytest.raises(errors.InvalidInputError, match="left, right"):
         magician.Arm(server.url)
@@ -298,7 +298,7 @@ def test_a_watch_and_an_arm_go_on_after_a_cut(relay: Relay) -> None:
         before = next(states)
         list(until_cut(station, relay))
         assert next(state for state in states if state.t > before.t).link == "up"
-        # What was under way has failed; the line is back soon after the session.
+        # The pending call has failed. The line comes back soon after the session.
         try:
             arm.pose()
         except errors.PortError:
@@ -370,7 +370,7 @@ def test_every_example_of_the_document_succeeds(tmp_path: Path) -> None:
                 (example,) = method["examples"]
                 params = {each["name"]: each["value"] for each in example["params"]}
                 if "x-after" in example:
-                    # Some are called for what they do, and answer null.
+                    # Some methods have only an effect and return null.
                     earlier: dict[str, Any] = results[example["x-after"]] or {}
                     params.update({each: earlier[each] for each in params if each in earlier})
                 if name == "session.hello" or method["x-notification"]:

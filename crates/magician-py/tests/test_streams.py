@@ -38,8 +38,8 @@ def test_the_arm_does_not_stand_between_the_commands_of_a_generator(arm: Arm, vi
     program = curve(300)
     estimate = arm.estimate(program)
     assert seconds(virtual_arm, lambda: arm.stream(told(program), ahead=40)) == pytest.approx(estimate, abs=1e-5)
-    # Where it is sent in pieces it stops at the end of each. At 30 mm/s and 100 mm/s² a ramp takes 0.3 s, of which
-    # segments that are rounded to whole periods take up to a half.
+    # Sent in pieces, the arm stops at the end of each. At 30 mm/s and 100 mm/s² a ramp takes 0.3 s. Segments rounded
+    # to whole periods use up to half of that.
     pieces = [program[at : at + 40] for at in range(0, len(program), 40)]
     stops = len(pieces) - 1
     in_pieces = seconds(virtual_arm, lambda: [arm.perform(piece) for piece in pieces])
@@ -200,7 +200,7 @@ def test_an_async_generator_that_waits_is_ended_with_its_run() -> None:
             with pytest.raises(errors.ClosedError):
                 await task
             assert ended
-            # Whoever cancels the stream itself is told so.
+            # A task that is cancelled itself gets the cancellation.
             task = asyncio.ensure_future(arm.stream(waits()))
             while not arm.moving:
                 await asyncio.sleep(0)

@@ -40,7 +40,7 @@ def test_a_point_comes_while_the_program_does_something_else() -> None:
             cell.guide(joints)
             while len(lesson) == nth:
                 pass
-        # All of them are given, in their order, though nobody waited.
+        # All points are returned in order, although no call was waiting.
         assert [lesson.wait(10).name for _ in PLACES] == ["P1", "P2", "P3"]
 
 

@@ -138,7 +138,7 @@ def test_a_pen_leaves_its_drawing(scenarios: Path, samples: Path, tmp_path: Path
     (x0, y0), (x1, y1) = cell.drawing.bounds or ((0, 0), (0, 0))
     assert (x1 - x0, y1 - y0) == pytest.approx((50, 50), abs=0.2)
     assert cell.drawing.svg.count("<path") == 6
-    # Cropped to what was left; the base is shown on demand.
+    # Cropped to the drawing. The base is shown on demand.
     left = cell.drawing.save(tmp_path / "left.svg").read_text()
     whole = cell.drawing.save(tmp_path / "whole.svg", whole=True).read_text()
     assert left == cell.drawing.svg and "<circle" not in left and "<circle" in whole
@@ -152,7 +152,7 @@ def test_an_arm_shows_itself() -> None:
     cell = VirtualArm(CELL)
     arm = cell.arm()
     assert "x 259.1" in arm.picture().svg and in_notebook(arm) == arm.picture().svg
-    # The world's picture knows the tool that is really on it.
+    # The picture of the world shows the tool that is really mounted.
     assert "x 259.1" in cell.picture().svg and "red cube" in cell.picture().svg
 
 

@@ -34,7 +34,7 @@ def takes(cell: VirtualArm, arm: Arm, plan: Plan) -> tuple[float, float]:
     before = cell.time
     done = arm.run(plan)
     taken = cell.time - before
-    # The arm's own clock tells whole milliseconds.
+    # The arm's clock has a resolution of 1 ms.
     assert done.seconds == pytest.approx(taken, abs=1.1e-3)
     assert wanted is not None
     return taken, wanted

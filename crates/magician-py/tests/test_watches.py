@@ -110,7 +110,7 @@ def test_jog_of_another_axis_begins_when_the_arm_stands(slow: Arm) -> None:
             time.sleep(0.3)
             second.keep()
             moved = slow.pose()
-    # A real arm would carry the speed of x over to y.
+    # Only y moves now. A real arm would carry the speed of x over to y.
     assert moved.x == pytest.approx(stood.x, abs=0.001)
     assert moved.y > stood.y
 

@@ -68,7 +68,7 @@ def test_waits() -> None:
 
 
 def test_belts() -> None:
-    # 16,000 pulses for a turn of a roller of 34 mm: the figures of the driver's own word.
+    # 16,000 pulses per turn of a roller of 34 mm, as in the driver.
     assert words.conveyor(Stepper.STEPPER1, 50).speed == 7490
     assert words.conveyor(Stepper.STEPPER1, 0) == commands.EMotor(Stepper.STEPPER1, False, 0)
     back = words.conveyor_by(Stepper.STEPPER2, -100, 50)
@@ -94,5 +94,5 @@ def test_builders_give_the_bytes_of_the_driver() -> None:
         assert bytes(command).hex() == entry["params"], entry
     names = {entry.get("python", entry["name"]) for entry in table}
     functions = {name for name in words.__all__ if inspect.isfunction(getattr(words, name))}
-    # Of other things than numbers: tested above.
+    # Functions with other arguments than numbers are tested above.
     assert functions - names == {"bias_of", "jog", "rail_to", "with_outputs", "with_rail"}

@@ -23,7 +23,7 @@ Every public name of `magician`, with its parameters and a sentence; `help(magic
 [The guide](../guide/PYTHON.md) explains, [How do I ..](../guide/PYTHON-TASKS.md) shows. `magician.aio` has the same `Arm`, with `await`.
 Lengths are mm, angles degrees, times seconds.
 """
-# Where each is defined, what it is imported from, and what it is about.
+# Defining file, importing module, and title of each section.
 MODULES = {
     "_blocking": ("magician", "The arm"),
     "places": ("magician.places", "Places"),

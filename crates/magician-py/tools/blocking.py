@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / "python" / "magician"
-# What is made of what, and how that is introduced.
+# Generated file, its source, and its heading.
 MADE = {
     "aio.py": ("_blocking.py", "The arm for programs without asyncio"),
     "_aio_station.py": ("station.py", "Stations: many programs share an arm"),
@@ -63,7 +63,7 @@ def main() -> None:
         text = (PACKAGE / source).read_text(encoding="utf-8")
         made = blocking(text, HEAD.format(about=about, source=source))
         path = PACKAGE / result
-        # What is as it was keeps its time: nothing is built anew for it.
+        # Leave an unchanged file alone, so that its modification time triggers no build.
         if not path.exists() or path.read_text(encoding="utf-8") != made:
             path.write_text(made, encoding="utf-8")
 

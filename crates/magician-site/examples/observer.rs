@@ -1,8 +1,8 @@
-//! Looks at a site as a hub does, and tells what it measures: the other half of `interop/site/scale`.
+//! Observes a site like a hub, and prints measurements: the other half of `interop/site/scale`.
 //!
-//! `observer SITE CONFIG FOLDER` takes a command a line: `wait ARMS`, `measure SECONDS`, `stop ROUNDS`, `gone ARMS`. Each is answered by a line
-//! of JSON. FOLDER has the
-//! certificate of this machine. The token is that of MAGICIAN_TOKEN.
+//! `observer SITE CONFIG FOLDER` reads one command per line: `wait ARMS`, `measure SECONDS`, `stop
+//! ROUNDS` or `gone ARMS`. It answers each with a line of JSON. FOLDER has the certificate of this
+//! machine; the token comes from `MAGICIAN_TOKEN`.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -16,7 +16,7 @@ use magician_site::{Caller, Site, SiteEvent};
 use serde_json::{Value, json};
 use tokio::time::{sleep, timeout_at};
 
-/// An arm that does not come, go or answer within this is told as such.
+/// Longest wait for an arm to appear, disappear or answer. After that the arm is reported.
 const PATIENCE: Duration = Duration::from_secs(90);
 
 #[tokio::main]
@@ -29,7 +29,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let config = PathBuf::from(config);
     let identity = Identity::open(&PathBuf::from(folder))?;
     let site = Arc::new(ZenohSite::join(name.parse()?, Some(&config), identity).await?);
-    // The network has a runtime of its own, so that waiting here keeps nobody.
+    // Blocking here is fine: the network has its own runtime.
     for line in std::io::stdin().lines() {
         let line = line?;
         let (verb, number) = line.split_once(' ').ok_or("a command has a number")?;
@@ -51,13 +51,13 @@ async fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Seconds since 1970, as `t` of a state.
+/// Unix time in seconds, like `t` of a state.
 fn wall() -> f64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.unwrap_or_default().as_secs_f64()
 }
 
-/// Waits until so many arms are there, of so many the state is known; when that was.
+/// Waits until the number of arms and of known states satisfies `is_so`. Reports the time.
 async fn wait(site: &ZenohSite, is_so: impl Fn(usize, usize) -> bool) -> Value {
     let begun = Instant::now();
     loop {
@@ -74,10 +74,10 @@ async fn wait(site: &ZenohSite, is_so: impl Fn(usize, usize) -> bool) -> Value {
     }
 }
 
-/// How old states are when they are read here.
+/// Measures the age of states when they arrive.
 async fn measure(site: &ZenohSite, time: Duration) -> Value {
     let mut events = site.watch();
-    // What is there already is not new.
+    // Skip the arms and states that are already present.
     while events.try_next().is_some() {}
     let end = tokio::time::Instant::now() + time;
     let (mut ages, mut others, mut bytes, mut moving) = (Vec::new(), 0_u32, 0, BTreeMap::new());
@@ -103,8 +103,9 @@ async fn measure(site: &ZenohSite, time: Duration) -> Value {
     })
 }
 
-/// Stops all arms at once, as often, by one request to each station as a hub does: until the last one has answered that its arms
-/// stand. It says when each round began, to compare with the arms' lines.
+/// Stops all arms `rounds` times, with one request to each station as a hub does. Each round lasts
+/// until the last station has confirmed that its arms stand. Prints when each round began, to
+/// compare with the traces of the arms.
 async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
     let caller = Caller {
         token: std::env::var("MAGICIAN_TOKEN").ok(),
@@ -112,7 +113,7 @@ async fn stop(site: &Arc<ZenohSite>, rounds: u32) -> Value {
     let (mut single, mut whole, mut failed) = (Vec::new(), Vec::new(), 0);
     let mut walls = Vec::new();
     for _ in 0..rounds {
-        // An arm of each station.
+        // One arm of each station.
         let arms = site.arms().into_keys();
         let stations: BTreeMap<_, _> = arms.map(|at| (at.station, at)).collect();
         walls.push(wall());

@@ -1,4 +1,8 @@
-//! One end of a session with a station, whatever carries it: the equal of a WebSocket.
+//! A session with a station over any transport, the equivalent of a WebSocket.
+//!
+//! [`channel`] creates both ends. The client end is a [`Channel`]. The station end is moved over
+//! the network by a transport, or connected to a station in this process by [`carry`]. Both
+//! directions are bounded, so a slow peer blocks its sender instead of growing a queue.
 
 use std::fmt;
 use std::time::Duration;
@@ -8,43 +12,46 @@ use magician_station::{Client, MESSAGE, Outgoing, Station};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
-/// Messages on their way, in each direction. What is more waits where it comes from; a state that waits there stays new.
+/// Most messages in flight in each direction. Further messages wait at their source, where a newer
+/// state still replaces an older one.
 pub const WINDOW: usize = 64;
-/// Whoever takes nothing for so long is cut off.
+/// Longest time a client may take no message. After that the session is closed: a choice, long
+/// enough for a stalled network and short enough to free the session of a hung client.
 const STUCK: Duration = Duration::from_secs(10);
 
-/// What goes to a station.
+/// Message from the client to the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ToStation {
-    /// A message of JSON-RPC; the first is `session.hello`, with the token.
+    /// JSON-RPC message. The first one is `session.hello` with the token.
     Text(String),
-    /// A sign of life of whoever is behind this end, as the answer to a ping is one. A holder without a word for five seconds
-    /// loses its lease: pass on every pong of a browser, and none where there was none.
+    /// Keep-alive of the program behind this end, like the pong of a WebSocket. A holder that sends
+    /// nothing for five seconds loses its lease, so a gateway must forward each pong of its client
+    /// and must not make up any.
     Alive,
 }
 
-/// What comes from a station.
+/// Message from the station to the client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FromStation {
-    /// A message of JSON-RPC.
+    /// JSON-RPC message.
     Text(String),
-    /// A state as bytes: [`StateFrame`](magician_station::StateFrame).
+    /// Binary state, encoded as [`StateFrame`](magician_station::StateFrame).
     Frame(Vec<u8>),
-    /// The end, after which nothing comes.
+    /// End of the session. No message follows.
     Closed(Closed),
 }
 
-/// Why a channel is at its end.
+/// Reason why a channel was closed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Closed {
-    /// As a WebSocket's: RFC 6455 and [`CloseCode`](magician_station::CloseCode).
+    /// Close code of a WebSocket: RFC 6455, or [`CloseCode`](magician_station::CloseCode).
     pub code: u16,
-    /// For people; often empty.
+    /// Text for people. Often empty.
     pub reason: String,
 }
 
 impl Closed {
-    /// The other side is gone, or the line to it.
+    /// Close code 1006: the peer or the connection to it disappeared without a close message.
     pub const BROKEN: u16 = 1006;
 
     pub(crate) fn new(code: u16, reason: impl Into<String>) -> Self {
@@ -54,7 +61,7 @@ impl Closed {
         }
     }
 
-    /// Without a word from the station.
+    /// Returns the reason for a connection that broke without a close message.
     #[must_use]
     pub fn broken() -> Self {
         Self::new(Self::BROKEN, "the station cannot be reached any more")
@@ -71,25 +78,28 @@ impl fmt::Display for Closed {
     }
 }
 
-/// The client's end of a session with a station: with all of the station's arms, as a WebSocket to it has them. Dropping it is the
-/// end of the session's socket, and the station does what it does then: a lease goes back, a jog stops, a job goes by its
-/// `on_lost`.
+/// Client end of a session with a station. It reaches all arms of that station, as a WebSocket
+/// does.
+///
+/// Dropping it closes the session. The station then releases the leases, stops jogs and treats jobs
+/// as their `on_lost` says.
 #[derive(Debug)]
 pub struct Channel {
     to_station: mpsc::Sender<ToStation>,
     from_station: mpsc::Receiver<FromStation>,
 }
 
-/// The station's end: a carrier moves what is in it, or [`carry`] does in the same process.
+/// Station end of a channel. A transport moves its messages over the network; [`carry`] does so
+/// within one process.
 #[derive(Debug)]
 pub struct StationEnd {
-    /// What the client sends; at its end the client is gone.
+    /// Messages of the client. Ends when the client is gone.
     pub from_client: mpsc::Receiver<ToStation>,
-    /// What it is to be sent; closed when the client is gone.
+    /// Messages to the client. Closed when the client is gone.
     pub to_client: mpsc::Sender<FromStation>,
 }
 
-/// The two ends of a channel.
+/// Creates both ends of a channel.
 #[must_use]
 pub fn channel() -> (Channel, StationEnd) {
     let (to_station, from_client) = mpsc::channel(WINDOW);
@@ -106,30 +116,33 @@ pub fn channel() -> (Channel, StationEnd) {
 }
 
 impl Channel {
-    /// Sends; waits where [`WINDOW`] messages are on their way. Whether it went: not on a channel that is at its end.
+    /// Sends a message, waiting while [`WINDOW`] messages are in flight. Returns false if the
+    /// channel is closed.
     pub async fn send(&self, message: ToStation) -> bool {
         self.to_station.send(message).await.is_ok()
     }
 
-    /// What comes next; waits for it. After the end comes the end again. Dropping the future loses nothing.
+    /// Waits for the next message. After the end it returns [`FromStation::Closed`] again and
+    /// again. Cancel safe: dropping the future loses no message.
     pub async fn receive(&mut self) -> FromStation {
         let next = self.from_station.recv().await;
         next.unwrap_or_else(|| FromStation::Closed(Closed::broken()))
     }
 
-    /// Its two directions, for two tasks. The channel ends when either is dropped.
+    /// Splits the channel into its two directions, for two tasks. Dropping either one closes the
+    /// channel.
     #[must_use]
     pub fn split(self) -> (mpsc::Sender<ToStation>, mpsc::Receiver<FromStation>) {
         (self.to_station, self.from_station)
     }
 }
 
-/// Carries messages between a client of a station in this process and the station's end of a channel, until one of the two ends.
-/// The token of its hello is looked up in these tokens.
+/// Connects the station end of a channel to a client of a station in this process, until one of
+/// them ends. The token in `session.hello` is checked against `tokens`.
 pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
     let to_client = end.to_client.clone();
     let reader = async {
-        // A token is looked up once: a socket has one hello.
+        // Only the first hello is checked: the station refuses a second one on a socket.
         let mut asked = false;
         loop {
             match end.from_client.recv().await {
@@ -153,7 +166,8 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
     };
     let writer = async {
         loop {
-            // What waits meanwhile stays in the station, where a newer state takes the place of an older one.
+            // Reserve room first: until then the message stays in the station, where a newer state
+            // still replaces an older one.
             let Ok(Ok(place)) = timeout(STUCK, to_client.reserve()).await else {
                 return None;
             };
@@ -168,12 +182,14 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
             }
         }
     };
-    // What waits to be taken does not keep what comes from being heard: a stop above all.
+    // Reader and writer run side by side, so that a client that reads nothing can still send a
+    // stop.
     let last = tokio::select! {
         last = reader => last,
         last = writer => last,
     };
-    // The station hears of the end now, not when the last message is taken.
+    // Drop before the close message: the station must learn of the end at once, even if the peer
+    // takes no message for `STUCK`.
     drop(client);
     if let Some(last) = last {
         let _ = timeout(STUCK, end.to_client.send(FromStation::Closed(last))).await;

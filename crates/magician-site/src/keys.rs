@@ -1,4 +1,4 @@
-//! Where the messages of a site go: keys of `/`-separated parts, `magician/SITE/STATION/...`.
+//! Keys of a site on its bus: `/`-separated paths, `magician/SITE/MACHINE/...`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,7 +8,8 @@ use crate::{ArmAt, StationId};
 use magician_station::LONGEST_NAME;
 pub use magician_station::is_name;
 
-/// The name that is nearest to a text, such as that of a machine; none where nothing of it can stay.
+/// Derives a valid name from a text such as a host name. Returns `None` if no valid character is
+/// left.
 #[must_use]
 pub fn name_like(text: &str) -> Option<String> {
     let signs = text.chars().map(|c| match c.to_ascii_lowercase() {
@@ -29,7 +30,7 @@ pub fn name_like(text: &str) -> Option<String> {
 pub struct SiteName(String);
 
 impl SiteName {
-    /// As text.
+    /// Returns the name as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
@@ -52,46 +53,48 @@ impl FromStr for SiteName {
     }
 }
 
-/// The keys of a site. Each names the machine of its station, so that access lists can bind it to a
-/// certificate.
+/// Builds and parses the keys of a site. Each key contains the machine of its station, so that an
+/// access list can bind it to the certificate of that machine.
 #[derive(Clone, Debug)]
 pub struct Keys {
-    /// The site.
+    /// Name of the site.
     pub site: SiteName,
 }
 
 impl Keys {
-    /// Key under which a station puts the state of an arm, and answers with it; `*` for any.
+    /// Key of the state of an arm: its station publishes it there and answers queries. `*` matches
+    /// any machine or arm.
     #[must_use]
     pub fn state(&self, machine: &str, arm: &str) -> String {
         self.key(machine, &format!("state/{arm}"))
     }
 
-    /// Liveliness token of an arm.
+    /// Key of the liveliness token of an arm.
     #[must_use]
     pub fn alive(&self, machine: &str, at: &ArmAt) -> String {
         self.key(machine, &format!("alive/{}/{}", at.arm, at.station))
     }
 
-    /// Tokens of all arms of one name; of all names with `*`.
+    /// Key expression for the liveliness tokens of all arms called `arm`, or of all arms with `*`.
     #[must_use]
     pub fn all_alive(&self, arm: &str) -> String {
         self.key("*", &format!("alive/{arm}/*"))
     }
 
-    /// Key under which a station answers with its roster; `*` for all.
+    /// Key at which a station answers with its roster. `*` matches all machines.
     #[must_use]
     pub fn roster(&self, machine: &str) -> String {
         self.key(machine, "roster")
     }
 
-    /// Key under which a machine puts the list of revoked certificates, and answers with it; `*` for all.
+    /// Key of the list of revoked certificates: a machine publishes it there and answers queries.
+    /// `*` matches all machines.
     #[must_use]
     pub fn revoked(&self, machine: &str) -> String {
         self.key(machine, "revoked")
     }
 
-    /// Machine and arm of a liveliness token; `None` for any other key.
+    /// Parses the key of a liveliness token into machine and arm. Returns `None` for any other key.
     #[must_use]
     pub fn read_alive<'a>(&self, key: &'a str) -> Option<(&'a str, ArmAt)> {
         let [machine, "alive", arm, station] = self.parts(key)? else {
@@ -104,7 +107,7 @@ impl Keys {
         is_name(arm).then_some((machine, at))
     }
 
-    /// Machine and arm of the key of a state; `None` for any other key.
+    /// Parses the key of a state into machine and arm. Returns `None` for any other key.
     #[must_use]
     pub fn read_state<'a>(&self, key: &'a str) -> Option<(&'a str, &'a str)> {
         let [machine, "state", arm] = self.parts(key)? else {
@@ -117,7 +120,8 @@ impl Keys {
         format!("magician/{}/{machine}/{rest}", self.site)
     }
 
-    /// What follows the site, if there are so many parts and the first is a name.
+    /// Splits the part of a key after the site. Returns `None` unless it has exactly `N` parts and
+    /// the first is a valid name.
     fn parts<'a, const N: usize>(&self, key: &'a str) -> Option<[&'a str; N]> {
         let rest = key.strip_prefix("magician/")?;
         let rest = rest.strip_prefix(self.site.as_str())?.strip_prefix('/')?;

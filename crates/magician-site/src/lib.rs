@@ -1,9 +1,13 @@
-//! Many stations as one site: who is there, what all arms do, and commands to any of them.
+//! Many stations shown as one site: a list of all arms, their states, and commands to any of them.
 //!
-//! Nothing on a site has to live for the others to work: every station keeps its arms, their leases and their jobs.
+//! A *site* is a set of stations on one network. There is no central server: each station keeps its
+//! own arms, leases and jobs, so if one computer goes down the others keep working.
 //!
-//! [`Site`] is what a program sees of it, whatever carries it; a [`Channel`] is a session with one of its stations. A
-//! [`hub`] shows all arms of a site as the arms of one station.
+//! [`Site`] is the interface that programs use, independent of the transport. A [`Channel`] is a
+//! session with one station. A [`hub`] is a gateway: it shows all arms of a site to ordinary
+//! clients as if one station had them. The only transport here is zenoh, behind the feature of that
+//! name: `carrier` announces arms on a bus and dials stations by TLS, and `certificates` lets the
+//! members of a site recognise each other.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

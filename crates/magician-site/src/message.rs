@@ -1,5 +1,7 @@
-//! What a station says of an arm on the bus of its site, as JSON. Nothing of it is secret, and nothing
-//! of it is proved but by the certificates of the site.
+//! State messages on the bus of a site, as JSON.
+//!
+//! They are public and unauthenticated: any host on the network can read and forge them. Only a
+//! certificate of the site proves who sent one, so parsing bounds the size of everything.
 
 use std::net::{IpAddr, SocketAddr};
 
@@ -8,20 +10,21 @@ use serde_json::Value;
 
 use crate::{ArmNews, StationId};
 
-/// Bytes of a message, at most: a roster of 10,000 arms, and some.
+/// Largest message, bytes: a roster of 10,000 arms with room to spare.
 pub const LARGEST: usize = 2 * 1024 * 1024;
-/// Bytes of a state message, at most; usual ones have about a thousand. A hub keeps one of each arm, so
-/// this bounds what a stranger with many arms makes it keep.
+/// Largest state message, bytes. Usual ones have about a thousand. A hub keeps one for each arm, so
+/// this bounds the memory that a hostile host with many arms can make it use.
 const LARGEST_STATE: usize = 32 * 1024;
-/// Addresses of a station that are tried, at most.
+/// Most addresses of a station that are tried. A machine rarely has more; the bound limits how many
+/// connections a forged message can cause.
 const ADDRESSES: usize = 8;
 
-/// State of an arm, as its station puts it on the bus.
+/// State of an arm as published by its station.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StateMessage {
-    /// The station.
+    /// Id of the station.
     pub station: StationId,
-    /// Addresses of its listener for the site; empty without a certificate.
+    /// Addresses of the station's listener for the site. Empty if it has no certificate.
     #[serde(default)]
     pub at: Vec<SocketAddr>,
     /// [`ArmNews::port`].
@@ -34,8 +37,8 @@ pub struct StateMessage {
 }
 
 impl StateMessage {
-    /// The message of these bytes, with the addresses that can be tried; `None` if it is none, or larger
-    /// than any state is.
+    /// Parses a message and drops the addresses that cannot be dialled. Returns `None` if it is
+    /// malformed or too large.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
         if bytes.len() > LARGEST_STATE {
@@ -47,7 +50,7 @@ impl StateMessage {
         Some(message)
     }
 
-    /// The news of it, from a station on this machine.
+    /// Converts it to the news of a station on `machine`.
     #[must_use]
     pub fn news(self, machine: &str) -> ArmNews {
         ArmNews {
@@ -59,7 +62,8 @@ impl StateMessage {
     }
 }
 
-/// False for addresses at which no station listens, and at which this machine or many might answer.
+/// True for a unicast address with a port. Unspecified, broadcast and multicast addresses would
+/// lead to this machine or to many.
 fn is_of_one_machine(at: &SocketAddr) -> bool {
     let ip = at.ip();
     let is_of_many = match ip.to_canonical() {

@@ -1,4 +1,9 @@
-//! A site: which arms are there, what they do, and commands to any of them.
+//! The [`Site`] trait: the arms of a site, their states and events, and commands to any of them.
+//!
+//! Events reach a watcher through a bounded inbox. States are coalesced, so that a slow watcher
+//! reads the newest state of each arm and never a backlog of old ones; arrivals and departures are
+//! kept in order. If too many of those wait, the inbox is emptied and the watcher gets
+//! [`SiteEvent::Missed`].
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -12,7 +17,7 @@ use tokio::sync::Notify;
 
 use crate::channel::Channel;
 
-/// A station of a site: another one at each start.
+/// Id of a running station of a site. A station gets a new one at each start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StationId(pub u64);
 
@@ -23,7 +28,8 @@ impl fmt::Display for StationId {
 }
 
 impl StationId {
-    /// One as text: 16 digits of hex, in lower case.
+    /// Parses an id of 16 lower-case hex digits, the form that `Display` writes. Returns `None` for
+    /// any other text.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
         let id = Self(u64::from_str_radix(text, 16).ok()?);
@@ -31,63 +37,68 @@ impl StationId {
     }
 }
 
-/// An arm of a site. A name is one arm; where two stations have the same name (they came together after both had started), it is
-/// two, and whoever shows them says so.
+/// An arm at one station of a site.
+///
+/// Normally a name belongs to one arm. Two stations that started before they could see each other
+/// may use the same name; then there are two entries, and front ends have to show both.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ArmAt {
-    /// Its name.
+    /// Name of the arm.
     pub arm: String,
-    /// The station that has it.
+    /// Station that owns the arm.
     pub station: StationId,
 }
 
-/// What a station says of one of its arms.
+/// State report of a station about one of its arms.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ArmNews {
-    /// The machine that the station runs on.
+    /// Name of the machine that runs the station.
     pub machine: String,
-    /// Where the arm is, as a person wrote it there.
+    /// Port of the arm as configured at the station.
     pub port: String,
-    /// Whether it is a virtual one.
+    /// True for a virtual arm.
     pub is_virtual: bool,
-    /// The state as `arm.state` answers it. While the line to the arm is lost it is the last that was read, with `link` `lost`; null
-    /// where it was never read.
+    /// State in the form of the API method `arm.state`. While the link to the arm is lost this is
+    /// the last state read, with `link` set to `lost`. Null if the state was never read.
     pub state: Value,
 }
 
-/// What happens on a site.
+/// Event on a site.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SiteEvent {
-    /// An arm is there. Its news comes within a second, and then again and again.
+    /// An arm appeared. Its first state follows within a second.
     Arrived(ArmAt),
-    /// An arm is gone: its station ended, or cannot be reached.
+    /// An arm disappeared: its station ended or is unreachable.
     Left(ArmAt),
-    /// What its station says of it now: when something has changed, ten times a second at most, and every second.
+    /// State of an arm: sent on change, at most ten times a second, and at least once a second.
     News(ArmAt, ArmNews),
-    /// Too much waited to be read and is lost, arms that came and went as well: ask [`Site::arms`] again.
+    /// The inbox overflowed and its events are lost, arrivals and departures included. Read
+    /// [`Site::arms`] again.
     Missed,
 }
 
-/// In whose name a request is made.
+/// Identity under which a request is made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Caller {
-    /// The token of the station. Without one nothing is answered, but each station has its own say.
+    /// Token for the station. Whether a station answers requests without one is its own decision;
+    /// by default it does not.
     pub token: Option<String>,
 }
 
-/// Why a site does not do something.
+/// Reason why a request to a site failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SiteError {
     /// The arm or station is not on the site.
     Gone,
-    /// It did not answer in time. What was asked may be done or not.
+    /// The station did not answer in time. The request may or may not have been carried out.
     NoAnswer,
-    /// It has not proved that it is a station of the site, so that it was sent nothing.
+    /// The station did not prove that it belongs to the site. Nothing was sent to it.
     Unproved(String),
-    /// The station refuses it, before it looks at the request: no token, a wrong one, too many sessions.
+    /// The station refused the caller before it read the request: token missing or wrong, or too
+    /// many sessions.
     Refused(String),
-    /// The network refuses it.
+    /// The network failed.
     Network(String),
 }
 
@@ -107,23 +118,26 @@ impl fmt::Display for SiteError {
 
 impl std::error::Error for SiteError {}
 
-/// What comes in time.
+/// Boxed future, which keeps [`Site`] usable as a trait object.
 pub type Later<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 
-/// A site as a program sees it, whatever carries it.
+/// A site as seen by a program, independent of the transport.
 pub trait Site: Send + Sync + 'static {
-    /// Its name.
+    /// Name of the site.
     fn name(&self) -> &str;
 
-    /// The arms that are there now, with the last that was heard of each.
+    /// Arms present now, each with its last state report. `None` until the first report.
     fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>>;
 
-    /// What happens from now on. Begins with [`SiteEvent::Arrived`] for each arm that is there, and the last news of each.
+    /// Subscribes to events. The stream starts with [`SiteEvent::Arrived`] and the last report for
+    /// each arm that is present.
     fn watch(&self) -> SiteEvents;
 
-    /// One request of JSON-RPC to a station, as POST `/api/v1/rpc` takes it: the arm is named in its text. The answer's text,
-    /// which may be an error of the station; none for a notification. It is carried out by this station once or not at all:
-    /// nothing is asked twice.
+    /// Sends one JSON-RPC request to the station of `at`, as POST `/api/v1/rpc` would.
+    ///
+    /// The text of the request names the arm. Returns the text of the reply, which may be an error
+    /// of the station, or `None` for a notification. The request is never retransmitted, so the
+    /// station executes it at most once.
     fn call<'a>(
         &'a self,
         at: &'a ArmAt,
@@ -131,23 +145,27 @@ pub trait Site: Send + Sync + 'static {
         request: String,
     ) -> Later<'a, Result<Option<String>, SiteError>>;
 
-    /// The arms that are expected, by the rosters of all stations that answer in time. Anybody on the network may answer as well, so it
-    /// can have names that nobody has written.
+    /// Expected arms: the union of the rosters of all stations that answer in time.
+    ///
+    /// Replies are not authenticated, so the union may contain names that no operator entered.
     fn roster(&self) -> Later<'_, Roster> {
         Box::pin(async { Roster::default() })
     }
 
-    /// Opens a session with a station: the equal of a WebSocket to it. Its first message is `session.hello`, with the token.
+    /// Opens a session with a station, the equivalent of a WebSocket to it. The first message has
+    /// to be `session.hello` with the token.
     fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>>;
 }
 
-/// Events that wait beside states, at most.
+/// Most arrivals and departures in an inbox before it overflows. A choice: more than any real site
+/// produces while a watcher is busy, and little memory. States do not count, because one per arm is
+/// kept.
 const WAITING: usize = 4096;
 
 #[derive(Debug, Default)]
 struct Inbox {
     waiting: VecDeque<Entry>,
-    /// The newest of each arm that waits to be read.
+    /// Newest unread state of each arm.
     news: BTreeMap<ArmAt, ArmNews>,
     missed: bool,
 }
@@ -168,7 +186,7 @@ impl Inbox {
             }
             other => {
                 if let SiteEvent::Left(at) = &other {
-                    // What waits of it is no news any more.
+                    // Otherwise the unread state would be delivered after the departure.
                     self.news.remove(at);
                     self.waiting
                         .retain(|entry| !matches!(entry, Entry::News(news) if news == at));
@@ -176,6 +194,7 @@ impl Inbox {
                 self.waiting.push_back(Entry::Other(other));
             }
         }
+        // States do not count: at most one per arm waits.
         if self.waiting.len() - self.news.len() > WAITING {
             self.waiting.clear();
             self.news.clear();
@@ -212,15 +231,15 @@ impl Shared {
     }
 }
 
-/// What happens on a site, in order; of states that were not read in time the newest alone.
+/// Receiving end of a site's events, in order. Only the newest unread state of each arm is kept.
 #[derive(Debug)]
 pub struct SiteEvents(Arc<Shared>);
 
-/// Whoever makes a site tells one of its watchers by this.
+/// Sending end for one watcher of a site, used by the transport.
 #[derive(Clone, Debug)]
 pub struct SiteTeller(Weak<Shared>);
 
-/// A watcher of a site, and what tells it.
+/// Creates a watcher: the sender and the stream of its events.
 #[must_use]
 pub fn watcher() -> (SiteTeller, SiteEvents) {
     let shared = Arc::new(Shared::default());
@@ -228,7 +247,7 @@ pub fn watcher() -> (SiteTeller, SiteEvents) {
 }
 
 impl SiteTeller {
-    /// Tells it; never waits. Whether anybody listens still.
+    /// Queues an event without blocking. Returns false if the watcher is gone.
     pub fn tell(&self, event: SiteEvent) -> bool {
         let Some(shared) = self.0.upgrade() else {
             return false;
@@ -240,7 +259,7 @@ impl SiteTeller {
 }
 
 impl SiteEvents {
-    /// What happens next; waits for it. Dropping the future loses nothing.
+    /// Waits for the next event. Cancel safe: dropping the future loses no event.
     pub async fn next(&mut self) -> SiteEvent {
         loop {
             if let Some(event) = self.try_next() {
@@ -250,7 +269,7 @@ impl SiteEvents {
         }
     }
 
-    /// What has happened and was not read yet.
+    /// Returns the next unread event without waiting, or `None`.
     pub fn try_next(&mut self) -> Option<SiteEvent> {
         self.0.inbox().pop()
     }

@@ -1,40 +1,51 @@
-//! When a state is told: on change, ten times a second at most, and every second.
+//! Rate limiting of an arm's state: published on change, at most ten times a second, and at least
+//! once a second.
+//!
+//! A station reports a changed state up to ten times a second. [`StateTelling`] merges these
+//! reports into one complete state and decides when to publish it. The aim is a low age: a report
+//! that arrives late must not delay the ones after it, and a report that is published only as the
+//! keep-alive must be fresh.
 
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
 
-/// Between two states, at least. One that comes late takes nothing from the next: else each delay would stay, and every state would be
-/// told as late as the latest. And a little less than the tenth of a second at which the station tells: else what comes just behind a
-/// telling would wait for the next one, and so would each behind it.
+/// Shortest interval between two states.
+///
+/// A state that is published late does not postpone the next one; otherwise every delay would stay
+/// and all states would be as late as the worst. The interval is a little shorter than the
+/// station's tenth of a second: with an equal one, a report that arrives just after a publication
+/// would wait for the next slot, and so would every report after it.
 const LEAST: Duration = Duration::from_millis(90);
-/// And at most.
+/// Longest interval between two states. Serves as a keep-alive while nothing changes.
 const MOST: Duration = Duration::from_secs(1);
-/// From here on the next word of the station is told whatever it says, while it is new.
+/// Age of the last state from which the next report is published even if nothing changed. Just
+/// below [`MOST`], so that the keep-alive carries a fresh report instead of one up to 100 ms old.
 const SOON: Duration = Duration::from_millis(880);
 
-/// The state of an arm as it is put together of what its station tells, and when it is told on. Times count from anywhere.
+/// Merged state of an arm and the schedule of its publications. All times count from one arbitrary
+/// origin.
 #[derive(Debug, Default)]
 pub struct StateTelling {
     state: Map<String, Value>,
     has_changed: bool,
     told: Option<Duration>,
-    /// A change is told from here on.
+    /// Earliest time for the next change.
     next: Duration,
 }
 
 impl StateTelling {
-    /// The station tells what has changed, or all of it.
+    /// Merges a report of the station, which contains changed fields or all of them.
     pub fn hear(&mut self, now: Duration, change: Map<String, Value>) {
         self.has_changed |= self.told.is_some_and(|told| now >= told + SOON);
         for (name, value) in change {
-            // The time alone is no change.
+            // A new time stamp alone is no change: it differs in every report.
             self.has_changed |= name != "t" && self.state.get(&name) != Some(&value);
             self.state.insert(name, value);
         }
     }
 
-    /// When it is to be told next; none while nothing is known.
+    /// Time of the next publication, or `None` while no state is known.
     #[must_use]
     pub fn due(&self) -> Option<Duration> {
         if self.state.is_empty() {
@@ -47,18 +58,20 @@ impl StateTelling {
         })
     }
 
-    /// The state, if it is to be told by now.
+    /// Returns the state to publish, or `None` if none is due at `now`.
     pub fn tell(&mut self, now: Duration) -> Option<Value> {
         if self.due()? > now {
             return None;
         }
         self.told = Some(now);
+        // Count from the planned time, so that a late state does not postpone later ones. After a
+        // pause of more than an interval count from `now`, so that no burst follows.
         self.next = self.next.max(now.saturating_sub(LEAST)) + LEAST;
         self.has_changed = false;
         Some(Value::Object(self.state.clone()))
     }
 
-    /// The last that is known, null where nothing is.
+    /// Last known state, or null if no state is known.
     #[must_use]
     pub fn last(&self) -> Value {
         if self.state.is_empty() {
@@ -68,7 +81,8 @@ impl StateTelling {
         }
     }
 
-    /// Nobody listens any more: what is heard next is told at once.
+    /// Forgets the last publication, because there is no listener any more. The next state is due
+    /// at once.
     pub fn rest(&mut self) {
         self.told = None;
     }
@@ -143,7 +157,7 @@ mod tests {
         assert_eq!(telling.tell(at(108)), Some(json!({"t": 3, "x": 2})));
         assert_eq!(telling.tell(at(1107)), None);
         assert_eq!(telling.tell(at(1108)), Some(json!({"t": 3, "x": 2})));
-        // Near the end of the second what comes is told as it comes.
+        // Just before the keep-alive is due, a report is published even without a change.
         telling.hear(at(1908), change(json!({"t": 4})));
         assert_eq!(telling.tell(at(1908)), None);
         telling.hear(at(2008), change(json!({"t": 5})));

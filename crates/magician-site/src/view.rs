@@ -1,4 +1,4 @@
-//! What is known of a site at present, and who is told of it.
+//! The current arms of a site, and the distribution of changes to watchers.
 
 use std::collections::BTreeMap;
 use std::pin::pin;
@@ -8,11 +8,12 @@ use tokio::sync::Notify;
 
 use crate::{ArmAt, ArmNews, SiteEvent, SiteEvents, SiteTeller, StationId, watcher};
 
-/// The arms of a site with the last that was heard of each. Whatever carries a site fills it.
+/// Table of a site's arms with the last state of each. The transport fills it, and every change
+/// goes to all watchers.
 #[derive(Debug, Default)]
 pub struct SiteView {
     inner: Mutex<Inner>,
-    /// An arm has left.
+    /// Notified whenever an arm leaves.
     departed: Notify,
 }
 
@@ -33,7 +34,7 @@ impl SiteView {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// An arm is there.
+    /// Adds an arm. No effect if it is already present.
     pub fn arrived(&self, at: ArmAt) {
         let mut inner = self.lock();
         if inner.arms.contains_key(&at) {
@@ -43,7 +44,7 @@ impl SiteView {
         inner.tell(&SiteEvent::Arrived(at));
     }
 
-    /// An arm is gone.
+    /// Removes an arm. No effect if it is not present.
     pub fn left(&self, at: &ArmAt) {
         let mut inner = self.lock();
         if inner.arms.remove(at).is_some() {
@@ -52,11 +53,11 @@ impl SiteView {
         }
     }
 
-    /// Completes when a station has no arm on the site any more.
+    /// Waits until the station has no arm on the site.
     pub async fn gone(&self, station: StationId) {
         loop {
             let mut departed = pin!(self.departed.notified());
-            // Before the look: a departure between the two counts.
+            // Register before the check: otherwise a departure between the two would be missed.
             departed.as_mut().enable();
             if self.arm_of(station).is_none() {
                 return;
@@ -65,7 +66,8 @@ impl SiteView {
         }
     }
 
-    /// News of an arm. Of one that is not there, or is not any more, nothing is believed.
+    /// Stores the state of an arm. Ignored if the arm is not present, because a late message would
+    /// otherwise bring back an arm that has left.
     pub fn news(&self, at: ArmAt, news: ArmNews) {
         let mut inner = self.lock();
         let Some(known) = inner.arms.get_mut(&at) else {
@@ -75,26 +77,26 @@ impl SiteView {
         inner.tell(&SiteEvent::News(at, news));
     }
 
-    /// All arms.
+    /// All arms present, each with its last state. `None` until the first state arrives.
     #[must_use]
     pub fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>> {
         self.lock().arms.clone()
     }
 
-    /// Whether an arm is there.
+    /// True if the arm is present.
     #[must_use]
     pub fn has(&self, at: &ArmAt) -> bool {
         self.lock().arms.contains_key(at)
     }
 
-    /// How many arms have this name.
+    /// Number of arms with this name.
     #[must_use]
     pub fn named(&self, arm: &str) -> usize {
         let inner = self.lock();
         inner.arms.keys().filter(|at| at.arm == arm).count()
     }
 
-    /// An arm of a station.
+    /// Returns any arm of the station, or `None` if it has none on the site.
     #[must_use]
     pub fn arm_of(&self, station: StationId) -> Option<ArmAt> {
         let inner = self.lock();
@@ -102,7 +104,7 @@ impl SiteView {
         arms.find(|at| at.station == station).cloned()
     }
 
-    /// What happens from now on, behind what is there already.
+    /// Subscribes to changes. The stream starts with the arms and states that are present.
     #[must_use]
     pub fn watch(&self) -> SiteEvents {
         let (teller, events) = watcher();

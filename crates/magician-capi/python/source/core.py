@@ -9,7 +9,7 @@ class DobotError(RuntimeError):
     """
 
     def __init__(self, function, code, reason):
-        # The library's own sentence may begin with the name, too.
+        # Do not repeat the name: the library's sentence may begin with it.
         reason = reason[len(function) + 2 :] if reason.startswith(f"{function}: ") else reason
         self.function, self.code, self.reason = function, code, reason
         said = [function] if code is None else [function, _CODES.get(code, f"code {code}")]
@@ -94,8 +94,8 @@ class _Library:
         return function(*[byref(value) if isinstance(value, _BY_REFERENCE) else value for value in arguments])
 
     def declared(self, name):
-        # handle[name] is a function object of our own: programs that call `api.Name(...)` with whatever ctypes makes
-        # of their arguments are not bound by these declarations.
+        # handle[name] creates a new function object, so these declarations do not affect programs that call
+        # `api.Name(...)` and rely on the default conversions of ctypes.
         try:
             function = self.handle[name]
         except AttributeError:
@@ -119,7 +119,7 @@ class _Arms:
     def __init__(self, api):
         self.door = api if hasattr(api, "dobot_call") else _Library(api)
         self.slow, self.last = {}, {}
-        # What a thread does that does nothing but ask for the index.
+        # Per thread: the wait of a program that does nothing but poll the index.
         self.waits = threading.local()
 
     @classmethod
@@ -157,14 +157,14 @@ def _reason(door):
 
 # --- Waiting ---------------------------------------------------------------------------------------------------------
 
-# Seconds. Between two looks at a queue that is full, or at a command that is not finished.
+# Poll intervals, s: for room in a full queue, and for the end of a command.
 ROOM_INTERVAL = 0.02
 FINISH_INTERVAL = 0.005
-# How long neither the queue nor the arm has to move before a wait gives up, if it is not known why they stand.
+# Seconds without progress of queue and arm after which a wait gives up, if the reason is unknown.
 QUEUE_STALL = 20.0
-# The same with an alarm set that keeps the queue from running.
+# The same while an alarm blocks the queue.
 ALARM_STALL = 1.5
-# How much longer the arm may seem to stand while it homes.
+# Extra seconds during homing, when the arm may seem to stand still.
 HOMING = 60.0
 FOR_EVER = float("inf")
 
@@ -246,7 +246,7 @@ class _Watch:
         under_way = (self.index + 1, 2) if self.index == 0 else (self.index + 1,)
         more = max(slow.get(index, 0) for index in under_way)
         alarms = self.alarms()
-        # Homing goes on under an alarm.
+        # Homing continues despite an alarm.
         if alarms and more != HOMING:
             if stood > ALARM_STALL:
                 self.give_up_under(alarms)
@@ -260,7 +260,7 @@ class _Watch:
     def give_up_under(self, alarms):
         names = [f"0x{alarm:02X}" for alarm in alarms]
         said = _reason(self.arms.door)
-        # The library knows their names, and reported them to the call that read the index then.
+        # The library knows the names of the alarms, and has reported them for the call that read the index.
         if said.startswith("GetQueuedCmdCurrentIndex: ") and all(name in said for name in names):
             raise DobotError(self.name, None, said.partition(": ")[2])
         names = ", ".join(names)

@@ -493,7 +493,7 @@ FUNCTIONS = [
     ]),
 ]
 
-# Functions that also wait for what they queue: name, parameters where they differ from those of the one they end.
+# Functions with a variant that waits for its command: name, parameters if they differ, families.
 FINISHED = [
     ("SetHOMECmd", None, EVERY),
     ("SetEndEffectorParams", None, EVERY),
@@ -524,5 +524,5 @@ FINISHED = [
     ("SetArmSpeedRatio", "paramsMode=0, speedRatio=0, isQueued=1", "v3"),
     ("SetLSpeedRatio", "paramsMode, speedRatio, isQueued=1", "v3"),
 ]
-# Those that in v1 say so and do nothing unless the arm is on a rail.
+# Functions that in v1 report an error and do nothing unless the arm is on a rail.
 ON_RAIL = {"SetPTPLParams", "SetPTPWithLCmd"}

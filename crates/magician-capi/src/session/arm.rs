@@ -1,4 +1,8 @@
-//! What every call to an arm goes through.
+//! A connected arm: checks before a command is sent, and consequences of its outcome.
+//!
+//! Every command passes `Session::send`: dangerous commands need permission, nothing that must not
+//! be repeated is sent while an earlier command is in doubt (`doubt`), and a queue that has stopped
+//! is explained (`standstill`).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -18,24 +22,25 @@ use super::standstill::Standstill;
 use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 
-/// A connected arm. Its verbs are the driver's, and refuse what must not be sent.
+/// Connected arm. Its methods are the driver's, and refuse commands that must not be sent.
 #[derive(Debug)]
 pub struct Session {
     arm: blocking::Arm,
     allowed: Arc<Allowed>,
     doubt: Doubt,
     standstill: Standstill,
-    /// Index and left space were read: a lost answer can be made up for.
+    /// True once index and free space of the queue were read, so that the driver can resolve a lost
+    /// reply to a queued command.
     based: AtomicBool,
-    /// This program has let the queue run.
+    /// True once this program has started the queue, or was warned that it has not.
     started: AtomicBool,
-    /// `DisconnectDobot` was called.
+    /// True after `DisconnectDobot`.
     released: AtomicBool,
-    /// The virtual arm that this is.
+    /// Lease of a virtual arm. `None` for a real one.
     lease: Mutex<Option<Lease>>,
 }
 
-/// How a command goes out.
+/// Form in which a command is sent.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Form {
     Read,
@@ -44,8 +49,9 @@ enum Form {
 }
 
 impl Session {
-    /// `based`: the queue has been read since the connection began. `standing`: how long a queue stands that is waited
-    /// for before the program is told why.
+    /// Creates a session. `based` is true if the queue was read since the connection began.
+    /// `standing` is the time for which the queue may stand still before the program gets an
+    /// explanation.
     pub(super) fn new(
         arm: blocking::Arm,
         allowed: Arc<Allowed>,
@@ -53,7 +59,8 @@ impl Session {
         based: bool,
         standing: Duration,
     ) -> Self {
-        // However it ends: what the arm does is the program's.
+        // Dropping must not stop the arm: with the vendor's library the arm continues after the
+        // program has ended.
         arm.detach();
         Self {
             arm,
@@ -67,18 +74,18 @@ impl Session {
         }
     }
 
-    /// As [`magician::blocking::Arm::get`].
+    /// Like [`magician::blocking::Arm::get`].
     ///
     /// # Errors
-    /// As there.
+    /// Those of the driver.
     pub fn get<T: Readable<Query = NoArgs>>(&self) -> Result<T, Fault> {
         self.get_with(&NoArgs)
     }
 
-    /// As [`magician::blocking::Arm::get_with`].
+    /// Like [`magician::blocking::Arm::get_with`].
     ///
     /// # Errors
-    /// As there.
+    /// Those of the driver.
     pub fn get_with<T: Readable>(&self, query: &T::Query) -> Result<T, Fault> {
         notice::note(|| shown(query));
         let value: T = self.send(Some(T::ROW), Form::Read, |arm| arm.get_with(query))?;
@@ -86,20 +93,21 @@ impl Session {
         Ok(value)
     }
 
-    /// As [`magician::blocking::Arm::set`].
+    /// Like [`magician::blocking::Arm::set`].
     ///
     /// # Errors
-    /// As there; a dangerous command that was not allowed, and one that must not be repeated while an earlier one is in
-    /// doubt.
+    /// Those of the driver; a dangerous command that was not allowed; a command that must not be
+    /// repeated while an earlier one is in doubt.
     pub fn set<T: Writable>(&self, value: &T) -> Outcome {
         notice::note(|| shown(value));
         self.send(Some(T::ROW), Form::Set, |arm| arm.set(value))
     }
 
-    /// As [`magician::blocking::Arm::enqueue`].
+    /// Like [`magician::blocking::Arm::enqueue`].
     ///
     /// # Errors
-    /// As there; a dangerous command that was not allowed, and any while an earlier one is in doubt.
+    /// Those of the driver; a dangerous command that was not allowed; any command while an earlier
+    /// one is in doubt.
     pub fn enqueue<T>(&self, value: &T) -> Result<QueueIndex, Fault>
     where
         T: Queueable + Copy + Into<Set>,
@@ -111,10 +119,11 @@ impl Session {
         Ok(index)
     }
 
-    /// The index of the command that ended last. A program that waits for more is told why it does not come.
+    /// Reads the index of the command that finished last. If the queue stands still, the program
+    /// gets an explanation.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Those of [`get`](Self::get).
     pub fn current_index(&self) -> Result<u64, Fault> {
         let QueuedCmdCurrentIndex {
             queued_cmd_current_index,
@@ -123,23 +132,24 @@ impl Session {
         Ok(queued_cmd_current_index)
     }
 
-    /// As [`magician::blocking::Arm::raw`].
+    /// Like [`magician::blocking::Arm::raw`].
     ///
     /// # Errors
-    /// As [`get`](Self::get), [`set`](Self::set) and [`enqueue`](Self::enqueue), by what Ctrl says.
+    /// Those of [`get`](Self::get), [`set`](Self::set) or [`enqueue`](Self::enqueue), depending on
+    /// Ctrl.
     pub fn raw(&self, id: u8, ctrl: Ctrl, params: &[u8]) -> Result<FrameBuf, Fault> {
         let row = Row::with_id(id);
         let form = match ctrl {
             ctrl if ctrl.queued() => Form::Queued,
             ctrl if ctrl.write() => Form::Set,
-            // A command that nothing comes back from does something, whatever Ctrl says.
+            // A command without a value has an effect even if Ctrl says read.
             _ if row.is_some_and(|row| row.value.is_none()) => Form::Set,
             _ => Form::Read,
         };
         self.send(row, form, |arm| arm.raw(id, ctrl, params))
     }
 
-    /// The journey of every command: whether it may go, what became of it, and what follows from that.
+    /// Sends any command: permission, doubt, the call itself, and the consequences of its outcome.
     fn send<T>(
         &self,
         row: Option<&'static Row>,
@@ -172,8 +182,8 @@ impl Session {
         }
     }
 
-    /// Reads the queue before this connection puts anything into it, so that the fate of a command whose answer is lost
-    /// can be told from the indices.
+    /// Reads index and free space before the first command is queued. If a reply is lost later, the
+    /// indices show whether the arm accepted the command.
     fn read_base(&self) -> magician::Result<()> {
         if !self.based.load(Ordering::Relaxed) {
             self.arm.queue().current_index()?;
@@ -185,7 +195,7 @@ impl Session {
 
     fn done(&self, row: Option<&'static Row>, form: Form) {
         match row {
-            // What was in doubt waits no more. A stop would leave it in the queue.
+            // Clearing the queue removes the command in doubt. A stop would leave it there.
             Some(row) if form == Form::Set && row.id == QueuedCmdClear::ROW.id => {
                 self.doubt.lift();
                 self.standstill.dropped();
@@ -197,6 +207,7 @@ impl Session {
             Some(row) if form == Form::Set && row.id == ClearAlarmsState::ROW.id => {
                 self.standstill.begin_anew();
             }
+            // Other commands affect neither the doubt nor the watch on the queue.
             _ => {}
         }
     }
@@ -227,21 +238,24 @@ impl Session {
     }
 }
 
-/// Whether a command must not be done twice. A jog that is begun again is the same jog, and its end must always go out.
+/// True if a command must not be executed twice. Starting a jog again continues the same jog, and
+/// the end of a jog must always be sent.
 fn is_once(row: &Row) -> bool {
     !row.resendable && row.id != JogCmd::ROW.id
 }
 
-/// Whether the arm may have taken the command all the same. An answer that cannot be understood is none.
+/// True if the arm may have accepted the command despite the error. An unintelligible reply to a
+/// queued command counts as none.
 fn leaves_doubt(error: &Error, form: Form) -> bool {
     match error.kind() {
         ErrorKind::Uncertain => true,
         ErrorKind::Unexpected => form == Form::Queued,
+        // The driver reports every other doubt as `Uncertain`.
         _ => false,
     }
 }
 
-/// The fields of a value, for the log.
+/// Formats the fields of a value for the log.
 fn shown(value: &impl Layout) -> String {
     let bytes = FrameBuf::encode(0, Ctrl::SET, value);
     let Ok(bytes) = bytes else {

@@ -1,4 +1,8 @@
-//! `ConnectDobot`.
+//! `ConnectDobot` of all families.
+//!
+//! The port is opened and probed for an arm. Like the vendor's library, it also connects if nothing
+//! answers. If a caller wants the name of the firmware and a serial port is silent, the port is
+//! asked in text too (`text_probe`), because the controller may run a firmware for 3-D printing.
 
 use std::ffi::c_int;
 use std::sync::Arc;
@@ -20,35 +24,37 @@ use crate::structure::ConnectInfo;
 
 /// Name of the function in messages.
 const NAME: &str = "ConnectDobot";
-/// A virtual arm answers at once, but on a busy computer.
+/// Timeout of a virtual arm. It answers at once; the rest is for a busy computer.
 const LONG: Duration = Duration::from_secs(10);
 
-/// What answers at a port.
+/// Result of probing a port.
 enum Met {
-    /// An arm.
+    /// An arm answered.
     Arm(Session),
-    /// Nothing that is known; what was tried.
+    /// Nothing known answered. Connected nevertheless, with an explanation.
     Silence(Session, String),
-    /// Something that is no arm.
+    /// Another firmware answered in text.
     Firmware(Firmware),
 }
 
-/// What was connected to, and the id it has now.
+/// Successful connection, with the id that it got.
 struct Connection {
     id: c_int,
-    /// What the vendor's library calls it.
+    /// Name and version in the vendor's terms.
     firmware: Firmware,
-    /// The arm, if one answers.
+    /// Arm, if one answered.
     arm: Option<Arc<Session>>,
     /// `DevType` of the vendor's `ConnectInfo`.
     kind: i32,
 }
 
-/// `ConnectDobot`, as each family has it (docs/guide/VENDOR-LIBRARY.md).
+/// `ConnectDobot` of each family (docs/VENDOR-LIBRARY.md).
 impl Registry {
-    /// Of `v1`: whatever was connected before is closed, and opened again if it is the same.
+    /// `ConnectDobot` of `v1`: closes an earlier connection, and opens it again if it is the same
+    /// port.
     pub fn connect_v1(&self, port: Text, baud: u32, firmware: Buffer, version: Buffer) -> c_int {
-        // A lock that was held when the process was forked stays so.
+        // In a forked child the claim fails. Do not take the lock then: a thread of the parent may
+        // have held it during the fork, and it stays locked.
         let claim = self.claim().ok();
         let _turn = claim.as_ref().map(|_| lock(&self.turn));
         self.leave(0);
@@ -61,7 +67,7 @@ impl Registry {
         })
     }
 
-    /// Of `v2`: the id is the smallest that is free, -1 if nothing was connected to.
+    /// `ConnectDobot` of `v2`: the id is the smallest free one, or -1 on failure.
     pub fn connect_v2(
         &self,
         port: Text,
@@ -81,7 +87,7 @@ impl Registry {
         })
     }
 
-    /// Of `v3`: the arm is a master, without slaves.
+    /// `ConnectDobot` of `v3`: the arm is a master without slaves.
     pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
         let met = || self.connect(port, baud, None, true);
         self.answer(port, met, |met| {
@@ -117,7 +123,7 @@ impl Registry {
         Ok(self.keep(met, &target, id))
     }
 
-    /// Connects, and tells C.
+    /// Connects, reports to the caller, and returns the code for C.
     fn answer(
         &self,
         port: Text,
@@ -155,7 +161,7 @@ impl Registry {
         }
     }
 
-    /// Gives what was met its id.
+    /// Stores the result of probing under an id.
     fn keep(&self, met: Met, target: &Target, id: Option<c_int>) -> Connection {
         let arm = |session: Session, answers: bool| {
             let arm = Arc::new(session);
@@ -196,9 +202,10 @@ impl Registry {
         }
     }
 
-    /// Opens a port and finds out what is there.
+    /// Opens a port and probes it.
     fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
-        // An unreadable fence is no reason to move without one.
+        // If the file of known arms is unreadable, fail: without it the arm's fence would be
+        // missing.
         let variable = |name: &str| (self.surroundings.variable)(name).map(Into::into);
         let known = match magician::arms::file_by(variable) {
             Some(file) => magician::arms::load_from(&file)?,
@@ -244,7 +251,8 @@ impl Registry {
     }
 }
 
-/// Starts an empty queue, as the programs expect that were written on an arm which another one had started.
+/// Starts the queue if it is empty. Many programs expect a running queue, because they were written
+/// on an arm where another program had started it.
 fn start(arm: &blocking::Arm) {
     if let Err(error) = arm.queue().start_if_empty() {
         notice::warn(NAME, &format!("the queue was not started: {error}"));
@@ -255,7 +263,7 @@ fn name_of(port: Text) -> String {
     String::from_utf8_lossy(&port.bytes()).into_owned()
 }
 
-/// What lies behind a cable with a text-talking end.
+/// True for a port at which a firmware may answer in text.
 fn is_serial(target: &Target) -> bool {
     matches!(
         target,
@@ -263,22 +271,22 @@ fn is_serial(target: &Target) -> bool {
     )
 }
 
-/// The port is open, and no arm answers there.
+/// True if the port is open but no arm answered.
 fn is_silence(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::Timeout | ErrorKind::Unexpected)
 }
 
-/// Programs give 64 bytes at least; what is put there is far shorter.
+/// Writes a short text. Programs provide at least 64 bytes, far more than is written.
 fn put(place: Buffer, text: &str) {
     place.put(text.as_bytes(), text.len() + 1);
 }
 
-/// `DevType` of nothing that is known.
+/// `DevType` if nothing known is connected.
 const IDLE: i32 = 0;
 /// `DevType` of a Magician.
 const MAGICIAN: i32 = 2;
 
-/// `ConnectInfo` of family v3: the arm itself as the master.
+/// Builds the `ConnectInfo` of `v3`, with the arm as the master.
 fn described(connection: &Connection) -> ConnectInfo {
     let (name, version, run_time) = match &connection.arm {
         Some(arm) => ("Dobot", version_of(arm), run_time_of(arm)),
@@ -302,7 +310,7 @@ fn described(connection: &Connection) -> ConnectInfo {
     ConnectInfo(info)
 }
 
-/// As much of a text as fits in 50 bytes with a NUL.
+/// Truncates a text to the 50 bytes of its field, with a NUL.
 fn short(text: &str) -> &[u8] {
     let bytes = text.as_bytes();
     bytes.get(..49).unwrap_or(bytes)
@@ -318,7 +326,7 @@ fn version_of(arm: &Session) -> String {
     version.unwrap_or_else(|_| "0.0.0".to_owned())
 }
 
-/// Since it was switched on, s.
+/// Time since the arm was switched on, s. 0 if it cannot be read.
 fn run_time_of(arm: &Session) -> f32 {
     let time = arm.get::<DeviceTime>();
     time.map_or(0.0, |time| time.g_systick as f32 / 1000.0)

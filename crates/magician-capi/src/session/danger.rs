@@ -1,4 +1,5 @@
-//! Commands that can brick, unlearn or unlock something: sent only if they were named.
+//! Permission for dangerous commands. They can brick the arm, lose its calibration or unlock
+//! something, and are sent only if the user has named them.
 
 use std::collections::BTreeSet;
 use std::ffi::c_int;
@@ -12,18 +13,18 @@ use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 use crate::pointer::Text;
 
-/// The variable that allows dangerous commands.
+/// Variable with the allowed commands.
 const VARIABLE: &str = "MAGICIAN_ALLOW";
 
-/// The dangerous commands that were allowed.
+/// Dangerous commands that are allowed.
 #[derive(Debug)]
 pub(super) struct Allowed {
     surroundings: Surroundings,
-    /// By `MagicianAllow`.
+    /// Allowed by `MagicianAllow`.
     named: Mutex<Names>,
 }
 
-/// Ids of commands, or all.
+/// Ids of commands, or all of them.
 #[derive(Clone, Debug, Default)]
 struct Names {
     all: bool,
@@ -38,13 +39,13 @@ impl Allowed {
         }
     }
 
-    /// Whether this may be sent.
+    /// Fails if the command is dangerous and not allowed.
     pub(super) fn check(&self, row: &Row) -> Outcome {
         let Some(danger) = row.danger().filter(|_| !lock(&self.named).have(row)) else {
             return Ok(());
         };
         let variable = (self.surroundings.variable)(VARIABLE).unwrap_or_default();
-        // A name that is misspelt there allows nothing, and the refusal has the right one.
+        // Unknown names in the variable are ignored; the refusal shows the correct one.
         if parse(&variable).0.have(row) {
             return Ok(());
         }
@@ -62,7 +63,7 @@ impl Names {
     }
 }
 
-/// Names with commas or blanks between them, and those among them that name nothing.
+/// Parses names separated by commas or blanks. Also returns the unknown ones.
 fn parse(text: &str) -> (Names, Vec<&str>) {
     let mut names = Names::default();
     let mut wrong = Vec::new();
@@ -77,7 +78,7 @@ fn parse(text: &str) -> (Names, Vec<&str>) {
     (names, wrong)
 }
 
-/// A function whose command has another name.
+/// Finds the command of a function that is named differently.
 fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
     if name.eq_ignore_ascii_case("UpdateFirmware") {
         Row::find_writable("FirmwareSwitch")
@@ -87,8 +88,8 @@ fn function(name: &str) -> Result<&'static Row, magician::protocol::NameError> {
 }
 
 impl Registry {
-    /// `MagicianAllow`: allows the named dangerous commands, or `all`, as long as the process lasts. 3 if one is no
-    /// command; the others are allowed then too.
+    /// `MagicianAllow`: allows the named dangerous commands, or `all`, until the process ends.
+    /// Returns 3 if a name is unknown; the other names are allowed nevertheless.
     pub fn allow(&self, names: Text) -> c_int {
         let bytes = names.bytes();
         let text = String::from_utf8_lossy(&bytes);

@@ -1,12 +1,13 @@
-//! A command that the arm may or may not have taken.
+//! Commands in doubt: the arm may or may not have accepted them.
 //!
-//! Stock wrappers send a command again for as long as they get anything but 0. If the arm had taken the first one, it
-//! would move twice. So while it is in doubt, every further command that may not be repeated is refused: the arm's
-//! position is unknown, and later commands were made for another one.
+//! Stock wrappers retry a call until it returns 0. If the arm had accepted the first command, it
+//! would move twice. While a command is in doubt, every further command that must not be repeated
+//! is therefore refused: the position of the arm is unknown, and later commands assume another one.
 //!
-//! `SetQueuedCmdClear` ends it, once the arm has confirmed that: what was in doubt waits no more. Neither
-//! `SetQueuedCmdStopExec` nor `SetQueuedCmdForceStopExec` does; both leave what waits in the queue, and the next
-//! `SetQueuedCmdStartExec` would run it and its copy. A new `ConnectDobot` begins without doubt.
+//! A confirmed `SetQueuedCmdClear` ends the doubt, because it removes the command from the queue.
+//! `SetQueuedCmdStopExec` and `SetQueuedCmdForceStopExec` do not: both keep the queue, and the next
+//! `SetQueuedCmdStartExec` would execute the command and its copy. A new `ConnectDobot` starts
+//! without doubt.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,7 +17,7 @@ use magician::Error;
 use super::registry::lock;
 use crate::code::{Code, Fault, Outcome};
 
-/// Whether there is a doubt, and which.
+/// The command in doubt, if there is one.
 #[derive(Debug, Default)]
 pub(super) struct Doubt {
     exists: AtomicBool,
@@ -24,7 +25,7 @@ pub(super) struct Doubt {
 }
 
 impl Doubt {
-    /// Nothing goes out while there is a doubt.
+    /// Fails while a command is in doubt.
     pub(super) fn check(&self) -> Outcome {
         if !self.exists.load(Ordering::SeqCst) {
             return Ok(());

@@ -1,10 +1,11 @@
-//! The connected arms, and what is true of all calls.
+//! The connected arms, and everything common to all calls.
 //!
-//! * [`Registry`] is the arms by their ids; the library has one, and the functions of this module are its methods.
-//!   A test has its own.
-//! * [`Session`] is an arm: what every call to it goes through.
+//! * [`Registry`] maps ids to arms. The library has one; the functions of this module are its
+//!   methods. Each test creates its own.
+//! * [`Session`] is one connected arm, through which every call passes.
 //!
-//! A call holds no lock while it waits for an arm; only `ConnectDobot` of `v1` waits for another of its kind.
+//! A call holds no lock while it waits for an arm, with one exception: `ConnectDobot` of `v1` waits
+//! for another one of its kind.
 
 mod arm;
 mod connect;
@@ -29,10 +30,10 @@ pub use arm::Session;
 pub use place::Surroundings;
 pub use registry::{Patience, Registry};
 
-/// The library's arms.
+/// The registry of the library.
 static ARMS: LazyLock<Registry> = LazyLock::new(Registry::default);
 
-/// Runs the body of a function that is about a connected arm; see [`Registry::run`].
+/// Runs the body of a function on a connected arm; see [`Registry::run`].
 pub fn run(
     family: Family,
     name: &'static str,
@@ -77,8 +78,8 @@ pub fn allow(names: Text) -> c_int {
     ARMS.allow(names)
 }
 
-/// `MagicianLastError`: the sentence of the last fault of the calling thread, as much of it as fits, and how long it is
-/// without its NUL; 0 if there was no fault.
+/// `MagicianLastError`: writes the sentence of the calling thread's last fault, truncated to fit.
+/// Returns its full length without the NUL, or 0 if there was no fault.
 pub fn last_error(text: Buffer, size: u32) -> c_int {
     let sentence = notice::sentence();
     text.put(sentence.as_bytes(), size as usize);

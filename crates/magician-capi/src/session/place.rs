@@ -1,4 +1,5 @@
-//! Where the name of a port leads.
+//! Resolution of port names: from the name that a program passes, or variables, to a target of the
+//! driver.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::Path;
@@ -8,21 +9,22 @@ use magician::discovery::Search;
 use magician::files::WholeFile;
 use magician::{Error, Port, Target, Tracer};
 
-/// Where the arm is, if a program does not say.
+/// Variable with the port for programs that name none.
 pub(super) const PORT: &str = "MAGICIAN_PORT";
-/// Where the frames are written to.
+/// Variable with the path of a trace of all frames.
 const TRACE: &str = "MAGICIAN_TRACE";
-/// How long `SearchDobot` waits for arms on Wi-Fi to answer.
+/// Time that `SearchDobot` waits for arms on Wi-Fi. A choice: arms on the same network answer well
+/// within it, and the caller is blocked meanwhile.
 const SHORT_WAIT: Duration = Duration::from_millis(250);
 
-/// What the process finds around it.
+/// Environment of the process. Tests replace it.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings {
-    /// A variable of the environment.
+    /// Returns a variable of the environment.
     pub variable: fn(&str) -> Option<String>,
-    /// The serial ports.
+    /// Lists the serial ports.
     pub ports: fn() -> Vec<Port>,
-    /// The arms on Wi-Fi that answer within a moment.
+    /// Finds arms on Wi-Fi that answer within a moment.
     pub network: fn() -> Vec<Ipv4Addr>,
 }
 
@@ -30,7 +32,7 @@ impl Default for Surroundings {
     fn default() -> Self {
         Self {
             variable: |name| {
-                // `set MAGICIAN_PORT=sim && ...` leaves a blank behind it on Windows.
+                // On Windows `set MAGICIAN_PORT=sim && ...` leaves a trailing blank.
                 let value = std::env::var(name).ok()?.trim().to_owned();
                 Some(value).filter(|value| !value.is_empty())
             },
@@ -59,7 +61,7 @@ fn network() -> Vec<Ipv4Addr> {
 }
 
 impl Surroundings {
-    /// Where a name leads, with what to call it; `None` if none is given and there is no port.
+    /// Resolves a name. Returns `None` if the name is empty and no port was found.
     pub(super) fn place(&self, name: &str) -> Option<Result<Target, Error>> {
         let name = name.trim();
         if !name.is_empty() {
@@ -73,16 +75,16 @@ impl Surroundings {
         ports.first().map(|port| Ok(Target::Serial(port.clone())))
     }
 
-    /// The serial ports that an arm may be at, likely ones first.
+    /// Serial ports that may have an arm, likely ones first.
     pub(super) fn arms_ports(&self) -> Vec<String> {
         let ports = (self.ports)().into_iter();
         ports.filter(is_listed).map(|port| port.path).collect()
     }
 
-    /// The trace that `MAGICIAN_TRACE` asks for.
+    /// Opens the trace requested by `MAGICIAN_TRACE`.
     pub(super) fn tracer(&self) -> Option<Tracer> {
         let path = (self.variable)(TRACE)?;
-        // A program may end without a word to the library.
+        // Written in place, not renamed at the end: a program may end without closing the library.
         let file = WholeFile::grow_in_place(Path::new(&path));
         let tracer = file.and_then(Tracer::new);
         tracer
@@ -91,7 +93,7 @@ impl Surroundings {
     }
 }
 
-/// What the vendor's library lists: adapters with one of these in their description.
+/// Descriptions of adapters that the vendor's library lists.
 const DESCRIPTIONS: [&str; 5] = [
     "USB-to-Serial",
     "CH340",
@@ -106,7 +108,7 @@ fn is_listed(port: &Port) -> bool {
     described || port.likely_arm()
 }
 
-/// The variable that sends a name elsewhere: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
+/// Name of the variable that redirects a port: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
 pub(super) fn variable_of(name: &str) -> String {
     let letters = bare(name).chars().map(|c| {
         if c.is_ascii_alphanumeric() {
@@ -118,14 +120,14 @@ pub(super) fn variable_of(name: &str) -> String {
     format!("{PORT}_{}", letters.collect::<String>())
 }
 
-/// A port's name as the vendor's library lists it.
+/// Name of a port without its prefix, as the vendor's library lists it.
 pub(super) fn bare(path: &str) -> &str {
     let prefixes = ["/dev/", r"\\.\"];
     let bare = prefixes.iter().find_map(|prefix| path.strip_prefix(prefix));
     bare.unwrap_or(path)
 }
 
-/// An address, everything that is a target, or the bare name of a device.
+/// Parses an address, any target of the driver, or the bare name of a device.
 fn target(name: &str) -> Result<Target, Error> {
     if let Ok(address) = name.parse::<Ipv4Addr>() {
         return format!("udp:{address}").parse();

@@ -1,4 +1,4 @@
-//! The virtual arms of this process.
+//! Virtual arms of this process.
 
 use std::sync::Arc;
 use std::sync::Mutex;
@@ -9,7 +9,8 @@ use magician::{SimSpeed, VirtualArm};
 
 use super::registry::lock;
 
-/// Virtual arms that last as long as the process, so that a new connection finds the arm as it was left.
+/// Pool of virtual arms. They live as long as the process, so that a new connection finds the arm
+/// as the last one left it.
 #[derive(Debug, Default)]
 pub(super) struct Pool(Mutex<Vec<Member>>);
 
@@ -20,7 +21,7 @@ struct Member {
     taken: Arc<AtomicBool>,
 }
 
-/// A virtual arm without another connection, until this is dropped.
+/// Exclusive use of a virtual arm, until dropped.
 #[derive(Debug)]
 pub(super) struct Lease {
     pub(super) arm: VirtualArm,
@@ -28,7 +29,7 @@ pub(super) struct Lease {
 }
 
 impl Pool {
-    /// The first arm of this speed that is free, or a new one.
+    /// Takes a free arm of this speed, or creates one.
     pub(super) fn take(&self, speed: SimSpeed) -> Lease {
         let mut members = lock(&self.0);
         let free = members

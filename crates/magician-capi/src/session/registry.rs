@@ -1,4 +1,8 @@
-//! The arms by their ids.
+//! Registry of connected arms by id.
+//!
+//! It also protects forked children. A fork copies the memory but not the threads, so a call in the
+//! child would wait forever for the driver's task or for a lock. The registry stores the id of the
+//! process that connects, and calls in any other process fail at once.
 
 use std::collections::BTreeMap;
 use std::ffi::c_int;
@@ -15,39 +19,40 @@ use super::{Session, Surroundings};
 use crate::code::{Code, Fault, Outcome};
 use crate::{Family, notice};
 
-/// Default of `SetCmdTimeout`: the vendor's 3000 ms.
+/// Default of `SetCmdTimeout`, as in the vendor's library: 3000 ms.
 const TIMEOUT: Duration = Duration::from_secs(3);
-/// Most ids for which a timeout is remembered that is not asked for any more.
+/// Most ids with a remembered timeout, because a program may use arbitrary ids.
 const MOST_TIMEOUTS: usize = 256;
 
-/// The arms of a process by their ids. `v1` has one, with the id 0.
+/// Connected arms of a process by id. `v1` has one arm, with id 0.
 #[derive(Debug)]
 pub struct Registry {
     pub(super) surroundings: Surroundings,
     pub(super) patience: Patience,
     pub(super) pool: Pool,
-    /// `ConnectDobot` of `v1` closes the arm that was there and opens it again; two at a time take turns.
+    /// Held by `ConnectDobot` of `v1`, which closes the existing connection and opens it again.
     pub(super) turn: Mutex<()>,
     allowed: Arc<Allowed>,
     slots: RwLock<BTreeMap<c_int, Slot>>,
     timeouts: Mutex<BTreeMap<c_int, Duration>>,
-    /// The process that has connected, or is about to; 0 if nothing is.
+    /// Process that has connected or is connecting. 0 if no process has.
     process: AtomicU32,
-    /// Calls of `ConnectDobot` under way; changed and read with `slots` locked, as is when `process` becomes 0.
+    /// Running calls of `ConnectDobot`. Accessed only while `slots` is locked, as is the change of
+    /// `process` to 0.
     connecting: AtomicU32,
     tracer: OnceLock<Option<Tracer>>,
 }
 
-/// How long `ConnectDobot` waits for an answer, and a program for its queue.
+/// Timeouts of `ConnectDobot`, and of the queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// From an arm at a serial port.
+    /// For the reply of an arm at a serial port.
     pub serial: Duration,
-    /// From an arm in a network.
+    /// For the reply of an arm on a network.
     pub network: Duration,
-    /// From another firmware, to text.
+    /// For the reply of another firmware to text.
     pub text: Duration,
-    /// For a queue that stands, before it is told why.
+    /// Time for which the queue may stand still before the program gets an explanation.
     pub standing: Duration,
 }
 
@@ -62,12 +67,12 @@ impl Default for Patience {
     }
 }
 
-/// What an id stands for.
+/// Content of an id.
 #[derive(Debug)]
 pub(super) enum Slot {
-    /// An arm.
+    /// Connected arm.
     Arm(Arc<Session>),
-    /// Something else answered, and its port was closed again: what it was.
+    /// Something else answered, and its port was closed again. Describes it.
     Other(String),
 }
 
@@ -78,7 +83,7 @@ impl Default for Registry {
 }
 
 impl Registry {
-    /// One without arms.
+    /// Creates an empty registry.
     #[must_use]
     pub fn new(surroundings: Surroundings, patience: Patience) -> Self {
         Self {
@@ -95,7 +100,7 @@ impl Registry {
         }
     }
 
-    /// Runs the body of a function that is about a connected arm, and says what C gets.
+    /// Runs the body of a function on a connected arm, and returns the code for C.
     pub fn run(
         &self,
         family: Family,
@@ -112,11 +117,12 @@ impl Registry {
         notice::ended((name, id), &outcome, begun.elapsed())
     }
 
-    /// The arm with an id.
+    /// Finds the arm with this id.
     ///
     /// # Errors
-    /// [`Code::Timeout`] when it is not connected, at once; `v3` says [`Code::InvalidDevice`]. (The vendor's `v1` waits
-    /// for a connection for ever; its `v2` says 0 to an id that it never gave out.)
+    /// [`Code::Timeout`] for an unknown id, in `v3` [`Code::InvalidDevice`]. Never waits.
+    /// (The vendor's `v1` waits for a connection forever; its `v2` returns 0 for an id that it
+    /// never assigned.)
     pub fn find(&self, family: Family, id: c_int) -> Result<Arc<Session>, Fault> {
         let slots = self.slots.read().unwrap_or_else(PoisonError::into_inner);
         let code = match family {
@@ -138,8 +144,8 @@ impl Registry {
         }
     }
 
-    /// `DisconnectDobot`: 0, whatever was. The arm goes on with what it has; calls that wait for it return 0 at once and
-    /// leave their results untouched, as the vendor's.
+    /// `DisconnectDobot`. Always returns 0. The arm continues with its queue. Calls that wait for
+    /// it return 0 at once and leave their results unchanged, as with the vendor's library.
     pub fn disconnect(&self, id: c_int) -> c_int {
         notice::host(
             "DisconnectDobot",
@@ -151,7 +157,7 @@ impl Registry {
         )
     }
 
-    /// Ends what an id stands for.
+    /// Removes an id and closes its connection.
     pub(super) fn leave(&self, id: c_int) {
         if self.own_process().is_err() {
             return;
@@ -167,7 +173,8 @@ impl Registry {
         }
     }
 
-    /// `SetCmdTimeout`: how long calls may take, in ms; for the arm that has the id, and the next one that gets it.
+    /// `SetCmdTimeout`: sets the timeout of calls, ms, for the arm with this id and the next one
+    /// that gets the id.
     pub fn set_timeout(&self, id: c_int, milliseconds: u32) -> c_int {
         let arguments = || format!("id={id} milliseconds={milliseconds}");
         notice::host("SetCmdTimeout", arguments, || {
@@ -179,6 +186,7 @@ impl Registry {
     }
 
     fn remember_timeout(&self, id: c_int, milliseconds: u32) {
+        // A timeout of 0 would make every call fail.
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
             let mut timeouts = lock(&self.timeouts);
@@ -192,12 +200,12 @@ impl Registry {
         }
     }
 
-    /// What dangerous commands are allowed.
+    /// Permission for dangerous commands.
     pub(super) fn allowed(&self) -> &Arc<Allowed> {
         &self.allowed
     }
 
-    /// Gives something its id: this one, or the smallest that is free.
+    /// Stores a slot under the given id, or under the smallest free one. Returns the id.
     pub(super) fn give_id(&self, id: Option<c_int>, slot: Slot) -> c_int {
         let mut slots = self.slots_mut();
         let free = || {
@@ -215,17 +223,18 @@ impl Registry {
         id
     }
 
-    /// Nothing is left that a child of this process could not have.
+    /// Allows forked children to connect, if this process has no connection and is not connecting.
     fn disown(&self, slots: &BTreeMap<c_int, Slot>) {
         if slots.is_empty() && self.connecting.load(Ordering::Relaxed) == 0 {
             self.process.store(0, Ordering::Relaxed);
         }
     }
 
-    /// Begins to connect: from here on a child that is forked must not, for it may find the locks of this as they are.
+    /// Marks the start of `ConnectDobot`. From here on a child that is forked must not connect,
+    /// because it may find the locks of the registry held.
     ///
     /// # Errors
-    /// This is such a child.
+    /// This process is such a child.
     pub(super) fn claim(&self) -> Result<Claim<'_>, Fault> {
         self.own_process()?;
         let _slots = self.slots_mut();
@@ -234,7 +243,8 @@ impl Registry {
         Ok(Claim(self))
     }
 
-    /// A process that has forked leaves its threads behind: whatever its child asked would never be answered.
+    /// Fails in a forked child: a fork does not copy the threads of the driver, so a call would
+    /// never be answered.
     pub(super) fn own_process(&self) -> Outcome {
         let owner = self.process.load(Ordering::Relaxed);
         if owner == 0 || owner == process::id() {
@@ -245,11 +255,11 @@ impl Registry {
         Err(Fault::new(Code::Timeout, message))
     }
 
-    /// How connections behave, as `MAGICIAN_TRACE` wants it.
+    /// Options of the driver, with the trace of `MAGICIAN_TRACE`.
     pub(super) fn options(&self) -> Options {
         let tracer = self.tracer.get_or_init(|| self.surroundings.tracer());
-        // What a program of the vendor's says is passed on: its interface has no word for a permission, and none for
-        // the holder of a jog.
+        // Programs for the vendor's library expect every command to be sent. Its interface has
+        // neither a permission for the laser nor a holder for jogs.
         let options = Options::default().allow_laser(true).raw_jogs(true);
         match tracer {
             Some(tracer) => options.trace(tracer.clone()),
@@ -262,7 +272,7 @@ impl Registry {
     }
 }
 
-/// A call of `ConnectDobot` that is under way.
+/// Marks a running call of `ConnectDobot`.
 #[derive(Debug)]
 pub(super) struct Claim<'a>(&'a Registry);
 
@@ -274,7 +284,7 @@ impl Drop for Claim<'_> {
     }
 }
 
-/// A lock whose holder has panicked is still good: no holder leaves a value half changed.
+/// Locks a mutex and ignores poisoning: no holder leaves a value half changed.
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,4 +1,4 @@
-//! `SearchDobot`.
+//! `SearchDobot`: lists ports and addresses.
 
 use std::ffi::c_int;
 
@@ -8,11 +8,10 @@ use crate::notice;
 use crate::pointer::Buffer;
 
 impl Registry {
-    /// `SearchDobot`: names of serial ports and addresses of arms on Wi-Fi with one blank between them, never past the
-    /// buffer; those that do not fit are left out. What `MAGICIAN_PORT` says comes first.
+    /// `SearchDobot`: lists serial ports and the addresses of arms on Wi-Fi, separated by blanks.
+    /// The port of `MAGICIAN_PORT` comes first. Names that do not fit the buffer are left out.
     ///
-    /// It returns how many were found, with or without a list to put them into, as the vendor's does; all were listed
-    /// if the list was large enough.
+    /// Returns the number of names found, with or without a buffer, as the vendor's library does.
     pub fn search(&self, list: Buffer, size: u32) -> c_int {
         notice::host(
             "SearchDobot",
@@ -34,7 +33,7 @@ impl Registry {
         let arms = arms.iter().map(ToString::to_string);
         let mut names = Vec::new();
         for name in given.into_iter().chain(ports).chain(arms) {
-            // The reader of the list splits it at spaces.
+            // Callers split the list at blanks.
             if name.contains(char::is_whitespace) {
                 tracing::warn!("SearchDobot: a name with a space cannot be listed: {name}");
             } else if !names.contains(&name) {
@@ -45,7 +44,7 @@ impl Registry {
     }
 }
 
-/// The names that fit with a NUL behind them.
+/// Joins the names that fit with a final NUL.
 fn listed(names: &[String], size: usize) -> String {
     let mut list = String::new();
     for name in names {

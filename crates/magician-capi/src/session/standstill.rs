@@ -1,8 +1,12 @@
-//! A queue that stands while a program waits for it.
+//! Explanation for a queue that stands still while a program waits for it.
 //!
-//! Every program waits by asking for the current index again and again, and nothing in the answer says that it will never
-//! come to more. So the caller is told why, once: in the log, and as the thread's last fault. The answer stays as it
-//! is.
+//! Programs wait by polling the current index, and nothing in the reply shows that it will never
+//! advance. So the program gets the reason once, in the log and as the thread's last fault. The
+//! reply itself stays as it is.
+//!
+//! If the index has not changed for a while, alarms and pose are read. A blocking alarm is reported
+//! at once. Without one, the arm must have kept its pose for longer: the queue may be paused for a
+//! moment, or execute a command during which the arm stands still.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -15,30 +19,33 @@ use magician::{Alarm, AlarmSet, QueueIndex, blocking};
 use super::registry::lock;
 use crate::notice;
 
-/// Where the reason is reported.
+/// Function under whose name the reason is reported.
 const NAME: &str = "GetQueuedCmdCurrentIndex";
-/// So many times as long may it stand without an alarm: it may be stopped for a moment.
+/// Factor on the patience without an alarm. A choice: the queue may be stopped for a moment on
+/// purpose.
 const PAUSE: u32 = 10;
-/// The same where the command that runs is one that lets the arm stand: homing, a wait, a trigger.
+/// Factor on the patience during a command in which the arm may stand still: homing, a wait, a
+/// trigger. A choice: such commands take longer than a move.
 const QUIET: u32 = 60;
-/// So many of those are remembered: more than a queue holds.
+/// Most of those commands that are remembered: more than the queue holds.
 const MOST_QUIET: usize = 64;
 
-/// What is known of a queue that is waited for.
+/// State of the queue while a program waits for it.
 #[derive(Debug)]
 pub(super) struct Standstill {
-    /// How long the index stands still before the reason is looked for.
+    /// Time without a change of the index before the reason is looked for.
     patience: Duration,
     seen: Mutex<Seen>,
 }
 
 #[derive(Debug, Default)]
 struct Seen {
-    /// The last command that this program has queued.
+    /// Index of the last command that this program queued.
     last: u64,
-    /// Its commands that let the arm stand, and whether they run under an alarm, as homing does.
+    /// Queued commands in which the arm may stand still, by index. True for homing, which runs
+    /// despite an alarm.
     quiet: BTreeMap<u64, bool>,
-    /// The current index, since when, and when it was looked into.
+    /// Current index, time of its last change, and time of the last check.
     index: Option<(u64, Instant, Instant)>,
     pose: Option<Pose>,
     told: bool,
@@ -52,7 +59,7 @@ impl Standstill {
         }
     }
 
-    /// A command went into the queue.
+    /// Records a queued command.
     pub(super) fn queued(&self, QueueIndex(index): QueueIndex, row: &Row) {
         let mut seen = lock(&self.seen);
         seen.last = index;
@@ -63,27 +70,27 @@ impl Standstill {
                 seen.quiet.pop_first();
             }
         }
-        // It may be what the queue waits for.
+        // Start the measurement anew: the queue may have been waiting for this command.
         seen.index = None;
     }
 
-    /// What is in the queue was dropped, or everything may go on.
+    /// Forgets the measurement, because the queue was started or its alarms were cleared.
     pub(super) fn begin_anew(&self) {
         let mut seen = lock(&self.seen);
         (seen.index, seen.told) = (None, false);
     }
 
-    /// The queue was dropped: nothing is waited for.
+    /// Forgets everything, because the queue was cleared.
     pub(super) fn dropped(&self) {
         *lock(&self.seen) = Seen::default();
     }
 
-    /// The program has asked for the current index.
+    /// Handles a poll of the current index.
     pub(super) fn saw(&self, current: u64, arm: &blocking::Arm) {
         let Some((stood, before)) = self.stands(current) else {
             return;
         };
-        // No lock is held while the arm is asked.
+        // No lock is held while the arm is read: another thread must be able to queue commands.
         let (Ok(alarms), Ok(pose)) = (arm.alarms(), arm.get::<Pose>()) else {
             return;
         };
@@ -116,7 +123,7 @@ impl Standstill {
         );
     }
 
-    /// Since when the index has stood and where the arm was, if it is time to look at it.
+    /// Returns how long the index has stood and the pose at the last check, if a check is due.
     fn stands(&self, current: u64) -> Option<(Duration, Option<Pose>)> {
         let mut seen = lock(&self.seen);
         let now = Instant::now();
@@ -142,7 +149,7 @@ impl Standstill {
     }
 }
 
-/// Which alarms hold the queue, and what to do.
+/// Describes the alarms that block the queue, with remedies.
 fn held(alarms: &AlarmSet, tool_unknown: bool) -> String {
     let codes = alarms.codes().filter(|code| Alarm::blocks(*code));
     let mut named: Vec<String> = codes

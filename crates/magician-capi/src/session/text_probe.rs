@@ -1,23 +1,24 @@
-//! What else may be at a serial port: the arm's controller can run a 3-D printer's firmware, which talks in text.
+//! Detection of a firmware for 3-D printing, which the arm's controller can run and which answers
+//! in text.
 
 use std::time::Duration;
 
 use magician::{RawLine, Target};
 use tokio::time::{Instant, timeout_at};
 
-/// What the vendor's library writes to a new connection; the arm ignores it.
+/// Bytes that the vendor's library writes to a new connection. The arm's own firmware ignores them.
 const QUESTION: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
-/// Text that is kept; more than any such firmware says in this time.
+/// Most bytes of text that are kept: more than such a firmware sends in this time.
 const MOST: usize = 64 * 1024;
 
-/// A firmware that talks in text.
+/// Firmware that answers in text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Firmware {
     pub(super) name: &'static str,
     pub(super) version: String,
 }
 
-/// Asks at a port, and listens for so long.
+/// Asks at a port. Returns `None` if no known firmware answers in time.
 pub(super) fn ask(target: &Target, within: Duration) -> Option<Firmware> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
@@ -60,7 +61,7 @@ fn recognise(heard: &[u8]) -> Option<Firmware> {
     })
 }
 
-/// Reads `: V1.2.3`, and whatever comes after.
+/// Parses `: V1.2.3` with any text after it.
 fn version(text: &str) -> Option<String> {
     let text = text.strip_prefix(':')?.strip_prefix(char::is_whitespace)?;
     let text = text.strip_prefix('V')?;

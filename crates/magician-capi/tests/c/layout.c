@@ -1,6 +1,6 @@
 /*
- * Where everything lies in the structures of the vendor's interface: sizes and offsets as they were read off the
- * vendor's own files. Do not change a number to make this compile.
+ * Sizes and offsets in the structures of the vendor's interface, as read from the vendor's own files. Do not change a
+ * number to make this compile.
  */
 #include <stddef.h>
 
@@ -279,7 +279,7 @@ AT(UpgradeFWReadyCmd, fwSize, 0, 4);
 AT(UpgradeFWReadyCmd, md5, 4, sizeof(char *));
 #endif
 
-/* The numbers that programs write out by name. */
+/* Values of the constants that programs use by name. */
 #define NUMBER(name, number) _Static_assert((name) == (number), #name)
 
 NUMBER(TriggeredOnPeriodicInterval, 1);

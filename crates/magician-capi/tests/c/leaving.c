@@ -1,6 +1,6 @@
 /*
- * A program that leaves its arm when it ends: when what its thread had of the library is gone already, as C++ objects that
- * outlive `main` do.
+ * A program that disconnects from its arm at exit, when the thread-local state of the library is already destroyed. C++
+ * objects that outlive `main` do so.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,7 +42,7 @@ int main(void)
     int code = ConnectDobot("sim", 115200, NULL, NULL);
 #endif
     atexit(leave);
-    /* A fault, which is told; then what the thread has is in use. */
+    /* Cause a fault, so that the thread-local state is in use. */
     return code != DobotConnect_NoError || GetPose(ARM_ NULL) != DobotCommunicate_InvalidParams ||
            GetPose(ARM_ &pose) != DobotCommunicate_NoError;
 }

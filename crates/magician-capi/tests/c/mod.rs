@@ -1,4 +1,5 @@
-//! What a C compiler and a C program say of a family's header and of its library, which Cargo has built beside the test.
+//! Checks of a family's header and library with a C compiler and C programs. Cargo has built the
+//! library beside the test.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -11,7 +12,7 @@ use std::process::Command;
 use magician_capi::structure::STRUCTURES;
 use magician_capi::{FUNCTIONS, Family, Function, Ids};
 
-/// The tests of a family.
+/// Declares the tests of a family.
 macro_rules! tests {
     ($family:ident, $number:literal) => {
         const SUBJECT: c::Subject = c::Subject {
@@ -51,7 +52,8 @@ pub(crate) struct Subject {
 }
 
 impl Subject {
-    /// Sizes and offsets of all structures, against numbers that come from the vendor's files; sizes against ours.
+    /// Sizes and offsets of all structures match the vendor's files, and sizes match those of this
+    /// crate.
     pub(crate) fn layouts_are_the_vendors(self) {
         let mut source = fs::read_to_string(here().join("layout.c")).expect("layout.c");
         let used: BTreeSet<&str> = (self.functions())
@@ -64,7 +66,7 @@ impl Subject {
         self.compile("layout.c", &source);
     }
 
-    /// The header declares the functions of the table, with their types, and no others.
+    /// The header declares exactly the functions of the table, with their types.
     pub(crate) fn prototypes_are_those_of_the_table(self) {
         let mut source = "#include \"DobotDll.h\"\n".to_owned();
         for function in self.functions() {
@@ -85,7 +87,7 @@ impl Subject {
         );
     }
 
-    /// A program that is linked with the library finds all of it, and has its session.
+    /// A linked program finds all functions and completes a session.
     pub(crate) fn a_program_has_its_session(self) {
         let folder = self.folder("session");
         let library = self.install(&folder);
@@ -98,7 +100,7 @@ impl Subject {
         assert_eq!(said, "done\n");
     }
 
-    /// A program may leave its arm when it ends, and log to where nothing can be written.
+    /// A program may exit with its arm connected, and with its log closed.
     pub(crate) fn a_program_leaves_its_arm_at_its_end(self) {
         let folder = self.folder("leaving");
         self.install(&folder);
@@ -112,7 +114,7 @@ impl Subject {
         }
     }
 
-    /// A program, linked with the library that is installed in a folder.
+    /// Builds a program that is linked with the library installed in a folder.
     fn program(self, source: &str, folder: &Path) -> Command {
         let program = folder.join("program");
         run(self
@@ -136,7 +138,7 @@ impl Subject {
             .filter(move |function| function.families.contains(&self.family))
     }
 
-    /// The types of a function's arguments, as C has them.
+    /// Formats the argument types of a function as C.
     fn arguments(self, function: &Function) -> String {
         let ids = match (self.family, function.ids) {
             (Family::V1, _) | (_, Ids::None) => 0,
@@ -146,7 +148,7 @@ impl Subject {
         let mut types = vec!["int".to_owned(); ids];
         types.extend(function.arguments.iter().map(|(_, rust)| c_type(rust)));
         if function.name == "SetCircleCmd" {
-            // Where only its beginning is read, C programs still have the whole structure.
+            // Functions that read only the beginning still take the whole structure in C.
             types = types
                 .iter()
                 .map(|c| c.replace("ARCCmd", "CircleCmd"))
@@ -158,7 +160,7 @@ impl Subject {
         types.join(", ")
     }
 
-    /// Returns a compiler that finds the family's headers, which are written to the folder.
+    /// Writes the family's headers to the folder. Returns a compiler that finds them.
     fn compiler(self, folder: &Path) -> Command {
         for (name, text) in magician_capi::headers::headers(self.family) {
             fs::write(folder.join(name), text).unwrap();
@@ -177,7 +179,7 @@ impl Subject {
         command
     }
 
-    /// Compiles a source, without making anything of it.
+    /// Compiles a source without linking.
     fn compile(self, name: &str, source: &str) {
         let folder = self.folder(name);
         let file = folder.join(name);
@@ -185,7 +187,7 @@ impl Subject {
         run(self.compiler(&folder).arg("-fsyntax-only").arg(&file));
     }
 
-    /// An empty folder of the test's own.
+    /// Creates an empty folder for this test.
     fn folder(self, name: &str) -> PathBuf {
         let folder =
             Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("v{}-{name}", self.number));
@@ -194,7 +196,8 @@ impl Subject {
         folder
     }
 
-    /// Puts the library into a folder under the vendor's names; the path that programs open.
+    /// Installs the library in a folder under the vendor's names. Returns the path that programs
+    /// open.
     fn install(self, folder: &Path) -> PathBuf {
         let test = env::current_exe().expect("the path of this test");
         let (prefix, suffix) = (env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX);
@@ -216,7 +219,7 @@ fn here() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/c"))
 }
 
-/// What a type of the table is in C.
+/// Converts an argument type of the table to C.
 fn c_type(rust: &str) -> String {
     match rust {
         "Bool" => return "bool".to_owned(),
@@ -234,7 +237,7 @@ fn c_type(rust: &str) -> String {
     pointed.map_or_else(|| rust.to_owned(), |of| format!("{} *", c_type(of)))
 }
 
-/// Runs a program; what it prints, if all is well.
+/// Runs a program that must succeed. Returns its output.
 fn run(command: &mut Command) -> String {
     let output = (command.output())
         .unwrap_or_else(|error| panic!("{command:?}: {error}; a C compiler is needed, $CC or cc"));

@@ -1,6 +1,6 @@
 /*
- * A session as programs in C have them, on a virtual arm, for each family; and every function is looked up by its name,
- * as those do who open the library at run time. What fails says its line.
+ * A typical session of a C program, on a virtual arm, for each family. Also looks up every function by its name, like
+ * programs that load the library at run time. A failed check prints its line.
  */
 #include <dlfcn.h>
 #include <math.h>
@@ -10,7 +10,7 @@
 
 #include "DobotDll.h"
 
-/* Written from the table: the names of the family. */
+/* Generated from the table: the function names of the family. */
 #include "names.h"
 
 #if FAMILY == 1
@@ -91,7 +91,7 @@ static void session(int id)
     OK(ClearAllAlarmsState(ARM));
     OK(SetQueuedCmdStartExec(ARM));
 
-    /* The index is told although isQueued is false: these are always queued. */
+    /* An index is returned although isQueued is false: this function always queues. */
     OK(SetHOMECmd(ARM_ &home, false, &index));
     CHECK(index > 0);
     OK(SetPTPCommonParams(ARM_ &ratios, true, &last));
@@ -129,7 +129,7 @@ static void session(int id)
     OK(GetAlarmsState(ARM_ alarms, &bytes, sizeof alarms));
     CHECK(bytes == 16);
 
-    /* Nothing is taken for a command, and the fault is told in words. */
+    /* A null pointer is refused, and the fault has a sentence. */
     CHECK(SetPTPCmd(ARM_ NULL, true, &last) == DobotCommunicate_InvalidParams);
     CHECK(GetPose(ARM_ NULL) == DobotCommunicate_InvalidParams);
     CHECK(MagicianLastError(NULL, 0) > 0);

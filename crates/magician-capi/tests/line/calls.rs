@@ -1,7 +1,7 @@
-// Every function that sends, called as C would; the file is included where `call!` says how a family is called, and
-// `own_calls` and `circle` what only it has so.
+// Calls every function that sends, as C would. This file is included where `call!` defines how to
+// call a family, and `own_calls` and `circle` define what only that family has.
 
-/// A forced or asked-for place in the queue: the index is what the arm answered.
+/// A queued call. The index must be the arm's answer.
 macro_rules! queued {
     ($name:literal $function:ident($($arg:expr),*) $said:literal) => {
         Call::new($name, || {
@@ -16,14 +16,14 @@ macro_rules! queued {
     (stringify $function:ident($($arg:expr),*)) => {
         Call::new(stringify!($function), || {
             let mut index = Slot::new(8);
-            // The caller says no, and is not heard.
+            // `isQueued` is false, but the function ignores it.
             let code = call!($function($($arg,)* 0, index.out()));
             (code, index.bytes().to_vec())
         })
     };
 }
 
-/// At once, where the caller is heard: the index is left alone.
+/// An immediate call of a function that obeys `isQueued`. The index must stay untouched.
 macro_rules! at_once {
     ($name:literal $function:ident($($arg:expr),*)) => {
         Call::new($name, || {
@@ -35,7 +35,7 @@ macro_rules! at_once {
     };
 }
 
-/// No results.
+/// A call without results.
 macro_rules! plain {
     ($function:ident($($arg:expr),*)) => {
         plain!(stringify!($function), $function($($arg),*))
@@ -45,7 +45,7 @@ macro_rules! plain {
     };
 }
 
-/// Results that lie side by side in the answer.
+/// A call whose results are consecutive in the reply.
 macro_rules! got {
     ($function:ident($($arg:expr),*) $($slot:ident $size:literal)+) => {
         Call::new(stringify!($function), || {
@@ -56,7 +56,7 @@ macro_rules! got {
     };
 }
 
-/// A C enum, which lies in one byte in the answer.
+/// A call whose result is a C enum, one byte in the reply.
 macro_rules! got_enum {
     ($function:ident) => {
         Call::new(stringify!($function), || {
@@ -68,7 +68,7 @@ macro_rules! got_enum {
     };
 }
 
-/// Text with its NUL.
+/// A call whose result is text with a NUL.
 macro_rules! got_text {
     ($function:ident $text:literal) => {
         Call::new(stringify!($function), || {
@@ -81,7 +81,7 @@ macro_rules! got_text {
     };
 }
 
-/// Text that does not fit is cut; its NUL never is.
+/// A call whose text is truncated. Its NUL must stay.
 macro_rules! got_cut {
     ($function:ident) => {
         Call::new(stringify!($function), || {
@@ -93,7 +93,7 @@ macro_rules! got_cut {
     };
 }
 
-/// A pin is named in the place for the answer.
+/// A call that takes the pin's address from the memory for the result.
 macro_rules! got_pin {
     ($function:ident $pin:literal $size:literal) => {
         Call::new(stringify!($function), || {
@@ -106,26 +106,26 @@ macro_rules! got_pin {
     };
 }
 
-/// A mode and what it is about.
+/// Point-to-point mode and coordinates.
 fn point(mode: u8, numbers: &[f32]) -> Vec<u8> {
     [vec![mode], floats(numbers)].concat()
 }
 
-/// Of an arc or a circle.
+/// Two points of an arc or circle.
 fn two_points() -> Vec<u8> {
     floats(&[210.0, 10.0, 40.0, 1.0, 220.0, 0.0, 40.0, 2.0])
 }
 
-/// Two to switch on the way: ratio, address, level.
+/// Two outputs to switch on the way: ratio, address, level.
 const OUTPUTS: [u8; 8] = [25, 4, 0, 1, 75, 5, 1, 0];
 
-/// The queue runs, so that what goes through it has been set when it is asked for.
+/// Starts the queue, so that queued settings are in effect when they are read.
 fn beginning() -> Vec<Call> {
     vec![plain!(ClearAllAlarmsState()), plain!(SetQueuedCmdStartExec())]
 }
 
-/// What all families have with the same arguments; what is got was set before. Motions come last, for they may end at a
-/// limit, which holds the queue.
+/// Calls that all families have with the same arguments. Values are set before they are read.
+/// Motions come last, because they may end at a limit, whose alarm blocks the queue.
 fn common_calls() -> Vec<Call> {
     vec![
         plain!(SetDeviceSN(text(b"DT0102"))),
@@ -143,7 +143,7 @@ fn common_calls() -> Vec<Call> {
             assert_eq!(length.bytes(), 16u32.to_le_bytes());
             (code, state.bytes().to_vec())
         }),
-        // As many as fit; how many there are is said all the same.
+        // Writes as many as fit, but reports their full number.
         Call::new("GetAlarmsState", || {
             let (mut state, mut length) = (Slot::new(2), Slot::new(4));
             let code = call!(GetAlarmsState(state.first(), length.out(), 2));
@@ -163,7 +163,7 @@ fn common_calls() -> Vec<Call> {
         Call::new("GetEndEffectorLaser", || {
             let (mut enabled, mut on) = (Slot::new(1), Slot::new(1));
             let code = call!(GetEndEffectorLaser(enabled.out(), on.out()));
-            // C's truth is 1, whatever byte the arm keeps.
+            // A C bool is 1, whatever byte the arm stores.
             assert_eq!((enabled.bytes(), on.bytes()), (&[1][..], &[1][..]));
             (code, vec![1])
         }),
@@ -266,7 +266,7 @@ fn common_calls() -> Vec<Call> {
     ]
 }
 
-/// What all families have, what only this one has so, and `more`.
+/// All calls of a family: the common ones, its own, and `more`.
 fn every_call(more: Vec<Call>) -> Vec<Call> {
     let parts = [beginning(), own_calls(), more, common_calls(), vec![circle()]];
     parts.into_iter().flatten().collect()

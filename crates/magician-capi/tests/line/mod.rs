@@ -1,6 +1,6 @@
-//! What the tests of a family's exported functions stand on: a virtual arm behind a socket that writes down what comes
-//! and what goes, the frames that should come, and memory as C has it.
-// Each test uses a part of it.
+//! Test bench for the exported functions of a family: a virtual arm behind a socket that records
+//! all frames, the expected frames, and memory as a C program has it.
+// Each test binary uses only a part of it.
 #![allow(dead_code, unreachable_pub)]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,37 +16,38 @@ use magician_capi::pointer::{Buffer, In, Out, Plain, Text};
 use magician_capi::{FUNCTIONS, Family, Kind};
 use magician_sim::{Controller, LinkId, Profile};
 
-/// What a program of C's has where a result belongs, before there is one.
+/// Initial bytes of memory for results.
 const UNTOUCHED: u8 = 0xEE;
-/// Bytes behind a result that nothing may touch.
+/// Guard bytes after a result, which must stay untouched.
 const GUARD: usize = 16;
-/// Between two requests the arm's clock jumps so far that what was asked for is done.
+/// Step of the arm's clock between two requests: long enough that the first one has finished.
 const A_WHILE: Duration = Duration::from_secs(60);
-/// What the driver asks for by itself: the queue, once a connection, and when an answer was slow.
+/// Ids that the driver reads on its own: the queue, once per connection and after a slow reply.
 const HOUSEKEEPING: [[u8; 2]; 2] = [[246, 0], [247, 0]];
-/// A tenth of a second after it has connected the driver asks for the arm's serial number and then for its clock.
+/// Requests of the driver itself a tenth of a second after connecting: serial number and clock.
 const INTRODUCTION: [[u8; 6]; 2] = [[0xAA, 0xAA, 2, 0, 0, 0], [0xAA, 0xAA, 2, 4, 0, 0xFC]];
-/// For a machine that does much else.
+/// Timeout of every wait. Long, for a machine under load.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// `GetIODO` of a pin that no call here is about: when it is answered, all that was sent before has come.
+/// Pin of a `GetIODO` that serves as a barrier: no call under test uses it, and once it is answered
+/// everything sent before has arrived.
 const BARRIER_PIN: u8 = 20;
 const BARRIER: [u8; 7] = [0xAA, 0xAA, 3, 131, 0, BARRIER_PIN, 0x69];
 
-/// A request and its answer, whole frames.
+/// A request frame and its reply frame.
 #[derive(Clone, Debug)]
 pub struct Exchange {
     pub request: Vec<u8>,
     pub reply: Vec<u8>,
 }
 
-/// A virtual arm behind a socket.
+/// A virtual arm behind a socket, with a record of all frames.
 pub struct Line {
     port: u16,
     seen: Arc<Seen>,
     get_io_do: Box<dyn Fn(&mut Slot) -> c_int>,
 }
 
-/// What has passed, and word of it.
+/// Recorded exchanges, with a notification.
 #[derive(Default)]
 struct Seen {
     exchanges: Mutex<Vec<Exchange>>,
@@ -60,14 +61,14 @@ impl Seen {
         self.more.notify_all();
     }
 
-    /// Waits until these have come, in their order.
+    /// Waits until these requests have arrived, in this order.
     fn wait_for(&self, requests: &[[u8; 6]]) {
         let exchanges = self.exchanges.lock().expect("no test panics with it");
         let missing = |all: &mut Vec<Exchange>| {
             let mut came = all.iter();
             !(requests.iter()).all(|request| came.any(|e| e.request == *request))
         };
-        // A test that waits for what never comes should fail, not hang.
+        // With a timeout, so that the test fails instead of hanging.
         let waited = self.more.wait_timeout_while(exchanges, PATIENCE, missing);
         let (exchanges, over) = waited.expect("no test panics with it");
         assert!(!over.timed_out(), "{requests:02X?} not in {exchanges:02X?}");
@@ -87,7 +88,7 @@ impl Line {
         thread::spawn(move || {
             let mut arm = Controller::new(Profile::default());
             for stream in listener.incoming().flatten() {
-                // A client that goes away ends its connection, not the arm.
+                // The arm survives the end of a connection.
                 drop(serve(&mut arm, stream, &book));
             }
         });
@@ -98,8 +99,8 @@ impl Line {
         }
     }
 
-    /// One that the library is connected to. `connect` calls the family's `ConnectDobot` with the name of a port,
-    /// `get_io_do` its `GetIODO`.
+    /// Connects the library to a virtual arm. `connect` calls the family's `ConnectDobot` with a
+    /// port name, `get_io_do` its `GetIODO`.
     pub fn connected(
         connect: impl FnOnce(Text) -> c_int,
         get_io_do: impl Fn(&mut Slot) -> c_int + 'static,
@@ -107,13 +108,13 @@ impl Line {
         let line = Self::open(Box::new(get_io_do));
         let port = format!("tcp:127.0.0.1:{}", line.port);
         assert_eq!(connect(text(port.as_bytes())), 0);
-        // What the driver says by itself is not to come between what is looked at.
+        // Wait for the driver's own requests, so that they do not mix with those under test.
         line.seen.wait_for(&INTRODUCTION);
         line
     }
 
-    /// All that was sent since the last look, with its answers. Where the machine was slow to answer, what may go out
-    /// again has gone out again, byte for byte: that is one exchange.
+    /// Returns all exchanges since the last call. Identical copies count as one: on a slow machine
+    /// the driver retransmits.
     pub fn passed(&self) -> Vec<Exchange> {
         let mut pin = Slot::with(&[BARRIER_PIN, 0]);
         assert_eq!((self.get_io_do)(&mut pin), 0);
@@ -123,7 +124,7 @@ impl Line {
         passed
     }
 
-    /// The same without what the driver asks for by itself.
+    /// Like [`passed`](Self::passed), without the driver's own requests.
     pub fn called(&self) -> Vec<Exchange> {
         let mut passed = self.passed();
         passed.retain(|exchange| !is_housekeeping(exchange));
@@ -135,7 +136,7 @@ fn is_housekeeping(exchange: &Exchange) -> bool {
     HOUSEKEEPING.contains(&[exchange.request[3], exchange.request[4]])
 }
 
-/// A queued command is never sent again.
+/// True if the request may be retransmitted: queued commands never are.
 fn may_be_repeated(exchange: &Exchange) -> bool {
     exchange.request[4] & 2 == 0
 }
@@ -157,7 +158,7 @@ fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::R
                 .flat_map(|frame| frame.bytes())
                 .copied()
                 .collect();
-            // Before the answer goes out: its receiver may look here.
+            // Record before the reply is sent, because the receiver may look at the record at once.
             let exchange = Exchange {
                 request,
                 reply: reply.clone(),
@@ -169,7 +170,7 @@ fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::R
     }
 }
 
-/// Takes the first frame off; nothing else may come.
+/// Takes the first frame off `waiting`, which must contain nothing else.
 fn first_frame(waiting: &mut Vec<u8>) -> Option<Vec<u8>> {
     let [first, second, length, ..] = waiting[..] else {
         return None;
@@ -179,7 +180,7 @@ fn first_frame(waiting: &mut Vec<u8>) -> Option<Vec<u8>> {
     (waiting.len() >= whole).then(|| waiting.drain(..whole).collect())
 }
 
-/// Memory for results, with a guard behind it.
+/// Memory for results, followed by a guard.
 pub struct Slot(Box<[u8]>);
 
 impl Slot {
@@ -196,7 +197,7 @@ impl Slot {
         self.first()
     }
 
-    /// The first of several.
+    /// Pointer to the first of several results.
     #[allow(unsafe_code)]
     pub fn first<T: Plain>(&mut self) -> Out<T> {
         // SAFETY: as many bytes are there, and they live as long as the slot.
@@ -209,7 +210,7 @@ impl Slot {
         unsafe { Buffer::new(self.0.as_mut_ptr().cast::<c_char>()) }
     }
 
-    /// What is there now; what lies behind it was not touched.
+    /// Returns the bytes of the result, after a check that the guard is untouched.
     pub fn bytes(&self) -> &[u8] {
         let (bytes, guard) = self.0.split_at(self.0.len() - GUARD);
         assert_eq!(guard, [UNTOUCHED; GUARD], "written past the end");
@@ -221,7 +222,7 @@ impl Slot {
     }
 }
 
-/// A structure, or several, as C has it; it stays for ever.
+/// Leaks one or several structures and returns a pointer to them.
 #[allow(unsafe_code)]
 pub fn give<T: Plain>(bytes: &[u8]) -> In<T> {
     assert_eq!(bytes.len() % size_of::<T>(), 0);
@@ -230,28 +231,28 @@ pub fn give<T: Plain>(bytes: &[u8]) -> In<T> {
     unsafe { In::new(bytes.as_ptr().cast()) }
 }
 
-/// No place for text.
+/// A null pointer for text.
 #[allow(unsafe_code)]
 pub const fn none() -> Buffer {
     // SAFETY: null is allowed.
     unsafe { Buffer::new(ptr::null_mut()) }
 }
 
-/// A null pointer.
+/// A null pointer for a value.
 #[allow(unsafe_code)]
 pub const fn nowhere<T: Plain>() -> In<T> {
     // SAFETY: null is allowed.
     unsafe { In::new(ptr::null()) }
 }
 
-/// A pointer to nothing good.
+/// An invalid pointer for a result.
 #[allow(unsafe_code)]
 pub const fn nowhere_to<T: Plain>() -> Out<T> {
     // SAFETY: only for what must not be looked at.
     unsafe { Out::new(ptr::dangling_mut()) }
 }
 
-/// Text as C has it; it stays for ever.
+/// Leaks a C string and returns a pointer to it.
 #[allow(unsafe_code)]
 pub fn text(bytes: &[u8]) -> Text {
     let text = CString::new(bytes).expect("no NUL inside");
@@ -259,7 +260,7 @@ pub fn text(bytes: &[u8]) -> Text {
     unsafe { Text::new(text.into_raw()) }
 }
 
-/// Numbers as they lie in memory.
+/// Bytes of numbers in memory.
 pub fn floats(numbers: &[f32]) -> Vec<u8> {
     numbers
         .iter()
@@ -267,13 +268,13 @@ pub fn floats(numbers: &[f32]) -> Vec<u8> {
         .collect()
 }
 
-/// A call: its name in the list of frames, and what it is.
+/// A call: name of its frame in the golden list, and the function to run.
 pub struct Call {
     pub name: &'static str,
     pub make: Box<dyn Fn() -> Made>,
 }
 
-/// What a call came to: the result, and what C was given as it should have lain in the answer.
+/// Result of a call: return code, and the results as they should appear in the reply.
 pub type Made = (c_int, Vec<u8>);
 
 impl Call {
@@ -282,7 +283,7 @@ impl Call {
         Self { name, make }
     }
 
-    /// The function that is called.
+    /// Function that the call concerns.
     fn function(&self) -> &'static str {
         let words = self.name.split(' ');
         let mut words = words.filter(|word| !matches!(*word, "v1" | "v2" | "v3"));
@@ -290,7 +291,7 @@ impl Call {
     }
 }
 
-/// The frames that should come, by name.
+/// Expected frames by name.
 fn golden() -> BTreeMap<&'static str, Vec<u8>> {
     let lines = include_str!("golden.txt").lines();
     let lines = lines.filter(|line| !line.starts_with('#'));
@@ -304,11 +305,11 @@ fn golden() -> BTreeMap<&'static str, Vec<u8>> {
     entries.collect()
 }
 
-/// What is set is not what is got: the one switches a sensor, the other is what it sees.
+/// Functions whose set and get concern different things: set switches a sensor, get reads it.
 const UNLIKE: [&str; 2] = ["ColorSensor", "InfraredSensor"];
 
-/// Makes every call and holds what it sends to the list of frames, and what C is given to what the arm answered and to
-/// what was set before. Those that must be allowed are refused first, and send nothing.
+/// Makes every call. Compares its frame with the golden list, and its results with the arm's reply
+/// and with the values set before. Guarded functions are refused first, without sending anything.
 pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(Text) -> c_int) {
     let golden = golden();
     let mut written = BTreeMap::new();

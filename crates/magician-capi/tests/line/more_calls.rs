@@ -1,4 +1,4 @@
-// What `v2` lacks; the file is included as `calls.rs` is.
+// Calls that `v2` lacks. This file is included like `calls.rs`.
 
 fn pulses() -> Vec<u8> {
     floats(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
@@ -13,7 +13,7 @@ fn more_calls() -> Vec<Call> {
         got!(GetCPCommonParams() value 8),
         queued!(SetARCCommonParams(give(&floats(&[60.0, 70.0])))),
         got!(GetARCCommonParams() value 8),
-        // What older callers leave in these places is never looked at.
+        // Older callers leave garbage in these arguments, so they must be ignored.
         plain!(SetLostStepParams(5.0, 0xEE, nowhere_to())),
         got!(GetUART4PeripheralsType() kind 1),
         plain!(SetUART4PeripheralsEnable(1)),

@@ -1,5 +1,5 @@
-//! Every function about a connected arm, called with null pointers. The calls come from the table itself, so that none is
-//! forgotten.
+//! Null pointers for every function on a connected arm. The calls are generated from the table, so
+//! that every function is covered.
 #![allow(unsafe_code, unreachable_pub)]
 
 use std::ffi::c_int;
@@ -10,7 +10,7 @@ use magician_capi::pointer::{Buffer, In, Out, Plain, Text};
 
 use crate::line::{Line, Slot, give, text};
 
-/// Which arguments are nothing: null, or zero.
+/// Arguments that are null or zero.
 #[derive(Clone, Copy)]
 pub enum Missing {
     All,
@@ -18,12 +18,12 @@ pub enum Missing {
     None,
 }
 
-/// The arguments of a call.
+/// Arguments of a call.
 pub struct Given {
     missing: Missing,
-    /// How many have been given.
+    /// Number of arguments created so far.
     at: usize,
-    /// The places for results.
+    /// Memory for results.
     pub slots: Vec<Slot>,
 }
 
@@ -53,9 +53,9 @@ impl Given {
     }
 }
 
-/// A type that functions take.
+/// Argument type of a function.
 pub trait Argument {
-    /// Whether it may be null.
+    /// True if the argument is a pointer.
     const POINTS: bool = true;
 
     fn given(given: &mut Given) -> Self;
@@ -121,17 +121,18 @@ impl Argument for Buffer {
     }
 }
 
-/// A function that is about an arm.
+/// A function on a connected arm.
 pub struct Row {
     pub name: &'static str,
     pub kind: Kind,
-    /// Names of the arguments, and whether they may be null.
+    /// Names of the arguments, and true for each pointer.
     pub arguments: &'static [(&'static str, bool)],
     pub call: fn(&mut Given) -> c_int,
 }
 
 impl Row {
-    /// Which arguments must not be null: all pointers but that to the index of a queued command.
+    /// Indices of arguments that must not be null: all pointers except the one for the index of a
+    /// queued command.
     fn needed(&self) -> impl Iterator<Item = usize> {
         let queued = self.arguments.iter().any(|(name, _)| *name == "queued");
         let numbered = self.arguments.iter().enumerate();
@@ -141,7 +142,7 @@ impl Row {
     }
 }
 
-/// A list of the rows that a family has and that are about an arm.
+/// Lists the rows of a family that concern an arm.
 #[macro_export]
 macro_rules! rows_about_an_arm {
     ($family:ident $(
@@ -154,10 +155,10 @@ macro_rules! rows_about_an_arm {
     }};
 }
 
-/// One row, if the family has it.
+/// Expands one row, if the family has it.
 #[macro_export]
 macro_rules! row_about_an_arm {
-    // These are about no arm, or end the connection.
+    // Rows that concern no arm or end the connection are left out.
     ($family:ident $in:tt $rows:ident $kind:ident None $name:ident $args:tt) => {};
     ($family:ident $in:tt $rows:ident Host $ids:ident $name:ident $args:tt) => {};
     (v1 [v1 $($more:ident)*] $($row:tt)*) => { $crate::call_about_an_arm!([] $($row)*); };
@@ -169,7 +170,7 @@ macro_rules! row_about_an_arm {
     ($family:ident [] $($row:tt)*) => {};
 }
 
-/// A call with the ids of its family.
+/// Calls a function with the ids of its family.
 #[macro_export]
 macro_rules! call_about_an_arm {
     ([$($id:literal),*] $rows:ident $kind:ident $ids:ident $name:ident ($($arg:ident: $type:ty),*)) => {
@@ -183,7 +184,8 @@ macro_rules! call_about_an_arm {
     };
 }
 
-/// With nothing at all: a fault where something is needed, and then nothing is sent.
+/// Checks calls with null for every argument: if a pointer is required the call fails, and nothing
+/// is sent.
 pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
     assert!(rows.len() > 120);
     for row in rows {
@@ -192,7 +194,7 @@ pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
         let code = (row.call)(&mut Given::but(Missing::All));
         let passed = line.called();
         let expected = match row.kind {
-            // It was not allowed.
+            // Not allowed, so refused.
             Kind::Guarded => 3,
             Kind::Command if needs => 3,
             _ => 0,
@@ -203,7 +205,7 @@ pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
     }
 }
 
-/// With one null pointer among others: nothing is sent, and no result is touched.
+/// Checks calls with one null pointer: nothing is sent, and all results stay untouched.
 pub fn hold_to_something(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Command) {
         for missing in row.needed() {
@@ -220,7 +222,7 @@ pub fn hold_to_something(line: &Line, rows: &[Row]) {
     }
 }
 
-/// What this arm does not have: all results are zero, and nothing is sent.
+/// Checks functions that this arm does not support: all results are zero, and nothing is sent.
 pub fn hold_to_zero(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Neutral) {
         let mut given = Given::but(Missing::None);

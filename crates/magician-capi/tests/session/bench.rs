@@ -1,4 +1,4 @@
-//! A C program, as far as a session sees one.
+//! A C program as seen by a session: pointers, buffers and calls.
 #![allow(unsafe_code)]
 
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -10,13 +10,13 @@ use magician_capi::session::{Patience, Registry, Session, Surroundings, last_err
 use magician_capi::structure::{ConnectInfo, HOMECmd, Pose};
 use magician_capi::{Family, Outcome, call};
 
-/// Far beyond what anything here takes.
+/// Timeout of every wait, far beyond what anything here takes.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
-/// What no result looks like.
+/// Byte of memory that was not written.
 pub(crate) const UNTOUCHED: u8 = 0x5A;
 
-/// Nothing is around but what a test names.
+/// An environment without variables, ports and networks.
 pub(crate) fn alone() -> Surroundings {
     Surroundings {
         variable: |_| None,
@@ -25,7 +25,7 @@ pub(crate) fn alone() -> Surroundings {
     }
 }
 
-/// Arms that have all the time of the world to answer.
+/// Timeouts so long that they never expire in a test.
 pub(crate) fn patient() -> Patience {
     Patience {
         serial: DEADLINE,
@@ -39,7 +39,7 @@ pub(crate) fn registry() -> Registry {
     Registry::new(alone(), patient())
 }
 
-/// What `ConnectDobot` of `v1` and `v2` says.
+/// Results of `ConnectDobot` of `v1` and `v2`.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Said {
     pub(crate) code: c_int,
@@ -48,7 +48,7 @@ pub(crate) struct Said {
     pub(crate) id: c_int,
 }
 
-/// A place for text, as large as the wrappers'.
+/// Text buffer of the size that wrappers use.
 type Place = [c_char; 100];
 
 fn buffer(place: &mut Place) -> Buffer {
@@ -62,7 +62,7 @@ fn string(place: &Place) -> String {
     text.to_str().unwrap().to_owned()
 }
 
-/// Does something with text as C has it.
+/// Runs `act` with a C string.
 pub(crate) fn with_text<T>(text: &str, act: impl FnOnce(Text) -> T) -> T {
     let text = CString::new(text).unwrap();
     // SAFETY: it outlives the call.
@@ -93,7 +93,7 @@ pub(crate) fn connect_v1(registry: &Registry, port: &str) -> Said {
     }
 }
 
-/// Without places for text.
+/// Connects without buffers for text.
 pub(crate) fn connect_blindly(registry: &Registry, port: &str) -> c_int {
     with_text(port, |port| {
         registry.connect_v1(port, 115_200, no_buffer(), no_buffer())
@@ -124,7 +124,7 @@ pub(crate) fn connect_v3(registry: &Registry, port: &str) -> (c_int, [u8; 336]) 
     (code, info.0)
 }
 
-/// `SearchDobot` with so many bytes for the list.
+/// `SearchDobot` with a list of this size.
 pub(crate) fn search(registry: &Registry, size: u32) -> (c_int, String) {
     let mut list = [0x7F; 100];
     let count = registry.search(buffer(&mut list), size);
@@ -132,7 +132,7 @@ pub(crate) fn search(registry: &Registry, size: u32) -> (c_int, String) {
     (count, string(&list))
 }
 
-/// Runs a body as an exported function would.
+/// Runs a body like an exported function.
 pub(crate) fn run(
     registry: &Registry,
     name: &'static str,
@@ -142,7 +142,7 @@ pub(crate) fn run(
     registry.run(Family::V2, name, id, body)
 }
 
-/// `GetPose`, and the bytes that are there afterwards.
+/// `GetPose`: return code, and the bytes of the result afterwards.
 pub(crate) fn pose_of(registry: &Registry, id: c_int) -> (c_int, [u8; 32]) {
     let mut pose = Pose([UNTOUCHED; 32]);
     // SAFETY: it outlives the call.
@@ -155,7 +155,7 @@ pub(crate) fn pose(registry: &Registry) -> (c_int, [u8; 32]) {
     pose_of(registry, 0)
 }
 
-/// `SetHOMECmd`, which is always queued, and its index: 0 if it got none.
+/// `SetHOMECmd`, which is always queued: return code and index. The index is 0 if none was written.
 pub(crate) fn home(registry: &Registry) -> (c_int, u64) {
     let (command, mut index) = (HOMECmd([0; 4]), 0);
     // SAFETY: they outlive the call.
@@ -172,7 +172,7 @@ pub(crate) fn clear(registry: &Registry) -> c_int {
     })
 }
 
-/// The sentence of this thread's last fault.
+/// Sentence of this thread's last fault.
 pub(crate) fn fault() -> String {
     let mut text = [0; 1000];
     // SAFETY: it outlives the call.
@@ -187,7 +187,7 @@ pub(crate) fn fault() -> String {
     text.to_str().unwrap().to_owned()
 }
 
-/// So much of it as fits.
+/// `MagicianLastError` with a buffer of this size.
 pub(crate) fn fault_in(size: u32) -> (c_int, String) {
     let mut text = [0; 100];
     let length = last_error(buffer(&mut text), size);

@@ -1,4 +1,4 @@
-//! What calls return, and what they say of it.
+//! Return codes of calls, and the sentences behind them.
 
 use magician::commands::QueuedCmdStopExec;
 use magician_capi::call;

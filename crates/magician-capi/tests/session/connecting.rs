@@ -1,4 +1,4 @@
-//! Connecting, leaving, and coming back.
+//! Connecting, disconnecting and reconnecting.
 
 use magician::commands::{DeviceName, QueuedCmdStopExec};
 use magician::protocol::Text;

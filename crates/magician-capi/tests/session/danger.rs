@@ -1,4 +1,4 @@
-//! Commands that are sent only if they were named.
+//! Dangerous commands are sent only if they were allowed by name.
 
 use magician::Ctrl;
 use magician::commands::{DeviceSn, ResetPose};

@@ -1,4 +1,4 @@
-//! Answers that do not come, over a bridge that loses them.
+//! Lost replies, over a bridge that drops them.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -19,24 +19,24 @@ use tokio::sync::oneshot;
 
 use crate::bench::{clear, connect_v1, fault, home, pose, registry, run, with_text};
 
-/// What the bridge does to answers.
+/// Replies that the bridge drops.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(u8)]
 enum Loses {
     Nothing,
-    /// The next one to a queued command.
+    /// The next reply to a queued command.
     One,
-    /// That one, and all that come after it.
+    /// The next reply to a queued command, and all after it.
     All,
     Everything,
 }
 
-/// How long a call waits for an answer, ms: one that comes, however busy the machine is, and one that does not. Even
-/// then what is asked has to reach the arm.
+/// Timeouts of calls, ms: for a reply that arrives, on however busy a machine, and for one that was
+/// dropped. The short one still has to let the request reach the arm.
 const LONG: u32 = 120_000;
 const SHORT: u32 = 1_500;
 
-/// A virtual arm behind a bridge to TCP.
+/// A virtual arm behind a TCP bridge.
 struct Bridge {
     arm: VirtualArm,
     address: SocketAddr,
@@ -85,7 +85,8 @@ impl Bridge {
         self.loses.store(what as u8, Ordering::SeqCst);
     }
 
-    /// From now on; calls wait no longer than they must for what will not come, and as long as it takes for what will.
+    /// Sets which replies are dropped, and a matching timeout: short if replies are lost, long
+    /// otherwise.
     fn goes_on(&self, registry: &Registry, what: Loses) {
         self.loses(what);
         let patience = match what {
@@ -101,7 +102,7 @@ impl Bridge {
         registry.set_timeout(0, LONG);
     }
 
-    /// Connected to it, its queue stopped.
+    /// Connects a registry to the bridge and stops the queue.
     fn registry(&self) -> Registry {
         let registry = registry();
         self.connect(&registry);
@@ -109,7 +110,7 @@ impl Bridge {
         registry
     }
 
-    /// Commands in the arm's queue.
+    /// Number of commands in the arm's queue.
     fn queued(&self) -> usize {
         self.arm.state().queue.waiting
     }
@@ -136,7 +137,7 @@ async fn carry(mut client: TcpStream, arm: &VirtualArm, loses: &AtomicU8) {
             },
             came = line.receive(&mut back) => {
                 let frame = &back[..came.unwrap()];
-                // Header, length, id, Ctrl.
+                // Bytes of a frame: two of header, length, id, Ctrl.
                 let queued = frame[4] & 2 != 0;
                 let what = loses.load(Ordering::SeqCst);
                 let next = match what {
@@ -160,7 +161,7 @@ fn stop(registry: &Registry) -> i32 {
     })
 }
 
-/// As on an arm that another program had started; what another one has left in the queue is not set going.
+/// An empty queue is started, as programs expect. A queue with commands of another program is not.
 #[test]
 fn connecting_starts_an_empty_queue_and_no_other() {
     let bridge = Bridge::new();
@@ -195,7 +196,7 @@ fn the_first_command_of_all_is_made_up_for_on_an_arm_at_rest() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     bridge.goes_on(&registry, Loses::One);
-    // Arms begin with 1 or 2: the lower one, so that a wait for it ends.
+    // The first index of an arm is 1 or 2. Take 1, so that waiting for it ends.
     assert_eq!(home(&registry), (0, 1));
     assert_eq!(home(&registry), (0, 3));
     assert_eq!(bridge.queued(), 2, "each was taken once");
@@ -211,7 +212,7 @@ fn what_is_in_doubt_is_never_sent_again() {
     let first = fault();
     assert!(first.contains("look at the arm"), "{first}");
     bridge.goes_on(&registry, Loses::Nothing);
-    // As a stock wrapper does.
+    // A stock wrapper retries like this.
     for _ in 0..20 {
         assert_eq!(home(&registry), (2, 0));
     }

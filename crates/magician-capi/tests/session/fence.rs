@@ -1,4 +1,4 @@
-//! The fence of an arm, through the vendor's door: it refuses.
+//! The fence of an arm applies to the vendor's interface: commands across it are refused.
 
 use std::sync::OnceLock;
 
@@ -12,7 +12,7 @@ use crate::bench::{alone, connect_v1, fault, patient, run};
 
 static SETTINGS: OnceLock<TempDir> = OnceLock::new();
 
-/// The file of settings with a fence, of a name.
+/// Path of a settings file with a fence: `good.toml`, or `bad.toml` with a misspelt key.
 fn settings(name: &str) -> Option<String> {
     let directory = SETTINGS.get_or_init(|| {
         let directory = tempfile::tempdir().unwrap();

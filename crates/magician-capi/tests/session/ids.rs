@@ -1,4 +1,4 @@
-//! The ids of the families that have them.
+//! Ids, in the families that have them.
 
 use magician::commands::DeviceName;
 use magician::protocol::Text;

@@ -1,4 +1,5 @@
-//! What is true of all calls: connecting, ids, timeouts, danger, doubt, threads. Each test has arms of its own.
+//! Behaviour common to all calls: connecting, ids, timeouts, danger, doubt, threads. Each test has
+//! its own registry.
 
 mod bench;
 mod calls;

@@ -1,4 +1,4 @@
-//! A program that waits for what does not come.
+//! A program that waits for a queue that stands still.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use magician_capi::session::{Patience, Registry};
 
 use crate::bench::{alone, connect_v1, fault, home, patient, pose_of, run};
 
-/// Without a wait before the first look.
+/// Registry that looks for the reason without delay.
 fn registry() -> Registry {
     let patience = Patience {
         standing: Duration::ZERO,
@@ -47,7 +47,7 @@ fn go(registry: &Registry, x: f32) {
     assert_eq!(code, 0);
 }
 
-/// Another fault, after which a new one shows.
+/// Causes another fault, so that a repeated one is visible again.
 fn another(registry: &Registry) {
     pose_of(registry, 7);
     assert!(fault().starts_with("GetPose"), "{}", fault());

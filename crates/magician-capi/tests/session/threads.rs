@@ -1,4 +1,4 @@
-//! Many threads.
+//! Calls from many threads.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::scope;
@@ -46,7 +46,7 @@ fn an_arm_that_is_taken_away_from_many_comes_back_to_them() {
         for _ in 0..8 {
             scope.spawn(|| {
                 while !over.load(Ordering::Relaxed) {
-                    // 2: no arm is connected; 0 also for calls under way when the connection ended.
+                    // 2: no arm is connected. 0: the connection ended during the call.
                     assert!([0, 2].contains(&pose(&registry).0));
                 }
             });

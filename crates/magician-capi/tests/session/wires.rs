@@ -1,4 +1,5 @@
-//! Real descriptors: a served arm on a pseudo-terminal, UDP and TCP, and devices that are no arm.
+//! Real file descriptors: an arm on a pseudo-terminal, UDP and TCP, and devices that are not an
+//! arm.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -18,7 +19,7 @@ use crate::bench::{
     pose, registry, run,
 };
 
-/// A virtual arm behind endpoints, on a thread of its own.
+/// A virtual arm served at endpoints, on a thread.
 struct Served {
     endpoints: Vec<Endpoint>,
     handle: Handle,
@@ -58,11 +59,11 @@ impl Drop for Served {
     }
 }
 
-/// A device on a pseudo-terminal that says what a closure makes of what it hears.
+/// A device on a pseudo-terminal, whose answers a closure computes.
 struct Device {
     path: PathBuf,
     heard: Receiver<Vec<u8>>,
-    /// Without it the terminal hangs up when a program closes it.
+    /// Kept open: otherwise the terminal hangs up when a program closes its end.
     terminal: Option<OwnedFd>,
     thread: Option<JoinHandle<()>>,
 }
@@ -86,7 +87,7 @@ impl Device {
         let thread = std::thread::spawn(move || {
             let mut master = File::from(master);
             let mut bytes = [0; 256];
-            // It ends when the last client closes the terminal.
+            // Ends when the last client closes the terminal.
             while let Ok(count @ 1..) = master.read(&mut bytes) {
                 let answer = says(&bytes[..count]);
                 let _ = tell.send(bytes[..count].to_vec());
@@ -111,7 +112,7 @@ impl Device {
         self.path.to_str().unwrap()
     }
 
-    /// Waits until it has heard this.
+    /// Waits until the device has received these bytes.
     fn hears(&self, wanted: &[u8]) {
         let mut all = Vec::new();
         while !all.windows(wanted.len()).any(|bytes| bytes == wanted) {
@@ -119,7 +120,7 @@ impl Device {
         }
     }
 
-    /// Everything it has heard. No program may have it open any more.
+    /// Returns everything that the device has received. All programs must have closed it.
     fn all(mut self) -> Vec<u8> {
         drop(self.terminal.take());
         let thread = self.thread.take().unwrap();
@@ -137,7 +138,7 @@ impl Drop for Device {
     }
 }
 
-/// What a device that never answers is given; the rest as it needs.
+/// Registry with short timeouts for a device that never answers, and `text` as given.
 fn impatient(text: Duration) -> Registry {
     let short = Duration::from_millis(20);
     let patience = Patience {
@@ -208,7 +209,7 @@ fn a_pulled_plug_is_a_timeout_at_once() {
     let served = serve(|server| server.pty(&path));
     let registry = registry();
     assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
-    // A call would not end within this test if it waited for its time.
+    // With this timeout the call ends in time only if the broken line ends it.
     registry.set_timeout(0, u32::MAX);
     served.handle.unplug().wait().unwrap();
     let (code, bytes) = pose(&registry);
@@ -231,7 +232,7 @@ fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
     };
     let device = Device::new(marlin);
     let registry = impatient(DEADLINE);
-    // It can be opened again, so it was closed.
+    // Connecting twice works, so the port was closed in between.
     for _ in 0..2 {
         let said = connect_v1(&registry, device.name());
         assert_eq!(said.code, 0);
@@ -285,7 +286,7 @@ fn an_arm_is_never_asked_in_text() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm");
     let _served = serve(|server| server.pty(&path));
-    // It would be asked for ever.
+    // If the port were asked in text, this timeout would never expire.
     let patience = Patience {
         text: Duration::MAX,
         ..patient()

@@ -1,3 +1,4 @@
-//! The vendor's C library `DobotDll`, functions without ids; `magician-capi` is what it is made of.
+//! The vendor's C library `DobotDll` whose functions take no ids. The implementation is
+//! `magician-capi`.
 
 magician_capi::export!(v1);

@@ -1,4 +1,4 @@
-//! Null pointers, to every function of the family, and what this arm does not have.
+//! Null pointers for every function of the family, and functions that this arm does not support.
 #![allow(unsafe_code)]
 
 #[path = "../../tests/line/mod.rs"]

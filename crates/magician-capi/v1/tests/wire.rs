@@ -1,4 +1,4 @@
-//! What every exported function of the family sends, and what it makes of the answers.
+//! Frames that every exported function of the family sends, and results from the replies.
 #![allow(unsafe_code)]
 
 #[path = "../../tests/line/mod.rs"]
@@ -18,7 +18,7 @@ macro_rules! call {
 include!("../../tests/line/calls.rs");
 include!("../../tests/line/more_calls.rs");
 
-/// What only this family has so.
+/// Calls that differ in this family.
 fn own_calls() -> Vec<Call> {
     vec![
         got!(GetDeviceVersion() major 1 minor 1 revision 1),
@@ -31,7 +31,7 @@ fn own_calls() -> Vec<Call> {
     ]
 }
 
-/// The count is the caller's.
+/// `SetCircleCmd` with the caller's count.
 fn circle() -> Call {
     queued!("v1 SetCircleCmd" SetCircleCmd(give(&[two_points(), 2u32.to_le_bytes().to_vec()].concat())) 0)
 }

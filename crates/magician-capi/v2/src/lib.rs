@@ -1,3 +1,4 @@
-//! The vendor's C library `DobotDll`, functions with a dobotId; `magician-capi` is what it is made of.
+//! The vendor's C library `DobotDll` whose functions take one id. The implementation is
+//! `magician-capi`.
 
 magician_capi::export!(v2);

@@ -1,4 +1,4 @@
-//! What every exported function of the family sends, and what it makes of the answers.
+//! Frames that every exported function of the family sends, and results from the replies.
 #![allow(unsafe_code)]
 
 #[path = "../../tests/line/mod.rs"]
@@ -17,7 +17,7 @@ macro_rules! call {
 
 include!("../../tests/line/calls.rs");
 
-/// What only this family has so.
+/// Calls that differ in this family.
 fn own_calls() -> Vec<Call> {
     vec![
         got!(GetDeviceVersion() major 1 minor 1 revision 1),
@@ -30,7 +30,7 @@ fn own_calls() -> Vec<Call> {
     ]
 }
 
-/// There is no count: once.
+/// `SetCircleCmd` without a count: one turn.
 fn circle() -> Call {
     queued!(SetCircleCmd(give(&two_points())))
 }

@@ -1,8 +1,8 @@
-//! The header and the library, as a C compiler and a C program see them.
-// Where there is no `cc`, on Windows, other checks stand in for these: docs/guide/PLATFORMS.md.
+//! Header and library of the family, checked with a C compiler and C programs.
+// Systems without `cc`, such as Windows, have other checks instead: docs/PLATFORMS.md.
 #![cfg(unix)]
 
-// Builds the shared library.
+// Makes Cargo build the shared library.
 use dobotdll_v3 as _;
 
 #[path = "../../tests/c/mod.rs"]

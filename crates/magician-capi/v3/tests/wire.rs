@@ -1,4 +1,4 @@
-//! What every exported function of the family sends, and what it makes of the answers.
+//! Frames that every exported function of the family sends, and results from the replies.
 #![allow(unsafe_code)]
 
 #[path = "../../tests/line/mod.rs"]
@@ -18,7 +18,7 @@ macro_rules! call {
 include!("../../tests/line/calls.rs");
 include!("../../tests/line/more_calls.rs");
 
-/// What only this family has so.
+/// Calls that differ in this family.
 fn own_calls() -> Vec<Call> {
     vec![
         Call::new("GetDeviceVersion", || {
@@ -38,7 +38,7 @@ fn own_calls() -> Vec<Call> {
     ]
 }
 
-/// There is no count: once.
+/// `SetCircleCmd` without a count: one turn.
 fn circle() -> Call {
     queued!(SetCircleCmd(give(&two_points())))
 }

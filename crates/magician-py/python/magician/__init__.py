@@ -147,7 +147,7 @@ __all__ = [
 ]
 
 
-# What a program on a thread of its own with an arm of its own can do without; `aio` takes asyncio along.
+# Imported on first use, because many programs need none of it; `aio` would import asyncio.
 _LATER = {
     "aio": "aio",
     "calibrate": "calibrate",

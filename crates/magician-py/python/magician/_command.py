@@ -13,6 +13,6 @@ __all__ = ["main"]
 
 def main() -> NoReturn:
     """Runs the command with the arguments of this process, and ends with its exit status."""
-    # The command hears Ctrl-C itself: Python's handler would end it a second time, with a traceback.
+    # The command handles Ctrl-C itself. Python's handler would raise a second time, with a traceback.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(run_command(["magician", *sys.argv[1:]]))

@@ -75,7 +75,7 @@ def performing(
     except BaseException as error:
         if isinstance(error, Error) and error.step:
             error.step -= len(ratios)
-        # The commands that would have given them back may have been dropped.
+        # Restore the settings here: the queued commands that would restore them may have been dropped.
         for setting in before:
             with contextlib.suppress(Error):
                 yield core.set(setting, False, False), False
@@ -134,7 +134,7 @@ def catching(
             except Error as failure:
                 doubt(error, failure)
         if before is not None:
-            # The command that would have given it back may have been dropped.
+            # Restore the setting here: the queued command that would restore it may have been dropped.
             with contextlib.suppress(Error):
                 yield core.set(before, False, False), False
         raise
@@ -181,10 +181,10 @@ class Going:
         self._begun = False
         self._dropped = False
         self._cancelled = False
-        # The arm brakes because this was cancelled: it is over once the arm stands.
+        # True while the arm brakes after a cancel. The motion is over once the arm stands.
         self._brakes = False
         self._after = after
-        # What is begun after a cancel only waits for the arm; what waited by then is dropped.
+        # True if the motion before was already cancelled: then this one waits for the arm to stand, and is not dropped.
         self._follows_failure = after is not None and after.is_given_up()
         self._tell: list[Callable[[], object]] = []
         self.over = False
@@ -213,14 +213,14 @@ class Going:
         with self._lock:
             if self.over or self._cancelled:
                 return
-            # The caller that cancels it knows how it ends.
+            # The caller knows about the cancel: do not report it again.
             self._cancelled = self.told = True
             call, self._call = self._call, None
             between, self._begun = self._begun and call is None, True
             self._brakes = rests and call is not None and self._moves
         if call is not None:
             call.cancel()
-        # Between two calls its thread takes the next step, which finds it cancelled.
+        # Between two calls another thread takes the next step and finds the cancel.
         if not between:
             self._step()
 

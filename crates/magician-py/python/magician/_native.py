@@ -105,7 +105,7 @@ def connecting(
         "trace": None if trace is None else os.fspath(trace),
         **flags(probe=probe, reconnect=reconnect),
     }
-    # Asked with isinstance, a protocol costs Python 3.12 and newer the import of inspect.
+    # Not isinstance() with a protocol: from Python 3.12 on that imports inspect, which is slow.
     if begin := getattr(port, "connect_core", None):
         call: Call[Core] = begin(**options)
         return call
@@ -140,7 +140,7 @@ def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None)
     except BaseException:
         if not call.taken():
             while not left.over():
-                # A second interrupt changes nothing.
+                # Ignore a second interrupt: the orderly end has to finish.
                 with contextlib.suppress(KeyboardInterrupt):
                     left.wait()
         raise
@@ -192,7 +192,7 @@ def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -
         going.when_over(ended.set)
         until = None if timeout is None else time.monotonic() + timeout
         try:
-            # In pieces: a wait without an end is not interrupted everywhere.
+            # Wait in slices: on some systems an endless wait ignores interrupts.
             while not ended.wait(_LOOK if until is None else max(0.0, min(_LOOK, until - time.monotonic()))):
                 if until is not None and time.monotonic() >= until:
                     break
@@ -236,7 +236,7 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
     try:
         return await _until(call, listener)
     except GeneratorExit:
-        # Nobody runs this coroutine any more: the stop has been asked for, and cannot be waited for.
+        # The coroutine is being closed and cannot await. The stop has been requested.
         raise
     except BaseException as interruption:
         if not call.taken():
@@ -249,7 +249,7 @@ async def until_left(call: Call[T], left: Call[None], listener: Listener | None 
     try:
         return await _until(call, listener)
     except GeneratorExit:
-        # Nobody runs this coroutine any more: it ends by itself.
+        # The coroutine is being closed and cannot await. The operation ends by itself.
         raise
     except BaseException:
         if not call.taken():
@@ -300,7 +300,7 @@ async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any])
             following.cancel()
 
     def tell() -> None:
-        # A loop that was closed has nobody who waits any more.
+        # A closed loop has no waiter left.
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(end)
 
@@ -333,7 +333,7 @@ async def until_ended(going: Going | Ended, core: Core, timeout: float | None = 
                 ended.set_result(None)
 
         def tell() -> None:
-            # A loop that was closed has nobody who waits any more.
+            # A closed loop has no waiter left.
             with contextlib.suppress(RuntimeError):
                 loop.call_soon_threadsafe(end)
 
@@ -389,7 +389,7 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
             if report is not None and listener is not None:
                 listener(report)
         except StopIteration as error:
-            # As out of any coroutine: a future takes none.
+            # A future does not accept StopIteration. Coroutines convert it in the same way.
             failure = RuntimeError("a listener raised StopIteration")
             failure.__cause__ = error
             ended.set_exception(failure)
@@ -403,7 +403,7 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
         try:
             loop.call_soon_threadsafe(look)
         except RuntimeError:
-            # The loop was closed: nobody waits any more.
+            # The loop is closed: no waiter is left.
             call.cancel()
 
     call.listen(tell)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[float64]
 else:
-    # Hints can be read without NumPy.
+    # So that type hints can be evaluated without NumPy.
     Floats = Any
 
 

@@ -18,7 +18,7 @@ class OpenEnum(IntEnum):
     """Named values of a byte. A value without a name passes through, under the name ``UNKNOWN_n``."""
 
     def __repr__(self) -> str:
-        # What can be typed in again.
+        # A form that can be typed in again.
         named = self.name in type(self).__members__
         return f"{type(self).__name__}.{self.name}" if named else f"{type(self).__name__}({int(self)})"
 
@@ -26,11 +26,11 @@ class OpenEnum(IntEnum):
         return self.name
 
     def __format__(self, spec: str) -> str:
-        # Python 3.10 and later ones differ in what they make of these.
+        # Defined here because their defaults differ between Python 3.10 and later versions.
         return format(int(self), spec) if spec else str(self)
 
     def __reduce_ex__(self, protocol: object) -> tuple[type[OpenEnum], tuple[int]]:
-        # Early Python 3.11 goes by the name, which is an attribute of the class for named values only.
+        # Early Python 3.11 looks up the name, which is an attribute of the class only for named values.
         return type(self), (int(self),)
 
     @classmethod
@@ -40,7 +40,7 @@ class OpenEnum(IntEnum):
         unknown = int.__new__(cls, value)
         unknown._name_ = f"UNKNOWN_{int(value)}"
         unknown._value_ = int(value)
-        # The same number is the same object, here and in what was pickled or copied.
+        # Cache it, so that equal numbers are one object, also after pickling or copying.
         return cls._value2member_map_.setdefault(int(value), unknown)  # type: ignore[return-value]
 
 

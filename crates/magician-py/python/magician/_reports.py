@@ -83,7 +83,7 @@ class Complaint(Value):
         return self.error.unit
 
     def __eq__(self, other: object) -> bool:
-        # Exceptions are equal to nothing but themselves.
+        # Compare texts: exceptions compare by identity.
         return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
 
     def __hash__(self) -> int:

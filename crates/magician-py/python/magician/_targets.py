@@ -35,7 +35,7 @@ KEPT = cast(float, None)
 
 _POINTS = (PtpCmd, PtpPoCmd, PtpWithLCmd, PtpPoWithLCmd)
 _INCREMENTS = (PtpMode.MOVL_XYZ_INC, PtpMode.MOVJ_XYZ_INC)
-# J4 stands along a path, and homing goes where it was told to.
+# Commands that leave r open: J4 keeps its angle along a path or jog, and homing ends at its stored pose.
 _DRIFTING = (CpCmd, CpLeCmd, HomeCmd, JogCmd)
 _ANGLES = (PtpMode.JUMP_ANGLE, PtpMode.MOVJ_ANGLE, PtpMode.MOVL_ANGLE)
 
@@ -45,7 +45,7 @@ def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[flo
     if isinstance(x, Pose) and y is None and z is None:
         given: Sequence[float] = x.position
     elif y is not None or z is not None or _is_one(x):
-        # By their names, so that what is no number, or was left out, is told so.
+        # One by one, so that an error names the argument that is missing or not a number.
         given = (number("x", _there("x", cast(Any, x))), number("y", _there("y", y)), number("z", _there("z", z)))
         return given[0], given[1], given[2], number("r", r, unit="deg")
     else:
@@ -71,7 +71,7 @@ def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tup
 
 def _is_one(value: object) -> bool:
     """Whether it is meant as a number, and not as a row of them."""
-    # An array of NumPy's has a `__float__`, and one without dimensions is a number.
+    # `__float__` does not tell: NumPy arrays have it too. An array of zero dimensions is a number.
     return isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or getattr(value, "ndim", 1) == 0
 
 

@@ -25,7 +25,7 @@ class Telling:
     """Tells somebody how far a run is."""
 
     def __init__(self, steps: int, watcher: Watcher) -> None:
-        # A program without a console has no stderr.
+        # None in a program without a console.
         out: TextIO | None = sys.stderr
         self._line = Line(out) if watcher is True and out is not None else None
         self._tell = watcher if callable(watcher) else self._line
@@ -82,7 +82,7 @@ class Line:
         self._out = out
         self._over = out.isatty()
         self._begun = self._last = time.monotonic()
-        # How much of the line is written on. Blanks go over it: a console of Windows need not obey escape sequences.
+        # Width of the text on the line. Blanks erase it: a Windows console may ignore escape sequences.
         self._width = 0
 
     def __call__(self, progress: Shared) -> None:
@@ -93,7 +93,7 @@ class Line:
         if self._over:
             filled = int(24 * progress.share)
             bar = f"[{'=' * filled}{' ' * (24 - filled)}] {progress}"
-            # What goes beyond the last column cannot be written over.
+            # Text that wraps past the last column cannot be overwritten.
             room = self._columns() - 1
             bar = bar if len(bar) <= room else str(progress)[:room]
             self._write("\r" + bar.ljust(min(self._width, room)))
@@ -116,7 +116,7 @@ class Line:
         self._write(f"{done} in {clock(time.monotonic() - self._begun)}\n")
 
     def _write(self, text: str) -> None:
-        # Nobody who reads is no reason to stop an arm.
+        # A closed stderr must not stop the arm.
         with contextlib.suppress(OSError, ValueError):
             self._out.write(text)
             self._out.flush()

@@ -284,18 +284,18 @@ class Arm(Bound):
             elif self.link.state != "closed":
                 await until_stopped(self._core, error)
         finally:
-            # If the wait for the stop is interrupted, the connection is closed all the same.
+            # Close the connection even if the wait for the stop is interrupted.
             await self.close()
 
     def __repr__(self) -> str:
         if not hasattr(self, "_core"):
-            # A traceback of its constructor shows it.
+            # Shown in a traceback of the constructor, before the attributes exist.
             return "<Arm, not connected>"
         if not self._core.is_here():
             return "<Arm of another process>"
         return f"<Arm at {self.name}, {self.link.state}>"
 
-    # Motions, one after the other.
+    # Motions that were begun without waiting.
 
     _last: Going | None = None
 
@@ -316,7 +316,7 @@ class Arm(Bound):
             await self._settle()
             return Motion(self._core, Ended(await until_steps(steps, self._core)))
         if self._last is not None and self._last.over:
-            # The end of the motion before is reported to its own caller.
+            # Raises the failure of an earlier motion if its own caller has not seen it.
             await self._settle()
         self._last = going = Going(self._core, steps, self._last)
         return Motion(self._core, going)
@@ -413,7 +413,7 @@ class Arm(Bound):
         """Counts of the traffic on the line so far, and the number of commands that the arm's queue holds."""
         return Stats(*await until(self._core.stats()))
 
-    # Where the arm is, and how it is.
+    # Pose and state.
 
     async def pose(self) -> Pose:
         """The arm's pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
@@ -447,7 +447,7 @@ class Arm(Bound):
         set, whole arrays too. Nothing moves."""
         from .kinematics import forward
 
-        # Which of its signatures is meant is decided by the arguments.
+        # The arguments select the overload, so the type checker cannot.
         whichever: Any = forward
         found: Position | PoseArray = whichever(*joints, tool=await self.bias())
         return found
@@ -562,7 +562,7 @@ class Arm(Bound):
         """
         return Events(self._core.events())
 
-    # The three verbs. They send what they are given.
+    # Raw commands: get, set and enqueue send their argument unchecked.
 
     @overload
     async def get(self, what: type[_R]) -> _R: ...
@@ -645,7 +645,7 @@ class Arm(Bound):
         :param allow_laser: as for :meth:`set`.
         """
         id, ctrl = whole("id", id, 0, 255), whole("ctrl", ctrl, 0, 255)
-        if isinstance(params, (str, int)):  # of those, bytes makes something else
+        if isinstance(params, (str, int)):  # bytes() would accept these with another meaning
             raise TypeError(f"params are bytes, not {params!r}")
         allowed = flag("allow_dangerous", allow_dangerous), flag("allow_laser", allow_laser)
         return await until(self._core.raw(id, ctrl, bytes(params), *allowed))
@@ -758,7 +758,7 @@ class Arm(Bound):
         }
         return Run(self._core, self._core.begin(kept(program, None), how))
 
-    # Motion: each of these goes there and waits until it has.
+    # Motion: each of these waits for its end, unless wait=False.
 
     async def home(self, *, wait: bool = True) -> Motion[None]:
         """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2). Until it
@@ -978,7 +978,7 @@ class Arm(Bound):
         instant = number("since", since, least=0, unit="s")
         velocity = instance("belt", belt, Belt, "Belt(40, direction=90) is one").velocity
         if instant is None and not flag("wait", wait):
-            # It was there when this was called, however long the motions before it take.
+            # The position holds for the time of the call, however long earlier motions take.
             instant = await self.clock()
 
         def made(place: tuple[float, float, float], r: float) -> tuple[list[Queueable], list[Queueable]]:
@@ -1254,7 +1254,7 @@ class Arm(Bound):
         """Moves only the carriage, by this distance, mm."""
         return await self._move(words.rail_by(distance), speed=speed, wait=wait)
 
-    # How fast, and how high: from the next motion on.
+    # Speeds and jump height, from the next motion on.
 
     async def speed(self, velocity: float, acceleration: float | None = None) -> None:
         """Share of the set speeds and accelerations that point-to-point moves use, percent (document 1.10.4).
@@ -1318,7 +1318,7 @@ class Arm(Bound):
         """The deviation from which a joint counts as having lost steps, degrees; 5 at power-up (document 1.18.1)."""
         await self.set(words.lost_step_threshold(degrees))
 
-    # The tool, pins, motors and sensors: at once.
+    # Tool, pins, motors and sensors, at once.
 
     async def tool(self, name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> None:
         """Tells the arm its tool: by its name, or by the tip's x, y, z in mm from the wrist; from then on poses are
@@ -1439,7 +1439,7 @@ class Arm(Bound):
         """Whether something is in front of the infrared sensor on a port."""
         return (await self.get(words.infrared_at(port))).state
 
-    # The queue, and coming to a stand.
+    # Queue and stop.
 
     async def start_queue(self, *, allow_laser: bool = False) -> None:
         """Lets the queue run (document 1.19.1), once the arm stands: a start may end the motion under way.
@@ -1778,7 +1778,7 @@ class Arm(Bound):
             feed.end()
         # [aio]
         except GeneratorExit:
-            # Nobody runs this coroutine any more: the stop has been asked for, and cannot be waited for.
+            # The coroutine is being closed and cannot await: request the stop without waiting for it.
             running.cancel()
             raise
         # [both]
@@ -1843,7 +1843,7 @@ class Arm(Bound):
         return Picture(await until(self._core.snapshot()))
 
     def _repr_svg_(self) -> str | None:
-        # A notebook waits for it, whatever kind of program this is. It shows the text where there is no picture.
+        # Notebooks call this synchronously, so block here even in asyncio. Without a picture they show the text.
         try:
             return self._core.snapshot().wait().svg
         except Error:

@@ -65,7 +65,7 @@ class Diagnosis(Value):
 
     def __str__(self) -> str:
         lines = [str(finding) for finding in self.findings]
-        # The last finding says it, without what the error has to say about what to do.
+        # Skip the error if the last finding has the same text.
         if self.error is not None and not (self.findings and self.findings[-1].text == str(self.error)):
             lines.append(f"✗ {self.error}")
         return "\n".join(lines)

@@ -149,5 +149,5 @@ def _member(name: str, kind: type[_E], value: _E | int | str, most: int = 255) -
         if label not in kind.__members__:
             raise InvalidInputError(f"{name} is {value!r}; it takes {', '.join(kind.__members__)}")
         return kind[label]
-    # What the table has no name for may be the arm's all the same.
+    # Let numbers without a name pass: the arm may know more than the table.
     return kind(whole(name, value, 0, most))  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]

@@ -413,7 +413,7 @@ class Plan:
         """The native part, for the rest of this package."""
         self._report: Report | None = None
 
-    # Making one.
+    # Creation.
 
     @classmethod
     def of(
@@ -490,7 +490,7 @@ class Plan:
         """
         return cls(_magician.Plan.of_json(string("json", json)))
 
-    # Looking at it.
+    # Inspection.
 
     @property
     def title(self) -> str:
@@ -612,7 +612,7 @@ class Plan:
             _way=found["way"],
         )
 
-    # Changing it.
+    # Changes.
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Plan:
         """The same plan in another place, moved by these distances in mm.
@@ -688,7 +688,7 @@ class Plan:
 
     __rmul__ = __mul__
 
-    # Keeping it.
+    # Files.
 
     def to_json(self) -> str:
         """The text of a plan file: JSON with one step on a line."""
@@ -725,7 +725,7 @@ class Plan:
         """Where it waits for a person: the numbers of these steps, and what the person is told."""
         return self.native.pauses()
 
-    # What every value has.
+    # Value protocol.
 
     def __len__(self) -> int:
         return len(self.native)
@@ -790,7 +790,7 @@ def load(
         wanted["surface"] = _surface(surface)
         given["surface"] = surface.height
     for switch in given.keys() & set(_SWITCHES):
-        # 1 and 0 are true and false to Python.
+        # Accept 1 and 0: Python compares them equal to True and False.
         if isinstance(given[switch], int) and given[switch] in (0, 1):
             given[switch] = bool(given[switch])
     if isinstance(given.get("only"), str):
@@ -899,7 +899,7 @@ def testgrid(
     return load(io.BytesIO(json.dumps(grid).encode()), format="testgrid", **options)
 
 
-# Its name begins as those of tests do, and pytest would take it for one where it is imported.
+# Its name begins with `test`, so pytest would collect it in every module that imports it.
 vars(testgrid)["__test__"] = False
 
 

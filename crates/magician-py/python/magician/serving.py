@@ -40,7 +40,7 @@ class Served(Bound):
 
     def __init__(self, native: _magician.Served) -> None:
         self._native = native
-        # What it made, the path of a pseudo-terminal among it, goes with the program.
+        # Remove everything it created, such as the path of a pseudo-terminal, when the program ends.
         atexit.register(self.close)
 
     def __enter__(self) -> Served:
@@ -185,7 +185,7 @@ def proxy(
     :raises OSError: The trace cannot be written.
     """
     where = endpoints(pty, udp, tcp)
-    # Asked with isinstance, a protocol costs Python 3.12 and newer the import of inspect.
+    # Not isinstance() with a protocol: from Python 3.12 on that imports inspect, which is slow.
     arm: _magician.Cell | None = getattr(port, "native", None)
     name = None if port is None or arm is not None else os.fspath(cast("str | os.PathLike[str]", port))
     if isinstance(faults, Mapping):

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     Image = NDArray[uint8]
     Mask = NDArray[bool_]
 else:
-    # Hints can be read without NumPy.
+    # So that type hints can be evaluated without NumPy.
     Image = Any
     Mask = Any
 
@@ -291,7 +291,7 @@ class Simulations(_Arms):
         """Goes back to snapshots: one for each, or one that all of them go on from."""
         if isinstance(snapshots, Snapshot):
             snapshots = [snapshots] * self._count
-        # People give one, or what is none.
+        # A single value, even of a wrong type, counts as a list of one: `_saved` reports it.
         several: Any = snapshots if hasattr(snapshots, "__iter__") else [snapshots]
         found = list(map(_saved, several))
         if len(found) != self._count:

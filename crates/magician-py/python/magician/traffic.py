@@ -85,7 +85,7 @@ class Rejected(Value):
         return False
 
     def __str__(self) -> str:
-        # Some sentences begin with the word.
+        # Do not repeat the word if the sentence begins with it.
         kind = "" if self.why.startswith(f"{self.error} ") else f"{self.error}: "
         of = f"{self.command}: " if self.command is not None else ""
         return f"{kind}{of}{self.why} ({self.data.hex(' ')})"

@@ -180,7 +180,7 @@ class VirtualArm(Bound):
         times = None if speed is None else clock_speed(speed)
         self._native = _magician.Cell(scenario_text(scenario), times, tool_bias(tool))
 
-    # Talking to it.
+    # Connections.
 
     def arm(self, *, timeout: float = 3.0, window: int = 1) -> Arm:
         """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
@@ -230,7 +230,7 @@ class VirtualArm(Bound):
         """For :func:`magician.proxy`."""
         return self._native
 
-    # Its world.
+    # World.
 
     def object(self, name: str) -> WorldObject:
         """The object of that name.
@@ -273,7 +273,7 @@ class VirtualArm(Bound):
         """What the scenario is called."""
         return self._native.title()
 
-    # Its clock.
+    # Clock.
 
     @property
     def time(self) -> float:
@@ -297,7 +297,7 @@ class VirtualArm(Bound):
         """
         self._native.restore(instance("snapshot", snapshot, Snapshot, "snapshot() makes one").native)
 
-    # The arm itself, seen from outside.
+    # State of the arm.
 
     @property
     def position(self) -> Position:
@@ -366,7 +366,7 @@ class VirtualArm(Bound):
         """How far the conveyor's belt has run in its direction, mm."""
         return float(self._state("belt"))
 
-    # What is done to it from outside.
+    # Actions from outside.
 
     def set_input(self, address: PinLike, level: bool) -> None:
         """Puts a level on a digital input, EIO address 1 to 20: somebody presses a button."""
@@ -428,7 +428,7 @@ class VirtualArm(Bound):
 
     def __repr__(self) -> str:
         if not hasattr(self, "_native"):
-            # A traceback of its constructor shows it.
+            # Shown in a traceback of the constructor, before the attributes exist.
             return "<VirtualArm, not made>"
         x, y, z, r = self.position
         title = f"{self.title} " if self.title else ""

@@ -209,7 +209,7 @@ def _joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tu
     return three[0], three[1], three[2], last
 
 
-# Where the arm goes, and which way.
+# Motion.
 
 
 @overload
@@ -390,7 +390,7 @@ def lost_step_threshold(degrees: float) -> commands.LostStepParams:
     return commands.LostStepParams(number("degrees", degrees, above=0, unit="deg"))
 
 
-# How fast, and how high.
+# Speeds and jump height.
 
 
 def speed(velocity: float, acceleration: float | None = None) -> commands.PtpCommonParams:
@@ -464,7 +464,7 @@ def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinate
     return commands.JogCoordinateParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
-# The tool at the end of the arm.
+# Tool.
 
 
 def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> commands.EndEffectorParams:
@@ -616,7 +616,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
     return commands.PtpPoCmd(move.ptp_mode, move.x, move.y, move.z, move.r, po)
 
 
-# The sliding rail under the arm. Its carriage goes from 0 to 1000 mm.
+# Sliding rail under the arm. Its carriage travels from 0 to 1000 mm.
 
 
 def rail(on: bool, version: RailVersion | int | str) -> commands.SetDeviceWithL:
@@ -679,7 +679,7 @@ def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
     return commands.JogLParams(*_speed(velocity, acceleration))
 
 
-# Motors beside the arm, and the conveyor belt that one of them drives.
+# External motors, and the conveyor belt driven by one of them.
 
 
 def motor(index: StepperLike, speed: int) -> commands.EMotor:
@@ -727,7 +727,7 @@ def _pulse_rate(mm_per_s: float) -> int:
     return round(fast * CONVEYOR_PULSES_PER_MM)
 
 
-# Sensors beside the arm.
+# External sensors.
 
 
 def color_sensor(port: PortLike, on: bool, version: VersionLike) -> commands.SetColorSensor:

@@ -1,4 +1,4 @@
-//! Where and when the arm meets what moves on a belt.
+//! Interception of objects that move on a belt.
 
 use std::time::Duration;
 
@@ -12,13 +12,13 @@ use super::verbs::commands;
 use super::{Core, seconds};
 use crate::call::Call;
 
-/// The arm's clock at the meeting, s; where that is, mm; and how long the way down to it takes.
+/// Clock of the arm at the meeting, s; position, mm; duration of the descent.
 type Found = (f64, [f64; 3], Duration);
 
-/// How the arm goes to what it meets.
+/// Way of the arm to the object.
 struct Way {
     before: Vec<Set>,
-    /// How far above it the way down begins, mm.
+    /// Height above the object at which the descent begins, mm.
     approach: f64,
     r: f64,
 }

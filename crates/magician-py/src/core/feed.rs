@@ -1,4 +1,4 @@
-//! A program that is told while it runs.
+//! Programs whose commands are supplied while they run.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Where arms could be.
+//! Search for arms at serial ports and on networks.
 
 use std::time::Duration;
 

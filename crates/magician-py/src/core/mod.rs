@@ -1,4 +1,4 @@
-//! A connected arm.
+//! A connected arm: connecting, options, and the end of a connection.
 
 mod belt;
 mod feed;
@@ -30,26 +30,28 @@ pub(crate) use found::{discover, ports};
 pub(crate) use program::Program;
 pub(crate) use watches::{Events, Jog, StateWatch};
 
-/// Dropped connections that have not shut down yet.
+/// Number of dropped connections that have not shut down yet. The end of the interpreter waits for
+/// them.
 static LEAVING: AtomicUsize = AtomicUsize::new(0);
-/// The longest that a farewell takes.
+/// Longest wait for the shutdown of a connection. A choice: a program should end quickly even if an
+/// arm does not answer.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// A connected arm.
 #[pyclass(frozen, weakref, module = "magician._magician")]
 pub(crate) struct Core {
     arm: Local<Arm>,
-    /// The lines to it that went through a station.
+    /// Lines to the arm through a station.
     ends: Ends,
 }
 
-/// Lines that end a little after their connection.
+/// Lines that end shortly after their connection.
 pub(crate) type Ends = Arc<Mutex<Vec<JoinHandle<()>>>>;
 
-/// Seconds that Python gave.
+/// Converts a number of seconds from Python.
 ///
 /// # Errors
-/// `magician.errors.InvalidInputError` for what is no time.
+/// `magician.errors.InvalidInputError` if it is negative, NaN or too large.
 pub(crate) fn seconds(py: Python<'_>, what: &str, seconds: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(seconds).map_err(|_| {
         let message = format!("{what} is {seconds}; it must be a number of seconds, 0 or more");
@@ -57,10 +59,10 @@ pub(crate) fn seconds(py: Python<'_>, what: &str, seconds: f64) -> PyResult<Dura
     })
 }
 
-/// How a connection is to behave.
+/// Builds the options of a connection.
 ///
 /// # Errors
-/// `magician.errors.InvalidInputError` for what is no time.
+/// `magician.errors.InvalidInputError` for an invalid duration.
 pub(crate) fn options(
     py: Python<'_>,
     timeout: f64,
@@ -78,7 +80,7 @@ pub(crate) fn options(
         .homings(magician_job::homings()))
 }
 
-/// With the fence that was given instead of the one in the file of settings.
+/// Sets a given fence in place of the one in the settings file.
 pub(crate) fn with_fence(
     py: Python<'_>,
     options: Options,
@@ -92,10 +94,10 @@ pub(crate) fn with_fence(
     Ok(options.fence(fence))
 }
 
-/// With a file of everything that passes on the line, if one is wanted.
+/// Opens a trace file of the line, if one is wanted.
 ///
 /// # Errors
-/// `OSError` when it cannot be written.
+/// `OSError` if the file cannot be written.
 pub(crate) fn with_trace(options: Options, trace: Option<PathBuf>) -> PyResult<Options> {
     let Some(path) = trace else {
         return Ok(options);
@@ -108,7 +110,8 @@ pub(crate) fn with_trace(options: Options, trace: Option<PathBuf>) -> PyResult<O
     Ok(options.trace(tracer))
 }
 
-/// Where the arm is: the port given, the environment's `MAGICIAN_PORT`, the one arm that is plugged in.
+/// Resolves the target: the given port, otherwise `MAGICIAN_PORT`, otherwise the only arm that is
+/// plugged in.
 pub(crate) fn target(port: Option<&str>) -> magician::Result<Target> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
     let named = environment.as_deref().filter(|port| !port.is_empty());
@@ -119,10 +122,10 @@ pub(crate) fn target(port: Option<&str>) -> magician::Result<Target> {
 }
 
 impl Core {
-    /// Connects in some way; what it comes to is the `Core`.
+    /// Connects; the result of the call is the `Core`.
     ///
     /// # Errors
-    /// `magician.errors.PortError` when the system gives no thread.
+    /// `magician.errors.PortError` if the system provides no thread.
     pub(crate) fn connecting<F>(py: Python<'_>, connecting: F) -> PyResult<Call>
     where
         F: Future<Output = magician::Result<Arm>> + Send + 'static,
@@ -130,10 +133,11 @@ impl Core {
         Self::connecting_by(py, connecting, Ends::default())
     }
 
-    /// As [`connecting`](Self::connecting), by lines that are waited for at the end.
+    /// Like [`connecting`](Self::connecting), for an arm behind station lines, whose ends `close`
+    /// waits for.
     ///
     /// # Errors
-    /// As [`connecting`](Self::connecting).
+    /// Those of [`connecting`](Self::connecting).
     pub(crate) fn connecting_by<F>(py: Python<'_>, connecting: F, ends: Ends) -> PyResult<Call>
     where
         F: Future<Output = magician::Result<Arm>> + Send + 'static,
@@ -145,18 +149,18 @@ impl Core {
         }))
     }
 
-    /// The arm, of this process.
+    /// Returns the arm, in the process that connected it.
     ///
     /// # Errors
-    /// `magician.errors.ClosedError` after a fork.
+    /// `magician.errors.ClosedError` in a forked child.
     pub(crate) fn arm(&self, py: Python<'_>) -> PyResult<Arm> {
         self.arm.get(py).cloned()
     }
 
-    /// The arm, whose laser may burn for this call if that is allowed.
+    /// Returns the arm, with permission to use the laser for this call if `allow_laser` is set.
     ///
     /// # Errors
-    /// As [`arm`](Self::arm).
+    /// Those of [`arm`](Self::arm).
     pub(crate) fn burning(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Arm> {
         let arm = self.arm(py)?;
         Ok(if allow_laser {
@@ -172,7 +176,7 @@ impl Core {
     /// Connects to the arm at a port.
     #[staticmethod]
     #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
-    // A call of Python's has as many keywords as it has.
+    // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
     fn connect(
         py: Python<'_>,
@@ -296,7 +300,8 @@ impl Core {
 }
 
 impl Drop for Core {
-    /// The last one says farewell, elsewhere; the end of the interpreter waits for it.
+    /// Lets the last handle shut the connection down in the background. The end of the interpreter
+    /// waits for it.
     fn drop(&mut self) {
         let Some(arm) = self.arm.here() else { return };
         let mut events = arm.events();
@@ -312,7 +317,8 @@ impl Drop for Core {
     }
 }
 
-/// `"up"`, `"lost"` or `"closed"`, and for a lost line why, whether it is looked for, and since how many seconds.
+/// `"up"`, `"lost"` or `"closed"`; and for a lost line the reason, true if it is searched for, and
+/// the seconds since the loss.
 pub(crate) type LinkParts = (&'static str, Option<String>, bool, f64);
 
 fn link(link: &Link) -> LinkParts {

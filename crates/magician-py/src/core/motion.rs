@@ -1,4 +1,4 @@
-//! What moves the arm, waits for it and stops it.
+//! Motions, waits and stops.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ use super::verbs::commands;
 use crate::call::{Call, Reporter};
 use crate::errors;
 
-/// The guards but for those of these names.
+/// Default guards without the named ones.
 pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guards> {
     let mut guards = Guards::default().require_homed(require_homed);
     for name in skip {
@@ -34,7 +34,8 @@ pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> Py
     Ok(guards)
 }
 
-/// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
+/// Checks commands and returns their duration. Runs on a blocking thread: many commands take a
+/// while, and the runtime also serves other connections.
 async fn checked(check: Preflight, commands: Vec<Set>) -> magician::Result<(Vec<Set>, Duration)> {
     let checked = tokio::task::spawn_blocking(move || {
         let time = check.program(&commands)?.time();
@@ -44,7 +45,7 @@ async fn checked(check: Preflight, commands: Vec<Set>) -> magician::Result<(Vec<
     checked.await.map_err(bug)?
 }
 
-/// Hands on how far something is.
+/// Forwards progress to a reporter.
 pub(super) fn report(reporter: &Reporter, progress: Progress) {
     reporter.report(move |py| {
         let parts = (
@@ -58,7 +59,7 @@ pub(super) fn report(reporter: &Reporter, progress: Progress) {
     });
 }
 
-/// How many commands, and the indices of the first and the last.
+/// Converts the summary of a run: number of commands, first and last index.
 pub(super) fn ran(py: Python<'_>, ran: Ran) -> PyResult<Py<PyAny>> {
     let index = |index: Option<QueueIndex>| index.map(|index| index.0);
     let parts = (ran.commands, index(ran.first), index(ran.last));
@@ -105,6 +106,7 @@ impl Core {
             checked(check.guards(guards), commands).await
         };
         Ok(Call::start(estimate, |py, (_, time)| {
+            // `Duration::MAX` stands for a program that may never end, such as one with a trigger.
             let endless = time == Duration::MAX;
             let seconds = if endless {
                 f64::INFINITY
@@ -130,7 +132,7 @@ impl Core {
         let draws = crate::calibrate::kept_tool(py)?.unwrap_or(Tool::Pen);
         let touch = async move {
             let touch = touch_off(&arm, draws).await?;
-            // The table of a virtual arm says nothing about a real one.
+            // The table of a virtual arm has nothing to do with a real one.
             if !arm.is_virtual() {
                 keep_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;
             }

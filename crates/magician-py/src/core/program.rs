@@ -1,4 +1,4 @@
-//! A run that can go on after the line broke.
+//! Runs that can continue after the line was lost.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::{Core, seconds};
 use crate::call::{Call, Reporter};
 use crate::runtime::Local;
 
-/// How a program treats the queue, and what it may do.
+/// Options of a program: treatment of the queue, and permissions.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct How {

@@ -1,4 +1,4 @@
-//! The three verbs, and any frame.
+//! Reading, setting and queueing of commands, and raw frames.
 
 use magician::Set;
 use magician::commands::Pose;
@@ -11,7 +11,7 @@ use crate::call::Call;
 use crate::errors;
 use crate::values::{self, Kind};
 
-/// Refuses a dangerous command, unless it is meant.
+/// Refuses a dangerous command unless it is allowed.
 fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
     let Some(danger) = row.danger().filter(|_| !allow_dangerous) else {
         return Ok(());
@@ -20,9 +20,9 @@ fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
     Err(errors::invalid(py, row.set_name, message))
 }
 
-/// Several commands.
+/// Converts an iterable of commands.
 pub(super) fn commands(commands: &Bound<'_, PyAny>) -> PyResult<Vec<Set>> {
-    // A length is only what something says of itself.
+    // The length is only a claim of the object: limit the memory reserved for it.
     let mut all = Vec::with_capacity(commands.len().unwrap_or(0).min(1 << 16));
     for command in commands.try_iter()? {
         all.push(values::command(&command?)?);

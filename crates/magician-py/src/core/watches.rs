@@ -1,4 +1,4 @@
-//! What is looked at, listened to, and kept up.
+//! State watches, events and jogs.
 
 use std::sync::{Arc, Mutex as Lock, PoisonError};
 
@@ -16,7 +16,7 @@ use crate::{errors, values};
 /// A look at the arm's state, kept fresh.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct StateWatch {
-    /// Waited on, and looked at without waiting.
+    /// One to wait on, one to read without waiting.
     watches: Local<(Arc<Mutex<magician::StateWatch>>, magician::StateWatch)>,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Jog {
     jog: Local<Lock<Option<magician::Jog>>>,
 }
 
-/// Pins of a kind; the driver says which addresses there are.
+/// Builds pins of one kind. The driver checks the addresses.
 fn pins(py: Python<'_>, addresses: &[i64], kind: fn(u8) -> Pin) -> PyResult<Vec<Pin>> {
     let pin = |address: &i64| match u8::try_from(*address) {
         Ok(address) => Ok(kind(address)),
@@ -113,7 +113,8 @@ impl StateWatch {
     }
 }
 
-/// Pose, index, space, alarms, link, how many seconds ago the pose was read, and three lists of pins with what they are at.
+/// Converts a state: pose, index, free space, alarms, link, age of the pose in seconds, and three
+/// lists of pins with their values.
 fn parts(py: Python<'_>, status: &Status) -> PyResult<Py<PyAny>> {
     let levels = |wanted: fn(Pin) -> bool| -> Vec<(u32, u16)> {
         let levels = status.pins.iter().filter(|level| wanted(level.pin));
@@ -168,6 +169,7 @@ fn event_parts(py: Python<'_>, event: &Event) -> PyResult<Py<PyAny>> {
         }
         Event::Unaccounted { from, to } => ("Unaccounted", (from.0, to.0)).into_py_any(py),
         Event::Missed { events } => ("Missed", (*events,)).into_py_any(py),
+        // An event without a Python class.
         other => ("Other", (format!("{other:?}"),)).into_py_any(py),
     }
 }

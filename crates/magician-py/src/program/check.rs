@@ -1,4 +1,4 @@
-//! What a check has found, as Python has it, and as the error that keeps a run from beginning.
+//! Results of a check: as a Python dictionary, and as the error that refuses a run.
 
 use magician::blocking::Arm;
 use magician::preflight::Preflight;
@@ -20,14 +20,14 @@ pub(crate) struct Start {
     pub(crate) preflight: Preflight,
 }
 
-/// A virtual arm that is ready for a plan, as it says itself how it stands.
+/// Prepares a virtual arm for the plan and returns its start.
 fn staged(plan: &Plan) -> Result<Preflight, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
     Arm::simulated(arm, Options::default())?.preflight_for(&plan.kinds())
 }
 
 impl PyPlan {
-    /// Where an arm stands that was asked, or else the virtual one that is ready for it.
+    /// Start of the given arm, or of a virtual arm that is ready for the plan.
     pub(super) fn start_or_staged(
         &self,
         py: Python<'_>,
@@ -103,7 +103,7 @@ impl PyPlan {
     }
 }
 
-/// Numbers as the bytes that an array has.
+/// Encodes numbers as the bytes of an array.
 pub(crate) fn numbers<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyBytes> {
     let bytes: Vec<u8> = numbers
         .iter()
@@ -112,7 +112,7 @@ pub(crate) fn numbers<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyByt
     PyBytes::new(py, &bytes)
 }
 
-/// What a check has found.
+/// Converts the findings of a check.
 pub(crate) fn findings<'py>(
     py: Python<'py>,
     report: &Report,
@@ -142,7 +142,7 @@ pub(crate) fn findings<'py>(
     Ok(parts)
 }
 
-/// A complaint: step, line, column, name, row, and the exception that it would be.
+/// Converts a refused step: step, line, column, name, row, and the exception for it.
 fn objection<'py>(
     py: Python<'py>,
     report: &Report,
@@ -165,7 +165,8 @@ fn objection<'py>(
     Ok(parts)
 }
 
-/// Why a run does not begin: the first complaint, and how many there are.
+/// Error for a run that is refused: the first refused step, and the number of them. `None` if none
+/// is refused.
 pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
     let first = report.refused_steps.first()?;
     let mut place = Vec::new();
@@ -194,7 +195,7 @@ pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
     let place = place.join(", ");
     let mut why = first.error.to_string();
     if let Some(command) = first.error.command() {
-        // It is named once, before all of it.
+        // The command's name is already in front.
         why = why.replacen(&format!("{command}: "), "", 1);
     }
     let text = format!("{file}{place}{name}: {why}; {count}, nothing was sent");

@@ -1,4 +1,4 @@
-//! Files, as plans.
+//! Loading of files as plans.
 
 use magician::{Error, Fence};
 use magician_job::presets::Presets;
@@ -13,29 +13,31 @@ use serde_json::{Map, Value, json};
 use super::{PyPlan, Source, surface};
 use crate::{core, errors};
 
-/// The sentence for an unknown height of the paper.
+/// Sentence for an unknown height of the paper.
 pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give load() surface=Z, the z of the arm's pose when its tool \
      touches it; nothing was sent";
 
-/// How a file is to be done; what is left open is as the file says, or usual.
+/// Options for loading a file. Missing ones come from the file or are defaults.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Wanted {
     format: Option<String>,
     title: Option<String>,
-    /// A surface that may be on a slope.
+    /// Height and slope of the surface.
     surface: Option<(f64, [f64; 2])>,
     sheet: Option<(f64, f64, f64, Option<[f64; 2]>)>,
-    /// The options that were given, as JSON.
+    /// Given options, as JSON.
     options: String,
-    /// Name and bytes of a font that is not built in.
+    /// Name and bytes of a custom font.
     font_file: Option<(String, Vec<u8>)>,
-    /// The text of a file of pens.
+    /// Content of a pens file.
     pens_file: Option<String>,
     preset: Option<String>,
 }
 
 impl Wanted {
+    /// Builds the options, and the note of the preset.
+    ///
     /// # Errors
     /// What cannot be meant, in a sentence.
     fn options(&self, format: Format) -> Result<(SetupOptions, Option<Diagnostic>), String> {
@@ -48,7 +50,7 @@ impl Wanted {
         }
         let options = match self.preset {
             None => SetupOptions::from_fields(&fields),
-            // Whether they agree shows with what the preset says.
+            // Consistency is checked later, once the preset has filled the gaps.
             Some(_) => SetupOptions::from_fields_of_some(&fields),
         };
         let mut options = options.map_err(|error| error.message)?;
@@ -59,7 +61,7 @@ impl Wanted {
         let note = self.preset(format, &mut options)?;
         options.work = match (options.work, format) {
             (Some(work), _) => Some(work),
-            // What is framed is as the tool has it, and so is what a preset of a laser is for.
+            // A frame follows the tool, and so does a preset for a laser.
             (None, _) if options.frame.is_some() => None,
             (None, _) if note.is_some() && options.tool == Some(Tool::Laser) => None,
             (None, Format::Image) if has_image => Some(WorkOption::Draw),
@@ -73,7 +75,8 @@ impl Wanted {
         Ok((options, note.flatten()))
     }
 
-    /// With what the preset says where the arguments say nothing; what it tells people, if there is one.
+    /// Fills gaps with the preset. Returns `None` without a preset, otherwise its note, if it has
+    /// one.
     #[expect(clippy::option_option, reason = "a preset may have nothing to tell")]
     fn preset(
         &self,
@@ -91,8 +94,8 @@ impl Wanted {
         Ok(Some(told))
     }
 
-    /// What counts where the arguments leave something open: a plan is made for no arm, so that a surface that was not given is that
-    /// of a virtual one.
+    /// Defaults for missing options. A plan is made for no particular arm, so a missing surface is
+    /// that of a virtual one.
     fn defaults(&self) -> SetupDefaults {
         let mut defaults = SetupDefaults::default().on_virtual_arm();
         defaults.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
@@ -105,7 +108,7 @@ impl Wanted {
     }
 }
 
-/// The fence of the arm that is meant where no port is given, as far as that is known without one.
+/// Fence of the default arm, if that is known without connecting.
 fn usual_fence() -> Result<Option<Fence>, Error> {
     let arms = magician::arms::load()?;
     let Ok(target) = core::target(None) else {
@@ -114,7 +117,7 @@ fn usual_fence() -> Result<Option<Fence>, Error> {
     Ok(magician::arms::at(&arms, &target).and_then(|arm| arm.fence))
 }
 
-/// What a file is, by what was said, its name, or what is in it.
+/// Determines the format: as given, or from name and content.
 fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, String> {
     match said {
         Some(said) => said.parse(),
@@ -148,7 +151,7 @@ impl PyPlan {
         request.fence = py
             .detach(usual_fence)
             .map_err(|error| errors::raise(py, &error))?;
-        // No arm is there to ask.
+        // There is no arm to ask.
         request.start = StartPosition::Unknown;
         let lift = request.options.lift;
         let prepared = py.detach(|| match request.prepare()? {

@@ -1,4 +1,4 @@
-//! Programs, for Python: plans as values that are checked, drawn, changed and kept.
+//! Plans as Python values: created, checked, drawn, changed and pickled.
 
 mod check;
 mod load;
@@ -28,31 +28,31 @@ pub(crate) struct PyPlan {
     pub(crate) source: Source,
 }
 
-/// Where a plan came from.
+/// Origin of a plan.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Source {
-    /// The file's name, if it came from one.
+    /// Name of the file. `None` if it came from no file.
     pub(crate) name: Option<String>,
-    /// What its format is called.
+    /// Name of the file format.
     format: Option<String>,
-    /// What was read in a certain way.
+    /// Notes of the reader.
     notes: Vec<Diagnostic>,
-    /// How it lies, if it was placed.
+    /// Placement. `None` if it was not placed.
     placed: Option<LaidAs>,
-    /// Its lines are rows of an array, counted from 0.
+    /// True if its lines are rows of an array, counted from 0.
     pub(crate) rows: bool,
-    /// The surface is that of a virtual arm's table: the true height of the paper was not given.
+    /// True if the surface is that of a virtual arm's table, because the real height was not given.
     pub(crate) assumed: bool,
-    /// It is drawn or engraved: a drawing, an image, G-code.
+    /// True for a drawing, image or G-code: something that is drawn or engraved.
     pub(crate) is_drawing: bool,
-    /// How far its pen is lifted, if that was said, mm.
+    /// Given lift of the pen, mm.
     pub(crate) lift: Option<f64>,
 }
 
-/// Its size, its turn in degrees, where its middle lies, and the corners of its page.
+/// Scale, rotation in degrees, position of its centre, and corners of its page.
 type LaidAs = (f64, f64, [f64; 2], Option<[[f64; 2]; 4]>);
 
-/// Line, column, name, what, what to do about it, and of what kind it is.
+/// Line, column, name, message, advice, and code of a note.
 type NoteParts<'a> = (
     u32,
     u32,
@@ -62,7 +62,7 @@ type NoteParts<'a> = (
     &'static str,
 );
 
-/// A note as it is kept: line, column, length, name, what, what to do about it, and of what kind it is.
+/// Pickled note: line, column, length, name, message, advice, and code.
 type KeptNote = (
     u32,
     u32,
@@ -73,8 +73,8 @@ type KeptNote = (
     String,
 );
 
-/// Where a plan came from, as it is kept: file, format, notes, how it was placed, whether its lines are rows, whether its surface is assumed, whether
-/// it is a drawing, and its lift.
+/// Pickled origin: file, format, notes, placement; true for rows, for an assumed surface, for a
+/// drawing; and the lift.
 type KeptSource = (
     Option<String>,
     Option<String>,
@@ -155,7 +155,7 @@ impl PyPlan {
         }
     }
 
-    /// The same changed in a way that may not work.
+    /// Returns a changed copy of the plan, or the exception if the change fails.
     fn changed(
         &self,
         py: Python<'_>,
@@ -167,7 +167,7 @@ impl PyPlan {
     }
 }
 
-/// The exception for a problem with a file or a plan.
+/// Creates the exception for a problem with a file or plan.
 pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Diagnostic) -> PyErr {
     let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
     let help = problem.help.iter().map(|help| format!("; {help}"));
@@ -176,13 +176,13 @@ pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Diagnostic) ->
     errors::raise(py, &error.retold(text))
 }
 
-/// A tool by its name or its bias.
+/// Parses a tool: a name or a bias.
 fn tool(py: Python<'_>, text: Option<&str>) -> PyResult<Option<Tool>> {
     let tool = text.map(str::parse::<Tool>).transpose();
     tool.map_err(|error| errors::raise(py, &Error::invalid(format!("tool: {error}"))))
 }
 
-/// A surface by its height and slope.
+/// Builds a surface from height and slope.
 fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
     given.map(|(height, slope)| Surface { height, slope })
 }
@@ -384,7 +384,7 @@ impl PyPlan {
     }
 }
 
-/// An error whose text is another one; its parts stay.
+/// Copies an error with another text. Its parts stay.
 pub(crate) fn retold(error: &Error, text: String) -> Error {
     let told = error.retold(text);
     match error.command() {

@@ -1,4 +1,7 @@
-//! Plans of arrays of points.
+//! Plans from arrays of points.
+//!
+//! Each row becomes a separate move, or a vertex of a continuous path. Rows of NaN are gaps,
+//! which separate paths. A path is approached from above and left upwards.
 
 use magician::{Error, build};
 use magician_program::{Action, Diagnostic, Origin, Plan, Travel};
@@ -7,7 +10,7 @@ use pyo3::prelude::*;
 use super::{PyPlan, Source, surface, tool};
 use crate::errors;
 
-/// How points become a plan.
+/// Options for the conversion.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct PointOptions {
@@ -16,15 +19,15 @@ struct PointOptions {
     surface: Option<(f64, [f64; 2])>,
     /// `path`, `joints`, `line` or `jump`.
     by: String,
-    /// The rotation where the points have none, deg.
+    /// Rotation for points without one, deg.
     r: f64,
-    /// How far above its ends a path is come to and left, mm.
+    /// Height above its ends at which a path is approached and left, mm.
     lift: f64,
-    /// Along a path, mm/s.
+    /// Speed along a path, mm/s.
     speed: Option<f64>,
-    /// Along a path, mm/s2.
+    /// Acceleration along a path, mm/s2.
     acceleration: f64,
-    /// Of the laser, percent.
+    /// Laser power, percent.
     power: Option<f64>,
 }
 
@@ -65,7 +68,7 @@ impl PyPlan {
     }
 }
 
-/// A way of travelling by its name; none is a continuous path.
+/// Parses a kind of travel. `Some(None)` is a continuous path, `None` an unknown name.
 fn travel(name: &str) -> Option<Option<Travel>> {
     Some(match name {
         "path" => None,
@@ -76,13 +79,13 @@ fn travel(name: &str) -> Option<Option<Travel>> {
     })
 }
 
-/// Numbers of the bytes that an array has.
+/// Decodes numbers from the bytes of an array.
 pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
     let items = bytes.as_chunks::<8>().0.iter();
     items.map(|item| f64::from_ne_bytes(*item)).collect()
 }
 
-/// The rows as the arm takes them, none where there are no numbers.
+/// Converts rows to positions. `None` for a gap.
 fn rows(
     points: &[u8],
     columns: usize,
@@ -115,7 +118,7 @@ fn rows(
         .collect()
 }
 
-/// Where a row stands.
+/// Origin of a row.
 fn origin(nth: usize) -> Origin {
     Origin {
         line: u32::try_from(nth.saturating_add(1)).unwrap_or(u32::MAX),
@@ -123,7 +126,7 @@ fn origin(nth: usize) -> Origin {
     }
 }
 
-/// Powers are percent, and for paths.
+/// Checks powers: 0 to 100 percent, and only for paths.
 fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &PointOptions) -> Result<(), Diagnostic> {
     if way.by != "path" && (way.power.is_some() || !powers.is_empty()) {
         let text = format!("power is for by=\"path\", not for by=\"{}\"", way.by);
@@ -139,7 +142,7 @@ fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &PointOptions) -> Result<
     }
 }
 
-/// From point to point.
+/// Appends a move for each row.
 fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), Diagnostic> {
     for (nth, row) in rows.iter().enumerate() {
         let Some(to) = *row else {
@@ -151,7 +154,7 @@ fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), D
     Ok(())
 }
 
-/// Along continuous paths, one for each run of rows without a gap.
+/// Appends continuous paths, one for each run of rows without a gap.
 fn paths(
     plan: &mut Plan,
     rows: &[Option<[f32; 4]>],
@@ -185,7 +188,7 @@ fn paths(
                     return Err(Diagnostic::of_file(text));
                 }
                 let to = [x, y, z];
-                // A way of no length stops the arm and leads nowhere.
+                // Skip a segment of zero length: the arm would stop there for nothing.
                 if to != last {
                     plan.push(
                         segment(to, powers.get(nth).copied().or(way.power)),
@@ -212,7 +215,8 @@ fn segment(to: [f32; 3], power: Option<f64>) -> Action {
     }
 }
 
-/// There from above, with all joints: the arm may be anywhere.
+/// Appends the approach to a path: first by joints to a point above its start, because the arm may
+/// come from anywhere.
 fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nth: usize) {
     let lift = way.lift as f32;
     let by = Travel::Joints;

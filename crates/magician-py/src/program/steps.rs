@@ -1,4 +1,4 @@
-//! The steps of a plan, one by one and all at once.
+//! Steps of a plan, singly and as arrays.
 
 use magician_program::{Action, Grip, Step, Travel};
 use pyo3::exceptions::PyIndexError;
@@ -57,7 +57,7 @@ impl PyPlan {
     }
 }
 
-/// Which way it goes.
+/// Kind of travel of an action. `None` if it does not travel from point to point.
 fn by(action: &Action) -> Option<&'static str> {
     let named = |by: &Travel| match by {
         Travel::Joints => "joints",
@@ -74,7 +74,7 @@ fn by(action: &Action) -> Option<&'static str> {
     }
 }
 
-/// Its numbers, in the order of its name: x, y, z, r; seconds; 1 for on.
+/// Numbers of an action, in the order of its name: x, y, z, r; seconds; 1 for on.
 fn said(action: &Action) -> Vec<f64> {
     let all = |numbers: &[f32]| numbers.iter().copied().map(f64::from).collect();
     match action {

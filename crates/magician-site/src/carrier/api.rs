@@ -1,4 +1,4 @@
-//! The API of a station for the machines of its site: a listener that asks for their certificates.
+//! TLS listener through which members of the site reach the API of a station.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,28 +13,29 @@ use tokio::time::sleep;
 use super::CarrierError;
 use crate::certificates::{Identity, machine_of};
 
-/// Any port that is free, of all addresses of the machine.
+/// Any free port on all addresses. The port is announced in state messages, so it need not be
+/// fixed.
 const ANYWHERE: &str = "0.0.0.0:0";
-/// Another program may have taken the port meanwhile: it is tried again after this.
+/// Pause before the port is bound again after a failure: another program may hold it for a moment.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// A listener for the machines of the site.
+/// Listener for members of the site.
 pub(super) struct SiteApi {
     identity: Identity,
     station: RunningStation,
     tokens: TokenStore,
     port: u16,
     state: Mutex<State>,
-    /// Held while it listens anew.
+    /// Held while the listener is replaced.
     renewing: tokio::sync::Mutex<()>,
     runtime: tokio::runtime::Handle,
 }
 
 #[derive(Default)]
 struct State {
-    /// The listener that is at work now.
+    /// Listener that is running now.
     serving: Option<Serving>,
-    /// True once it is closed for good.
+    /// True after [`SiteApi::close`]: no listener is started any more.
     closed: bool,
 }
 
@@ -44,7 +45,7 @@ struct Serving {
 }
 
 impl SiteApi {
-    /// Listens on the present runtime.
+    /// Binds a free port and starts to serve on the current runtime.
     pub(super) async fn open(
         identity: &Identity,
         station: &RunningStation,
@@ -65,7 +66,8 @@ impl SiteApi {
         Ok(api)
     }
 
-    /// Addresses of the listener: all IPv4 addresses of the machine, loopback last.
+    /// Addresses of the listener: all IPv4 addresses of the machine, with loopback last because it
+    /// is of use on this machine only.
     pub(super) fn addresses(&self) -> Vec<SocketAddr> {
         let interfaces = if_addrs::get_if_addrs().unwrap_or_default().into_iter();
         let addresses = interfaces.map(|interface| interface.ip());
@@ -75,12 +77,12 @@ impl SiteApi {
         all.map(|ip| SocketAddr::new(ip, self.port)).collect()
     }
 
-    /// Listens anew, by the newest list of revoked certificates: connections of machines that are not
-    /// revoked come back.
+    /// Restarts the listener on the same port with the newest list of revoked certificates. All
+    /// connections are closed; machines that are not revoked connect again.
     pub(super) fn renew(self: &Arc<Self>) {
         let api = Arc::clone(self);
         self.runtime.spawn(async move {
-            // Of two lists that come at once the later one is served: it waits here, and is read then.
+            // One restart at a time: a list that arrives meanwhile gets a restart after this one.
             let _turn = api.renewing.lock().await;
             api.end().await;
             while !api.state().closed {
@@ -99,10 +101,12 @@ impl SiteApi {
         let options = HttpOptions {
             admission: Admission {
                 hosts: vec![self.identity.machine().to_owned()],
-                // A certificate of the site is no token, wherever its holder is.
+                // A certificate proves the machine, not the user: even loopback clients need a
+                // token here.
                 tokens_always: true,
                 ..Admission::default()
             },
+            // The caller may be a hub, which would answer pings even if its client is gone.
             signs: SignsOfLife::Hub,
             ..HttpOptions::new(self.tokens.clone(), env!("CARGO_PKG_VERSION"))
         };
@@ -116,13 +120,13 @@ impl SiteApi {
         state.serving = Some(Serving { over, task });
     }
 
-    /// Closes it for good.
+    /// Stops the listener permanently.
     pub(super) async fn close(&self) {
         self.state().closed = true;
         self.end().await;
     }
 
-    /// Ends the listener with its connections.
+    /// Stops the listener and waits for its connections to close.
     async fn end(&self) {
         let serving = self.state().serving.take();
         if let Some(Serving { over, task }) = serving {

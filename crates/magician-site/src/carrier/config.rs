@@ -1,4 +1,4 @@
-//! Zenoh's own settings: those of a file, and what this program needs where the file says nothing.
+//! Zenoh's configuration: the user's file, with this program's defaults for settings that it omits.
 
 use std::path::{Path, PathBuf};
 
@@ -9,9 +9,13 @@ use super::CarrierError;
 use crate::certificates::Identity;
 use crate::message::LARGEST;
 
-/// What is set where a file does not set it. Presence is lost within three seconds of a cut cable: Zenoh takes a link for dead one lease
-/// after its last packet, and the rest is for machines that are busy. Two signs of life to a lease are half of Zenoh's four: each
-/// station sends them to each other one, and with fifty of them that is most of what they cost. And nobody sends what fills the memory.
+/// Defaults for settings that the file omits.
+///
+/// * Lease 2 s: Zenoh declares a link dead one lease after its last packet. Together with delays of
+///   busy machines, presence is lost within three seconds of a cut cable.
+/// * Two keep-alives a lease instead of Zenoh's four: each station sends them to each other one,
+///   and with fifty stations they are most of the idle traffic.
+/// * Largest message: bounds the memory that a peer can make this program use.
 const OURS: [(&str, &str); 3] = [
     ("transport/link/tx/lease", "2000"),
     ("transport/link/tx/keep_alive", "2"),
@@ -19,7 +23,8 @@ const OURS: [(&str, &str); 3] = [
 ];
 const LARGEST_TEXT: &str = "2097152";
 const _: () = assert!(LARGEST == 2_097_152);
-/// What stations and hubs of a site with certificates may say to each other, and nothing else.
+/// Access list for a site with certificates: permits the messages of this program and denies all
+/// others.
 const ACCESS: &str = r#"{
     enabled: true,
     default_permission: "deny",
@@ -35,8 +40,8 @@ const ACCESS: &str = r#"{
     policies: [{ rules: ["tells"], subjects: ["everybody"] }],
 }"#;
 
-/// The settings of a file, or the usual ones; with certificates connections are encrypted, and made
-/// with machines of the same authority alone.
+/// Reads the file, or starts from Zenoh's defaults without one. With an identity the links use TLS,
+/// and only with machines whose certificate the same authority signed.
 pub(super) fn read(
     file: Option<&Path>,
     identity: Option<&Identity>,
@@ -61,7 +66,8 @@ pub(super) fn read(
             ("transport/link/tls/listen_certificate", certificate.clone()),
             ("transport/link/tls/connect_private_key", key),
             ("transport/link/tls/connect_certificate", certificate),
-            // Machines find each other by address, which is in no certificate. Who has signed it counts.
+            // Peers find each other by address, and certificates contain no addresses. The
+            // signature of the authority is the check.
             (
                 "transport/link/tls/verify_name_on_connect",
                 "false".to_owned(),
@@ -80,7 +86,8 @@ pub(super) fn read(
     Ok(config)
 }
 
-/// The settings of a file, and what it says.
+/// Reads a configuration file. Returns the configuration and the plain JSON, which shows what the
+/// file sets.
 fn from_file(file: &Path) -> Result<(Config, Value), CarrierError> {
     let wrong = |why: String| CarrierError::Config(format!("{}: {why}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| wrong(error.to_string()))?;

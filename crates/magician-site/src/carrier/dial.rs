@@ -1,4 +1,5 @@
-//! Sessions with stations: a channel over the WebSocket of a station that has proved itself.
+//! Sessions over the network: a [`Channel`] over the WebSocket of a station whose certificate was
+//! checked.
 
 use futures_util::{SinkExt, StreamExt};
 use magician_station::client::{ClientError, RawSocket};
@@ -7,7 +8,7 @@ use tokio_tungstenite::tungstenite::{Bytes, Message};
 use crate::channel::{Channel, Closed, FromStation, StationEnd, ToStation, channel};
 use crate::site::SiteError;
 
-/// Error of a request or session that did not reach its station.
+/// Converts an error of dialling. Whatever happened after the request was sent counts as no answer.
 pub(super) fn failed(error: ClientError) -> SiteError {
     match error {
         ClientError::Untrusted(why) | ClientError::Address(why) => SiteError::Unproved(why),
@@ -17,8 +18,8 @@ pub(super) fn failed(error: ClientError) -> SiteError {
     }
 }
 
-/// A session over a socket on which nothing was said yet. `gone` completes when the station is not
-/// on the site any more: a cut line would not say so itself for minutes.
+/// Creates a session over a fresh socket. `gone` completes when the station has left the site: TCP
+/// alone takes minutes to notice a cut cable.
 pub(super) fn session(
     socket: RawSocket,
     gone: impl Future<Output = ()> + Send + 'static,
@@ -37,7 +38,7 @@ pub(super) fn session(
     client
 }
 
-/// Carries messages until one of the two ends. Returns the reason if it is the station.
+/// Moves messages until one side ends. Returns the reason if it was the station.
 async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
     let (mut sink, mut stream) = socket.split();
     let writer = async {
@@ -61,6 +62,7 @@ async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
                 Some(Ok(Message::Close(Some(frame)))) => {
                     return Some(Closed::new(frame.code.into(), frame.reason.as_str()));
                 }
+                // The library answers pings itself.
                 Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Frame(_))) => continue,
                 Some(Ok(Message::Close(None)) | Err(_)) | None => return Some(Closed::broken()),
             };

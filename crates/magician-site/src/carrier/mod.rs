@@ -1,7 +1,13 @@
-//! A site over Zenoh: [`SiteNode`] beside a station, [`ZenohSite`] for who looks at all of them.
+//! A site over Zenoh: [`SiteNode`] puts a station on the bus, [`ZenohSite`] lets a program see and
+//! use all stations.
 //!
-//! Zenoh needs a runtime of several threads, so each of the two has one of its own. What the library calls back does nothing but hand
-//! on; what may wait for the network waits where nothing else has to.
+//! The bus carries only what is public: liveliness tokens of arms, their states, rosters, and the
+//! signed list of revoked certificates. Requests do not use the bus: the caller dials the station
+//! by TLS at an address from its state message, and both sides check each other's certificate.
+//!
+//! Zenoh needs a multi-threaded runtime, so each of the two types creates one. Callbacks of the
+//! library run on its receiving threads and must not wait: work that may block on the network runs
+//! in separate tasks.
 
 mod api;
 mod config;
@@ -30,10 +36,11 @@ use crate::StationId;
 use crate::certificates::Identity;
 use crate::keys::SiteName;
 
-/// Flaw of this build, if it has it: `None` in builds from the repository.
+/// Warning about this build, or `None` for a correct one. Builds from the repository are correct.
 ///
-/// Zenoh 1.10.2 closes a link with a linger that it reads when it is compiled. Meanwhile the close blocks one of two threads that
-/// receive for all links (eclipse-zenoh/zenoh#1101), so stops of other stations wait for it.
+/// Zenoh 1.10.2 closes a link with a linger timeout that is fixed at compile time. Until it
+/// expires, the close blocks one of the two threads that receive for all links
+/// (eclipse-zenoh/zenoh#1101), so that stops of other stations are delayed.
 pub const LINGER_FLAW: Option<&str> = if is_zero(option_env!("TCP_LINGER_TIMEOUT"))
     && is_zero(option_env!("TLS_LINGER_TIMEOUT"))
 {
@@ -52,28 +59,29 @@ const fn is_zero(seconds: Option<&str>) -> bool {
     }
 }
 
-/// How long the farewell may take.
+/// Longest time for an orderly departure. A choice: a program that ends should not hang on a dead
+/// network; without the farewell its presence expires with the link's lease.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Why a site cannot be joined.
+/// Reason why a site cannot be joined.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum CarrierError {
-    /// The file of Zenoh's settings cannot be used.
+    /// Zenoh's configuration file is unusable.
     Config(String),
-    /// The network cannot be used.
+    /// The network is unusable.
     Network(String),
-    /// The certificate of this machine cannot be used.
+    /// The certificate of this machine is unusable.
     Certificate(String),
-    /// An arm of this name is on the site already.
+    /// The site already has an arm of this name.
     Taken {
-        /// The site.
+        /// Name of the site.
         site: SiteName,
-        /// The name.
+        /// Name of the arm.
         arm: String,
-        /// The station that has it.
+        /// Station that owns it.
         station: StationId,
-        /// The machine that this station runs on.
+        /// Machine of that station.
         machine: String,
     },
 }
@@ -106,9 +114,9 @@ impl From<zenoh::Error> for CarrierError {
     }
 }
 
-/// A Zenoh session with the runtime that it lives on.
+/// A Zenoh session and the runtime that it lives on.
 struct Connection {
-    /// Both until it is dropped.
+    /// `None` only while it is dropped.
     alive: Option<(Runtime, Session)>,
 }
 
@@ -137,7 +145,8 @@ impl Connection {
         }
     }
 
-    /// Does something with the session, on its runtime; none when that has ended. It is given up with this future.
+    /// Runs `work` with the session on its runtime. Returns `None` if the runtime has ended.
+    /// Dropping the future aborts the work.
     async fn within<T: Send + 'static, Work>(&self, work: impl FnOnce(Session) -> Work) -> Option<T>
     where
         Work: Future<Output = T> + Send + 'static,
@@ -148,7 +157,7 @@ impl Connection {
         working.await.ok()
     }
 
-    /// Leaves the network.
+    /// Closes the session.
     async fn close(&self) {
         self.within(|session| async move {
             let _ = timeout(FAREWELL, async { session.close().await }).await;
@@ -162,7 +171,8 @@ impl Drop for Connection {
         let Some((runtime, session)) = self.alive.take() else {
             return;
         };
-        // The library waits for the end of a session, and would not on a runtime of one thread, where this may be.
+        // On a separate thread: closing blocks, which would deadlock on the single-threaded runtime
+        // of the caller.
         std::thread::spawn(move || {
             let _ = session.close().wait();
             drop(session);
@@ -171,7 +181,7 @@ impl Drop for Connection {
     }
 }
 
-/// Ends a task with itself.
+/// Aborts a task when dropped.
 struct Aborting(AbortHandle);
 
 impl Drop for Aborting {
@@ -180,12 +190,13 @@ impl Drop for Aborting {
     }
 }
 
-/// Answers a query; one that has given up hears nothing.
+/// Replies to a query. A querier that has given up is ignored.
 fn reply(query: &Query, bytes: Vec<u8>) {
     let _ = patiently(|| query.reply(query.key_expr().clone(), bytes).wait());
 }
 
-/// Does what may wait for a slow network, where nothing else has to wait for it. On the runtime of a [`Connection`] alone.
+/// Runs blocking work outside of the async scheduler. Only for threads of a [`Connection`]'s
+/// runtime, which has several.
 fn patiently<T>(work: impl FnOnce() -> T) -> T {
     block_in_place(work)
 }

@@ -1,4 +1,9 @@
-//! A station on its site: it is there, tells, and can be dialled by those who have a certificate.
+//! A station on its site: announces its arms, publishes their states, and accepts connections of
+//! members.
+//!
+//! Names of arms are unique on a site. A station first searches for stations with the same names,
+//! then declares its own tokens, waits, and searches again. If two stations with the same arm name
+//! start at the same time, the station with the lower id stays and the other one leaves.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -24,50 +29,52 @@ use crate::certificates::Identity;
 use crate::keys::{Keys, SiteName};
 use crate::{ArmAt, StateTelling, StationId};
 
-/// Questions that are answered at once, at most.
+/// Most queries that are answered at the same time. A choice: enough for all hubs and observers of
+/// a site, and a bound on the work that a stranger can cause.
 const ANSWERS: usize = 64;
-/// Whoever has a name says so within this.
+/// Time to wait for the owner of a name to reply.
 const NAMES: Duration = Duration::from_millis(500);
-/// Two that began at once hear of each other within this.
+/// Time for the tokens of two stations that start at the same time to reach each other.
 const AT_ONCE: Duration = Duration::from_millis(300);
 
-/// An arm as its site hears of it.
+/// An arm as announced on the site.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServedArm {
-    /// Its name at its station and on the site.
+    /// Name of the arm, at its station and on the site.
     pub name: String,
-    /// Where it is, as a person wrote it.
+    /// Port of the arm as configured at the station.
     pub port: String,
-    /// Whether it is a virtual one.
+    /// True for a virtual arm.
     pub is_virtual: bool,
 }
 
-/// How a station joins a site.
+/// Options of joining a site as a station.
 #[derive(Clone, Debug)]
 pub struct NodeOptions {
-    /// The site.
+    /// Name of the site.
     pub site: SiteName,
-    /// The name of this machine, where it has no certificate with another one.
+    /// Name of this machine. Ignored if [`identity`](Self::identity) is set: its certificate
+    /// contains the name.
     pub machine: String,
-    /// The arms of the station, in its order.
+    /// Arms of the station, in its order.
     pub arms: Vec<ServedArm>,
-    /// A file of Zenoh's settings.
+    /// Zenoh's configuration file. `None` for the defaults.
     pub config: Option<PathBuf>,
-    /// The certificate of this machine. Without it the station tells states, and takes no requests
+    /// Certificate of this machine. Without it the station publishes states but accepts no requests
     /// from the site.
     pub identity: Option<Identity>,
 }
 
-/// A station on its site. Dropping it leaves the site.
+/// Presence of a station on a site. Dropping it leaves the site.
 pub struct SiteNode {
     id: StationId,
     api: Option<Arc<SiteApi>>,
-    /// Before the connection: what it holds lives on that.
+    /// Declared before the connection, so that it is dropped first: its declarations live on that.
     presence: Presence,
     connection: Connection,
 }
 
-/// What a station has declared.
+/// Declarations of a station on the bus.
 struct Presence {
     tokens: Vec<LivelinessToken>,
     _queryables: Vec<Queryable<()>>,
@@ -84,11 +91,12 @@ impl fmt::Debug for SiteNode {
 }
 
 impl SiteNode {
-    /// Joins a site with all arms of a station, on a tokio runtime. Requests from the site need one of
-    /// these tokens, as from any other machine.
+    /// Joins a site with all arms of a station. Needs a tokio runtime. Requests from the site need
+    /// a token of `tokens`, like those of any other remote machine.
     ///
     /// # Errors
-    /// [`CarrierError::Taken`] where the site has an arm of one of these names, and the others.
+    /// [`CarrierError::Taken`] if another station has an arm of one of these names; any other
+    /// [`CarrierError`].
     pub async fn join(
         options: NodeOptions,
         station: RunningStation,
@@ -111,6 +119,7 @@ impl SiteNode {
             Some(identity) => Some(SiteApi::open(identity, &station, &tokens).await?),
             None => None,
         };
+        // A new id at each start, so that a restarted station is a different one.
         let mut random = [0; 8];
         getrandom::fill(&mut random).map_err(|error| CarrierError::Network(error.to_string()))?;
         let own = Arc::new(Own {
@@ -142,13 +151,13 @@ impl SiteNode {
         }
     }
 
-    /// The station's id.
+    /// Id of the station on the site.
     #[must_use]
     pub fn id(&self) -> StationId {
         self.id
     }
 
-    /// Addresses of its listener for the site; none without a certificate.
+    /// Addresses of the listener for members of the site. Empty without a certificate.
     #[must_use]
     pub fn addresses(&self) -> Vec<SocketAddr> {
         self.api
@@ -156,7 +165,8 @@ impl SiteNode {
             .map_or_else(Vec::new, |api| api.addresses())
     }
 
-    /// Leaves the site: first it is there no more, then it answers no more.
+    /// Leaves the site. The presence is withdrawn first, so that no client dials a station that has
+    /// stopped to answer.
     pub async fn leave(self) {
         let Presence {
             tokens,
@@ -211,7 +221,8 @@ async fn begin(
         ._queryables
         .push(session.declare_queryable(key).callback(answer).await?);
     for together in arms.chunks(TOGETHER) {
-        // Each tells once whether somebody listens, and then when that changes.
+        // Each publisher reports once whether it has subscribers, and then every change. The
+        // channel has ample room: callbacks of the network must not wait, so they use `try_send`.
         let (listened, listening) = mpsc::channel(64 * TOGETHER);
         let mut told = Vec::new();
         for (at, arm) in together.iter().enumerate() {
@@ -229,7 +240,7 @@ async fn begin(
         let telling = tokio::spawn(tell(Arc::clone(&own), told, listening));
         presence._tasks.push(Aborting(telling.abort_handle()));
     }
-    // Who is there can be asked.
+    // Last of all: as soon as the tokens are visible, clients may send queries.
     for arm in &arms {
         let at = ArmAt {
             arm: arm.name.clone(),
@@ -241,13 +252,13 @@ async fn begin(
     }
     sleep(AT_ONCE).await;
     for arm in &arms {
-        // Of two that began at once one stays.
+        // Both stations see each other now; the lower id stays.
         refuse_taken(session, &own, arm, |other| other < own.id).await?;
     }
     Ok(presence)
 }
 
-/// Refuses a name that another station has.
+/// Fails if another station has the name of this arm and `goes_before` is true for its id.
 async fn refuse_taken(
     session: &Session,
     own: &Own,
@@ -274,7 +285,7 @@ async fn refuse_taken(
     })
 }
 
-/// Answers queries for states and the roster, for which nobody needs a certificate.
+/// Replies to queries for states and the roster. They are public, so no certificate is needed.
 struct Answering {
     own: Arc<Own>,
     places: Arc<Semaphore>,
@@ -282,7 +293,7 @@ struct Answering {
 }
 
 impl Answering {
-    /// The roster, for who asks. Called by the network.
+    /// Replies with the roster. Called on a thread of the network.
     fn tell_roster(self: &Arc<Self>, query: Query) {
         self.tell(query, async |own| {
             let roster = own.ask("site.roster", json!({})).await;
@@ -290,8 +301,8 @@ impl Answering {
         });
     }
 
-    /// The state of an arm for who asks: as fresh as `arm.state` is, or the last that is known. Called
-    /// by the network.
+    /// Replies with the state of an arm: a fresh one if the station has it, otherwise the last
+    /// known. Called on a thread of the network.
     fn tell_state(
         self: &Arc<Self>,
         arm: &ServedArm,
@@ -309,7 +320,7 @@ impl Answering {
         });
     }
 
-    /// Answers from a task of its own: the thread of the network that calls must not wait.
+    /// Replies from a separate task, because a thread of the network must not wait.
     fn tell<Telling>(
         self: &Arc<Self>,
         query: Query,
@@ -318,7 +329,7 @@ impl Answering {
         Telling: Future<Output = Vec<u8>> + Send,
     {
         let Ok(place) = Arc::clone(&self.places).try_acquire_owned() else {
-            // Whoever listens hears it within a second.
+            // Too many queries: drop this one. A subscriber gets the state within a second anyway.
             return;
         };
         let own = Arc::clone(&self.own);
@@ -330,7 +341,7 @@ impl Answering {
 }
 
 impl Own {
-    /// What the station answers to somebody who only looks.
+    /// Sends a request to the station as a viewer. Returns `None` on any error.
     async fn ask(&self, method: &str, params: Value) -> Option<Value> {
         let peer = self.viewer().ok()?;
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});

@@ -1,4 +1,8 @@
-//! What a station tells of its arms: their states, while somebody listens.
+//! Publishes the states of a station's arms on the bus, but only while there are subscribers.
+//!
+//! One client of the station serves up to [`TOGETHER`] arms. It subscribes to an arm at the station
+//! when the first subscriber on the bus appears, and unsubscribes after the last one leaves.
+//! [`StateTelling`] limits the rate.
 
 use std::future::pending;
 use std::net::SocketAddr;
@@ -19,25 +23,25 @@ use crate::keys::Keys;
 use crate::message::StateMessage;
 use crate::{StateTelling, StationId};
 
-/// Arms that one client of the station tells of: as many as a socket has subscriptions.
+/// Most arms per client of the station: the most subscriptions that a socket may have.
 pub(super) const TOGETHER: usize = 16;
-/// States a second.
+/// States a second that are requested from the station.
 const RATE: u32 = 10;
-/// A client that was cut off comes back after this.
+/// Pause before a client that the station has closed connects again.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// Of a station, for all who speak in its name.
+/// Facts about this station, shared by everything that speaks for it.
 pub(super) struct Own {
     pub(super) keys: Keys,
     pub(super) id: StationId,
     pub(super) machine: String,
-    /// Where it can be dialled.
+    /// Addresses of its listener.
     pub(super) at: Vec<SocketAddr>,
     pub(super) station: RunningStation,
 }
 
 impl Own {
-    /// Somebody of this program, who only looks.
+    /// Client identity of this program at the station: a viewer.
     pub(super) fn viewer(&self) -> Result<Peer, TokenError> {
         let grant = Grant {
             role: Role::Viewer,
@@ -46,7 +50,7 @@ impl Own {
         Peer::elsewhere(Some(grant), format!("site {}", self.keys.site))
     }
 
-    /// What is told of an arm in this state.
+    /// Encodes the state message of an arm.
     pub(super) fn state_message(&self, arm: &ServedArm, state: Value) -> Vec<u8> {
         let message = StateMessage {
             station: self.id,
@@ -55,26 +59,26 @@ impl Own {
             is_virtual: arm.is_virtual,
             state,
         };
-        // Maps of text and numbers are text always.
+        // Cannot fail: the message consists of strings, numbers and maps with string keys.
         serde_json::to_vec(&message).unwrap_or_default()
     }
 }
 
-/// An arm that is told of.
+/// Publisher of one arm.
 pub(super) struct Told {
     pub(super) arm: ServedArm,
     telling: Arc<Mutex<StateTelling>>,
     state: Publisher<'static>,
     is_listened: bool,
-    /// The subscription at the station; 0 while it is asked for.
+    /// Subscription at the station. `None` without one, 0 while the reply is outstanding.
     subscription: Option<u64>,
 }
 
-/// Whether somebody listens to the state of an arm now.
+/// Index of an arm, and true if its state has subscribers now.
 pub(super) type Listened = (usize, bool);
 
 impl Told {
-    /// Declares what is published of an arm, the `at`-th of those that are told of together.
+    /// Declares the publisher of an arm. `at` is its index within its group.
     pub(super) async fn declare(
         session: &Session,
         own: &Own,
@@ -83,6 +87,7 @@ impl Told {
         listened: mpsc::Sender<Listened>,
     ) -> zenoh::Result<Self> {
         let state = session.declare_publisher(own.keys.state(&own.machine, &arm.name));
+        // Drop instead of block: a slow link must not delay the states of other arms.
         let state = state.congestion_control(CongestionControl::Drop).await?;
         let tell = listened.clone();
         let listener = state.matching_listener().callback(move |status| {
@@ -99,7 +104,7 @@ impl Told {
         })
     }
 
-    /// What is known of its state, for who asks.
+    /// Merged state, shared with the queries.
     pub(super) fn telling(&self) -> Arc<Mutex<StateTelling>> {
         Arc::clone(&self.telling)
     }
@@ -108,7 +113,7 @@ impl Told {
         act(&mut self.telling.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Asks the station for states, or for no more.
+    /// Subscribes or unsubscribes at the station, so that it matches `is_listened`.
     fn listen(&mut self, at: usize, client: &Client) {
         match (self.is_listened, self.subscription) {
             (true, None) => {
@@ -122,6 +127,7 @@ impl Told {
                 self.subscription = None;
                 self.with(StateTelling::rest);
             }
+            // Nothing changes, or the reply to a subscription is outstanding: it calls this again.
             _ => {}
         }
     }
@@ -131,7 +137,7 @@ fn request(id: u64, method: &str, params: &Value) -> String {
     json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}).to_string()
 }
 
-/// Tells of some arms as long as the station runs.
+/// Publishes the states of a group of arms until the station ends.
 pub(super) async fn tell(
     own: Arc<Own>,
     mut arms: Vec<Told>,
@@ -157,6 +163,7 @@ pub(super) async fn tell(
                     Outgoing::Text(text) => {
                         hear(&mut arms, &client, &text, begun.elapsed());
                     }
+                    // Binary frames are not subscribed to.
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
                 },
@@ -170,7 +177,8 @@ pub(super) async fn tell(
             }
             for told in arms.iter().filter(|told| told.is_listened) {
                 if let Some(state) = told.with(|telling| telling.tell(begun.elapsed())) {
-                    // It is dropped where a line is too slow: a newer one follows.
+                    // With `CongestionControl::Drop` a slow link drops it: a newer state follows
+                    // soon.
                     let _ = told.state.put(own.state_message(&told.arm, state)).wait();
                 }
             }
@@ -186,7 +194,7 @@ async fn until(due: Option<Instant>) {
     }
 }
 
-/// Something of the station.
+/// Handles a message of the station.
 fn hear(arms: &mut [Told], client: &Client, text: &str, now: Duration) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else {
         return;
@@ -195,7 +203,7 @@ fn hear(arms: &mut [Told], client: &Client, text: &str, now: Duration) {
         let at = at as usize;
         if let Some(told) = arms.get_mut(at) {
             told.subscription = message["result"]["subscription"].as_u64();
-            // It may be that nobody listens any more.
+            // The last subscriber may have left while the reply was outstanding.
             told.listen(at, client);
         }
         return;

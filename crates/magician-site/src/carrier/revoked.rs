@@ -1,5 +1,7 @@
-//! The list of revoked certificates on its way to all machines of a site. The authority has signed
-//! it, so it does not matter who hands it on.
+//! Distribution of the list of revoked certificates to all machines of a site.
+//!
+//! The authority signs the list, so any machine may pass it on. A machine asks for lists when it
+//! joins, receives new ones, and answers queries with its newest.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, Once, PoisonError};
@@ -16,19 +18,19 @@ use super::{CarrierError, Connection, reply};
 use crate::certificates::{CertificateError, Identity};
 use crate::keys::{Keys, SiteName};
 
-/// Links to the machines that are there come up within this.
+/// Time for the links to the present machines to come up.
 const LINKS: Duration = Duration::from_millis(1500);
-/// A machine that has a list has said so by then.
+/// Time for machines to reply with their list.
 const LISTS: Duration = Duration::from_millis(500);
 
-/// What is declared for the list. Dropping it ends that.
+/// Declarations for the list on the bus. Dropping them ends the exchange.
 pub(super) struct Lists {
     _subscriber: Subscriber<()>,
     _queryable: Queryable<()>,
 }
 
-/// Learns lists, those that machines have now and each that comes, and answers with the newest.
-/// `newer` is called after each that was newer than the one before.
+/// Learns the current lists of all machines and every new one, and answers queries with the newest.
+/// Calls `newer` whenever the list has become newer.
 pub(super) async fn follow(
     session: &Session,
     keys: &Keys,
@@ -37,14 +39,15 @@ pub(super) async fn follow(
 ) -> zenoh::Result<Lists> {
     let learn = {
         let identity = identity.clone();
-        // At the authority's machine the list may be in the folder before it is told.
+        // On the authority's machine the list may be in the folder before it arrives on the bus.
         let last = Arc::new(Mutex::new(identity.revoked()));
         let warned = Arc::new(Once::new());
         move |sample: &Sample| {
             let tell = |error| tracing::warn!(%error, "a list of revoked certificates is not good");
             match identity.learn(&sample.payload().to_bytes()) {
                 Ok(_) => {}
-                // Once: whoever sends such lists fills no disk with warnings.
+                // Warn only once: a host that keeps sending bad lists must not fill the disk with
+                // warnings.
                 Err(error @ CertificateError::List) => warned.call_once(|| tell(error)),
                 Err(error) => tell(error),
             }
@@ -64,7 +67,7 @@ pub(super) async fn follow(
     let answer = move |query: Query| {
         let list = known.revoked();
         if !list.is_empty() {
-            // The network calls: an answer that waits for it here would wait for itself.
+            // This is a thread of the network: waiting for the reply here would deadlock.
             runtime.spawn(async move { reply(&query, list) });
         }
     };
@@ -85,11 +88,11 @@ pub(super) async fn follow(
     })
 }
 
-/// Tells the machines that are on the site now of the list of this machine. Others learn it from
-/// them when they come.
+/// Sends the list of this machine to all machines that are on the site now. Others learn it from
+/// them when they join.
 ///
 /// # Errors
-/// [`CarrierError`].
+/// Any [`CarrierError`] of joining, or the network's on sending.
 pub async fn tell_revoked(
     site: SiteName,
     config: Option<&Path>,

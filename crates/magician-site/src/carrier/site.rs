@@ -1,4 +1,4 @@
-//! A site as a program sees it that is none of its stations.
+//! A site seen from outside its stations, such as from a hub or an observer.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -30,13 +30,14 @@ use crate::{
     StationId,
 };
 
-/// A state that is asked for comes within this, or not.
+/// Timeout of a query for one state. The state is published every second anyway.
 const STATE: Duration = Duration::from_secs(1);
-/// States that are asked for at once.
+/// Most state queries at the same time. A choice: joining a site with many arms must not flood it.
 const STATES: usize = 32;
-/// A station that says which arms are expected has said so by then.
+/// Time for stations to reply with their roster.
 const ROSTER: Duration = Duration::from_millis(500);
-/// Addresses of a station that are kept, at most. All are dialled at once.
+/// Most addresses of a station that are kept. All are dialled at once, so this also bounds the
+/// connections per request.
 const ADDRESSES_KEPT: usize = 16;
 
 /// A site over Zenoh.
@@ -50,25 +51,25 @@ struct Shared {
     keys: Keys,
     view: SiteView,
     identity: Option<Identity>,
-    /// The stations that are there, by the machines that say so. A station is on one machine: if two
-    /// have tokens of it, one of them poses as the other.
+    /// Present stations, each with the machines that announce it. A station runs on one machine: if
+    /// two announce the same id, one of them is an impostor.
     places: Mutex<BTreeMap<StationId, BTreeMap<String, StationPlace>>>,
-    /// How connections are made, by the newest list of revoked certificates.
+    /// Cached TLS configuration. Cleared when a newer list of revoked certificates arrives.
     config: Mutex<Option<Arc<ClientConfig>>>,
 }
 
-/// Where a station is, as one machine says.
+/// Location of a station according to one machine.
 #[derive(Debug, Default)]
 struct StationPlace {
-    /// Arms of which the machine has tokens.
+    /// Arms that the machine announces.
     arms: BTreeSet<String>,
-    /// Hints: whoever answers there has to show a certificate of the machine.
+    /// Addresses to try. They are unproved: the peer has to show the certificate of the machine.
     at: Vec<SocketAddr>,
 }
 
 impl StationPlace {
-    /// Puts new addresses in front. Older ones stay for a while: whoever is on the bus can name others,
-    /// or none, and a stop has to find the station all the same.
+    /// Puts new addresses in front and keeps older ones. Any host on the bus can announce wrong
+    /// addresses, or none, and a stop must reach the station nevertheless.
     fn hears(&mut self, at: &[SocketAddr]) {
         let older = std::mem::take(&mut self.at);
         self.at = at.to_vec();
@@ -87,11 +88,13 @@ impl fmt::Debug for ZenohSite {
 }
 
 impl ZenohSite {
-    /// Joins a site, by Zenoh's settings of a file or by the usual ones. Without a certificate it shows
-    /// what stations say of themselves, and sends them nothing. On any runtime.
+    /// Joins a site with Zenoh's configuration file, or the defaults without one. Runs on any tokio
+    /// runtime.
+    ///
+    /// Without a certificate the site shows what stations publish, unproved, and sends no requests.
     ///
     /// # Errors
-    /// [`CarrierError`].
+    /// [`CarrierError`] if the configuration, network or certificate is unusable.
     pub async fn join(
         site: SiteName,
         config: Option<&Path>,
@@ -118,15 +121,15 @@ impl ZenohSite {
         })
     }
 
-    /// True if this machine has a certificate of the site, so that what is shown comes from its
-    /// machines, and requests can be sent to them.
+    /// True if this machine has a certificate of the site. Then published states come from members,
+    /// and requests can be sent.
     #[must_use]
     pub fn is_proved(&self) -> bool {
         self.shared.identity.is_some()
     }
 
-    /// Dials all stations. Returns those that show the certificate of their machine within this time;
-    /// states of the others are unproved.
+    /// Dials all stations. Returns the stations that prove their identity within this time, by the
+    /// certificate of their machine. States of the others are unproved.
     pub async fn proved(&self, within: Duration) -> BTreeSet<StationId> {
         let stations: BTreeSet<_> = self.arms().into_keys().map(|at| at.station).collect();
         let dials = stations.into_iter().filter_map(|station| {
@@ -140,13 +143,13 @@ impl ZenohSite {
     }
 }
 
-/// What is declared while a site is looked at.
+/// Declarations that keep the view up to date.
 struct Declared {
     _subscribers: [Subscriber<()>; 2],
     _lists: Option<Lists>,
 }
 
-/// Has the view filled from here on.
+/// Starts to fill the view from the bus.
 async fn watch(session: &Session, shared: Arc<Shared>) -> zenoh::Result<Declared> {
     let lists = match &shared.identity {
         None => None,
@@ -188,7 +191,8 @@ async fn watch(session: &Session, shared: Arc<Shared>) -> zenoh::Result<Declared
     })
 }
 
-/// Asks for the state of an arm that has come, so that nobody has to wait until it is told next.
+/// Queries the state of an arm that has just appeared, so that clients need not wait for its next
+/// publication.
 async fn ask_state(session: &Session, shared: &Shared, key: String) {
     let asked = session.get(key).target(QueryTarget::All).timeout(STATE);
     let asked = asked.consolidation(ConsolidationMode::None);
@@ -216,11 +220,12 @@ impl Shared {
         let machines = places.entry(at.station).or_default();
         let place = machines.entry(machine.to_owned()).or_default();
         place.arms.insert(at.arm.clone());
-        // Under the lock, as in `leaves`: the view follows in the same order.
+        // While the lock is held, as in `leaves`, so that the view sees both in the same order.
         self.view.arrived(at);
     }
 
-    /// An arm is there as long as any machine has a token of it: the end of a false one hides no arm.
+    /// Removes one machine's token of an arm. The arm stays while any machine has a token of it, so
+    /// that the end of a forged token hides no arm.
     fn leaves(&self, machine: &str, at: &ArmAt) {
         let mut places = self.places();
         if let Some(machines) = places.get_mut(&at.station) {
@@ -240,7 +245,7 @@ impl Shared {
         self.view.left(at);
     }
 
-    /// A state of an arm.
+    /// Handles a published state.
     fn hears(&self, sample: &Sample) {
         let key = self.keys.read_state(sample.key_expr());
         let message = StateMessage::parse(&sample.payload().to_bytes());
@@ -251,7 +256,7 @@ impl Shared {
         let mut places = self.places();
         let machines = places.get_mut(&station);
         let Some(place) = machines.and_then(|machines| machines.get_mut(machine)) else {
-            // A station speaks from its own machine alone.
+            // Ignore a state under the key of a machine that did not announce this station.
             return;
         };
         place.hears(&message.at);
@@ -261,7 +266,8 @@ impl Shared {
             .news(ArmAt { arm, station }, message.news(machine));
     }
 
-    /// How a station is dialled.
+    /// Prepares to dial a station. Fails unless exactly one machine announces it and this machine
+    /// has a certificate.
     fn dial(&self, station: StationId) -> Result<StationDial, SiteError> {
         let places = self.places();
         let machines = places.get(&station).ok_or(SiteError::Gone)?;
@@ -292,7 +298,8 @@ impl Shared {
         Ok(StationDial::new(machine, place.at.clone(), config))
     }
 
-    /// Whether an arm may be asked for this: its name is one arm, or it is stopped.
+    /// Refuses requests to an arm whose name is ambiguous, except methods that are always allowed,
+    /// such as a stop.
     fn may_ask(&self, at: &ArmAt, request: &str) -> Result<(), SiteError> {
         let same = self.view.named(&at.arm);
         let message = Message::parse(request).ok();
@@ -332,7 +339,7 @@ impl Site for ZenohSite {
             let dial = self.shared.dial(at.station)?;
             let answer = tokio::select! {
                 answer = dial.post(caller.token.as_deref(), request) => answer.map_err(failed)?,
-                // A cut line would not say so itself for minutes.
+                // TCP alone takes minutes to notice a cut cable; the bus does so within seconds.
                 () = self.shared.view.gone(at.station) => return Err(SiteError::NoAnswer),
             };
             Ok(Some(answer).filter(|answer| !answer.is_empty()))

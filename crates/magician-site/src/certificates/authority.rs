@@ -1,4 +1,8 @@
-//! The authority of a site: it signs the certificates of machines, and revokes them.
+//! The authority of a site: signs the certificates of machines, and revokes them.
+//!
+//! `members.json` records every certificate before it is handed out, because revocation needs its
+//! serial number. All changes hold the lock of the folder, so that several processes may use the
+//! authority at once.
 
 use std::fmt;
 use std::fs;
@@ -19,10 +23,10 @@ use super::list::RevocationList;
 use super::{CertificateError, Identity, SiteFolder, is_machine_name, tls, x509};
 use crate::keys::is_name;
 
-/// Bytes of a public key of P-256: a tag and two coordinates.
+/// Length of an uncompressed P-256 public key, bytes: a tag and two coordinates.
 const PUBLIC_KEY: usize = 65;
 
-/// The authority of a site, on the machine that made the site. Several processes may use it at once.
+/// Authority of a site, on the machine that created the site. Several processes may use it at once.
 pub struct Authority {
     folder: SiteFolder,
     site: String,
@@ -39,15 +43,15 @@ impl fmt::Debug for Authority {
     }
 }
 
-/// A machine of a site.
+/// Machine of a site.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct Member {
-    /// Its name.
+    /// Name of the machine.
     pub name: String,
-    /// End of the validity of its latest certificate, Unix seconds.
+    /// End of validity of its latest certificate, Unix seconds.
     pub ends: i64,
-    /// When it was revoked, Unix seconds.
+    /// Time of revocation, Unix seconds. `None` for a member in good standing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub revoked: Option<i64>,
     /// SHA-256 of its public key.
@@ -56,31 +60,32 @@ pub struct Member {
     serials: Vec<String>,
 }
 
-/// As `members.json` has it.
+/// Content of `members.json`.
 #[derive(Default, Deserialize, Serialize)]
 struct Members {
     members: Vec<Member>,
 }
 
-/// A certificate that was made.
+/// Newly signed certificate.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Signed {
-    /// PEM.
+    /// Certificate, PEM.
     pub certificate: String,
-    /// End of its validity, Unix seconds.
+    /// End of validity, Unix seconds.
     pub ends: i64,
     /// True if the machine had a certificate before.
     pub is_renewal: bool,
 }
 
 impl Authority {
-    /// Makes a site: its authority, and the certificate of this machine. A folder in which an earlier
-    /// call was interrupted is begun anew.
+    /// Creates a site: its authority, and the certificate of this machine. A folder left by an
+    /// interrupted call is overwritten.
     ///
     /// # Errors
-    /// [`CertificateError::Exists`] if there is a site already, [`CertificateError::Incomplete`] if there
-    /// is the authority of other machines, which lost a file; a name that cannot be; the folder.
+    /// [`CertificateError::Exists`] if the folder already holds a site;
+    /// [`CertificateError::Incomplete`] if it holds an authority with other machines that has lost
+    /// a file; [`CertificateError::Name`] for an invalid name; errors of the folder.
     pub fn init(folder: &Path, site: &str, machine: &str) -> Result<Self, CertificateError> {
         if !is_name(site) {
             return Err(CertificateError::Name(site.to_owned()));
@@ -98,7 +103,7 @@ impl Authority {
             return Err(CertificateError::Incomplete(folder, "own.pem"));
         }
         match fs::remove_file(folder.revoked()) {
-            // Of an earlier authority: the new one has not signed it.
+            // A list of an earlier authority: the new one has not signed it.
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
                 return Err(CertificateError::Write(folder.revoked(), error));
             }
@@ -126,10 +131,10 @@ impl Authority {
         Ok(authority)
     }
 
-    /// Opens the authority of a site. `None` if it is not on this machine.
+    /// Opens the authority of a site. Returns `None` if this machine does not have it.
     ///
     /// # Errors
-    /// A file that is missing, unreadable or damaged.
+    /// A file is missing, unreadable or damaged.
     pub fn open(folder: &Path) -> Result<Option<Self>, CertificateError> {
         let folder = SiteFolder::at(folder);
         if !is_there(&folder.authority_key())? || !is_there(&folder.certificate())? {
@@ -156,19 +161,19 @@ impl Authority {
         }))
     }
 
-    /// The site's name.
+    /// Name of the site.
     #[must_use]
     pub fn site(&self) -> &str {
         &self.site
     }
 
-    /// The folder of the site.
+    /// Folder of the site.
     #[must_use]
     pub fn folder(&self) -> &SiteFolder {
         &self.folder
     }
 
-    /// End of the validity of the authority, Unix seconds.
+    /// End of validity of the authority's certificate, Unix seconds.
     #[must_use]
     pub fn ends(&self) -> i64 {
         self.ends
@@ -180,26 +185,28 @@ impl Authority {
         x509::fingerprint(&self.certificate)
     }
 
-    /// What this machine has of the site.
+    /// Identity of this machine.
     ///
     /// # Errors
-    /// As [`Identity::open`].
+    /// Those of [`Identity::open`].
     pub fn identity(&self) -> Result<Identity, CertificateError> {
         let identity = Identity::open(self.folder.path())?;
         identity
             .ok_or_else(|| CertificateError::Incomplete(self.folder.path().to_owned(), "own.pem"))
     }
 
-    /// The machines of the site, those that were revoked too, in the order in which they joined.
+    /// All machines of the site, revoked ones included, in the order in which they joined.
     ///
     /// # Errors
-    /// The file.
+    /// `members.json` is missing, unreadable or damaged.
     pub fn members(&self) -> Result<Vec<Member>, CertificateError> {
         Ok(read_members(&self.folder)?.members)
     }
 
-    /// Signs the request (PKCS #10, PEM) of a machine. Of the request its key counts alone. The name has
-    /// to be new, or that of a machine with the same key, whose certificate is renewed.
+    /// Signs the certificate request (PKCS #10, PEM) of a machine.
+    ///
+    /// Only the key of the request is used. The name has to be new, or belong to a machine with the
+    /// same key, whose certificate is then renewed.
     ///
     /// # Errors
     /// [`CertificateError::Name`], [`Taken`](CertificateError::Taken),
@@ -218,8 +225,8 @@ impl Authority {
         if !is_machine_name(name) {
             return Err(CertificateError::Name(name.to_owned()));
         }
-        // Checks that the request is signed by its own key. The sender does not matter: only the owner
-        // of the key can use the certificate.
+        // Parsing checks that the request is signed by its own key. The sender does not matter:
+        // only the owner of the key can use the certificate.
         let request = CertificateSigningRequestParams::from_pem(request)
             .map_err(|_| CertificateError::Request)?;
         let key = &request.public_key;
@@ -257,7 +264,7 @@ impl Authority {
                 serials: vec![x509::hex(&details.serial)],
             }),
         }
-        // Before it is handed over: what is not written here could not be revoked.
+        // Before the certificate is handed out: without this record it could not be revoked.
         write_members(&self.folder, &members)?;
         Ok(Signed {
             certificate: made.pem(),
@@ -266,12 +273,11 @@ impl Authority {
         })
     }
 
-    /// Revokes all certificates of a machine, and returns the new list, DER. No effect if they are
-    /// revoked already.
+    /// Revokes all certificates of a machine and returns the new list, DER. Idempotent.
     ///
     /// # Errors
-    /// [`CertificateError::Unknown`]; [`CertificateError::Own`] for the authority's own machine, which
-    /// nothing could make a machine of the site again; the folder.
+    /// [`CertificateError::Unknown`] for an unknown name; [`CertificateError::Own`] for the
+    /// authority's own machine, which could not be admitted again; errors of the folder.
     pub fn revoke(&self, name: &str) -> Result<Vec<u8>, CertificateError> {
         if self.identity()?.machine() == name {
             return Err(CertificateError::Own(name.to_owned()));
@@ -284,7 +290,7 @@ impl Authority {
             .find(|member| member.name == name);
         let known = known.ok_or_else(|| CertificateError::Unknown(name.to_owned()))?;
         known.revoked = known.revoked.or_else(|| Some(x509::now()));
-        // First: from here on the name gets no certificate, whether the list is written or not.
+        // First: from here on the name gets no certificate, even if writing the list fails.
         write_members(&self.folder, &members)?;
 
         let mut revoked: Vec<_> = { members.members.iter() }
@@ -300,14 +306,14 @@ impl Authority {
         }
         let now = x509::now();
         if let Some(kept) = &kept {
-            // What a list has once stays: a folder that comes from a copy does not know of it, and the
-            // machine has learned the list from others.
+            // Serials on the old list stay revoked. If the folder was restored from a backup,
+            // `members.json` does not know them, but this machine has learned the list from others.
             let others = { kept.serials.iter() }
                 .filter(|serial| revoked.iter().all(|(known, _)| known != *serial));
             let others: Vec<_> = others.map(|serial| (serial.clone(), now)).collect();
             revoked.extend(others);
         }
-        // Never lower than a list that other machines have, even if the own one was lost.
+        // CRL numbers must grow even if the own list was lost, so start from the clock.
         let number = kept.map_or(1, |kept| kept.number.saturating_add(1));
         let number = number.max(u64::try_from(now).unwrap_or(0));
         let list = x509::list(number, &revoked).signed_by(&self.issuer)?;
@@ -317,12 +323,12 @@ impl Authority {
         Ok(list.der().to_vec())
     }
 
-    /// The authority's certificate, DER.
+    /// Certificate of the authority, DER.
     pub(super) fn certificate(&self) -> &CertificateDer<'static> {
         &self.certificate
     }
 
-    /// TLS that shows the authority itself.
+    /// TLS configuration that shows the certificate of the authority itself.
     pub(super) fn inviting(&self) -> Result<ServerConfig, CertificateError> {
         let key = self.issuer.key().serialize_der();
         let key = PrivateKeyDer::try_from(key).map_err(|_| {
@@ -346,7 +352,7 @@ fn read_members(folder: &SiteFolder) -> Result<Members, CertificateError> {
 }
 
 fn write_members(folder: &SiteFolder, members: &Members) -> Result<(), CertificateError> {
-    // Names and numbers are JSON always.
+    // Cannot fail: members consist of strings and numbers.
     let text = serde_json::to_string_pretty(members).unwrap_or_default();
     write(&folder.members(), &(text + "\n"))
 }

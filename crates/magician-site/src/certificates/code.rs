@@ -1,4 +1,4 @@
-//! The code by which a machine joins.
+//! The code with which a machine joins a site.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,24 +7,25 @@ use sha2::{Digest, Sha256};
 
 use super::CertificateError;
 
-/// Crockford's base 32: no I, L, O and U.
+/// Crockford's base 32, without I, L, O and U, which are easily confused.
 const SYMBOLS: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 /// Symbols of the secret: 65 bits.
 const SECRET: usize = 13;
 /// Symbols of the check: 60 bits.
 const CHECK: usize = 12;
-/// Symbols of a group.
+/// Symbols per group.
 const GROUP: usize = 5;
 /// Longest host name with a port, characters.
 const LONGEST: usize = 261;
 
-/// The code of an invitation: `HOST:PORT/XXXXX-XXXXX-XXXXX-XXXXX-XXXXX`, the address, 65 bits of a
-/// secret and 60 bits of the authority's fingerprint. Case does not matter, nor do hyphens; O is read
-/// as 0, I and L as 1.
+/// Code of an invitation: `HOST:PORT/XXXXX-XXXXX-XXXXX-XXXXX-XXXXX`.
 ///
-/// The fingerprint in a code is that of secret and certificate together. So an attacker cannot prepare
-/// a certificate that has the fingerprint of codes to come, and a mistyped secret never leaves the
-/// joining machine.
+/// It contains the address, 65 bits of secret and 60 bits of fingerprint. Case and hyphens are
+/// ignored; O is read as 0, I and L as 1.
+///
+/// The fingerprint covers secret and certificate together. An attacker therefore cannot search in
+/// advance for a certificate that matches future codes, and a mistyped secret does not match, so it
+/// never leaves the joining machine.
 #[derive(Clone, PartialEq, Eq)]
 pub struct JoinCode {
     address: String,
@@ -41,7 +42,7 @@ impl fmt::Debug for JoinCode {
 }
 
 impl JoinCode {
-    /// The code of an invitation at an address, `HOST:PORT`.
+    /// Creates the code of an invitation at `address`, `HOST:PORT`.
     pub(super) fn new(address: &str, secret: &str, authority: &[u8]) -> Self {
         Self {
             address: address.to_owned(),
@@ -50,7 +51,7 @@ impl JoinCode {
         }
     }
 
-    /// Where the invitation is, `HOST:PORT`.
+    /// Address of the invitation, `HOST:PORT`.
     #[must_use]
     pub fn address(&self) -> &str {
         &self.address
@@ -60,20 +61,20 @@ impl JoinCode {
         &self.secret
     }
 
-    /// True if an authority with this certificate made the code.
+    /// True if the authority with this certificate made the code.
     pub(super) fn is_of(&self, authority: &[u8]) -> bool {
         self.check == check(&self.secret, authority)
     }
 }
 
-/// A secret of an invitation.
+/// Generates the secret of an invitation.
 pub(super) fn new_secret() -> Result<String, CertificateError> {
     let mut bytes = [0; SECRET];
     getrandom::fill(&mut bytes).map_err(|_| CertificateError::Random)?;
     Ok(symbols(&bytes))
 }
 
-/// The first 60 bits of the fingerprint of secret and certificate.
+/// First 60 bits of the fingerprint of secret and certificate.
 fn check(secret: &str, authority: &[u8]) -> String {
     let digest = { Sha256::new() }
         .chain_update(b"magician site join\0")
@@ -83,13 +84,13 @@ fn check(secret: &str, authority: &[u8]) -> String {
     symbols(&digest[..CHECK])
 }
 
-/// A symbol for the lowest 5 bits of each byte.
+/// Encodes the lowest 5 bits of each byte as one symbol.
 fn symbols(bytes: &[u8]) -> String {
     let symbol = |byte: &u8| char::from(SYMBOLS[usize::from(byte & 31)]);
     bytes.iter().map(symbol).collect()
 }
 
-/// The symbol that a person meant.
+/// Maps a typed character to its symbol, look-alikes included. `None` if it is invalid.
 fn meant(typed: char) -> Option<char> {
     let symbol = match typed.to_ascii_uppercase() {
         'O' => '0',

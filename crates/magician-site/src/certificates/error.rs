@@ -1,4 +1,4 @@
-//! Errors about certificates, as data: front ends add what to do.
+//! Errors about certificates, as data. Front ends add what to do about them.
 
 use std::fmt;
 use std::io;
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use tokio_rustls::rustls;
 
-/// Why a certificate, a key or a list cannot be made, read or used.
+/// Reason why a certificate, key or list cannot be made, read or used.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum CertificateError {
@@ -15,33 +15,33 @@ pub enum CertificateError {
     Read(PathBuf, io::Error),
     /// A file cannot be written, or a folder not be made.
     Write(PathBuf, io::Error),
-    /// A file does not hold what it should; what that is.
+    /// A file has the wrong content. Names the expected one.
     Content(PathBuf, &'static str),
-    /// The folder holds a site already.
+    /// The folder already holds a site.
     Exists(PathBuf),
-    /// The folder holds an authority with machines, and lacks a file that it needs.
+    /// The folder holds an authority with machines, but lacks a necessary file.
     Incomplete(PathBuf, &'static str),
-    /// No site or machine can have this name.
+    /// Invalid name of a site or machine.
     Name(String),
     /// Another machine has this name.
     Taken(String),
-    /// The machine of this name was revoked; the name is never given again.
+    /// The machine of this name was revoked. Its name is never used again.
     Revoked(String),
     /// The authority knows no machine of this name.
     Unknown(String),
     /// The authority's own machine cannot be revoked.
     Own(String),
-    /// A request for a certificate is damaged, or not signed by its key.
+    /// The certificate request is damaged, or not signed by its own key.
     Request,
-    /// Bytes are no list of revoked certificates, or the authority did not sign them.
+    /// The bytes are not a list of revoked certificates signed by the authority.
     List,
-    /// The certificate was not signed by the site's authority.
+    /// The certificate was not signed by the authority of the site.
     Foreign,
-    /// The system has no random numbers.
+    /// The operating system provides no random numbers.
     Random,
     /// A certificate cannot be made.
     Make(rcgen::Error),
-    /// TLS cannot use certificate and key.
+    /// TLS cannot use the certificate with this key.
     Tls(rustls::Error),
 }
 
@@ -97,23 +97,23 @@ impl From<rustls::Error> for CertificateError {
     }
 }
 
-/// Why an invitation refused a machine.
+/// Reason why an invitation refused a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Refusal {
     /// The secret of the code is wrong.
     Secret,
-    /// The code is no longer good: used up, expired, or tried wrongly too often.
+    /// The code is no longer valid: used up, expired, or too many wrong attempts.
     Over,
-    /// No machine can have this name.
+    /// Invalid machine name.
     Name,
     /// Another machine has the name.
     Taken,
     /// The machine of this name was revoked.
     Revoked,
-    /// The request is damaged.
+    /// The certificate request is damaged.
     Request,
-    /// The authority could not do it; it has told its user why.
+    /// The authority failed. Its own user sees the reason.
     Failed,
 }
 
@@ -131,25 +131,25 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// Why a machine could not join.
+/// Reason why a machine could not join.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum JoinError {
-    /// The address cannot be reached, or the connection broke.
+    /// The address is unreachable, or the connection broke.
     Connection(String, io::Error),
-    /// The address does not answer in time.
+    /// No answer from the address in time.
     Silent(String),
-    /// What answers there is not the authority that made the code. Nothing secret was sent.
+    /// The peer is not the authority that made the code. No secret was sent to it.
     Stranger(String),
-    /// The answer is no answer of an authority.
+    /// The peer's reply is malformed.
     Answer,
-    /// The authority refused.
+    /// The authority refused the machine.
     Refused(Refusal),
-    /// The folder is of another site with the same name, or of the authority itself.
+    /// The folder belongs to another site with the same name, or to the authority itself.
     Other(PathBuf),
-    /// This machine has another name on the site already, given here with the site's folder.
+    /// This machine is already on the site under another name. Gives that name and the folder.
     Named(String, PathBuf),
-    /// Files or certificates.
+    /// Error about files or certificates.
     Certificate(CertificateError),
 }
 

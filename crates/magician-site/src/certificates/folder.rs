@@ -1,4 +1,4 @@
-//! The folder of a site on one machine.
+//! Files of a site on one machine.
 
 use std::fs::{self, File};
 use std::io;
@@ -10,69 +10,74 @@ use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use super::CertificateError;
 use super::list::RevocationList;
 
-/// The folder of a site: `ca.pem` (the authority's certificate), `own.pem` and `own.key` (this
-/// machine's), `revoked.pem` once a certificate was revoked. The authority's machine has `ca.key` and
-/// `members.json` as well. `own.pem` is written last: without it the folder is unfinished. `lock` is
-/// held by the process that changes the folder.
+/// Folder of a site.
+///
+/// * `ca.pem`: certificate of the authority
+/// * `own.pem`, `own.key`: certificate and private key of this machine
+/// * `revoked.pem`: list of revoked certificates, once there is one
+/// * `ca.key`, `members.json`: on the authority's machine only
+/// * `lock`: held by the process that changes the folder
+///
+/// `own.pem` is written last, so a folder without it is unfinished.
 #[derive(Clone, Debug)]
 pub struct SiteFolder(PathBuf);
 
-/// Keeps other processes from changing a folder.
+/// Lock of a folder: no other process changes it meanwhile.
 #[derive(Debug)]
 pub(super) struct Locked {
     _file: File,
 }
 
 impl SiteFolder {
-    /// Names the folder; nothing is read.
+    /// Returns the folder with this path. Reads nothing.
     #[must_use]
     pub fn at(path: &Path) -> Self {
         Self(path.to_owned())
     }
 
-    /// Its path.
+    /// Path of the folder.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0
     }
 
-    /// The authority's certificate.
+    /// Path of the authority's certificate.
     #[must_use]
     pub fn authority(&self) -> PathBuf {
         self.0.join("ca.pem")
     }
 
-    /// The authority's private key.
+    /// Path of the authority's private key.
     #[must_use]
     pub fn authority_key(&self) -> PathBuf {
         self.0.join("ca.key")
     }
 
-    /// This machine's certificate.
+    /// Path of this machine's certificate.
     #[must_use]
     pub fn certificate(&self) -> PathBuf {
         self.0.join("own.pem")
     }
 
-    /// This machine's private key.
+    /// Path of this machine's private key.
     #[must_use]
     pub fn key(&self) -> PathBuf {
         self.0.join("own.key")
     }
 
-    /// The list of revoked certificates.
+    /// Path of the list of revoked certificates.
     #[must_use]
     pub fn revoked(&self) -> PathBuf {
         self.0.join("revoked.pem")
     }
 
-    /// What the authority has signed.
+    /// Path of the authority's record of machines and certificates.
     #[must_use]
     pub fn members(&self) -> PathBuf {
         self.0.join("members.json")
     }
 
-    /// Makes the folder, for its owner alone, and waits until no other process changes it.
+    /// Creates the folder, accessible to its owner alone, and locks it. Waits for other processes.
     pub(super) fn lock(&self) -> Result<Locked, CertificateError> {
         let unwritable = |error| CertificateError::Write(self.0.clone(), error);
         make_private(&self.0).map_err(unwritable)?;
@@ -80,13 +85,14 @@ impl SiteFolder {
         let options = options.create(true).truncate(false).write(true);
         let file = options.open(self.0.join("lock")).map_err(unwritable)?;
         match file.lock() {
-            // Some network file systems have no locks; one process at a time is the usual case.
+            // Some network file systems have no locks. Go on without one: usually only one process
+            // changes the folder.
             Err(error) if error.kind() != io::ErrorKind::Unsupported => Err(unwritable(error)),
             _ => Ok(Locked { _file: file }),
         }
     }
 
-    /// The current list of revoked certificates, if there is one.
+    /// Reads the list of revoked certificates. `None` if there is no such file.
     pub(super) fn list(
         &self,
         authority: &[u8],
@@ -108,7 +114,7 @@ impl SiteFolder {
         }
     }
 
-    /// Keeps a list if it is newer than the one that is there, and returns the newer of both.
+    /// Stores a list if it is newer than the stored one. Returns the newer of both.
     pub(super) fn keep_list(
         &self,
         list: RevocationList,
@@ -125,13 +131,13 @@ impl SiteFolder {
     }
 }
 
-/// True if there is a file.
+/// True if the file exists.
 pub(super) fn is_there(path: &Path) -> Result<bool, CertificateError> {
     path.try_exists()
         .map_err(|error| CertificateError::Read(path.to_owned(), error))
 }
 
-/// Reads the first item of this kind of a PEM file.
+/// Reads the first PEM item of this kind.
 pub(super) fn read_pem<T: PemObject>(
     path: &Path,
     what: &'static str,
@@ -142,7 +148,7 @@ pub(super) fn read_pem<T: PemObject>(
     })
 }
 
-/// Writes a file whole, for its owner alone.
+/// Writes a file atomically, accessible to its owner alone.
 pub(super) fn write(path: &Path, text: &str) -> Result<(), CertificateError> {
     replace_private(path, text).map_err(|error| CertificateError::Write(path.to_owned(), error))
 }

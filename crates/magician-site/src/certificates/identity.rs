@@ -1,4 +1,4 @@
-//! What a machine has of a site.
+//! The identity of a machine on a site: certificate, key, trusted authority and revocation list.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -14,11 +14,12 @@ use super::list::RevocationList;
 use super::x509::{self, Details};
 use super::{CertificateError, SiteFolder, tls};
 
-/// This machine's certificate and key on a site, the authority that it trusts, and the list of revoked
-/// certificates. Clones share the list.
+/// Certificate and key of this machine on a site, the authority that it trusts, and the list of
+/// revoked certificates. Clones share the list.
 ///
-/// The list in the folder is looked at whenever the list matters, so what another process of this
-/// machine wrote counts too. Certificate and key are those of [`open`](Self::open).
+/// The list is read again from the folder whenever it matters, so that a list written by another
+/// process of this machine takes effect. Certificate and key are read once, by
+/// [`open`](Self::open).
 #[derive(Clone)]
 pub struct Identity(Arc<Inner>);
 
@@ -42,11 +43,11 @@ impl fmt::Debug for Identity {
 }
 
 impl Identity {
-    /// Opens the folder of a site. `None` where there is no `own.pem`.
+    /// Opens the folder of a site. Returns `None` if it has no `own.pem`.
     ///
     /// # Errors
-    /// A file that is missing, unreadable or damaged, a key that is not that of the certificate, and a
-    /// certificate that the authority did not sign. An expired or revoked certificate is no error.
+    /// A file is missing, unreadable or damaged, the key does not match the certificate, or the
+    /// authority did not sign the certificate. An expired or revoked certificate is no error.
     pub fn open(folder: &Path) -> Result<Option<Self>, CertificateError> {
         let folder = SiteFolder::at(folder);
         if !is_there(&folder.certificate())? {
@@ -58,7 +59,7 @@ impl Identity {
         Self::of(folder, authority, certificate, key).map(Some)
     }
 
-    /// Checks that the parts belong together.
+    /// Checks that the parts belong together, and combines them.
     pub(super) fn of(
         folder: SiteFolder,
         authority: CertificateDer<'static>,
@@ -76,7 +77,7 @@ impl Identity {
         if !x509::is_signed(&certificate, &authority) {
             return Err(CertificateError::Foreign);
         }
-        // Fails unless the key is that of the certificate.
+        // Fails unless the key matches the certificate.
         let chain = vec![certificate.clone()];
         CertifiedKey::from_der(chain, key.clone_key(), &ring::default_provider())?;
         let list = folder.list(&authority)?;
@@ -91,43 +92,46 @@ impl Identity {
         })))
     }
 
-    /// The site's name.
+    /// Name of the site.
     #[must_use]
     pub fn site(&self) -> &str {
         &self.0.site
     }
 
-    /// This machine's name on the site, the only name in its certificate.
+    /// Name of this machine on the site, the only name in its certificate.
     #[must_use]
     pub fn machine(&self) -> &str {
         &self.0.details.name
     }
 
-    /// The file of the authority's certificate.
+    /// Path of the authority's certificate.
     #[must_use]
     pub fn authority_file(&self) -> PathBuf {
         self.0.folder.authority()
     }
 
-    /// The file of this machine's certificate.
+    /// Path of this machine's certificate.
     #[must_use]
     pub fn certificate_file(&self) -> PathBuf {
         self.0.folder.certificate()
     }
 
-    /// The file of this machine's private key.
+    /// Path of this machine's private key.
     #[must_use]
     pub fn key_file(&self) -> PathBuf {
         self.0.folder.key()
     }
 
-    /// The authority's certificate, DER.
+    /// Certificate of the authority, DER.
     pub(super) fn authority(&self) -> &CertificateDer<'static> {
         &self.0.authority
     }
 
-    /// TLS 1.3 for a listener: it requires a certificate of the authority that is not revoked. Sessions
-    /// are not resumed, so each connection is checked by the list of the time this was called.
+    /// TLS 1.3 configuration for a listener. Clients need a certificate of the authority that is
+    /// not revoked.
+    ///
+    /// It uses the revocation list as of this call. Sessions are not resumed, so that every
+    /// connection is checked.
     ///
     /// # Errors
     /// [`CertificateError::Tls`] if TLS cannot use the certificate.
@@ -137,18 +141,20 @@ impl Identity {
         Ok(Arc::new(tls::server(&self.0.authority, own, list)?))
     }
 
-    /// TLS 1.3 for connections to machines of the site: it shows this machine's certificate and trusts
-    /// the authority alone, and no revoked server. The server name of a connection is the machine's.
+    /// TLS 1.3 configuration for connections to machines of the site.
+    ///
+    /// It shows this machine's certificate, and trusts only servers that the authority signed and
+    /// did not revoke. The server name of a connection is the name of the machine.
     ///
     /// # Errors
-    /// As [`server`](Self::server).
+    /// Those of [`server`](Self::server).
     pub fn client(&self) -> Result<Arc<ClientConfig>, CertificateError> {
         let list = self.list().as_ref().map(RevocationList::to_der);
         let own = (self.0.certificate.clone(), self.0.key.clone_key());
         Ok(Arc::new(tls::client(&self.0.authority, own, list)?))
     }
 
-    /// The list of revoked certificates, DER, signed by the authority. Empty if there is none.
+    /// List of revoked certificates, DER, signed by the authority. Empty if no list exists.
     #[must_use]
     pub fn revoked(&self) -> Vec<u8> {
         let list = self.list();
@@ -156,26 +162,28 @@ impl Identity {
             .map_or_else(Vec::new, |list| list.der().to_vec())
     }
 
-    /// Takes a list from anywhere. A list that the authority signed and that is newer is kept on disk,
-    /// and holds for what [`server`](Self::server) and [`client`](Self::client) make from now on. True
-    /// if the list was newer than the one before.
+    /// Learns a list from any source. Returns true if it was newer than the known one.
+    ///
+    /// A newer list signed by the authority is stored on disk, and applies to configurations that
+    /// [`server`](Self::server) and [`client`](Self::client) create from now on.
     ///
     /// # Errors
-    /// [`CertificateError::List`] if these bytes are no list of the authority; else what is wrong with
-    /// the folder, after which the list holds in this process all the same.
+    /// [`CertificateError::List`] if the bytes are not a list signed by the authority. Errors of
+    /// the folder: then the list applies to this process, but is not stored.
     pub fn learn(&self, list: &[u8]) -> Result<bool, CertificateError> {
         let list = RevocationList::read(list, &self.0.authority).ok_or(CertificateError::List)?;
         let mut kept = self.list();
         if kept.as_ref().is_some_and(|kept| kept.number >= list.number) {
             return Ok(false);
         }
+        // Before it is stored: the list applies even if the folder is not writable.
         *kept = Some(list.clone());
         let locked = self.0.folder.lock()?;
         self.0.folder.keep_list(list, &self.0.authority, &locked)?;
         Ok(true)
     }
 
-    /// True if this machine's own certificate is revoked.
+    /// True if the certificate of this machine is revoked.
     #[must_use]
     pub fn is_revoked(&self) -> bool {
         let list = self.list();
@@ -183,13 +191,13 @@ impl Identity {
             .is_some_and(|list| list.has(&self.0.details.serial))
     }
 
-    /// Begin of the validity of this machine's certificate, Unix seconds.
+    /// Start of validity of this machine's certificate, Unix seconds.
     #[must_use]
     pub fn begins(&self) -> i64 {
         self.0.details.begins
     }
 
-    /// End of the validity of this machine's certificate, Unix seconds.
+    /// End of validity of this machine's certificate, Unix seconds.
     #[must_use]
     pub fn ends(&self) -> i64 {
         self.0.details.ends
@@ -201,7 +209,8 @@ impl Identity {
         x509::fingerprint(&self.0.authority)
     }
 
-    /// The list, after a look at the folder. What cannot be read there leaves the list as it was.
+    /// Returns the newest list, after a look at the folder. If that cannot be read, the known list
+    /// stays.
     fn list(&self) -> MutexGuard<'_, Option<RevocationList>> {
         let written = self.0.folder.list(&self.0.authority);
         let mut list = self.0.list.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,9 @@
 //! An invitation: the authority's side of joining.
+//!
+//! The authority listens for joining machines until enough have joined, time is up, or the secret
+//! was guessed wrongly too often. The listener is open to the network, so everything is bounded:
+//! silent connections, all connections, time per connection, wrong attempts, and certificates per
+//! machine.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::convert::Infallible;
@@ -17,22 +22,25 @@ use super::code::new_secret;
 use super::wire::{self, Answer, LARGEST_REQUEST, Request};
 use super::{Authority, CertificateError, JoinCode, Refusal};
 
-/// Time for one machine: handshake, request and answer. A network of a school takes much less.
+/// Timeout for one machine: handshake, request and reply. Much longer than a school network needs.
 const EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
-/// Connections without a request at once. The oldest gives way to one that comes, so that silent ones
-/// keep no machine out: it has as long as so many others need to come.
+/// Most connections that have not sent a request. A new one evicts the oldest, so that silent
+/// connections cannot keep a machine out: a machine has the time in which this number of others
+/// connect.
 const MOST_SILENT: usize = 64;
-/// Connections at once, with those that are answered; more wait to be accepted.
+/// Most connections, including connections whose request is being answered. Further ones wait in
+/// the backlog of the listener.
 const MOST_CONNECTIONS: usize = 2 * MOST_SILENT;
-/// Pause after a connection that cannot be accepted: the system may lack descriptors.
+/// Pause after a failed accept: the system may have run out of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
-/// Wrong secrets until the code is void. A joining machine sends no mistyped one, so each is a guess.
+/// Wrong secrets after which the code is void. A joining machine never sends a mistyped secret, so
+/// each wrong one is a guess.
 const WRONG_TRIES: u32 = 3;
-/// Certificates for one machine, at most: it asks again if an answer was lost. Each is in the list once
-/// the machine is revoked, and a list has an end.
+/// Most certificates for one machine. It asks again if a reply was lost. All of them go on the list
+/// once the machine is revoked, and the size of that list is bounded.
 const CERTIFICATES: u32 = 8;
 
-/// An invitation to join a site: one secret, good for some machines.
+/// Invitation to join a site: one secret, valid for a number of machines.
 #[derive(Debug)]
 pub struct Invitation {
     authority: Authority,
@@ -43,54 +51,54 @@ pub struct Invitation {
 
 #[derive(Debug, Default)]
 struct State {
-    /// The machines that joined, with the number of certificates of each.
+    /// Machines that joined, with the number of certificates of each.
     joined: BTreeMap<String, u32>,
     wrong: u32,
-    /// Requests that were decided and whose event was not told yet.
+    /// Decided requests whose event was not reported yet.
     untold: usize,
 }
 
-/// What happens at an invitation.
+/// Event at an invitation.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum InvitationEvent {
     /// A machine joined, or renewed its certificate.
     Joined {
-        /// Its name.
+        /// Name of the machine.
         name: String,
-        /// End of the validity of its certificate, Unix seconds.
+        /// End of validity of its certificate, Unix seconds.
         ends: i64,
         /// True if it had a certificate before.
         is_renewal: bool,
     },
     /// A machine was refused.
     Refused {
-        /// The name that it wanted: any text at all.
+        /// Requested name. Untrusted: any text.
         name: String,
-        /// What it was told.
+        /// Reason given to the machine.
         refusal: Refusal,
-        /// Why the authority failed, for [`Refusal::Failed`].
+        /// Cause of [`Refusal::Failed`], otherwise `None`.
         error: Option<CertificateError>,
     },
 }
 
-/// How an invitation ended.
+/// Reason why an invitation ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InvitationEnd {
-    /// As many machines have joined as were invited.
+    /// All invited machines have joined.
     Full,
-    /// The time is over.
+    /// Time is up.
     Expired,
-    /// The secret was guessed wrongly too often.
+    /// Too many wrong secrets.
     Void,
 }
 
 impl Invitation {
-    /// Invites this many machines.
+    /// Creates an invitation for this number of machines.
     ///
     /// # Errors
-    /// [`CertificateError::Random`].
+    /// [`CertificateError::Random`] if the system provides no random numbers.
     pub fn new(authority: Authority, machines: usize) -> Result<Self, CertificateError> {
         Ok(Self {
             authority,
@@ -100,13 +108,13 @@ impl Invitation {
         })
     }
 
-    /// The code for machines that reach this one by `HOST:PORT`.
+    /// Code for machines that reach this one at `address`, `HOST:PORT`.
     #[must_use]
     pub fn code(&self, address: &str) -> JoinCode {
         JoinCode::new(address, &self.secret, self.authority.certificate())
     }
 
-    /// The authority.
+    /// The inviting authority.
     #[must_use]
     pub fn authority(&self) -> &Authority {
         &self.authority
@@ -118,8 +126,8 @@ impl Invitation {
         self.state().joined.len()
     }
 
-    /// Answers machines until enough have joined, or the code is no longer good. May be dropped at any
-    /// time; the code is not good after it.
+    /// Serves machines until enough have joined, `until` has passed, or the code is void. Dropping
+    /// the future ends the invitation; its code is then no longer valid.
     ///
     /// # Errors
     /// [`CertificateError::Tls`] if TLS cannot use the authority's certificate.
@@ -140,7 +148,7 @@ impl Invitation {
         };
         while self.end().is_none() {
             tokio::select! {
-                // Joins before the end of the time.
+                // Polled in this order: report finished joins before the deadline ends the loop.
                 biased;
                 Some(event) = exchanges.join_next() => tell(event),
                 () = sleep_until(until) => break,
@@ -149,6 +157,8 @@ impl Invitation {
                         sleep(ACCEPT_PAUSE).await;
                         continue;
                     };
+                    // A closed sender belongs to a connection whose request has arrived, or that
+                    // has ended.
                     silent.retain(|stay: &oneshot::Sender<Infallible>| !stay.is_closed());
                     if silent.len() >= MOST_SILENT {
                         silent.pop_front();
@@ -164,7 +174,8 @@ impl Invitation {
             }
         }
         drop(listener);
-        // Machines that got a certificate get it whole, each within the time of an exchange.
+        // Machines whose certificate was signed still get their reply; each has its exchange
+        // timeout.
         while self.state().untold > 0
             && let Some(event) = exchanges.join_next().await
         {
@@ -184,8 +195,8 @@ impl Invitation {
         }
     }
 
-    /// Answers one connection, which may have to give way until its request is there. `None` if it was
-    /// no joining machine, or did not wait for its answer.
+    /// Serves one connection. Until its request has arrived, `gives_way` can end it. Returns `None`
+    /// if no request arrived in time.
     pub(super) async fn answer(
         &self,
         acceptor: &TlsAcceptor,
@@ -209,7 +220,7 @@ impl Invitation {
             wire::write(&mut stream, &answer).await?;
             stream.shutdown().await
         };
-        // What was decided counts, whether the machine heard it or not.
+        // The decision is recorded, so it is reported even if the machine did not get the reply.
         let _ = timeout(EXCHANGE_TIMEOUT, exchange).await;
         event
     }
@@ -267,7 +278,8 @@ impl Invitation {
     }
 }
 
-/// Compares secrets in a time that depends on their lengths alone.
+/// Compares secrets in constant time, apart from their lengths: timing must not reveal how much of
+/// a guess is right.
 fn is_same(one: &str, other: &str) -> bool {
     let differences = one.bytes().zip(other.bytes()).map(|(a, b)| a ^ b);
     let difference = differences.fold(0, |sum, bits| std::hint::black_box(sum | bits));

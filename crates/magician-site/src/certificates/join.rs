@@ -1,4 +1,8 @@
-//! Joining: the new machine's side.
+//! Joining a site: the new machine's side.
+//!
+//! The machine connects to the address of the code, checks by the fingerprint that the peer is the
+//! authority, and only then sends the secret and a certificate request. The private key is stored
+//! before the request is sent, so that a repeated attempt continues with the same key and name.
 
 use std::io;
 use std::path::Path;
@@ -20,25 +24,28 @@ use super::list::RevocationList;
 use super::wire::{self, Answer, LARGEST_ANSWER, Request};
 use super::{CertificateError, Identity, JoinCode, JoinError, SiteFolder, tls, x509};
 
-/// Time for all of it. The invitation gives up earlier.
+/// Timeout of the whole exchange. Longer than the invitation's own, so that its reply is not
+/// missed.
 const JOIN_TIMEOUT: Duration = Duration::from_secs(15);
 
-/// A machine that joined.
+/// Result of joining.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Joined {
-    /// What it has of the site.
+    /// Identity of this machine on the site.
     pub identity: Identity,
     /// True if it had a certificate before.
     pub is_renewal: bool,
 }
 
-/// Joins the site of a code, or renews this machine's certificate there. Files go to the folder of the
-/// site's name in `folders`. The machine gets the name that it has on the site already, else `name`,
-/// else `usual`. After an interruption the same call goes on with the same key.
+/// Joins the site of a code, or renews this machine's certificate there.
+///
+/// Files go to the folder of the site's name in `folders`. The machine keeps the name that it has
+/// on the site, otherwise it gets `name`, otherwise `usual`. After an interruption the same call
+/// continues with the same key.
 ///
 /// # Errors
-/// [`JoinError`]. Nothing secret is sent unless the other side is the authority of the code.
+/// [`JoinError`]. No secret is sent unless the peer is the authority that made the code.
 pub async fn join(
     code: &JoinCode,
     folders: &Path,
@@ -57,7 +64,7 @@ pub async fn join(
     }
 }
 
-/// Joins over a connection that is there.
+/// Joins over an open connection.
 pub(super) async fn join_over(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     code: &JoinCode,
@@ -73,7 +80,7 @@ pub(super) async fn join_over(
         _ => JoinError::Connection(code.address().to_owned(), error),
     };
     let config = tls::joining(code.clone()).map_err(CertificateError::Tls)?;
-    // Not sent, and not compared: the code names the certificate.
+    // Required by rustls, but neither sent nor compared: the code identifies the certificate.
     let anybody = ServerName::try_from("magician").map_err(|_| JoinError::Answer)?;
     let connector = TlsConnector::from(Arc::new(config));
     let mut stream = connector.connect(anybody, stream).await.map_err(failed)?;
@@ -100,7 +107,7 @@ pub(super) async fn join_over(
     }
 }
 
-/// The place of this machine on a site: its folder, key and name.
+/// Place of this machine on a site: folder, key and name.
 struct Seat {
     folder: SiteFolder,
     key: KeyPair,
@@ -109,7 +116,7 @@ struct Seat {
 }
 
 impl Seat {
-    /// Finds what the machine has of the site, or makes a key.
+    /// Finds the identity and key of this machine on the site, or generates a key.
     fn of(
         folder: &Path,
         authority: &CertificateDer<'_>,
@@ -128,7 +135,8 @@ impl Seat {
                 return Err(JoinError::Named(own.machine().to_owned(), folder));
             }
         } else if is_there(&folder.authority_key())? {
-            // An authority that was not finished, or lost a file.
+            // This machine was to be the authority of a site of that name; it is unfinished or has
+            // lost a file.
             return Err(other());
         }
         let _locked = folder.lock()?;
@@ -139,8 +147,8 @@ impl Seat {
                 .map_err(|_| CertificateError::Content(folder.key(), "private key of P-256"))?
         } else {
             let key = KeyPair::generate().map_err(CertificateError::Make)?;
-            // Kept before it is sent: if the answer is lost, the next try has the same key, and so the
-            // name is not taken.
+            // Stored before the request is sent: if the reply is lost, the next attempt has the
+            // same key, so that its name does not count as taken.
             write(&folder.key(), &key.serialize_pem())?;
             key
         };
@@ -153,13 +161,13 @@ impl Seat {
         })
     }
 
-    /// The request for a certificate.
+    /// Creates the certificate request, PEM.
     fn request(&self) -> Result<String, CertificateError> {
         let request = rcgen::CertificateParams::default().serialize_request(&self.key)?;
         Ok(request.pem()?)
     }
 
-    /// Checks and keeps the answer.
+    /// Checks the reply and stores it.
     fn take(
         self,
         authority: CertificateDer<'static>,

@@ -1,4 +1,4 @@
-//! The list of revoked certificates (CRL) of a site.
+//! List of revoked certificates (CRL) of a site.
 
 use std::collections::BTreeSet;
 
@@ -7,21 +7,23 @@ use x509_parser::prelude::{CertificateRevocationList, FromDer, X509Certificate};
 
 use super::tls;
 
-/// Largest list that is read, bytes: some thousand certificates. Larger ones are no list.
+/// Largest list, bytes: several thousand certificates. Bounds what a stranger can make a machine
+/// parse.
 const LARGEST: usize = 256 * 1024;
 
-/// A list that the authority signed.
+/// List of revoked certificates signed by the authority.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct RevocationList {
     der: Vec<u8>,
-    /// Counts the lists of an authority: a higher number is newer.
+    /// CRL number. A higher one is newer.
     pub(super) number: u64,
     pub(super) serials: BTreeSet<Vec<u8>>,
 }
 
 impl RevocationList {
-    /// Reads a list. `None` if it is none, or not signed by the authority, or of a form that TLS would
-    /// not take: not all of it is signed, so anybody can make that of a good one.
+    /// Parses a list. Returns `None` if it is malformed, not signed by the authority, or rejected
+    /// by the TLS library. The last check matters because the signature does not cover the whole
+    /// structure: anyone could change a good list so that TLS rejects it.
     pub(super) fn read(der: &[u8], authority: &[u8]) -> Option<Self> {
         if der.len() > LARGEST {
             return None;
@@ -50,7 +52,7 @@ impl RevocationList {
         &self.der
     }
 
-    /// As TLS takes it.
+    /// List in the type of the TLS library.
     pub(super) fn to_der(&self) -> CertificateRevocationListDer<'static> {
         self.der.clone().into()
     }

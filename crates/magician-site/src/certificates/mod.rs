@@ -1,9 +1,13 @@
-//! Certificates of a site: one authority, one certificate for each machine, a list of the revoked.
+//! Certificates of a site: one authority, one certificate per machine, and a list of revoked ones.
 //!
-//! The machine that made a site has its [`Authority`]. Each machine of the site, that one included, has
-//! an [`Identity`]: a certificate whose only name is the machine's, and the private key, which never
-//! leaves the machine. A machine joins by a [`JoinCode`], which a person carries from an [`Invitation`]
-//! at the authority to [`join`]. Files of a site are in one folder, see [`SiteFolder`].
+//! The machine that created the site has its [`Authority`]. Every machine of the site, that one
+//! included, has an [`Identity`]: a certificate whose only name is the machine's, and a private key
+//! that never leaves the machine. To join, a person carries a [`JoinCode`] from an [`Invitation`]
+//! at the authority to the new machine, where [`join`] uses it. The code contains a secret, which
+//! lets the machine in, and a fingerprint, by which the machine recognises the authority.
+//!
+//! A revoked machine stays revoked: its name and key get no certificate again. All files of a site
+//! are in one folder, see [`SiteFolder`].
 
 mod authority;
 mod code;
@@ -28,8 +32,8 @@ pub use invite::{Invitation, InvitationEnd, InvitationEvent};
 pub use join::{Joined, join};
 pub use x509::{day_of, machine_of};
 
-/// True if a machine can have this name in its certificate: a [name](crate::keys::is_name) that is a
-/// host name too, so it does not end with `-` and is no number.
+/// True if the text is a valid machine name: a [name](crate::keys::is_name) that is also a host
+/// name, so it does not end with `-` and is not a number.
 #[must_use]
 pub fn is_machine_name(text: &str) -> bool {
     let is_host = tokio_rustls::rustls::pki_types::DnsName::try_from(text).is_ok();

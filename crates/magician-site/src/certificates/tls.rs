@@ -1,4 +1,5 @@
-//! TLS 1.3 between machines of a site, and with the authority.
+//! TLS 1.3 configurations: between machines of a site, and between a joining machine and the
+//! authority.
 
 use std::sync::Arc;
 
@@ -19,9 +20,9 @@ use tokio_rustls::rustls::{
 
 use super::JoinCode;
 
-/// What machines talk within TLS.
+/// ALPN protocol between machines of a site.
 const HTTP: &[u8] = b"http/1.1";
-/// What a joining machine and an invitation talk within TLS.
+/// ALPN protocol between a joining machine and an invitation.
 const JOINING: &[u8] = b"magician-join/1";
 
 type Pair = (CertificateDer<'static>, PrivateKeyDer<'static>);
@@ -36,12 +37,14 @@ fn only(authority: &CertificateDer<'_>) -> Result<Arc<RootCertStore>, Error> {
     Ok(Arc::new(roots))
 }
 
-/// What a verifier is built of has been read before, so it is of the right form.
+/// Converts an error of building a verifier. Its inputs were parsed before, so this is not
+/// expected.
 fn unusable(error: impl std::error::Error) -> Error {
     Error::General(error.to_string())
 }
 
-/// Trusts servers that the authority has signed and not revoked. Fails if the list is damaged.
+/// Creates a verifier that trusts servers signed by the authority and not revoked. Fails if the
+/// list is damaged.
 pub(super) fn server_verifier(
     authority: &CertificateDer<'_>,
     list: Option<CertificateRevocationListDer<'static>>,
@@ -52,7 +55,7 @@ pub(super) fn server_verifier(
         .map_err(unusable)
 }
 
-/// A listener for machines of the site.
+/// Configuration of a listener for machines of the site.
 pub(super) fn server(
     authority: &CertificateDer<'_>,
     (certificate, key): Pair,
@@ -71,7 +74,7 @@ pub(super) fn server(
     Ok(config)
 }
 
-/// Connections to machines of the site.
+/// Configuration of connections to machines of the site.
 pub(super) fn client(
     authority: &CertificateDer<'_>,
     (certificate, key): Pair,
@@ -87,7 +90,8 @@ pub(super) fn client(
     Ok(config)
 }
 
-/// An invitation. It shows the authority itself, so that no machine of the site can pose as it.
+/// Configuration of an invitation. It shows the authority's own certificate, so that no machine of
+/// the site can pose as the authority.
 pub(super) fn inviting((authority, key): Pair) -> Result<ServerConfig, Error> {
     let mut config = ServerConfig::builder_with_provider(provider())
         .with_protocol_versions(&[&TLS13])?
@@ -98,7 +102,7 @@ pub(super) fn inviting((authority, key): Pair) -> Result<ServerConfig, Error> {
     Ok(config)
 }
 
-/// A connection to the invitation that a code is of.
+/// Configuration of a joining machine. Trusts only the authority that made the code.
 pub(super) fn joining(code: JoinCode) -> Result<ClientConfig, Error> {
     let mut config = ClientConfig::builder_with_provider(provider())
         .with_protocol_versions(&[&TLS13])?
@@ -106,27 +110,28 @@ pub(super) fn joining(code: JoinCode) -> Result<ClientConfig, Error> {
         .with_custom_certificate_verifier(Arc::new(OfCode(code)))
         .with_no_client_auth();
     config.alpn_protocols = vec![JOINING.to_vec()];
-    // The certificate has no host name.
+    // The certificate contains no host name.
     config.enable_sni = false;
     config.resumption = Resumption::disabled();
     Ok(config)
 }
 
-/// A resumed session shows no certificate: a revoked machine could go on by it.
+/// Disables resumption: a resumed session shows no certificate, so a revoked machine could continue
+/// with it.
 fn without_resumption(config: &mut ServerConfig) {
     config.session_storage = Arc::new(NoServerSessionStorage {});
     config.send_tls13_tickets = 0;
 }
 
-/// True if the other side is not the authority of the code.
+/// True if the peer is not the authority that made the code.
 pub(super) fn is_stranger(error: &std::io::Error) -> bool {
     let inner = error.get_ref().and_then(|error| error.downcast_ref());
     let strange = Error::InvalidCertificate(CertificateError::ApplicationVerificationFailure);
     inner == Some(&strange)
 }
 
-/// Trusts the authority of a code, which proves that it has its key. Validity and names do not matter:
-/// the code names this certificate and no other.
+/// Verifier that trusts the authority of a code, if it proves possession of its key. Validity and
+/// names are not checked: the code identifies this very certificate.
 #[derive(Debug)]
 struct OfCode(JoinCode);
 

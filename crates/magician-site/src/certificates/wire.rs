@@ -1,5 +1,5 @@
-//! What a joining machine and an invitation say to each other: one message each, JSON behind its length
-//! in four bytes, big endian.
+//! Messages between a joining machine and an invitation: one request and one reply, each JSON after
+//! its length in four bytes, big endian.
 
 use std::io;
 
@@ -9,35 +9,35 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 
 use super::Refusal;
 
-/// Largest request, bytes. One of P-256 has about 700.
+/// Largest request, bytes. One with a P-256 key has about 700.
 pub(super) const LARGEST_REQUEST: u32 = 8 * 1024;
-/// Largest answer, bytes: a certificate, and the largest list as PEM.
+/// Largest reply, bytes: a certificate, and the largest list as PEM.
 pub(super) const LARGEST_ANSWER: u32 = 512 * 1024;
 
-/// What the joining machine says, once it knows the authority.
+/// Request of a joining machine, sent once it has recognised the authority.
 #[derive(Deserialize, Serialize)]
 pub(super) struct Request {
     pub(super) secret: String,
-    /// Name that it wants.
+    /// Requested name.
     pub(super) name: String,
-    /// Its public key, signed by its private one (PKCS #10, PEM).
+    /// Certificate request: the public key, signed by the private one (PKCS #10, PEM).
     pub(super) request: String,
 }
 
-/// What the invitation says.
+/// Reply of the invitation.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Answer {
     Joined {
-        /// PEM.
+        /// Certificate, PEM.
         certificate: String,
-        /// List of revoked certificates, PEM; empty without one.
+        /// List of revoked certificates, PEM. Empty if no list exists.
         revoked: String,
     },
     Refused(Refusal),
 }
 
-/// Reads a message.
+/// Reads a message of at most `largest` bytes.
 pub(super) async fn read<T: DeserializeOwned>(
     stream: &mut (impl AsyncRead + Unpin),
     largest: u32,
@@ -46,7 +46,7 @@ pub(super) async fn read<T: DeserializeOwned>(
     if length > largest {
         return Err(io::ErrorKind::InvalidData.into());
     }
-    // The memory grows with what arrives, not with what is announced.
+    // `read_to_end` grows the buffer with what arrives, so a false length allocates nothing.
     let mut bytes = Vec::new();
     stream.take(length.into()).read_to_end(&mut bytes).await?;
     if bytes.len() as u64 != u64::from(length) {
@@ -55,7 +55,7 @@ pub(super) async fn read<T: DeserializeOwned>(
     serde_json::from_slice(&bytes).map_err(|_| io::ErrorKind::InvalidData.into())
 }
 
-/// Writes a message, whole.
+/// Writes a message and flushes it.
 pub(super) async fn write<T: Serialize>(
     stream: &mut (impl AsyncWrite + Unpin),
     message: &T,

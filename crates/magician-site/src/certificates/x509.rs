@@ -1,4 +1,4 @@
-//! Making and reading certificates.
+//! Creation and parsing of certificates.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
@@ -12,43 +12,45 @@ use x509_parser::prelude::{FromDer, GeneralName, X509Certificate};
 use super::{CertificateError, is_machine_name};
 use crate::keys::is_name;
 
-/// Length of a day, seconds.
+/// Seconds of a day.
 const DAY: i64 = 86_400;
-/// Validity of the authority: 20 years. It cannot be renewed without every machine joining again.
+/// Validity of the authority: 20 years. Renewing it would make every machine join again.
 const AUTHORITY_DAYS: i64 = 7305;
-/// Validity of a machine's certificate. Apple's systems refuse longer ones.
+/// Validity of a machine's certificate, days. Apple's systems refuse longer ones.
 const MACHINE_DAYS: i64 = 825;
-/// Validity begins this long before the making: clocks of a classroom differ, by a time zone at worst.
+/// Validity starts this much before creation, seconds: clocks of a classroom differ, in the worst
+/// case by a time zone.
 const CLOCK_MARGIN: i64 = DAY;
 
-/// Now, Unix seconds.
+/// Current Unix time, seconds.
 pub(super) fn now() -> i64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |now| i64::try_from(now.as_secs()).unwrap_or(i64::MAX))
 }
 
-/// A time as rcgen takes it.
+/// Converts Unix seconds to the time type of rcgen. A macro, because a function would have to name
+/// that type, and its crate is not a dependency.
 macro_rules! time {
     ($unix:expr) => {
         rcgen::date_time_ymd(1970, 1, 1) + Duration::from_secs(u64::try_from($unix).unwrap_or(0))
     };
 }
 
-/// A serial number of 126 random bits: it never comes again.
+/// Generates a serial number of 126 random bits, so that none occurs twice.
 fn serial() -> Result<[u8; 16], CertificateError> {
     let mut serial = [0; 16];
     getrandom::fill(&mut serial).map_err(|_| CertificateError::Random)?;
-    // Positive and of full length, so that its DER is these bytes.
+    // Positive and of full length, so that its DER encoding is exactly these bytes.
     serial[0] = serial[0] & 0x7f | 0x40;
     Ok(serial)
 }
 
-/// Parameters of the authority of a site.
+/// Parameters for the certificate of an authority.
 pub(super) fn authority(site: &str) -> Result<CertificateParams, CertificateError> {
     let now = now();
     let mut params = CertificateParams::default();
     params.distinguished_name = DistinguishedName::new();
-    // Apart from the names of machines, so that no machine has the name of its issuer.
+    // An organization, which machines do not have: no subject can equal that of its issuer.
     let name = &mut params.distinguished_name;
     name.push(DnType::OrganizationName, "magician site");
     name.push(DnType::CommonName, site);
@@ -59,13 +61,13 @@ pub(super) fn authority(site: &str) -> Result<CertificateParams, CertificateErro
     params.key_usages = vec![
         KeyUsagePurpose::KeyCertSign,
         KeyUsagePurpose::CrlSign,
-        // It shows itself to machines that join.
+        // The authority uses its own certificate in TLS when machines join.
         KeyUsagePurpose::DigitalSignature,
     ];
     Ok(params)
 }
 
-/// Parameters of a machine's certificate, which ends no later than its authority.
+/// Parameters for the certificate of a machine. It ends no later than its authority.
 pub(super) fn machine(
     name: &str,
     authority_ends: i64,
@@ -87,7 +89,8 @@ pub(super) fn machine(
     Ok(params)
 }
 
-/// Parameters of a list of revoked certificates: serial numbers, each with the time it was revoked.
+/// Parameters for a list of revoked certificates: serial numbers, each with its time of revocation
+/// in Unix seconds.
 pub(super) fn list(
     number: u64,
     revoked: &[(Vec<u8>, i64)],
@@ -101,7 +104,7 @@ pub(super) fn list(
     };
     rcgen::CertificateRevocationListParams {
         this_update: time!(now),
-        // The field is required. A list holds until there is a newer one, so no machine looks at it.
+        // The field is required. Machines ignore it: a list is valid until there is a newer one.
         next_update: time!(now + AUTHORITY_DAYS * DAY),
         crl_number: SerialNumber::from(number),
         issuing_distribution_point: None,
@@ -110,18 +113,19 @@ pub(super) fn list(
     }
 }
 
-/// What a machine's certificate says.
+/// Contents of a machine's certificate.
 #[derive(Clone, Debug)]
 pub(super) struct Details {
     pub(super) name: String,
     pub(super) serial: Vec<u8>,
     pub(super) begins: i64,
     pub(super) ends: i64,
-    /// SHA-256 of the public key, in hexadecimal digits.
+    /// SHA-256 of the public key, hexadecimal.
     pub(super) key: String,
 }
 
-/// Reads a machine's certificate. `None` if it is none: no certificate, or not with one machine's name.
+/// Parses the certificate of a machine. Returns `None` if it is malformed or does not have exactly
+/// one machine name.
 pub(super) fn read_machine(certificate: &[u8]) -> Option<Details> {
     let (rest, parsed) = X509Certificate::from_der(certificate).ok()?;
     let mut common = parsed.subject().iter_common_name();
@@ -142,14 +146,15 @@ pub(super) fn read_machine(certificate: &[u8]) -> Option<Details> {
     })
 }
 
-/// The machine's name in a certificate. `None` if it is not of a form that this software makes. The
-/// signature is not checked: TLS does that.
+/// Returns the machine name in a certificate, or `None` if this software would not create such a
+/// certificate. Does not check the signature; TLS does.
 #[must_use]
 pub fn machine_of(certificate: &[u8]) -> Option<String> {
     read_machine(certificate).map(|details| details.name)
 }
 
-/// Site and end of an authority's certificate, Unix seconds. `None` if it is none.
+/// Parses an authority's certificate into the name of its site and the end of validity, Unix
+/// seconds. Returns `None` if it is not one.
 pub(super) fn read_authority(certificate: &[u8]) -> Option<(String, i64)> {
     let (rest, parsed) = X509Certificate::from_der(certificate).ok()?;
     let site = parsed.subject().iter_common_name().next()?.as_str().ok()?;
@@ -171,7 +176,7 @@ pub(super) fn is_signed(certificate: &[u8], authority: &[u8]) -> bool {
             .is_ok()
 }
 
-/// The day of a time in Unix seconds, UTC: `2029-03-05`.
+/// Formats the day of a Unix time, UTC: `2029-03-05`.
 #[must_use]
 pub fn day_of(unix: i64) -> String {
     (time!(unix)).date().to_string()
@@ -186,12 +191,12 @@ pub(super) fn fingerprint(certificate: &[u8]) -> String {
     groups.join(" ")
 }
 
-/// Hexadecimal digits.
+/// Encodes bytes as hexadecimal digits.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Bytes of hexadecimal digits.
+/// Decodes hexadecimal digits. Returns `None` if the text is malformed.
 pub(super) fn unhex(digits: &str) -> Option<Vec<u8>> {
     let pairs = digits.as_bytes().chunks(2);
     let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();

@@ -1,4 +1,5 @@
-//! What a hub wants done is done: its own station, its lines, and its clock.
+//! Carries out the actions of a hub: messages to home, lines to stations, single requests, and
+//! timers.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
@@ -32,25 +33,26 @@ pub(super) struct Inner {
     pub(super) lines: BTreeMap<LineId, (Arc<Notify>, AbortHandle)>,
 }
 
-/// What belongs to a client.
+/// Resources of a client.
 pub(super) struct Place {
     pub(super) awake: Arc<Notify>,
     pub(super) home: Home,
-    /// Requests that end with it.
+    /// Tasks that are aborted when the client disconnects.
     pub(super) calls: Vec<AbortHandle>,
 }
 
-/// How a client reaches the hub's own station.
+/// Connection of a client to the hub's own station.
 #[derive(Clone)]
 pub(super) enum Home {
     Session(Arc<Client>),
-    /// By single requests.
+    /// Single requests without a session.
     Once(Peer),
 }
 
 impl Shared {
     pub(super) fn lock(&self) -> MutexGuard<'_, Inner> {
-        // A panic in the hub is a bug; what it holds is whole values all the same.
+        // A panic in the hub is a bug, but its fields are still whole values: go on instead of
+        // blocking stops of all clients.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -58,7 +60,8 @@ impl Shared {
         HostInstant::ZERO + self.begun.elapsed()
     }
 
-    /// Does something with the hub, and what follows from it.
+    /// Runs `act` on the hub, then carries out the resulting actions and wakes clients and the
+    /// timer.
     pub(super) fn with<T>(&self, act: impl FnOnce(&mut Hub, HostInstant) -> T) -> T {
         let mut inner = self.lock();
         let due = inner.hub.poll_timeout();
@@ -139,8 +142,11 @@ impl Shared {
         }
     }
 
-    /// A line, from its opening to its end. It is bounded both ways: what a station does not take waits in the hub, within the
-    /// client's limits; what it sends is taken at once, and of states that wait for the client the newest is kept.
+    /// Runs a line from its opening to its end.
+    ///
+    /// Memory is bounded in both directions: messages that the station does not take wait in the
+    /// hub, within the limits of the client; messages of the station are taken at once, and only
+    /// the newest unread state is kept for the client.
     pub(super) async fn carry(
         this: Weak<Self>,
         line: LineId,
@@ -165,10 +171,10 @@ impl Shared {
         let writer = async {
             loop {
                 let Ok(place) = to_station.reserve().await else {
-                    // The reader hears why.
+                    // The channel is closed: the reader receives the reason.
                     return std::future::pending::<Option<Closed>>().await;
                 };
-                // A message is taken out when it can go: until then a stop can overtake it.
+                // Take a message out only once it can be sent: until then a stop can overtake it.
                 loop {
                     let message = this
                         .upgrade()

@@ -1,4 +1,4 @@
-//! What became of requests: answers of home and of stations, by lines and beside them.
+//! Replies to requests that the hub passed on: from home, from lines, and to single requests.
 
 use magician::ErrorKind;
 use magician_protocol::{HostInstant, visible};
@@ -12,7 +12,7 @@ use super::{Hub, RequestId, SocketId};
 use crate::site::SiteError;
 
 impl Hub {
-    /// A message of home for a client.
+    /// Handles a message of home for a client.
     pub fn home_says(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         let Ok(Value::Object(mut message)) = serde_json::from_str::<Value>(text) else {
             return;
@@ -38,14 +38,14 @@ impl Hub {
             if method.is_some() {
                 open.outbox.notice(text.to_owned());
             } else {
-                // To what was passed on as it came: its id is the client's.
+                // Reply to a message that was passed on unchanged: its id is the client's.
                 open.outbox.answer(text.to_owned());
             }
             self.awake.insert(socket);
         }
     }
 
-    /// Home ends a session: so do the stations.
+    /// Home closes a client's session. Its lines to stations close too.
     pub fn home_closes(&mut self, socket: SocketId, code: CloseCode) {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.outbox.close(code);
@@ -54,7 +54,7 @@ impl Hub {
         self.drop_lines(socket);
     }
 
-    /// What became of a request beside all lines.
+    /// Handles the result of a single request, [`HubAct::Call`](super::HubAct::Call).
     pub fn called(
         &mut self,
         now: HostInstant,
@@ -92,7 +92,8 @@ impl Hub {
         self.outcome(now, request, slot, outcome);
     }
 
-    /// What became of a request, by ids of a station if one says it.
+    /// Completes a request. `slot` is set if the reply contains ids of a station, which are then
+    /// renamed.
     pub(super) fn outcome(
         &mut self,
         now: HostInstant,
@@ -105,7 +106,7 @@ impl Hub {
         };
         let wants = std::mem::replace(&mut pending.wants, Wants::Nothing);
         let outcome = match (outcome, slot) {
-            // By these ids the line is known at its station.
+            // Not renamed: the hub needs the station's own ids to resume its session there.
             (outcome, _) if matches!(wants, Wants::LineHello) => outcome,
             (Ok(mut value), Some(slot)) => {
                 let ids = pending.method.result_ids();
@@ -146,18 +147,21 @@ impl Hub {
                 call.now = now;
                 let _ = self.ask_all(call, Gathers::Sessions, "session.list");
             }
+            // `Wants::Nothing`. The other purposes occur only with the paths above.
             _ => {}
         }
     }
 
-    /// The answer to a request of a client.
+    /// Sends the reply to the client, with the changes that the hub has to make or remember.
     fn answers(&mut self, pending: &Pending, mut outcome: Result<Value, RpcError>) {
         match (pending.method.name, pending.via, &mut outcome) {
+            // Home has no arms: put in those of the site.
             ("server.info", _, Ok(info)) => {
                 info["arms"] = json!(self.arms.keys().collect::<Vec<_>>());
                 let mut lines = self.lines.values();
                 info["recording"] = json!(lines.any(|line| line.recording));
             }
+            // Remember the jog, so that its end can be reported if the line is lost.
             ("jog.start", Via::Line(line), Ok(started)) => {
                 if let Some(jog) = started["jog"].as_str()
                     && let Some(line) = self.lines.get(&line)
@@ -173,7 +177,7 @@ impl Hub {
     }
 }
 
-/// The request that a message answers, and how.
+/// Parses a reply into its request and outcome. Returns `None` if it is malformed.
 pub(super) fn answered(
     mut message: Map<String, Value>,
 ) -> Option<(RequestId, Result<Value, RpcError>)> {
@@ -181,6 +185,7 @@ pub(super) fn answered(
     let outcome = match (message.remove("result"), message.remove("error")) {
         (Some(result), None) => Ok(result),
         (None, Some(error)) => Err(RpcError::from_value(error)?),
+        // JSON-RPC allows exactly one of result and error.
         _ => return None,
     };
     Some((request, outcome))

@@ -1,4 +1,4 @@
-//! The arms of the site, and the stations that have them.
+//! Arms of the site, and the stations that own them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -14,31 +14,37 @@ use super::{Hub, keys_where};
 use crate::Roster;
 use crate::site::{ArmAt, ArmNews, SiteEvent, StationId};
 
-/// Time that an arm that is gone is shown, and named by a stop of all.
+/// Time for which a departed arm is still listed, and reported as unreachable by a stop of all
+/// arms. A choice: long enough that a station that restarts or a cable that is plugged in again
+/// keeps its place in a lesson.
 pub(super) const GONE: Duration = Duration::from_secs(600);
-/// Arms that are gone, at most.
+/// Most departed arms that are kept. Names of arms are not authenticated, so their number has to be
+/// bounded; above it all of them are dropped.
 const MOST_GONE: usize = 1000;
-/// Age of a state that counts as that of now. A station tells one of each arm every second at least.
+/// Largest age of a state that counts as current. A station publishes one at least every second;
+/// the rest is for delays of the network.
 const FRESH: Duration = Duration::from_millis(1500);
 
-/// An arm, as far as it is known.
+/// Known facts about one arm name.
 #[derive(Debug, Default)]
 pub(super) struct ArmPlace {
-    /// The stations that have it: one, but where two have the same name.
+    /// Stations that own the arm, each with its last report. More than one if stations share a
+    /// name.
     pub(super) at: BTreeMap<StationId, Option<(HostInstant, ArmNews)>>,
-    /// The machine that it is at, or was at last, or is expected at; empty if none is known.
+    /// Machine that has the arm, had it last, or is expected to have it. Empty if unknown.
     machine: String,
-    /// What was listed of it last.
+    /// Last row of `arm.list` for this arm from its station.
     row: Option<Value>,
     pub(super) gone: Option<HostInstant>,
-    /// A teacher has frozen it, as its station told last.
+    /// True if a teacher froze the arm, as of its station's last report.
     is_frozen: bool,
-    /// It is in the roster: it is named as missing until it comes, however long that takes.
+    /// True if the roster lists the arm: it is reported as missing until it appears, however long
+    /// that takes.
     pub(super) expected: bool,
 }
 
 impl ArmPlace {
-    /// The station that has it. `None` if there is none, or more than one.
+    /// The one station that owns the arm. `None` if there is no station, or more than one.
     fn only(&self) -> Option<StationId> {
         let mut at = self.at.keys();
         at.next().filter(|_| at.next().is_none()).copied()
@@ -50,7 +56,8 @@ impl ArmPlace {
 }
 
 impl Hub {
-    /// Something happens on the site. Of [`SiteEvent::Missed`] nothing follows: [`on_site`](Self::on_site) tells what is there.
+    /// Handles an event on the site. [`SiteEvent::Missed`] has no effect: call
+    /// [`on_site`](Self::on_site) with the present arms instead.
     pub fn site(&mut self, now: HostInstant, event: SiteEvent) {
         match event {
             SiteEvent::Arrived(at) => self.arrives(now, at),
@@ -67,7 +74,7 @@ impl Hub {
         }
     }
 
-    /// These arms are on the site, and no others.
+    /// Replaces the set of present arms, after events were lost.
     pub fn on_site(&mut self, now: HostInstant, arms: BTreeSet<ArmAt>) {
         let known = self.arms.iter().flat_map(|(arm, place)| {
             let stations = place.at.keys().copied();
@@ -82,7 +89,8 @@ impl Hub {
         }
     }
 
-    /// These arms are expected on the site: whatever is asked of all names those that are missing.
+    /// Adds the arms of a roster as expected. Until they appear, requests about all arms report
+    /// them as missing.
     pub fn expects(&mut self, roster: &Roster) {
         for (arm, machine) in roster.arms() {
             let place = self.arms.entry(arm.to_owned()).or_default();
@@ -141,7 +149,7 @@ impl Hub {
         }
     }
 
-    /// The arm that is meant, and its station.
+    /// Resolves an arm name to its station. `None` means the only arm of the site.
     pub(super) fn station_of(&self, arm: Option<&str>) -> Result<ArmAt, RpcError> {
         let known = match arm {
             Some(arm) => self.arms.get_key_value(arm),
@@ -169,19 +177,19 @@ impl Hub {
         Err(RpcError::arm(ErrorKind::Port, why))
     }
 
-    /// True if an arm is of this station, and of no other: a station has a say on its own arms alone.
+    /// True if this station alone owns the arm. Reports of a station about other arms are ignored.
     pub(super) fn has_alone(&self, station: StationId, arm: &str) -> bool {
         let place = self.arms.get(arm);
         place.and_then(ArmPlace::only) == Some(station)
     }
 
-    /// Any arm of a station.
+    /// Returns any arm of a station, or `None` if it has none.
     pub(super) fn any_arm(&self, station: StationId) -> Option<String> {
         let (_, arms) = self.stations.get(&station)?;
         arms.first().cloned()
     }
 
-    /// The machine of a station, as far as it has said so.
+    /// Machine of a station. `None` until it has reported a state.
     pub(super) fn machine_of(&self, station: StationId) -> Option<&str> {
         let mut known = self
             .arms
@@ -190,7 +198,8 @@ impl Hub {
         known.find_map(|news| news.as_ref().map(|(_, news)| news.machine.as_str()))
     }
 
-    /// The state of an arm, as its station told it on the site: it tells each change at once, so that this is the state now.
+    /// Current state of an arm from the bus, in place of asking its station. `None` if the last
+    /// report is too old. Stations publish each change at once, so a recent report is current.
     pub(super) fn state_now(
         &self,
         now: HostInstant,
@@ -211,7 +220,7 @@ impl Hub {
         Some(Ok(state))
     }
 
-    /// A station tells of its turns: of them the hub shows which arms are frozen.
+    /// Handles the turns of a station. The hub only needs to know which arms are frozen.
     pub(super) fn hears_turns(&mut self, station: StationId, turns: &Value) {
         for turn in items(&turns["arms"]) {
             let arm = turn["arm"].as_str().unwrap_or_default();
@@ -223,7 +232,8 @@ impl Hub {
         }
     }
 
-    /// The arms: as their stations list them, else by what is known otherwise.
+    /// Builds the reply to `arm.list`: rows of the stations that answered, and rows from the last
+    /// state for the others.
     pub(super) fn arms_listed(&mut self, now: HostInstant, gather: &Gather) -> Value {
         for (station, part) in gather.answers() {
             for row in items(&part["arms"]) {
@@ -255,7 +265,7 @@ impl Hub {
         json!({"arms": rows.collect::<Vec<_>>()})
     }
 
-    /// A row of an arm whose station does not answer this session.
+    /// Row of an arm whose station did not reply in this session, built from its last state.
     fn row_by_news(&self, now: HostInstant, name: &str, station: StationId) -> Option<Value> {
         let arm = name.to_owned();
         let (_, news) = self.arms.get(name)?.at.get(&station)?.as_ref()?;
@@ -273,7 +283,7 @@ impl Hub {
     }
 }
 
-/// An arm that nothing is known of at present, beside what was known before.
+/// Row of an unreachable arm, with the fields of its last known row.
 fn lost(name: &str, before: Option<&Value>) -> Value {
     let of = |member: &str, unknown: Value| before.map_or(unknown, |row| row[member].clone());
     json!({

@@ -1,4 +1,9 @@
-//! What a class asks of several stations at once, and what they answer together. Pupils, turns and codes are the stations' own.
+//! Class and schedule over all stations of a site.
+//!
+//! Pupils, turns and codes belong to the stations. The hub distributes class, schedule and roster
+//! to all of them, merges what they reply, and reports stations that differ. A change is made in
+//! rounds: read the class of all stations, write the merged one, then make all expect the arms
+//! that are present.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,18 +20,19 @@ use super::requests::{Call, Handled};
 use crate::Roster;
 use crate::site::StationId;
 
-/// Machines that a refusal names, at most.
+/// Most machines named in one refusal, to keep the sentence readable.
 const MACHINES: usize = 20;
 
 impl Hub {
-    /// The refusal of what is the arm's station's to do.
+    /// Error for a method that only the arm's own station offers.
     pub(super) fn at_station(&self, method: &str, arm: Option<&str>) -> RpcError {
         let (page, machines) = self.page_of(arm);
         let why = format!("{method} is not for a hub: it is done {page}");
         RpcError::arm(ErrorKind::Unsupported, why).with("machines", machines)
     }
 
-    /// Where the page of an arm's own computer is, or of any arm's, in words; and the machines.
+    /// Describes where to find the page of the station with this arm (of any station if `None`),
+    /// and lists the machines.
     pub(super) fn page_of(&self, arm: Option<&str>) -> (String, Vec<String>) {
         let meant = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
         let places = self.arms.iter().filter(meant);
@@ -40,7 +46,8 @@ impl Hub {
         (page, machines)
     }
 
-    /// What is asked of arms, by the stations that have them: of all at once.
+    /// Sends a method that takes a list of arms to the stations of these arms, all at the same
+    /// time.
     pub(super) fn by_arms(&mut self, call: Call) -> Handled {
         let mut meant = Meant::default();
         let names: Vec<String> = match call.params.get("arms") {
@@ -55,7 +62,7 @@ impl Hub {
                 Ok(at) => meant.at.entry(at.station).or_default().push(at.arm),
                 Err(error) if error.code == RpcError::PARAMS => return Err(error),
                 Err(_) => {
-                    // As a stop, a freeze reaches all that have the name.
+                    // Like a stop, a freeze reaches every arm with this name.
                     if method == "class.freeze" {
                         for (station, arms) in self.meant(Some(&name)).at {
                             meant.at.entry(station).or_default().extend(arms);
@@ -73,7 +80,7 @@ impl Hub {
         self.gather(call, Gathers::ByArms(list), method, params, meant)
     }
 
-    /// All stations get the schedule.
+    /// Checks a schedule and sends it to all stations.
     pub(super) fn set_schedule(&mut self, call: Call) -> Handled {
         let text = call.params.get("text").and_then(Value::as_str);
         let schedule = Schedule::parse(text.unwrap_or_default());
@@ -87,8 +94,11 @@ impl Hub {
         self.gather(call, what, "schedule.set", params, self.meant(None))
     }
 
-    /// The class file that all stations get, empty where the class ends, and the pupils for whom the file that was given has another
-    /// code. Pupils have the codes that a station knows; others are made here, so that they are alike at all stations.
+    /// Builds the class file for all stations. Empty text ends the class.
+    ///
+    /// Also returns the pupils whose code in the given file was replaced by their existing code.
+    /// New codes are generated here and not at the stations, so that all stations have the same
+    /// ones.
     pub(super) fn class_to_set(&self, gather: &Gather) -> Result<(String, Vec<String>), RpcError> {
         let params = &gather.call.params;
         let known = gather.answers();
@@ -131,7 +141,7 @@ impl Hub {
         Ok((file.to_text(), codes_kept))
     }
 
-    /// All stations get the class.
+    /// Sends the class to all stations.
     pub(super) fn set_class(
         &mut self,
         now: HostInstant,
@@ -158,7 +168,8 @@ impl Hub {
         );
     }
 
-    /// What all stations have taken, as one shows it; else the error that names those that may not have.
+    /// Builds the reply after a class, schedule or roster was sent to all stations. Unless all of
+    /// them have accepted it, returns the error that names the others.
     pub(super) fn taken(
         &mut self,
         gather: &Gather,
@@ -169,7 +180,7 @@ impl Hub {
         }
         let (_, shown) = gather.answers().next().ok_or_else(nobody_answers)?;
         let mut shown = without_turns(shown);
-        // The stations were given codes that they had to take.
+        // Empty at the stations, because the request makes them use the codes of the file.
         if shown.get("codes_kept").is_some() {
             shown["codes_kept"] = json!(codes_kept);
         }
@@ -178,7 +189,7 @@ impl Hub {
                 place.expected = false;
             }
             self.expects(&roster_in(&shown));
-            // What was expected alone is forgotten with that.
+            // Forget arms that were known only because the old roster listed them.
             let is_known =
                 |place: &ArmPlace| place.expected || !place.at.is_empty() || place.gone.is_some();
             self.arms.retain(|_, place| is_known(place));
@@ -186,8 +197,8 @@ impl Hub {
         Ok(shown)
     }
 
-    /// All stations are told to expect the arms that are there, beside those that are expected already, before the class that they
-    /// have taken is shown.
+    /// Adds the arms that are present to the roster of all stations. Last round of setting a class;
+    /// its reply is the class.
     pub(super) fn expect_present(
         &mut self,
         now: HostInstant,
@@ -214,7 +225,7 @@ impl Hub {
         );
     }
 
-    /// The arms that any of the stations expects, with those that have not answered (`missing`), if there are such.
+    /// Merges the rosters of all stations. `missing` lists the arms whose stations did not reply.
     pub(super) fn roster(&mut self, gather: &Gather) -> Value {
         let mut roster = Roster::default();
         for (_, part) in gather.answers() {
@@ -224,7 +235,8 @@ impl Hub {
         with_missing(roster.to_value(), gather)
     }
 
-    /// What pupils have made, with the arms that have not answered (`missing`), if there are such.
+    /// Merges the results of all pupils, oldest first. `missing` lists the arms whose stations did
+    /// not reply.
     pub(super) fn results(&self, gather: &Gather) -> Result<Value, RpcError> {
         let of = |(station, part): (StationId, &Value)| -> Vec<Value> {
             let own =
@@ -240,8 +252,11 @@ impl Hub {
         }
     }
 
-    /// The class or schedule that most of the stations with one have, with the arms of those that have another or none (`differ`)
-    /// and of those that do not answer (`missing`), where there are such.
+    /// Returns the class or schedule that most stations have. An empty one counts only if no
+    /// station has another.
+    ///
+    /// `differ` lists the stations with another one or none, by their arms; `missing` the arms
+    /// whose stations did not reply.
     pub(super) fn alike(&self, gather: &Gather) -> Result<Value, RpcError> {
         let text = |answer: &Value| {
             let text = answer.get("text").unwrap_or(answer).clone();
@@ -255,13 +270,13 @@ impl Hub {
             let like = texts.iter().filter(|(_, text, _)| text == most).count();
             (!most.is_null(), like)
         };
-        // Of those with the same weight the first.
+        // `max_by_key` returns the last maximum: reversed, so that the first station wins a tie.
         let most = texts.iter().rev().max_by_key(|(_, text, _)| weight(text));
         let Some((_, most, shown)) = most else {
             return Err(gather.error().unwrap_or_else(nobody_answers));
         };
         let others = texts.iter().filter(|(_, text, _)| text != most);
-        // By their arms: numbers of stations say nothing to a person.
+        // Keyed by arms: people know those, and not the ids of stations.
         let differ: BTreeMap<_, _> = others
             .map(|(station, text, _)| {
                 let (arms, machine) = (gather.arms_at(*station), self.machine_of(*station));
@@ -277,14 +292,15 @@ impl Hub {
     }
 }
 
-/// The roster of an answer; what is none expects nobody.
+/// Parses the roster in a reply. A malformed one counts as empty.
 fn roster_in(answer: &Value) -> Roster {
     let arms = answer["arms"].as_array();
     let roster = arms.map(|arms| Roster::of(arms));
     roster.and_then(Result::ok).unwrap_or_default()
 }
 
-/// The class without what one station knows of its pupils: they sign in at others, too.
+/// Removes from a class the state of its pupils at one station, because they may be signed in at
+/// another.
 fn without_turns(shown: &Value) -> Value {
     let mut shown = shown.clone();
     let pupils = shown.get_mut("pupils").and_then(Value::as_array_mut);
@@ -296,7 +312,7 @@ fn without_turns(shown: &Value) -> Value {
     shown
 }
 
-/// Names the arms of the stations that have not answered, or with an error.
+/// Adds `missing`: the arms of stations that did not reply or replied with an error.
 fn with_missing(mut shown: Value, gather: &Gather) -> Value {
     let refused = gather.parts.iter().filter(|(_, part)| part.is_err());
     let refused = refused.flat_map(|(station, _)| gather.arms_at(*station).iter().cloned());

@@ -1,4 +1,4 @@
-//! Clients of the hub: they come with a hello, leave, and see who else is there.
+//! Clients of the hub: hello, keep-alive, disconnection, and the list of sessions.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -13,28 +13,29 @@ use super::socket::{Pending, Socket, Wants};
 use super::{Hub, HubAct, SESSIONS, SocketId, keys_where};
 use crate::site::StationId;
 
-/// Time that sessions at stations wait for a client that comes back; stations have 5 s.
+/// Time for which the sessions of a disconnected client can be resumed. Stations keep them for 5 s;
+/// the extra second makes sure that the hub does not forget a secret that a station still accepts.
 pub(super) const RESUMES: Duration = Duration::from_secs(6);
 
-/// A session of the hub, as stations know it.
+/// Session of a client of the hub, with its sessions at stations.
 #[derive(Debug, Default)]
 pub(super) struct Person {
     pub(super) name: String,
-    /// Where it has a session: the secret to come back with, and its id there.
+    /// Session at each station: the secret to resume it, and its id.
     pub(super) at: BTreeMap<StationId, (String, String)>,
     pub(super) gone: Option<HostInstant>,
-    /// The role of the socket that it left with.
+    /// Role of the last socket, for the order of eviction.
     left_as: Option<Role>,
 }
 
 impl Hub {
-    /// A client connects, with the token of its request if it has one.
+    /// Adds a client. `bearer` is the token of its HTTP request, if any.
     pub fn open(&mut self, bearer: Option<String>) -> SocketId {
-        // Until home says what it is.
+        // The lowest role until home has answered the hello.
         self.opened(Socket::new(bearer, Role::Viewer, false))
     }
 
-    /// A client connects for one request, which it may make by this role.
+    /// Adds a client for a single request, made with this role.
     pub fn open_once(&mut self, bearer: Option<String>, role: Role) -> SocketId {
         let token = bearer.or_else(|| self.token.clone());
         self.opened(Socket::new(token, role, true))
@@ -46,7 +47,7 @@ impl Hub {
         id
     }
 
-    /// A client is gone, or was closed.
+    /// Removes a client that disconnected or was closed.
     pub fn close(&mut self, now: HostInstant, socket: SocketId) {
         self.drop_lines(socket);
         let Some(gone) = self.sockets.remove(&socket) else {
@@ -58,7 +59,7 @@ impl Hub {
         let Some(session) = gone.session else {
             return;
         };
-        // Another socket of the same session may have taken it over.
+        // A resumed session may already have a new socket.
         let taken = |other: &Socket| other.session.as_ref() == Some(&session);
         if !self.sockets.values().any(taken)
             && let Some(person) = self.people.get_mut(&session)
@@ -68,7 +69,8 @@ impl Hub {
         }
     }
 
-    /// Bounds those who may come back, as a station does: the least role ends first, and of it who left first.
+    /// Bounds the number of sessions that can be resumed, as a station does: evicts the lowest role
+    /// first, and within a role the oldest.
     fn bound_gone(&mut self) {
         let gone = self.people.iter().filter_map(|(id, person)| {
             let gone = person.gone?;
@@ -82,13 +84,13 @@ impl Hub {
         }
     }
 
-    /// A session does not come back.
+    /// Drops a session that can no longer be resumed.
     pub(super) fn forget(&mut self, session: &str) {
         self.people.remove(session);
         self.names.forget(session);
     }
 
-    /// The lines of a client end, whatever they wait for.
+    /// Closes all lines of a client. Pending requests are not answered.
     pub(super) fn drop_lines(&mut self, socket: SocketId) {
         for line in keys_where(&self.lines, |line| line.socket == socket) {
             self.lines.remove(&line);
@@ -99,7 +101,8 @@ impl Hub {
         }
     }
 
-    /// The answer of a client to a ping, which its stations hear: a holder without a word for five seconds loses its lease.
+    /// Handles a pong of a client and passes it on as a keep-alive: a holder that sends nothing for
+    /// five seconds loses its lease.
     pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
         for line in keys_where(&self.lines, |line| line.socket == socket && line.up) {
             self.probe(now, line);
@@ -110,10 +113,11 @@ impl Hub {
         }
     }
 
-    /// The first message of a client.
+    /// Handles `session.hello`, the first message of a client.
     pub(super) fn greet(&mut self, call: &Call) -> Handled {
         if call.params.contains_key("pupil") {
-            // After the answer, which says why; as at a station that does not know the pupil.
+            // Close after the reply, which gives the reason. A station does the same for an unknown
+            // pupil.
             if let Some(open) = self.sockets.get_mut(&call.socket) {
                 open.outbox.close(CloseCode::TOKEN);
             }
@@ -129,7 +133,7 @@ impl Hub {
         Ok(None)
     }
 
-    /// Home has answered the hello of a client.
+    /// Handles the reply of home to a client's hello.
     pub(super) fn greeted(
         &mut self,
         now: HostInstant,
@@ -148,13 +152,14 @@ impl Hub {
             let session = hello["session"].as_str().unwrap_or_default().to_owned();
             let person = self.people.entry(session.clone()).or_default();
             (person.name, person.gone) = (name, None);
-            // Where it had sessions before it came back, its leases wait.
+            // A resumed session may hold leases at these stations: reconnect before they expire.
             stations.extend(person.at.keys().copied());
             if let Some(open) = self.sockets.get_mut(&socket) {
                 open.session = Some(session);
                 let role = hello["role"].as_str().and_then(Role::named);
                 open.role = role.unwrap_or(Role::Viewer);
-                // A token that is given counts; clients of this machine have the hub's.
+                // The token of the hello wins over that of the HTTP request; the hub's own is for
+                // clients of this machine.
                 open.token = token.or(open.token.take()).or(self.token.clone());
             }
         }
@@ -164,7 +169,7 @@ impl Hub {
         }
     }
 
-    /// The sessions as they were told last.
+    /// List of sessions from the last notifications of home and of the client's lines.
     pub(super) fn known_sessions(&self, socket: SocketId) -> Value {
         let ids = Method::named("session.list").map_or(&[][..], Method::result_ids);
         let lines = self.lines.values();
@@ -176,7 +181,7 @@ impl Hub {
         }))
     }
 
-    /// One list: a client of the hub is in it once, with its leases at all stations.
+    /// Merges lists of sessions. A client of the hub appears once, with its leases at all stations.
     pub(super) fn merged_sessions(&self, parts: impl Iterator<Item = Value>) -> Value {
         let mut all: Vec<Value> = Vec::new();
         let parts = std::iter::once(self.sessions.clone()).chain(parts);
@@ -197,7 +202,8 @@ impl Hub {
         json!({ "sessions": all })
     }
 
-    /// The sessions have changed: a client hears of it once, however often they did, and five times a second at most.
+    /// Marks the list of sessions as changed. Notifications are merged and limited to one per
+    /// [`LIST_INTERVAL`].
     pub(super) fn sessions_changed(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.session.is_some()
@@ -207,7 +213,7 @@ impl Hub {
         }
     }
 
-    /// Tells a client of the sessions, if that is due.
+    /// Queues the list of sessions for a client, if it is due.
     pub(super) fn tell_sessions(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.list_due().is_some_and(|due| due <= now)
@@ -221,7 +227,7 @@ impl Hub {
 }
 
 impl Socket {
-    /// When it is to be sent the list of sessions. `None` if it has the newest.
+    /// Time at which the list of sessions is due. `None` if the client has the newest.
     pub(super) fn list_due(&self) -> Option<HostInstant> {
         let next = self.listed.map(|listed| listed + LIST_INTERVAL);
         self.list_waits.then(|| next.unwrap_or(HostInstant::ZERO))

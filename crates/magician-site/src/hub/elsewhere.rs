@@ -1,4 +1,5 @@
-//! Whether a station has a class: then the people of the hub's machine are no teachers without its PIN.
+//! Checks whether any station has a class. If so, users at the hub's machine need its PIN to act as
+//! teachers.
 
 use std::collections::BTreeMap;
 use std::sync::Weak;
@@ -10,9 +11,9 @@ use tokio::time::sleep;
 use super::acting::Shared;
 use crate::site::Caller;
 
-/// Time from one look at the class of the stations to the next: a person waits so long for a change of role.
+/// Interval between checks, and so the longest delay until a change of role takes effect.
 const CLASS: Duration = Duration::from_secs(1);
-/// What stations are asked then.
+/// Request for the check.
 const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
 
 impl Shared {
@@ -27,12 +28,13 @@ impl Shared {
         }
     }
 
-    /// Asks the stations for their class by the hub's own token, of which any is enough. One that does not answer changes
-    /// nothing.
+    /// Asks the stations for their class until one has a class. The hub's own token of any role is
+    /// enough. If some station did not reply and no other has a class, nothing changes.
     pub(super) async fn look_at_class(&self) {
         let token = self.lock().hub.token();
         if token.is_none() {
-            // Without it the hub's people move nothing anyway.
+            // Without a token the users of the hub cannot move an arm, so their role does not
+            // matter.
             return;
         }
         let caller = Caller { token };

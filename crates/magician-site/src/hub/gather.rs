@@ -1,4 +1,9 @@
-//! What several stations answer together, with the arms at which something is not known to be done.
+//! Gathers: one request of a client that becomes requests to several stations, whose replies are
+//! merged.
+//!
+//! A gather ends when all stations have replied or its time is up. A command is never reported as
+//! done unless every station confirmed it: the error names the arms where that is unknown. Some
+//! requests need several rounds, which keep the same [`GatherId`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -13,65 +18,67 @@ use super::socket::{Socket, Wants};
 use super::{Hub, RequestId};
 use crate::site::{ArmAt, StationId};
 
-/// Time that lists wait for a station.
+/// Timeout for lists. Short, because a client shows a list with gaps rather than wait for a station
+/// that is switched off.
 const LIST: Duration = Duration::from_millis(700);
-/// Time that everything else waits, a stop above all.
+/// Timeout for everything else, stops above all. The error text names it, so change both together.
 const STOP: Duration = Duration::from_secs(3);
-/// Items of a list of a station that are read, at most.
+/// Most items read from a list in a reply, which bounds the work that one station can cause.
 const MOST: usize = 1000;
 
-/// Several requests with one answer.
+/// Id of a gather.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct GatherId(u64);
 
-/// What the answers are for.
+/// Purpose of a gather, which decides how the replies are merged.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Gathers {
-    /// The list of arms.
+    /// List of arms.
     Arms,
-    /// The list of sessions.
+    /// List of sessions.
     Sessions,
-    /// A stop, of one arm or of all.
+    /// Stop of one arm or of all.
     Stops,
-    /// What was asked of some arms of each station: the name of the list that they answer.
+    /// Method that takes a list of arms. The value is the name of the list in the replies.
     ByArms(&'static str),
-    /// What pupils have made.
+    /// Results of pupils.
     Results,
-    /// The arms that any of the stations expects.
+    /// Roster: union over all stations.
     Roster,
-    /// What all stations have alike, shown by one.
+    /// Class or schedule, which should be the same at all stations. One is shown.
     Alike,
-    /// The class that stations have, before another one is made of it.
+    /// Current classes of the stations, as the base of a new one.
     Class,
-    /// What all stations have to take: the pupils for whom the file had another code than the one that counts.
+    /// Value that all stations have to accept. Holds the pupils whose code in the file was
+    /// replaced.
     Everywhere(Vec<String>),
-    /// The roster, before a class that all stations have taken is shown.
+    /// Roster update after a new class. Holds the class for the reply.
     Expected(Value),
 }
 
-/// The arms that are meant by a request.
+/// Arms addressed by a request.
 #[derive(Debug, Default)]
 pub(super) struct Meant {
-    /// By their stations.
+    /// Arms by station.
     pub(super) at: BTreeMap<StationId, Vec<String>>,
-    /// Those whose station cannot be asked.
+    /// Arms whose station is unreachable.
     pub(super) beyond: BTreeSet<String>,
 }
 
-/// Requests to several stations, which become the answer to one.
+/// Requests to several stations on behalf of one client request.
 #[derive(Debug)]
 pub(super) struct Gather {
     pub(super) call: Call,
     pub(super) what: Gathers,
     pub(super) due: HostInstant,
     pub(super) meant: Meant,
-    /// The requests without an answer yet.
+    /// Requests without a reply yet.
     pub(super) left: BTreeMap<RequestId, StationId>,
     pub(super) parts: BTreeMap<StationId, Result<Value, RpcError>>,
 }
 
 impl Gather {
-    /// The answers that are no errors.
+    /// Successful replies.
     pub(super) fn answers(&self) -> impl Iterator<Item = (StationId, &Value)> {
         let parts = self.parts.iter();
         parts.filter_map(|(station, part)| Some((*station, part.as_ref().ok()?)))
@@ -81,12 +88,12 @@ impl Gather {
         { self.parts.values() }.find_map(|part| part.as_ref().err().cloned())
     }
 
-    /// The arms at a station that are meant.
+    /// Addressed arms of a station.
     pub(super) fn arms_at(&self, station: StationId) -> &[String] {
         self.meant.at.get(&station).map_or(&[], Vec::as_slice)
     }
 
-    /// The arms that have not answered: their station cannot be asked, or says nothing.
+    /// Arms without a reply: their station is unreachable or silent.
     pub(super) fn missing(&self) -> BTreeSet<String> {
         let silent = self
             .left
@@ -95,7 +102,8 @@ impl Gather {
         silent.chain(&self.meant.beyond).cloned().collect()
     }
 
-    /// The error that names the arms at which it is not known to be done, and why. `None` if all have done it.
+    /// Error that names the arms where success is unknown, with reasons. `None` if all stations
+    /// succeeded.
     pub(super) fn undone(&self) -> Option<RpcError> {
         let mut undone = Vec::new();
         for (station, part) in &self.parts {
@@ -145,7 +153,8 @@ impl Gather {
         (!undone.is_empty()).then(|| error().with("missing", missing()))
     }
 
-    /// What was done at all arms, as this list; else the error that names those at which it may not be, with the list.
+    /// Merges the named list of all replies. If some arms may not be done, returns the error of
+    /// [`undone`](Self::undone) with that list attached.
     fn done(&self, list: &str) -> Result<Value, RpcError> {
         let of = |part: &Result<Value, RpcError>| match part {
             Ok(part) => part.get(list).cloned(),
@@ -167,7 +176,7 @@ impl Gather {
 }
 
 impl Hub {
-    /// The arms that are meant by a request for one, or for all.
+    /// Collects the arms of a request for one arm, or for all if `arm` is `None`.
     pub(super) fn meant(&self, arm: Option<&str>) -> Meant {
         let mut meant = Meant::default();
         let known = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
@@ -182,12 +191,13 @@ impl Hub {
         meant
     }
 
-    /// Asks all stations, without parameters.
+    /// Starts a gather over all stations, without parameters.
     pub(super) fn ask_all(&mut self, call: Call, what: Gathers, method: &'static str) -> Handled {
         self.gather(call, what, method, Map::new(), self.meant(None))
     }
 
-    /// Asks the stations of the arms that are meant; together their answers become that to `call`.
+    /// Starts a gather: asks the stations of the addressed arms, and merges their replies into the
+    /// reply to `call`.
     pub(super) fn gather(
         &mut self,
         call: Call,
@@ -204,7 +214,7 @@ impl Hub {
         Ok(None)
     }
 
-    /// Asks, in a first round or in another one.
+    /// Sends the requests of one round.
     pub(super) fn ask(
         &mut self,
         id: GatherId,
@@ -222,6 +232,7 @@ impl Hub {
             _ => STOP,
         };
         let calls = { self.sockets.get(&call.socket) }.is_some_and(Socket::calls);
+        // A stop must not wait behind other messages on a line.
         let beside = calls || what == Gathers::Stops;
         let by_arms = matches!(what, Gathers::ByArms(_));
         let asks = Call {
@@ -260,7 +271,7 @@ impl Hub {
         self.is_complete(now, id);
     }
 
-    /// A part of an answer is there.
+    /// Stores the reply of one station.
     pub(super) fn part(
         &mut self,
         now: HostInstant,
@@ -282,7 +293,7 @@ impl Hub {
         }
     }
 
-    /// Answers with what is there, or asks on.
+    /// Merges the replies that have arrived: replies to the client, or starts the next round.
     pub(super) fn gathered(&mut self, now: HostInstant, id: GatherId) {
         let Some(gather) = self.gathers.remove(&id) else {
             return;
@@ -315,7 +326,7 @@ impl Hub {
     }
 }
 
-/// The items of a list; what is none has none.
+/// Items of a JSON array. Empty for any other value.
 pub(super) fn items(value: &Value) -> impl Iterator<Item = &Value> {
     value.as_array().into_iter().flatten().take(MOST)
 }

@@ -1,4 +1,5 @@
-//! Lines to stations: opened when they are needed, found again, and what comes by them.
+//! Lines to stations: opening on demand, hello, probing, messages, loss, and reopening with
+//! backoff.
 
 use magician::ErrorKind;
 use magician_protocol::{HostInstant, visible};
@@ -12,13 +13,15 @@ use super::socket::{Line, Pending, Via, Wants, Way};
 use super::{Hub, HubAct, LineId, LineMessage, RequestId, SILENT, SocketId, keys_where};
 use crate::site::StationId;
 
-/// Bytes of a message of a station, at most: its answers wait in as much.
+/// Largest message of a station, bytes. Equal to the outbox of a socket, in which the reply has to
+/// fit.
 const LARGEST: usize = 8 * 1024 * 1024;
-/// Messages of a station for one client in any second.
+/// Most messages of a station for one client in a second, before the line is closed. A choice: far
+/// above the rate of real stations, so only a faulty or hostile one reaches it.
 const RATE: usize = 2000;
 
 impl Line {
-    /// When it is given up, if nothing comes until then.
+    /// Time at which the line is given up if nothing arrives. `None` if the station owes no reply.
     pub(super) fn silent_at(&self) -> Option<HostInstant> {
         let since = if self.up {
             self.probed
@@ -30,7 +33,8 @@ impl Line {
 }
 
 impl Hub {
-    /// The line of a client to a station, opened if it has none.
+    /// Returns the line of a client to a station, and opens it if necessary. Fails during the
+    /// backoff after a loss.
     pub(super) fn line_to(
         &mut self,
         now: HostInstant,
@@ -47,6 +51,7 @@ impl Hub {
             Some(Way::Waiting { tries, .. }) => *tries,
             None => 0,
         };
+        // Before the hello of the client its rights are unknown.
         if (open.session.is_none() && !open.once) || open.outbox.is_closing() {
             return Err(gone());
         }
@@ -71,7 +76,7 @@ impl Hub {
         Ok(line)
     }
 
-    /// A line is there: the hello of its client goes first.
+    /// A line is open. Sends the hello of its client first.
     pub fn line_opened(&mut self, line: LineId) {
         let Some(known) = self.lines.get(&line) else {
             return self.acts.push_back(HubAct::Drop(line));
@@ -82,7 +87,8 @@ impl Hub {
         };
         let person = { open.session.as_ref() }.and_then(|session| self.people.get(session));
         let name = person.map_or("hub", |person| person.name.as_str());
-        // Not more than here, whatever the station would allow.
+        // Ask for no more rights than the client has at the hub, even if the station would grant
+        // them.
         let mut params = json!({"client": {"name": name}, "role": open.role.name()});
         if let Some(token) = &open.token {
             params["token"] = json!(token);
@@ -93,7 +99,7 @@ impl Hub {
         self.ask_line(line, "session.hello", params, Wants::LineHello);
     }
 
-    /// A request of the hub's own by a line.
+    /// Sends a request of the hub itself over a line.
     pub(super) fn ask_line(
         &mut self,
         line: LineId,
@@ -125,7 +131,7 @@ impl Hub {
         Some(request)
     }
 
-    /// What is to be sent by a line; what overtakes goes first.
+    /// Queues a message on a line. `first` lets it overtake the others.
     pub(super) fn queue(
         &mut self,
         line: LineId,
@@ -144,7 +150,7 @@ impl Hub {
         self.acts.push_back(HubAct::Awake(line));
     }
 
-    /// Asks a station for a word, unless it owes one.
+    /// Sends a probe to a station, unless one is unanswered.
     pub(super) fn probe(&mut self, now: HostInstant, line: LineId) {
         if let Some(open) = self.lines.get_mut(&line)
             && open.probed.is_none()
@@ -154,7 +160,8 @@ impl Hub {
         }
     }
 
-    /// What a line carries next. Ask when it can take it.
+    /// Returns the next message of a line. Call it only when the line can take a message, so that a
+    /// stop can still overtake.
     pub fn poll_line(&mut self, line: LineId) -> Option<LineMessage> {
         let open = self.lines.get_mut(&line)?;
         if std::mem::take(&mut open.alive) {
@@ -174,7 +181,7 @@ impl Hub {
         Some(LineMessage::Text(text))
     }
 
-    /// A message of a station by a line. Nothing that a station sends does more than end its own line.
+    /// Handles a message of a station. A malformed or excessive one ends the line and nothing else.
     pub fn line_says(&mut self, now: HostInstant, line: LineId, text: &str) {
         let Some(open) = self.lines.get_mut(&line) else {
             return;
@@ -184,6 +191,7 @@ impl Hub {
         let mut message = match serde_json::from_str::<Value>(text) {
             Ok(Value::Object(message)) if !over => message,
             _ => {
+                // Only this client loses the station: other clients have lines of their own.
                 let why = "its station does not speak as a station does";
                 return self.lose_line(now, line, RpcError::arm(ErrorKind::Unexpected, why));
             }
@@ -195,14 +203,14 @@ impl Hub {
         let Some((request, outcome)) = answered(message) else {
             return;
         };
-        // An answer to what another one was asked is none.
+        // A station may only answer requests that were sent over this line.
         let is_asked = |pending: &Pending| pending.sent && pending.via == Via::Line(line);
         if self.pending.get(&request).is_some_and(is_asked) {
             self.outcome(now, request, Some(slot), outcome);
         }
     }
 
-    /// A line has ended, or was not opened.
+    /// A line has ended or could not be opened.
     pub fn line_ended(&mut self, now: HostInstant, line: LineId, why: &str, code: Option<u16>) {
         let refused = [CloseCode::TOKEN.0, CloseCode::REVOKED.0];
         let error = if code.is_some_and(|code| refused.contains(&code)) {
@@ -216,13 +224,14 @@ impl Hub {
         self.lose_line(now, line, error);
     }
 
-    /// A line is given up: what waits for an answer gets none, and nothing of it is sent again.
+    /// Gives up a line. Its pending requests fail and are never retransmitted.
     pub(super) fn lose_line(&mut self, now: HostInstant, line: LineId, why: RpcError) {
         let Some(lost) = self.lines.remove(&line) else {
             return;
         };
         self.acts.push_back(HubAct::Drop(line));
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
+            // A line that was up restarts the backoff.
             let tries = if lost.up { 0 } else { lost.tries };
             let way = Way::after(now, tries, why.clone());
             open.ways.insert(lost.station, way);
@@ -258,7 +267,7 @@ impl Hub {
         self.sessions_changed(now, lost.socket);
     }
 
-    /// When a line is opened again.
+    /// Times at which lines are opened again after a loss.
     pub(super) fn opens_at(&self) -> impl Iterator<Item = HostInstant> + '_ {
         let waiting = |way: &Way| match way {
             Way::Waiting { until, .. } => Some(*until),
@@ -283,7 +292,7 @@ impl Hub {
         }
     }
 
-    /// A station has answered the hello of a line.
+    /// Handles the reply of a station to the hello of a line.
     pub(super) fn line_greeted(
         &mut self,
         now: HostInstant,
@@ -316,7 +325,7 @@ impl Hub {
         self.subscribe_again(line);
     }
 
-    /// A notification of a station, for the client of a line.
+    /// Handles a notification of a station for the client of a line.
     fn hears_notice(&mut self, now: HostInstant, line: LineId, method: &str, mut params: Value) {
         let (Some(known), Some(open)) = (Notification::named(method), self.lines.get_mut(&line))
         else {
@@ -329,7 +338,8 @@ impl Hub {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(now, socket);
             }
-            // It is about this station alone, and the client is the hub's: it would take it for all arms.
+            // Not forwarded: it concerns one station, and the client would take it for an end of
+            // the hub with all arms.
             "server.ending" => return,
             "turn.changed" => return self.hears_turns(station, &params),
             _ => {}

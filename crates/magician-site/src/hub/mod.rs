@@ -1,9 +1,17 @@
-//! The hub: clients see all arms of a site as the arms of one station.
+//! The hub: a gateway that shows all arms of a site to clients as the arms of one station.
 //!
-//! [`Hub`] is the whole of it without I/O and clock. Each client has a session of its own at each station, by a line that is
-//! opened when it is needed first: a lease stays with the station that has the arm, and a hub that dies stops nothing but the
-//! jogs and leases of its clients, by the stations' own clocks. What needs no arm a station without arms answers, the hub's own
-//! ("home"). [`RunningHub`] is a hub at work.
+//! Clients talk to a hub exactly as to a station. For each client the hub opens a session of its
+//! own at every station that the client needs, over a *line* (a [`Channel`](crate::Channel)), and
+//! passes requests on. A lease therefore stays with the station that owns the arm: if the hub dies,
+//! the stations' own keep-alive timeouts end its clients' jogs and leases, and nothing else stops.
+//! Requests that concern no arm go to the hub's own station without arms, called *home*. Requests
+//! about several stations are *gathered*: the hub asks each of them and merges the replies.
+//!
+//! Ids of stations would clash, so the hub prefixes each with a number for its station (`names`).
+//! Lost lines are opened again with backoff, but no request is ever retransmitted: its client gets
+//! an error that says whether the request was sent.
+//!
+//! [`Hub`] is a state machine without I/O and clock. [`RunningHub`] drives it on a tokio runtime.
 
 mod acting;
 mod answers;
@@ -37,70 +45,74 @@ pub use self::running::{HubClient, HubConfig, RunningHub};
 use self::socket::{Line, Pending, Socket};
 use crate::site::{ArmAt, StationId};
 
-/// A line that does not come up, and a station that does not say a word for so long, are given up.
+/// Timeout of a line: for its hello, and for the reply to a probe. Equal to the timeout after which
+/// stations release the lease of a silent holder, so that both sides give up at about the same
+/// time.
 const SILENT: Duration = Duration::from_secs(5);
 
-/// A client of the hub.
+/// Connection of a client to the hub.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SocketId(pub u64);
 
-/// A line of a client to a station.
+/// Line of one client to one station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LineId(pub u64);
 
-/// A request that the hub has sent on.
+/// Request that the hub has passed on. Also its JSON-RPC id at the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct RequestId(pub u64);
 
-/// What the hub wants done.
+/// Action that the hub asks its driver to carry out.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HubAct {
-    /// This message goes to the hub's own station, by the client's connection there.
+    /// Send this message to home, over the client's own connection there.
     Home(SocketId, String),
-    /// A session with a station: [`Hub::line_opened`] or [`Hub::line_ended`] follows.
+    /// Open a session with a station. Answer with [`Hub::line_opened`] or [`Hub::line_ended`].
     Open(LineId, StationId),
-    /// Something waits for a line: [`Hub::poll_line`].
+    /// The line has a message to send. Fetch it with [`Hub::poll_line`].
     Awake(LineId),
-    /// A line is given up.
+    /// Close the line.
     Drop(LineId),
-    /// A request beside all lines: [`Hub::called`] follows.
+    /// Send a single request outside of all lines. Answer with [`Hub::called`].
     Call {
-        /// Under this number.
+        /// Id for the reply.
         request: RequestId,
-        /// For whom.
+        /// Client that made the request.
         socket: SocketId,
-        /// To an arm's station.
+        /// Arm whose station gets the request.
         at: ArmAt,
-        /// With this token.
+        /// Token of the client.
         token: Option<String>,
-        /// The request.
+        /// JSON-RPC text of the request.
         text: String,
-        /// Whether it ends with its client. A stop does not.
+        /// True if the request is cancelled when its client disconnects. False for a stop.
         ends: bool,
     },
 }
 
-/// What goes to a station by a line.
+/// Message to a station over a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LineMessage {
-    /// A message.
+    /// JSON-RPC message.
     Text(String),
-    /// A sign of life of the client.
+    /// Keep-alive of the client.
     Alive,
 }
 
-/// All arms of a site for many clients.
+/// State machine that serves all arms of a site to many clients.
 ///
-/// It is told what happens on the site ([`site`](Self::site)), what clients send ([`receive`](Self::receive)), and what comes from
-/// its own station and from lines; [`poll_act`](Self::poll_act) says what is to be done, [`poll_send`](Self::poll_send) what a
-/// client is to be sent. Time is what the calls say; [`poll_timeout`](Self::poll_timeout) tells when
+/// Inputs are events on the site ([`site`](Self::site)), messages of clients
+/// ([`receive`](Self::receive)), and messages from home and from lines. After each input,
+/// [`poll_act`](Self::poll_act) returns the actions to carry out, and
+/// [`poll_send`](Self::poll_send) the messages for a client. The hub reads no clock: each input
+/// carries the time, and [`poll_timeout`](Self::poll_timeout) says when
 /// [`handle_timeout`](Self::handle_timeout) is due.
 pub struct Hub {
-    /// The token for clients of this machine that have none.
+    /// Token for clients of this machine that bring none.
     token: Option<String>,
-    /// Unix seconds at [`HostInstant::ZERO`].
+    /// Unix time in seconds at [`HostInstant::ZERO`].
     unix_zero: f64,
-    /// Numbers that nobody can guess, for the codes of a class.
+    /// Unpredictable numbers, used to generate the codes of pupils.
     random: fn() -> u64,
     names: Names,
     stations: BTreeMap<StationId, (u32, BTreeSet<String>)>,
@@ -110,7 +122,7 @@ pub struct Hub {
     lines: BTreeMap<LineId, Line>,
     pending: BTreeMap<RequestId, Pending>,
     gathers: BTreeMap<GatherId, Gather>,
-    /// The sessions of home, as it told of them last.
+    /// Sessions of home as of its last notification.
     sessions: Value,
     acts: VecDeque<HubAct>,
     awake: BTreeSet<SocketId>,
@@ -129,8 +141,11 @@ impl fmt::Debug for Hub {
 }
 
 impl Hub {
-    /// A hub of a site on which nothing is known yet. Clients of this machine that bring no token have `token` at stations;
-    /// `unix_zero` is the time at [`HostInstant::ZERO`], Unix seconds; codes of a class are made of the numbers of `random`.
+    /// Creates the hub of a site of which nothing is known yet.
+    ///
+    /// Clients of this machine without a token use `token` at stations. `unix_zero` is the Unix
+    /// time in seconds at [`HostInstant::ZERO`]. `random` has to be unpredictable: codes of pupils
+    /// are made from it.
     #[must_use]
     pub fn new(token: Option<String>, unix_zero: f64, random: fn() -> u64) -> Self {
         Self {
@@ -148,27 +163,29 @@ impl Hub {
             sessions: Value::Null,
             acts: VecDeque::new(),
             awake: BTreeSet::new(),
-            // Beyond what clients count to: home sees both.
+            // Above any id that a client is likely to use: home sees the ids of the hub and of the
+            // client on the same connection.
             ids: 1 << 40,
         }
     }
 
-    /// The token for clients of this machine that have none.
+    /// Token for clients of this machine that bring none.
     fn token(&self) -> Option<String> {
         self.token.clone()
     }
 
-    /// What is to be done next.
+    /// Returns the next action to carry out, or `None` if nothing is queued.
     pub fn poll_act(&mut self) -> Option<HubAct> {
         self.acts.pop_front()
     }
 
-    /// A client that has something to be sent since it was asked last.
+    /// Returns a client with new messages since the last call, or `None`.
     pub fn poll_awake(&mut self) -> Option<SocketId> {
         self.awake.pop_first()
     }
 
-    /// What a client is to be sent next. Ask when it can take it: a state is the newest one then.
+    /// Returns the next message for a client. Call it only when the client can take a message:
+    /// states are encoded at this moment, so that they are the newest.
     pub fn poll_send(&mut self, socket: SocketId) -> Option<Outgoing> {
         loop {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
@@ -187,7 +204,7 @@ impl Hub {
         }
     }
 
-    /// Something that is due by now.
+    /// Handles all timeouts that are due at `now`.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         for gather in keys_where(&self.gathers, |gather| gather.due <= now) {
             self.gathered(now, gather);
@@ -209,7 +226,7 @@ impl Hub {
             .retain(|_, place| place.gone.is_none_or(|gone| gone + GONE > now));
     }
 
-    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    /// Time of the next [`handle_timeout`](Self::handle_timeout), or `None` if nothing is pending.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let people = self.people.values();
@@ -232,10 +249,11 @@ impl Hub {
     }
 
     fn unix(&self, now: HostInstant) -> f64 {
+        // Rounded to the resolution of the clock, 1 us, so that JSON shows no floating-point noise.
         ((self.unix_zero + now.as_micros() as f64 / 1e6) * 1e6).round() / 1e6
     }
 
-    /// Answers a request that was counted as under way.
+    /// Replies to a request that was counted as in flight.
     fn finish(
         &mut self,
         socket: SocketId,
@@ -246,14 +264,14 @@ impl Hub {
         self.respond(socket, id, outcome);
     }
 
-    /// A request of a client is under way no more.
+    /// Decrements the number of a client's requests in flight.
     fn is_over(&mut self, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.under_way = open.under_way.saturating_sub(1);
         }
     }
 
-    /// Answers, unless it was a notification, which has no answer.
+    /// Sends a reply, unless the request was a notification.
     fn respond(
         &mut self,
         socket: SocketId,
@@ -269,11 +287,11 @@ impl Hub {
     }
 }
 
-/// The keys whose values are so.
+/// Keys of the entries whose values satisfy the predicate.
 fn keys_where<K: Clone, V>(map: &BTreeMap<K, V>, is: impl Fn(&V) -> bool) -> Vec<K> {
     let entries = map.iter().filter(|(_, value)| is(value));
     entries.map(|(key, _)| key.clone()).collect()
 }
 
-/// In place of a subscription, whose numbers begin with 1: the list of sessions is due.
+/// Pseudo subscription for the list of sessions in the outbox. Real subscriptions start at 1.
 const SESSIONS: u16 = 0;

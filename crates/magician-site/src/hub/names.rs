@@ -1,4 +1,9 @@
-//! Ids of several stations side by side: each has the number of its station before it, and nobody else makes such ids.
+//! Renaming of ids: stations choose ids on their own, so the hub prefixes each with a number for
+//! its station.
+//!
+//! A number belongs to a *slot*. A station that restarts gets the slot of its predecessor with the
+//! same arm, so that ids of its jobs stay valid. Sessions that the hub opened for its own clients
+//! are shown under the client's id at the hub.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,27 +12,29 @@ use serde_json::{Value, json};
 
 use crate::site::StationId;
 
-/// What stands between the number of a station and its id. The hub's own ids have none.
+/// Separates slot number and id of the station. Ids of the hub itself contain no such character.
 const MARK: char = '.';
 
-/// A place that a station has on the hub. One that starts anew takes that of the one before, so that its jobs keep their ids.
+/// Number of a station at the hub. A restarted station takes over the slot with its arm, so that
+/// the ids of its jobs stay valid.
 #[derive(Debug, Default)]
 struct Slot {
     station: Option<StationId>,
     arms: BTreeSet<String>,
 }
 
-/// The numbers of stations, and who is who.
+/// Slots of stations, and sessions of the hub's clients at them.
 #[derive(Debug, Default)]
 pub(super) struct Names {
-    /// The first is number 1.
+    /// Numbered from 1.
     slots: Vec<Slot>,
-    /// Sessions that the hub has at stations for its own clients, by the station's number and its id there.
+    /// Maps slot and session id at a station to the session id at the hub, for sessions that the
+    /// hub has opened for its clients.
     own: BTreeMap<(u32, String), String>,
 }
 
 impl Names {
-    /// The number of a station that has this arm.
+    /// Returns the slot number of a station with this arm, and assigns one if it has none.
     pub(super) fn arrives(&mut self, station: StationId, arm: &str) -> u32 {
         let at = { self.slots.iter() }.position(|slot| slot.station == Some(station));
         let free = |slot: &Slot| slot.station.is_none() && slot.arms.contains(arm);
@@ -42,7 +49,7 @@ impl Names {
         at as u32 + 1
     }
 
-    /// A station is gone; its number waits for it.
+    /// Frees the slot of a departed station. The next station with one of its arms gets it.
     pub(super) fn leaves(&mut self, station: StationId) {
         for slot in &mut self.slots {
             if slot.station == Some(station) {
@@ -51,12 +58,12 @@ impl Names {
         }
     }
 
-    /// The station behind an id, with the id that it has there. Without a station it is one of a station that is gone, and
-    /// `None` of nobody.
+    /// Splits an id of the hub into slot, station and the id at that station. The station is `None`
+    /// if it has left. Returns `None` if the id has no valid prefix.
     pub(super) fn split<'a>(&self, id: &'a str) -> Option<(u32, Option<StationId>, &'a str)> {
         let (number, rest) = id.split_once(MARK)?;
         let slot: u32 = number.parse().ok()?;
-        // In one form only.
+        // Reject other spellings such as `01`: two texts must not denote one id.
         if slot.to_string() != number {
             return None;
         }
@@ -64,7 +71,7 @@ impl Names {
         Some((slot, known.station, rest))
     }
 
-    /// The arms that a number has had.
+    /// Comma-separated arms that the slot has ever had.
     pub(super) fn arms_of(&self, slot: u32) -> String {
         let slot = (slot as usize)
             .checked_sub(1)
@@ -73,17 +80,17 @@ impl Names {
         arms.unwrap_or_default().join(", ")
     }
 
-    /// A session at a station is that of a client of the hub.
+    /// Records that a session at a station belongs to a client of the hub.
     pub(super) fn is_own(&mut self, slot: u32, session: &str, of: &str) {
         self.own.insert((slot, session.to_owned()), of.to_owned());
     }
 
-    /// A client of the hub is gone for good.
+    /// Forgets the sessions of a client that cannot be resumed.
     pub(super) fn forget(&mut self, of: &str) {
         self.own.retain(|_, own| own != of);
     }
 
-    /// The id of a station as clients of the hub have it.
+    /// Translates an id of a station to the id shown to clients of the hub.
     pub(super) fn outward(&self, slot: u32, kind: IdKind, id: &str) -> String {
         let own = match kind {
             IdKind::Session => self.own.get(&(slot, id.to_owned())),
@@ -92,10 +99,10 @@ impl Names {
         own.cloned().unwrap_or_else(|| format!("{slot}{MARK}{id}"))
     }
 
-    /// The ids at these places as clients of the hub have them; what is no id is null.
+    /// Translates the ids at these places of a JSON value. A malformed id becomes null.
     pub(super) fn rename(&self, slot: u32, value: &mut Value, places: &[IdPlace]) {
         each_id(value, places, &mut |kind, id| {
-            // A subscription has a number of its own, which the hub knows to which arm it belongs.
+            // Subscriptions have numbers of their own, which the hub assigns.
             if kind != IdKind::Subscription {
                 *id = id
                     .as_str()
@@ -104,7 +111,7 @@ impl Names {
         });
     }
 
-    /// The same for an error.
+    /// Translates the ids in the data of an error.
     pub(super) fn rename_error(&self, slot: u32, mut error: RpcError) -> RpcError {
         let mut data = Value::Object(error.data);
         self.rename(slot, &mut data, ERROR_IDS);
@@ -144,7 +151,7 @@ mod tests {
     fn a_station_that_starts_anew_keeps_its_number() {
         let mut names = Names::default();
         let one = names.arrives(StationId(7), "a");
-        // While it is there another one with its arm has another number.
+        // As long as the old station is present, another one with the same arm gets a new number.
         assert_ne!(names.arrives(StationId(9), "a"), one);
         names.leaves(StationId(7));
         assert_eq!(names.split("1.x"), Some((1, None, "x")));
@@ -163,7 +170,7 @@ mod tests {
             value,
             json!({"holder": {"session": "s0-1", "name": "Anna"}, "by": null})
         );
-        // The same text at another station is somebody else.
+        // The same id at another station is a different session.
         assert_eq!(names.outward(two, IdKind::Session, "s1-4"), "2.s1-4");
         names.forget("s0-1");
         assert_eq!(names.outward(one, IdKind::Session, "s1-4"), "1.s1-4");

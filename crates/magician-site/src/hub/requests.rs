@@ -1,4 +1,4 @@
-//! From a client's message to whom it goes.
+//! Dispatch of client requests: to home, to the station of an arm or id, or to several stations.
 
 use magician::ErrorKind;
 use magician_protocol::HostInstant;
@@ -12,7 +12,7 @@ use super::socket::{Pending, Socket, Via, Wants};
 use super::{Hub, HubAct, LineId, RequestId, SocketId};
 use crate::site::{ArmAt, StationId};
 
-/// A request that has passed its checks.
+/// Request of a client that passed the checks of its shape.
 #[derive(Clone, Debug)]
 pub(super) struct Call {
     pub(super) now: HostInstant,
@@ -22,7 +22,7 @@ pub(super) struct Call {
     pub(super) params: Map<String, Value>,
 }
 
-/// What becomes of a request: an answer now, or later.
+/// Outcome of a request: the reply, or `None` if it follows later.
 pub(super) type Handled = Result<Option<Value>, RpcError>;
 
 impl Call {
@@ -30,7 +30,7 @@ impl Call {
         self.params.get(name).and_then(Value::as_str)
     }
 
-    /// The request as it is remembered while another one answers it.
+    /// Record of this request while its reply is outstanding elsewhere.
     fn pending(&self, arm: Option<&str>, via: Via, wants: Wants) -> Pending {
         Pending {
             socket: self.socket,
@@ -45,7 +45,8 @@ impl Call {
 }
 
 impl Hub {
-    /// Whether home answers a method as it is: it is about no arm, and about nothing of one.
+    /// True if home answers the method unchanged, because it concerns no arm and nothing that
+    /// belongs to one.
     #[must_use]
     pub fn is_of_home(method: &str) -> bool {
         Method::named(method).is_none_or(|method| {
@@ -55,9 +56,10 @@ impl Hub {
         })
     }
 
-    /// A text message of a client.
+    /// Handles a text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         self.handle_timeout(now);
+        // A client of a hub watches more arms than a client of a station.
         let rate = RATE + 2 * self.arms.len();
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
@@ -72,7 +74,7 @@ impl Hub {
             .as_ref()
             .ok()
             .and_then(|message| Method::named(&message.method));
-        // As at a station: stops, and what keeps a jog up, are obeyed in any number.
+        // Stops and jog keep-alives are exempt from the rate limit, as at a station.
         if !named.is_some_and(|method| method.always) {
             match pace {
                 Pace::Fine => {}
@@ -96,7 +98,7 @@ impl Hub {
             (Ok(message), Some(method)) if greeted || method.name == "session.hello" => {
                 (message, method)
             }
-            // What is no request, and what comes before hello, home has the words for.
+            // Home knows the errors for malformed messages and for messages before the hello.
             _ => {
                 self.acts.push_back(HubAct::Home(socket, text.to_owned()));
                 return;
@@ -163,7 +165,7 @@ impl Hub {
                 let params = call.params.clone();
                 let what = Gathers::Everywhere(Vec::new());
                 let mut meant = self.meant(None);
-                // Those that are missing may be what is not expected any more.
+                // Do not wait for missing arms: this request may remove them from the roster.
                 meant.beyond.clear();
                 self.gather(call, what, method.name, params, meant)
             }
@@ -175,14 +177,15 @@ impl Hub {
                 self.ask_home(&call, Wants::Answer);
                 Ok(None)
             }
-            // The jog says more than the arm, which need not be named then.
+            // A jog id determines the arm, so `arm` may be missing.
             "jog.stop" if call.params.contains_key("jog") => self.of_id(call),
             _ if method.takes_arm() => self.of_arm(call, arm.as_deref()),
+            // Methods of leases, jogs and jobs: the prefix of the id names the station.
             _ => self.of_id(call),
         }
     }
 
-    /// Home answers.
+    /// Passes a request to home.
     pub(super) fn ask_home(&mut self, call: &Call, wants: Wants) {
         let request = self.pends(call.pending(None, Via::Home, wants));
         let text = text_of(Some(request), call.method.name, &call.params);
@@ -207,7 +210,7 @@ impl Hub {
         self.pass_on(&call, &at, wants)
     }
 
-    /// What is about a lease, a jog or a job: its id tells the station.
+    /// Passes on a request about a lease, jog or job. The prefix of its id determines the station.
     fn of_id(&mut self, mut call: Call) -> Handled {
         let Some((param, kind)) = call.method.id_param() else {
             let why = format!("{} does nothing", call.method.name);
@@ -222,12 +225,12 @@ impl Hub {
         };
         let there = self.id_there(&call, station, kind, param)?;
         call.params.insert(param.to_owned(), json!(there));
-        // Any of its arms leads to a station.
+        // A request needs the name of some arm to find the station; any of them will do.
         let arm = self.any_arm(station).unwrap_or_default();
         self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer)
     }
 
-    /// An id as the station has it.
+    /// Translates an id of the hub to the id at the station.
     fn id_there(
         &self,
         call: &Call,
@@ -248,7 +251,8 @@ impl Hub {
         }
     }
 
-    /// Sends a request on: beside all lines where it overtakes or has no session, else by the client's line.
+    /// Passes a request to a station: as a single request if it must overtake others or its client
+    /// has no session, otherwise over the client's line.
     fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
         let calls = self.sockets.get(&call.socket).is_some_and(Socket::calls);
         if calls || (call.method.always && !call.method.session) {
@@ -260,7 +264,7 @@ impl Hub {
         Ok(None)
     }
 
-    /// A request by itself.
+    /// Sends a single request, outside of all lines.
     pub(super) fn call_beside(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> RequestId {
         let request = self.pends(call.pending(Some(&at.arm), Via::Call(at.station), wants));
         let open = self.sockets.get(&call.socket);
@@ -275,7 +279,7 @@ impl Hub {
         request
     }
 
-    /// A request by a line.
+    /// Sends a request over a line.
     fn send_on(
         &mut self,
         call: &Call,
@@ -284,7 +288,8 @@ impl Hub {
         wants: Wants,
     ) -> Result<(), RpcError> {
         let text = |request| text_of(request, call.method.name, &call.params);
-        // The keep of a jog that waits says what another one would.
+        // Keep-alives of a jog are identical: one in the queue is enough, and more would only delay
+        // a stop.
         if call.method.name == "jog.keep" && call.id.is_none() {
             let keep = (None, text(None));
             let open = self.lines.get(&line);
@@ -303,7 +308,7 @@ impl Hub {
         Ok(())
     }
 
-    /// Remembers a request that is sent on.
+    /// Records a request that is passed on.
     fn pends(&mut self, pending: Pending) -> RequestId {
         let request = RequestId(self.next_id());
         if pending.wants.is_clients()
@@ -315,7 +320,8 @@ impl Hub {
         request
     }
 
-    /// The program of a job lies in the hub's library: it goes along as bytes.
+    /// Fetches the program of a job from the hub's library. Stations have other libraries, so they
+    /// get its bytes.
     fn fetch_program(&mut self, mut call: Call, arm: Option<&str>) -> Handled {
         let name = call.params.remove("program");
         let mut others = ["text", "data"].into_iter();
@@ -332,7 +338,7 @@ impl Hub {
         Ok(None)
     }
 
-    /// The program of a job is there, or is not.
+    /// Continues a request once its program has been fetched, or fails it.
     pub(super) fn fetched(
         &mut self,
         now: HostInstant,
@@ -373,12 +379,12 @@ fn unknown(param: &str) -> RpcError {
     RpcError::param(param, format!("there is no such {param}"))
 }
 
-/// Answered from the answers of several stations.
+/// Methods whose reply is merged from several stations.
 const MERGED: [&str; 3] = ["session.list", "server.info", "arm.list"];
-/// Groups of methods that are about all stations.
+/// Prefixes of methods that concern all stations.
 const OF_ALL: [&str; 4] = ["class.", "schedule.", "site.", "turn."];
 
-/// A request as text.
+/// Encodes a request. Without an id it is a notification.
 pub(super) fn text_of(request: Option<RequestId>, method: &str, params: &impl Serialize) -> String {
     let mut text = json!({"jsonrpc": "2.0", "method": method, "params": params});
     if let Some(RequestId(id)) = request {

@@ -1,4 +1,5 @@
-//! A hub at work: its own station, its lines, and the clients of a listener.
+//! A hub on a tokio runtime: the [`Hub`] state machine, its own station, and the tasks that drive
+//! them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -22,13 +23,13 @@ use super::{Hub, SocketId};
 use crate::Roster;
 use crate::site::Site;
 
-/// What a hub is made of.
+/// Configuration of a hub.
 pub struct HubConfig {
-    /// Its own station, which keeps its sessions and its library; its arms are not served.
+    /// Configuration of home, which keeps the sessions and the library. Its arms are ignored.
     pub station: StationConfig,
-    /// The token that clients of this machine without one have at stations.
+    /// Token at stations for clients of this machine that bring none.
     pub token: Option<String>,
-    /// Takes the lines of its journal; stations write their own.
+    /// Receives the journal of home. Stations keep their own journals.
     pub journal: JournalSink,
 }
 
@@ -40,7 +41,8 @@ impl fmt::Debug for HubConfig {
     }
 }
 
-/// A [`Hub`] on a tokio runtime, for a [`Listener`](magician_station::http::Listener). Clones are of the same hub.
+/// A [`Hub`] on a tokio runtime, for a [`Listener`](magician_station::http::Listener). Clones share
+/// the same hub.
 #[derive(Clone)]
 pub struct RunningHub {
     shared: Arc<Shared>,
@@ -62,10 +64,10 @@ impl Drop for Tasks {
 }
 
 impl RunningHub {
-    /// Sets it going on the present runtime.
+    /// Starts a hub on the current runtime.
     ///
     /// # Panics
-    /// Outside of a tokio runtime.
+    /// If called outside of a tokio runtime.
     #[must_use]
     pub fn start(config: HubConfig, site: Arc<dyn Site>) -> Self {
         let HubConfig {
@@ -92,7 +94,8 @@ impl RunningHub {
             this: Weak::clone(this),
             runtime: Handle::current(),
         });
-        // What is there already is known to the first request.
+        // Before any client can connect, so that the first request already sees the arms that are
+        // present.
         let arms = shared.site.arms().into_keys().collect();
         shared.with(|hub, now| hub.on_site(now, arms));
         let watching = tokio::spawn(Shared::watch(Arc::downgrade(&shared)));
@@ -106,31 +109,32 @@ impl RunningHub {
         }
     }
 
-    /// Looks whether a station has a class, for what this machine's people may do here. It goes on looking by itself.
+    /// Checks whether a station has a class, which decides the role of users at this machine. A
+    /// background task repeats the check every second.
     pub async fn look_at_class(&self) {
         self.shared.look_at_class().await;
     }
 
-    /// Learns from the stations' rosters which arms are expected.
+    /// Reads the rosters of all stations and adds their arms as expected.
     pub async fn read_roster(&self) -> Roster {
         let roster = self.shared.site.roster().await;
         self.shared.with(|hub, _| hub.expects(&roster));
         roster
     }
 
-    /// How many clients it has at present.
+    /// Number of connected clients.
     #[must_use]
     pub fn clients(&self) -> usize {
         self.shared.lock().clients.len()
     }
 
-    /// A client connects, with the token of its request if it has one.
+    /// Connects a client. `token` is the token of its HTTP request, if any.
     #[must_use]
     pub fn connect(&self, peer: Peer, token: Option<String>) -> HubClient {
         self.join(self.shared.home.connect(peer), token)
     }
 
-    /// The client whose session at home this is.
+    /// Adds a client with a session at home.
     fn join(&self, client: Client, token: Option<String>) -> HubClient {
         let client = Arc::new(client);
         let pump = Arc::clone(&client);
@@ -166,7 +170,7 @@ impl Served for RunningHub {
     type Client = HubClient;
 
     async fn admit(&self, peer: Peer, token: Option<String>) -> Option<HubClient> {
-        // Home counts, and knows who has said hello.
+        // Home limits the number of connections and knows which of them have said hello.
         let client = self.shared.home.admit(peer).await?;
         Some(self.join(client, token))
     }
@@ -174,16 +178,18 @@ impl Served for RunningHub {
     async fn call(&self, peer: Peer, token: Option<String>, text: &str) -> Option<String> {
         let message = match Message::parse(text) {
             Ok(message) if !Hub::is_of_home(&message.method) => message,
+            // Also malformed messages: home knows the errors for them.
             _ => return self.shared.home.call(peer, text).await,
         };
         let known = Method::named(&message.method);
         let of_place = (peer.origin == Origin::Loopback).then(|| self.place_role());
         let role = peer.grant.as_ref().map(|grant| grant.role).or(of_place);
         let Some(role) = role.filter(|_| known.is_some_and(|method| !method.session)) else {
-            // Home has the words for it.
+            // Home produces the error.
             return self.shared.home.call(peer, text).await;
         };
-        // The PIN in the place of a token is the hub's to look at: stations know the hub's own token.
+        // A PIN in place of a token concerns the hub alone. Stations get the hub's own token
+        // instead.
         let token = token.filter(|token| !is_pin(token));
         let role = if self.shared.read_only {
             Role::Viewer
@@ -251,7 +257,7 @@ impl Shared {
     }
 }
 
-/// A client of a hub. Dropping it is the end of its socket, and of its sessions at stations.
+/// Client of a hub. Dropping it closes its socket and its sessions at stations.
 pub struct HubClient {
     shared: Arc<Shared>,
     socket: SocketId,
@@ -274,7 +280,7 @@ impl HubClient {
         }
     }
 
-    /// What waits to be sent now, if anything does.
+    /// Returns the next message for the client without waiting, or `None`.
     #[must_use]
     pub fn try_receive(&self) -> Option<Outgoing> {
         self.shared.lock().hub.poll_send(self.socket)

@@ -1,4 +1,4 @@
-//! What the hub keeps of a client: its session, its lines to stations, what it subscribes to, and what waits to be sent.
+//! State of a client: its session, lines to stations, subscriptions, pending requests and outbox.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -13,15 +13,15 @@ use super::requests::Call;
 use super::{LineId, RequestId, SocketId};
 use crate::site::StationId;
 
-/// Pauses before a line is opened again, ms: they grow to the last.
+/// Backoff before a line is opened again, ms. The last value repeats.
 const PAUSES: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
 
-/// How a client reaches a station.
+/// Route of a client to a station.
 #[derive(Debug)]
 pub(super) enum Way {
-    /// By this line.
+    /// Over this line.
     Line(LineId),
-    /// Not at present.
+    /// Lost. A new line may be opened from `until`.
     Waiting {
         until: HostInstant,
         tries: usize,
@@ -30,7 +30,7 @@ pub(super) enum Way {
 }
 
 impl Way {
-    /// After so many tries in vain.
+    /// Backoff after this number of failed attempts.
     pub(super) fn after(now: HostInstant, tries: usize, why: RpcError) -> Self {
         let pause = PAUSES[tries.min(PAUSES.len() - 1)];
         Self::Waiting {
@@ -41,44 +41,44 @@ impl Way {
     }
 }
 
-/// A subscription of a client, which lasts while the line to its arm comes and goes.
+/// Subscription of a client. It survives the loss of its line.
 #[derive(Debug)]
 pub(super) struct Subscription {
     pub(super) arm: String,
-    /// What was asked for, so that it can be asked for again.
+    /// Original parameters, used to subscribe again.
     pub(super) params: Map<String, Value>,
-    /// The line that it has, and its number there.
+    /// Line, and number of the subscription at the station. `None` while the line is lost.
     pub(super) at: Option<(LineId, u64)>,
-    /// Whether its client was told that nothing comes.
+    /// True if the client knows that the link is lost.
     pub(super) lost: bool,
-    /// What has changed and was not sent yet.
+    /// Merged changes that were not sent yet.
     pub(super) change: Map<String, Value>,
     pub(super) frame: Option<StateFrame>,
-    /// What is added to the numbers of frames: they go on when a line begins anew.
+    /// Offset of sequence numbers: they continue when a new line restarts at 0.
     pub(super) base: u32,
     pub(super) next: u32,
 }
 
-/// A connection of a client.
+/// Connection of a client.
 #[derive(Debug)]
 pub(super) struct Socket {
-    /// The token that it has at stations; until its hello that of its request.
+    /// Token at stations. Before the hello that of the HTTP request.
     pub(super) token: Option<String>,
-    /// When it was sent a list of sessions last.
+    /// Time of the last list of sessions.
     pub(super) listed: Option<HostInstant>,
-    /// The sessions have changed since.
+    /// True if the sessions have changed since.
     pub(super) list_waits: bool,
-    /// Its session, by the id of the hub.
+    /// Id of its session at the hub. `None` before the hello.
     pub(super) session: Option<String>,
     pub(super) role: Role,
-    /// It lasts for one request.
+    /// True for a socket that serves a single request.
     pub(super) once: bool,
-    /// It looks at all arms: lines to all stations are kept.
+    /// True if the client lists all arms: lines to all stations are kept open.
     pub(super) wide: bool,
     pub(super) ways: BTreeMap<StationId, Way>,
     pub(super) subscriptions: BTreeMap<u16, Subscription>,
     pub(super) last_subscription: u16,
-    /// Jogs under way, by the id of the hub: the arm, and its station.
+    /// Running jogs by the id at the hub, each with its arm and station.
     pub(super) jogs: BTreeMap<String, (String, StationId)>,
     pub(super) under_way: usize,
     pub(super) outbox: Outbox,
@@ -105,13 +105,15 @@ impl Socket {
         }
     }
 
-    /// True if its requests go to stations as single ones. A viewer's do not: the token that goes along may allow more than a
-    /// viewer may, and a session alone can be told to take less.
+    /// True if its requests go to stations as single requests.
+    ///
+    /// False for a viewer, even with one request: its token may allow more than a viewer may do,
+    /// and only a session can ask for a lower role.
     pub(super) fn calls(&self) -> bool {
         self.once && self.role > Role::Viewer
     }
 
-    /// A number for a subscription; none where all are taken.
+    /// Returns an unused subscription number, or `None` if all are in use.
     pub(super) fn free_subscription(&mut self) -> Option<u16> {
         let taken = &self.subscriptions;
         let behind = self.last_subscription.saturating_add(1)..=u16::MAX;
@@ -122,7 +124,7 @@ impl Socket {
         Some(free)
     }
 
-    /// The subscription of a line by its number there.
+    /// Finds a subscription by its line and its number there.
     pub(super) fn subscription_at(
         &mut self,
         line: LineId,
@@ -134,68 +136,68 @@ impl Socket {
     }
 }
 
-/// A line to a station for one client.
+/// Line of one client to one station.
 #[derive(Debug)]
 pub(super) struct Line {
     pub(super) socket: SocketId,
     pub(super) station: StationId,
     pub(super) slot: u32,
     pub(super) opened: HostInstant,
-    /// The hello of its client, until it goes.
+    /// Hello of its client, until it is sent.
     pub(super) hello: Option<(RequestId, String)>,
-    /// Its hello was answered.
+    /// True once the hello was accepted.
     pub(super) up: bool,
-    /// What waits to go: all of it for the answer to hello.
+    /// Messages to send. They wait until the hello is accepted.
     pub(super) queue: VecDeque<(Option<RequestId>, String)>,
-    /// A sign of life of the client waits to be sent.
+    /// True if a keep-alive of the client is to be sent.
     pub(super) alive: bool,
-    /// When the station was asked for a word that it has not said yet.
+    /// Time of the unanswered probe, if there is one.
     pub(super) probed: Option<HostInstant>,
     pub(super) throttle: Throttle,
     pub(super) tries: usize,
-    /// The sessions that it told of last.
+    /// List of sessions from the station's last notification.
     pub(super) sessions: Value,
     pub(super) recording: bool,
 }
 
-/// How a request was sent on.
+/// Path by which a request was passed on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Via {
     Home,
     Line(LineId),
-    /// By itself, beside all lines.
+    /// Single request, outside of all lines.
     Call(StationId),
 }
 
-/// What a request is for.
+/// Purpose of a request that was passed on, which decides what its reply is used for.
 #[derive(Debug)]
 pub(super) enum Wants {
-    /// Its answer goes to the client.
+    /// The client's own request: the reply goes to the client.
     Answer,
-    /// The client's hello: what it is called, and its token.
+    /// The client's hello, with its name and token.
     Hello(String, Option<String>),
     /// The hello of a line.
     LineHello,
-    /// A word of the station.
+    /// A probe: any reply shows that the station is alive.
     Probe,
-    /// The turns of a station.
+    /// Turns of a station.
     Turns,
-    /// A part of what several answer.
+    /// Part of a gather.
     Part(GatherId),
-    /// A subscription of the client.
+    /// A new subscription of the client.
     Subscribe(Map<String, Value>),
-    /// A subscription that is there has to be made at the station anew.
+    /// An existing subscription, made again on a new line.
     Resubscribe(u16),
-    /// One that is over.
+    /// The reply is ignored.
     Nothing,
-    /// The program of this request, which goes on with it.
+    /// The program of this request, which continues with it.
     Program(Call),
-    /// The sessions of home, before those of the stations are asked for.
+    /// Sessions of home. The sessions of the stations follow.
     Sessions(Call),
 }
 
 impl Wants {
-    /// True if a client waits for it by itself.
+    /// True if the request counts as in flight for its client.
     pub(super) fn is_clients(&self) -> bool {
         matches!(
             self,
@@ -208,7 +210,7 @@ impl Wants {
     }
 }
 
-/// A request that was sent on.
+/// Request that was passed on and not answered yet.
 #[derive(Debug)]
 pub(super) struct Pending {
     pub(super) socket: SocketId,

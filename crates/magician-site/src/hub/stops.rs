@@ -1,4 +1,9 @@
-//! Stops: they go out before all else, and nothing that was handed over earlier moves an arm after them.
+//! Stops.
+//!
+//! A stop goes to its stations before anything else, as a single request beside all lines. It must
+//! also win against earlier requests that may reach the station later. If such a request is still
+//! in the hub, it fails. If it may be in flight on a line, a second stop is queued on the same
+//! line, so that it arrives after the request.
 
 use std::collections::BTreeSet;
 
@@ -12,14 +17,14 @@ use super::socket::Via;
 use crate::site::StationId;
 
 impl Hub {
-    /// Stops an arm, wherever it is, or all.
+    /// Stops one arm at every station that has it, or all arms.
     pub(super) fn stop(&mut self, call: Call, arm: Option<&str>) -> Handled {
         let meant = self.meant(arm);
         if meant.at.is_empty() && meant.beyond.is_empty() && arm.is_some() {
             return self.station_of(arm).map(|_| None);
         }
         let (at, params) = (meant.at.clone(), call.params.clone());
-        // The stops go out before anything else is done; one of a station is of all its arms.
+        // Send the stops first. `arm.stop` without an arm stops all arms of a station.
         self.gather(call.clone(), Gathers::Stops, "arm.stop", params, meant)?;
         for (station, arms) in &at {
             for arm in arms {
@@ -29,8 +34,8 @@ impl Hub {
         Ok(None)
     }
 
-    /// What was handed over before a stop, by whomever, does not move the arm after it: what waits here is ended, and what may be
-    /// on its way gets a stop behind it.
+    /// Keeps earlier requests of any client from moving the arm after the stop: fails the waiting
+    /// ones, and queues a stop behind requests in flight.
     fn stop_behind(&mut self, call: &Call, station: StationId, arm: &str) {
         let by = { self.sockets.get(&call.socket) }.and_then(|open| open.session.clone());
         let (mut waiting, mut on_their_way) = (Vec::new(), BTreeSet::new());
@@ -38,20 +43,21 @@ impl Hub {
             let of_arm = match pending.via {
                 Via::Line(line) => {
                     let at = self.lines.get(&line).map(|line| line.station);
-                    // A job is named by its id alone: it may be of this arm.
+                    // A job method names its job and no arm, so it may concern this arm.
                     let is_meant = pending.arm.as_deref() == Some(arm);
                     at == Some(station) && (is_meant || !pending.method.takes_arm())
                 }
-                // Its program is read.
+                // A job whose program is still being read from the library.
                 Via::Home => pending.arm.as_deref() == Some(arm),
                 Via::Call(_) => false,
             };
-            // What does not move the arm goes on.
+            // Requests that need no lease cannot move an arm.
             if !of_arm || !matches!(pending.method.needs, Needs::Lease(_)) {
                 continue;
             }
             match pending.via {
                 Via::Line(line) if pending.sent => drop(on_their_way.insert(line)),
+                // Still in the hub.
                 _ => waiting.push(*request),
             }
         }

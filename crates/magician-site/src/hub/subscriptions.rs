@@ -1,4 +1,5 @@
-//! States for subscribers: of those that wait the newest, also where the line to a station comes and goes.
+//! Subscriptions of clients to states: only the newest state is kept while a client is busy, and a
+//! subscription survives the loss of its line.
 
 use magician_protocol::HostInstant;
 use magician_station::api::{Notification, RpcError, notification};
@@ -10,7 +11,7 @@ use super::socket::{Pending, Subscription, Wants};
 use super::{Hub, LineId, SocketId};
 
 impl Hub {
-    /// A station has taken a subscription.
+    /// A station has accepted a subscription: assigns it a number of the hub.
     pub(super) fn subscribed(
         &mut self,
         line: LineId,
@@ -38,6 +39,7 @@ impl Hub {
                     open.subscriptions.insert(id, made);
                     result["subscription"] = json!(id);
                 }
+                // All numbers are in use, or the station sent none.
                 _ => outcome = Err(RpcError::new(RpcError::TOO_MANY, "too many subscriptions")),
             }
         }
@@ -71,7 +73,7 @@ impl Hub {
         }
     }
 
-    /// A line is up: what its client has subscribed to goes on.
+    /// A line is up: renews the subscriptions of its client at this station.
     pub(super) fn subscribe_again(&mut self, line: LineId) {
         let Some(known) = self.lines.get(&line) else {
             return;
@@ -86,7 +88,7 @@ impl Hub {
         }
     }
 
-    /// A station has taken a subscription anew.
+    /// A station has accepted a renewed subscription.
     pub(super) fn subscribed_again(
         &mut self,
         line: LineId,
@@ -103,12 +105,13 @@ impl Hub {
             Some(one) if one.at.is_none() => {
                 (one.at, one.base) = (at, one.next);
             }
-            // It has ended meanwhile.
+            // The client unsubscribed in the meantime.
             _ => self.end_there(at),
         }
     }
 
-    /// The line of subscriptions is gone: their client hears it as that of a line to the arm.
+    /// A line is lost: its subscribers get a state with `link` set to `lost`, as if the line to the
+    /// arm had broken.
     pub(super) fn lose_subscriptions(&mut self, now: HostInstant, socket: SocketId, line: LineId) {
         let t = self.unix(now);
         let Some(open) = self.sockets.get_mut(&socket) else {
@@ -129,7 +132,7 @@ impl Hub {
         }
     }
 
-    /// A state as text: what has changed is added to what waits.
+    /// Handles a state as text: merges its changes with the unsent ones.
     pub(super) fn hears_state(&mut self, line: LineId, mut params: Value) {
         let Some((slot, socket)) = self.lines.get(&line).map(|line| (line.slot, line.socket))
         else {
@@ -150,6 +153,7 @@ impl Hub {
         if let Some(link) = change.get("link") {
             one.lost = link == "lost";
         }
+        // A station may report only the arm of the subscription.
         if change.get("arm").is_some_and(|arm| arm != one.arm.as_str()) {
             return;
         }
@@ -159,7 +163,7 @@ impl Hub {
         }
     }
 
-    /// A state of a station as a frame: the newest is the one that counts.
+    /// Handles a binary state. The newest one replaces an unsent one.
     pub fn line_shows(&mut self, line: LineId, bytes: &[u8]) {
         let Some(socket) = self.lines.get(&line).map(|line| line.socket) else {
             return;
@@ -181,7 +185,7 @@ impl Hub {
         }
     }
 
-    /// What waits for a subscription.
+    /// Returns the unsent state of a subscription, or `None`.
     pub(super) fn state_for(&mut self, socket: SocketId, id: u16) -> Option<Outgoing> {
         let open = self.sockets.get_mut(&socket)?;
         let one = open.subscriptions.get_mut(&id)?;

@@ -1,4 +1,4 @@
-//! A site of this machine: an authority, stations with a virtual arm each, and what looks at them.
+//! A test site on this machine: an authority, stations with one virtual arm each, and observers.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -15,23 +15,23 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::time::{Instant, timeout};
 
-/// Everything here takes milliseconds; a machine under load gets this.
+/// Timeout of every wait. Everything here takes milliseconds; the rest is for a machine under load.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
-/// The machine of the authority, where stations are unless they say otherwise.
+/// Machine of the authority, and of every station unless stated otherwise.
 pub(crate) const BENCH: &str = "bench-1";
 
 pub(crate) struct Lab {
     pub(crate) folder: TempDir,
     pub(crate) tokens: TokenStore,
     pub(crate) token: String,
-    /// Of all stations.
+    /// Journal lines of all stations.
     pub(crate) journal: Arc<Mutex<Vec<JournalLine>>>,
-    /// None on a site without certificates.
+    /// `None` on a site without certificates.
     pub(crate) identity: Option<Identity>,
 }
 
 impl Lab {
-    /// A site whose machines have certificates.
+    /// Creates a site whose machines have certificates.
     pub(crate) fn new() -> Self {
         let lab = Self::without_certificates();
         let authority = Authority::init(&lab.folder.path().join("lab"), "lab", BENCH).unwrap();
@@ -60,7 +60,7 @@ impl Lab {
             .unwrap()
     }
 
-    /// The certificate of another machine, which joins.
+    /// Lets another machine join, and returns its identity.
     pub(crate) async fn machine(&self, name: &str) -> Identity {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let invitation = Arc::new(Invitation::new(self.authority(), 1).unwrap());
@@ -73,8 +73,8 @@ impl Lab {
         joined.unwrap().identity
     }
 
-    /// Settings of Zenoh for one end: without multicast, so that tests beside each other do not meet.
-    /// Ends that have no port of their own find each other through one that has.
+    /// Zenoh configuration for one end. Multicast is off, so that parallel tests do not see each
+    /// other. Ends without a listening port find each other through one with such a port.
     pub(crate) fn config(&self, name: &str, listens: Option<u16>, connects: &[u16]) -> PathBuf {
         let link = if self.identity.is_some() {
             "tls"
@@ -155,15 +155,15 @@ impl Lab {
     }
 }
 
-/// A site with the arm `a` of one station, and somebody who sees it.
+/// A site with one station and its arm `a`, seen by an observer.
 pub(crate) struct OneArm {
     pub(crate) lab: Lab,
     pub(crate) station: RunningStation,
     pub(crate) node: SiteNode,
-    /// Where others find the site.
+    /// Port through which other ends find the site.
     pub(crate) port: u16,
     pub(crate) site: ZenohSite,
-    /// Behind the first state of the arm.
+    /// Events after the arm's first state.
     pub(crate) events: SiteEvents,
     pub(crate) at: ArmAt,
     pub(crate) state: Value,
@@ -213,7 +213,7 @@ pub(crate) async fn until<T>(
     timeout(PATIENCE, found).await.unwrap()
 }
 
-/// Waits until an arm is there, with its state.
+/// Waits until an arm is present and its state is known.
 pub(crate) async fn arrives(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value) {
     until(events, |event| match event {
         SiteEvent::News(at, news) if at.arm == arm && !news.state.is_null() => {
@@ -242,7 +242,7 @@ pub(crate) async fn answer(channel: &mut Channel, id: u64) -> Value {
     }
 }
 
-/// Waits until something is so on a site.
+/// Waits until a condition holds.
 pub(crate) async fn becomes(is_so: impl AsyncFn() -> bool) {
     let waiting = async {
         while !is_so().await {
@@ -252,7 +252,7 @@ pub(crate) async fn becomes(is_so: impl AsyncFn() -> bool) {
     timeout(PATIENCE, waiting).await.unwrap();
 }
 
-/// Whether a site can be asked for something, by its answer to who may only look.
+/// True if a request to the arm succeeds.
 pub(crate) async fn answers(site: &ZenohSite, at: &ArmAt, caller: &Caller) -> bool {
     let asked = request("arm.state", &json!({"arm": at.arm}));
     matches!(site.call(at, caller, asked).await, Ok(Some(text)) if text.contains("\"result\""))

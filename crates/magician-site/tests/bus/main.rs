@@ -1,5 +1,5 @@
-//! Stations and a program that looks at them, over a network of this machine: with certificates of
-//! the site, without, and with strangers on it.
+//! Stations and an observer on a network within this machine: with certificates, without them, and
+//! with strangers on the network.
 
 mod bench;
 mod presence;

@@ -1,4 +1,4 @@
-//! Who is there, what is seen of it, and requests.
+//! Presence and states of arms on the bus, and requests to their stations.
 
 use magician_site::carrier::{CarrierError, LINGER_FLAW};
 use magician_site::{Caller, Site, SiteError, SiteEvent};
@@ -79,7 +79,7 @@ async fn a_name_is_on_a_site_once() {
         }
         other => panic!("{other:?}"),
     }
-    // Another name is welcome, and a name that is free again is, too.
+    // A new name is accepted, and so is a released one.
     let (_third, beside) = lab.node("c", &lab.config("c", None, &[port])).await;
     beside.leave().await;
     let (_again, _node) = lab.node("c", &lab.config("d", None, &[port])).await;

@@ -1,4 +1,4 @@
-//! The roster: which arms are expected, by the word of all stations.
+//! Rosters: the union of the expected arms over all stations.
 
 use magician_site::{Roster, Site};
 use serde_json::{Value, json};
@@ -31,7 +31,7 @@ async fn roster_is_kept_by_stations() {
 
     node.leave().await;
     drop(station);
-    // A station that starts again has what it was told.
+    // A restarted station still has its roster.
     let (_station, _node) = lab.node("a", &config).await;
     becomes(async || names(&site.roster().await) == ["a", "b"]).await;
 }

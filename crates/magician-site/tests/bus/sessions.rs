@@ -1,4 +1,4 @@
-//! Sessions: the equal of a socket at the station.
+//! Sessions over the network behave like a WebSocket to the station.
 
 use magician_site::{FromStation, Site, SiteEvent, ToStation};
 use serde_json::json;
@@ -24,7 +24,7 @@ async fn a_session_is_the_equal_of_a_socket() {
         .await;
     let greeted = answer(&mut channel, 1).await;
     assert_eq!(greeted["result"]["role"], "student", "{greeted}");
-    // Beside it the one that reads states.
+    // The second socket is the node's own, which reads states.
     becomes(async || station.sockets() == 2).await;
     let lease = request("lease.acquire", &json!({"arm": "a"}));
     channel.send(ToStation::Text(lease)).await;
@@ -35,7 +35,7 @@ async fn a_session_is_the_equal_of_a_socket() {
     })
     .await;
 
-    // More frames than are on their way at once: they are taken, and others follow.
+    // Read more frames than fit the window, so that the reader frees room for the next ones.
     let subscribe = json!({"arm": "a", "rate": 50, "frame": "binary"});
     channel
         .send(ToStation::Text(request("arm.subscribe", &subscribe)))
@@ -51,7 +51,7 @@ async fn a_session_is_the_equal_of_a_socket() {
             FromStation::Closed(closed) => panic!("{closed}"),
         }
     }
-    // The end of the channel is the end of the socket, and the lease is free again.
+    // Dropping the channel closes the socket and so releases the lease.
     drop(channel);
     until(&mut events, |event| match event {
         SiteEvent::News(_, news) => news.state["holder"].is_null().then_some(()),

@@ -1,6 +1,8 @@
-//! A stranger on the network: what it can declare, what it gets, and what it can cause. With
-//! certificates it is not let in; without them it sees presence and states, and its own are shown as
-//! unproved.
+//! A stranger on the network: the declarations it can make, the data it gets, and the harm it can
+//! do.
+//!
+//! On a site with certificates it cannot connect. On one without, it sees presence and states, and
+//! its own are shown as unproved.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -25,19 +27,19 @@ fn ghost() -> ArmAt {
     }
 }
 
-/// Everything that a stranger hears, as `key: payload`.
+/// Everything that a stranger receives, as `key: payload`.
 type Heard = Arc<Mutex<Vec<String>>>;
 
 struct Stranger {
     _session: Session,
     heard: Heard,
-    /// What is declared lasts as long.
+    /// Declarations, which last as long as this value.
     _declared: Vec<Box<dyn Send>>,
 }
 
 impl Stranger {
-    /// Listens to all keys, answers every question with lies, and tells lies of its own: the arm
-    /// `ghost`, another state of the arm `a`, and a roster that has neither.
+    /// Subscribes to all keys, replies to every query with lies, and publishes lies: the arm
+    /// `ghost`, another state of the arm `a`, and a roster without either.
     async fn comes(config: &Path, liar: std::net::SocketAddr) -> Self {
         let session = zenoh::open(Config::from_file(config).unwrap())
             .await
@@ -72,7 +74,7 @@ impl Stranger {
         };
         let queryable = session.declare_queryable("magician/lab/**").callback(lie);
         declared.push(Box::new(queryable.await.unwrap()));
-        // Rosters: one that hides an arm, and one that adds one.
+        // Two rosters: the first hides an arm, the second adds one.
         for (machine, said) in [
             ("liar-1", r#"{"arms": []}"#),
             ("liar-2", r#"{"arms": [{"arm": "phantom"}]}"#),
@@ -96,7 +98,7 @@ impl Stranger {
         let teller = session.declare_publisher(key.clone()).await.unwrap();
         teller.put(state.clone()).await.unwrap();
         declared.push(Box::new(teller));
-        // A hub that comes later, or whose link does, asks for it.
+        // Queried by hubs that join later or whose link comes up later.
         let teller = session.declare_queryable(key);
         let teller = teller.callback(move |query: Query| {
             let state = state.clone();
@@ -117,7 +119,7 @@ impl Stranger {
     }
 }
 
-/// A listener of the stranger: what it was sent.
+/// Listener of the stranger, with the bytes that it received.
 async fn liar() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
     use tokio::io::AsyncReadExt;
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
@@ -135,7 +137,7 @@ async fn liar() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
     (at, got)
 }
 
-/// Settings of somebody without a certificate.
+/// Zenoh configuration of a stranger without a certificate.
 fn plain_config(lab: &Lab, connects: u16) -> PathBuf {
     let config = json!({
         "listen": {"endpoints": ["tcp/127.0.0.1:0"]},
@@ -147,7 +149,7 @@ fn plain_config(lab: &Lab, connects: u16) -> PathBuf {
     path
 }
 
-/// Settings of somebody who has a certificate, of the site or of another authority.
+/// Zenoh configuration of a stranger with a certificate, of this site or of another authority.
 fn tls_config(lab: &Lab, identity: &Identity, connects: u16) -> PathBuf {
     let (key, certificate) = (identity.key_file(), identity.certificate_file());
     let config = json!({
@@ -166,7 +168,8 @@ fn tls_config(lab: &Lab, identity: &Identity, connects: u16) -> PathBuf {
     path
 }
 
-/// What the teacher asks of the site, by token: each is a thing that a stranger would like to hear.
+/// Makes the requests of a teacher, with a token: everything that a stranger would like to
+/// intercept.
 async fn teach(site: &ZenohSite, at: &ArmAt, lab: &Lab) -> Vec<Result<Option<String>, SiteError>> {
     let teacher = lab.teacher();
     let class =
@@ -195,7 +198,7 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
     let (at, _) = arrives(&mut events, "a").await;
     let ghost = ghost();
     becomes(async || site.arms().contains_key(&ghost)).await;
-    // Nothing is told to anybody, whoever it seems to be.
+    // Nothing is sent to any station, because none has proved its identity.
     for at in [&at, &ghost] {
         let answers = teach(&site, at, &lab).await;
         assert!(
@@ -210,7 +213,7 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
         ));
     }
     assert!(got.lock().unwrap().is_empty());
-    // Its roster adds a name, and removes none.
+    // A forged roster can add a name but not remove one.
     becomes(async || site.roster().await.has("phantom")).await;
     for heard in stranger.heard() {
         let key = heard.split(": ").next().unwrap_or_default();
@@ -245,7 +248,7 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
     } = OneArm::new().await;
     let (at_liar, _) = liar().await;
 
-    // Without a certificate, and with one of an authority of its own.
+    // First without a certificate, then with one of a forged authority.
     let plain = plain_config(&lab, port);
     let forged = Authority::init(&lab.folder.path().join("forged"), "lab", "bench-2").unwrap();
     let forged = forged.identity().unwrap();
@@ -269,12 +272,12 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
     );
     assert!(!site.roster().await.has("phantom"));
     for stranger in &strangers {
-        // Of what it tells itself.
+        // It hears only its own lies.
         let own = |heard: &String| heard.contains("/ghost: ");
         assert!(stranger.heard().iter().all(own), "{:?}", stranger.heard());
     }
 
-    // At the listener of the station: without a certificate there is no TLS, so no request.
+    // At the station's own listener: TLS fails without a certificate, so no request gets through.
     let at_api = node
         .addresses()
         .into_iter()
@@ -290,7 +293,7 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
     assert!(!anonymous.starts_with("HTTP"), "{anonymous}");
 }
 
-/// What a plain request gets.
+/// Sends a request without TLS and returns the reply.
 async fn plain_request(at: std::net::SocketAddr) -> String {
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
     let mut stream = tokio::net::TcpStream::connect(at).await.unwrap();
@@ -301,8 +304,8 @@ async fn plain_request(at: std::net::SocketAddr) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Somebody with a good certificate who says that another machine's station is at an address of its
-/// own: it cannot show that machine's certificate, and is sent nothing.
+/// A machine with a valid certificate announces another machine's station at its own address. It
+/// cannot show the certificate of that machine, so it is sent nothing.
 #[tokio::test(flavor = "multi_thread")]
 async fn announced_address_is_only_a_hint() {
     let OneArm {
@@ -324,14 +327,14 @@ async fn announced_address_is_only_a_hint() {
         .call(&ghost, &lab.teacher(), request("arm.stop", &json!({})))
         .await;
     assert!(stolen.is_err(), "{stolen:?}");
-    // A greeting of TLS at most, in which nothing is secret.
+    // It gets a TLS greeting at most, which contains no secret.
     let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));
     assert!(!sent.to_string().contains("Bearer"), "{sent}");
     assert!(answers(&site, &at, &lab.caller()).await);
 }
 
-/// A machine of the site that poses as the station of another one gets no token, and hides no arm when
-/// it goes.
+/// A machine of the site that announces another one's station gets no token, and hides no arm when
+/// it leaves.
 #[tokio::test(flavor = "multi_thread")]
 async fn machine_that_poses_as_another_one_is_sent_nothing() {
     let OneArm {

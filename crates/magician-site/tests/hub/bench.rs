@@ -1,4 +1,4 @@
-//! A site of stations in this process, a hub over it, and its clients, in virtual time.
+//! A test site of stations in this process, a hub over it, and its clients, in virtual time.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -21,18 +21,18 @@ use serde_json::{Value, json};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, timeout_at};
 
-/// No answer takes longer.
+/// Timeout of every reply, in virtual time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A station: all of them give ids of the same form.
+/// A station. All stations give ids of the same form.
 pub(crate) struct TestStation {
     pub(crate) running: RunningStation,
     pub(crate) arms: Vec<String>,
-    /// The virtual arms, in the same order.
+    /// Virtual arms, in the order of their names.
     pub(crate) cells: Vec<VirtualArm>,
 }
 
-/// What is wrong with a station.
+/// Treatment of lines to a faulty station.
 pub(crate) type Fault = Arc<dyn Fn(StationEnd) + Send + Sync>;
 
 #[derive(Default)]
@@ -49,16 +49,16 @@ struct State {
 pub(crate) struct TestSite {
     state: Mutex<State>,
     opened: AtomicUsize,
-    /// Where the tokens of its stations are.
+    /// File with the tokens of its stations.
     tokens: Mutex<PathBuf>,
-    /// What the rosters of its stations say.
+    /// Union of its stations' rosters.
     pub(crate) roster: Mutex<Roster>,
-    /// What was called beside lines: the method.
+    /// Methods of single requests.
     pub(crate) calls: Mutex<Vec<String>>,
 }
 
 impl TestStation {
-    /// Where an arm stands, as the station itself says.
+    /// The arm's y coordinate, as its station reports it.
     pub(crate) async fn y(&self, arm: &str) -> f64 {
         let request =
             json!({"jsonrpc": "2.0", "id": 1, "method": "arm.state", "params": {"arm": arm}});
@@ -92,12 +92,12 @@ impl TestSite {
         site
     }
 
-    /// A station with virtual arms of these names starts.
+    /// Starts a station with virtual arms of these names.
     pub(crate) async fn start(&self, id: StationId, names: &[String]) {
         self.start_in(id, names, &Scenario::default(), |_| {}).await;
     }
 
-    /// A station with virtual arms in a world of their own, and more in its config.
+    /// Starts a station with virtual arms in a given world, and changes its configuration.
     pub(crate) async fn start_in(
         &self,
         id: StationId,
@@ -134,7 +134,7 @@ impl TestSite {
         Arc::clone(&self.state.lock().unwrap().stations[&StationId(id)])
     }
 
-    /// The station cannot be reached any more.
+    /// Makes the station unreachable.
     pub(crate) fn cut(&self, id: u64) {
         let id = StationId(id);
         self.end_lines(id);
@@ -144,7 +144,7 @@ impl TestSite {
         }
     }
 
-    /// Its lines end, and it is there.
+    /// Ends the lines of a station that stays present.
     pub(crate) fn end_lines(&self, id: StationId) {
         let carried = self.state.lock().unwrap().carried.remove(&id);
         carried.into_iter().flatten().for_each(|one| one.abort());
@@ -157,7 +157,7 @@ impl TestSite {
         }
     }
 
-    /// What becomes of lines to a station from now on; none is as usual.
+    /// Sets the treatment of lines to a station from now on. `None` is the normal one.
     pub(crate) fn fault(&self, id: u64, fault: Option<Fault>) {
         let mut state = self.state.lock().unwrap();
         match fault {
@@ -166,7 +166,7 @@ impl TestSite {
         };
     }
 
-    /// It is there, and answers nothing.
+    /// Keeps the station present but silent.
     pub(crate) fn silence(&self, id: u64) {
         self.fault(id, Some(Arc::new(std::mem::forget)));
         self.state.lock().unwrap().silent.insert(StationId(id));
@@ -177,7 +177,7 @@ impl TestSite {
         state.watchers.retain(|watcher| watcher.tell(event.clone()));
     }
 
-    /// Tells the state of an arm as its station does on a site.
+    /// Publishes the state of an arm, as its station does on a real site.
     pub(crate) async fn news(&self, station: u64, arm: &str) {
         let request =
             json!({"jsonrpc": "2.0", "id": 1, "method": "arm.state", "params": {"arm": arm}});
@@ -293,7 +293,7 @@ impl Site for TestSite {
     }
 }
 
-/// A hub over a site.
+/// A hub over a test site.
 pub(crate) struct TestHub {
     pub(crate) site: Arc<TestSite>,
     pub(crate) hub: RunningHub,
@@ -305,7 +305,7 @@ impl TestHub {
         Self::over(TestSite::of(stations, arms).await, false).await
     }
 
-    /// A hub that has a teacher's token of the stations.
+    /// Starts a hub that has a teacher's token for the stations.
     pub(crate) async fn with_token(stations: usize, arms: usize) -> Self {
         Self::start(TestSite::of(stations, arms).await, false, true)
     }
@@ -338,7 +338,7 @@ impl TestHub {
         }
     }
 
-    /// What stations of these numbers themselves answer to a teacher.
+    /// Replies of these stations to a teacher who asks them directly.
     pub(crate) async fn ask_all(&self, of: &[u64], method: &str) -> Vec<Value> {
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method}).to_string();
         let mut answers = Vec::new();
@@ -375,7 +375,7 @@ impl TestHub {
     }
 }
 
-/// A client of the hub. It reads each message for ids that the hub should have given other names.
+/// Client of the hub. It checks that no message contains an id that the hub should have renamed.
 pub(crate) struct Tester {
     pub(crate) client: HubClient,
     next: i64,
@@ -385,7 +385,7 @@ pub(crate) struct Tester {
     pub(crate) closed: Option<CloseCode>,
 }
 
-/// No id of a station stands anywhere as the station gave it.
+/// Checks that no id of a station appears unchanged.
 fn check_ids(value: &Value) {
     match value {
         Value::String(text) => {
@@ -449,7 +449,7 @@ impl Tester {
         }
     }
 
-    /// Keeps what comes; not the end.
+    /// Stores a message. Returns false for the end.
     fn take(&mut self, outgoing: Outgoing) -> bool {
         match outgoing {
             Outgoing::Text(text) => {
@@ -471,7 +471,7 @@ impl Tester {
         true
     }
 
-    /// Reads what comes within so much time, and answers to pings.
+    /// Reads messages for this time, and answers pings.
     pub(crate) async fn live(&mut self, time: Duration) {
         let until = Instant::now() + time;
         while Instant::now() < until {
@@ -494,7 +494,7 @@ impl Tester {
         self.ok("lease.take", json!({"arm": arm})).await["lease"].clone()
     }
 
-    /// The row of an arm in the list.
+    /// Row of an arm in the list of arms.
     pub(crate) async fn row(&mut self, arm: &str) -> Value {
         let list = self.ok("arm.list", json!({})).await;
         let mut rows = list["arms"].as_array().unwrap().iter();

@@ -1,4 +1,5 @@
-//! A class on a site: the hub gives it to all stations, and names those that are missing; pupils sign in at the stations.
+//! A class on a site: the hub distributes it to all stations and names those that are missing.
+//! Pupils sign in at the stations.
 
 use std::time::Duration;
 
@@ -25,7 +26,7 @@ name = "Cy"
 code = "C4C4"
 "#;
 
-/// Stations with one arm each; those of these numbers have the class.
+/// Starts stations with one arm each. Those with the given numbers have the class.
 async fn class(stations: usize, with: &[u64]) -> TestHub {
     class_of(TestHub::new(stations, 1).await, with).await
 }
@@ -49,7 +50,7 @@ async fn class_of(bench: TestHub, with: &[u64]) -> TestHub {
     bench
 }
 
-/// A pupil at the page of a station.
+/// Pupil at the page of a station.
 struct Pupil {
     client: Client,
     next: u64,
@@ -113,7 +114,7 @@ async fn pupils_turns_and_new_codes_are_refused_with_the_machine_that_has_the_ar
             "{why}"
         );
     }
-    // Nothing is known of the machine of this one.
+    // The machine of this arm is unknown, so the error cannot name it.
     let error = lee.fails("turn.end", json!({"arm": "arm0"})).await;
     assert!(
         error["message"]
@@ -162,7 +163,7 @@ async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
     assert_eq!(error["data"]["arms"], json!(["arm0", "arm2"]));
 }
 
-/// Whether the arm of each of three stations is frozen.
+/// For each of three stations, true if its arm is frozen.
 async fn frozen_arms(bench: &TestHub) -> Vec<bool> {
     let turns = bench.ask_all(&[1, 2, 3], "turn.list").await;
     turns
@@ -177,12 +178,12 @@ fn code_of<'a>(class: &'a Value, name: &str) -> &'a str {
     pupil.unwrap()["code"].as_str().unwrap()
 }
 
-/// The classes of the stations of these numbers.
+/// Classes of these stations.
 async fn classes(bench: &TestHub, of: &[u64]) -> Vec<Value> {
     bench.ask_all(of, "class.get").await
 }
 
-/// Whoever sits at the hub's computer, without a name.
+/// A user at the hub's computer, without a name.
 fn at_the_hub() -> Peer {
     let mut peer = Peer::elsewhere(None, "127.0.0.1:1".to_owned()).unwrap();
     peer.origin = Origin::Loopback;
@@ -228,7 +229,7 @@ async fn while_a_station_has_a_class_the_hubs_computer_looks_on_until_it_has_the
 
 #[tokio::test(start_paused = true)]
 async fn one_class_is_given_to_all_stations_with_the_same_codes() {
-    // One knows codes already.
+    // One station already has codes: they are kept.
     let bench = class(3, &[1]).await;
     let mut lee = bench.join("Ms Lee").await;
     let text = "
@@ -253,7 +254,7 @@ group = \"blue\"
         let dan = Pupil::signs_in(&bench, station, "Dan", code).await;
         assert!(dan.is_ok(), "at station {station}");
     }
-    // An old file brings no old code back, and that is said.
+    // An old file does not bring old codes back; the reply names the pupils concerned.
     let old = set["text"].as_str().unwrap().replace("7K3M", "OLD1");
     let kept = lee.ok("class.set", json!({"text": old})).await;
     assert_eq!(code_of(&kept, "Ada"), "7K3M");
@@ -280,11 +281,11 @@ async fn a_class_or_schedule_with_an_arm_of_nobody_reaches_no_station() {
         assert_eq!(error["data"]["param"], "text", "{error}");
     }
     assert!(classes(&bench, &[1, 2]).await[0]["class"].is_null());
-    // The same file of arms that are there is every station's.
+    // Every station accepts the whole file, because the site has all of its arms.
     let text = "[[slot]]\narms = [\"arm0\", \"arm1\"]\nwho = [\"Ada\"]\nfrom = 2026-11-25T12:00:00Z\nuntil = 2026-11-25T13:00:00Z";
     let set = lee.ok("schedule.set", json!({ "text": text })).await;
     assert_eq!(set["text"], text);
-    // A station by itself refuses what is of another one.
+    // On its own, a station refuses arms of another one.
     let request =
         json!({"jsonrpc": "2.0", "id": 1, "method": "schedule.set", "params": {"text": text}});
     let running = bench.site.station(1).running.clone();
@@ -320,7 +321,7 @@ async fn arm_that_is_expected_and_never_came_is_named_until_it_comes() {
     { bench.site.roster.lock().unwrap() }.expect("arm9".to_owned(), "bench-9");
     bench.hub.read_roster().await;
     let mut teacher = bench.join("Ms Lee").await;
-    // Longer than an arm that was there once is remembered.
+    // Expected arms are listed for longer than departed ones.
     for wait in [0, 700] {
         teacher.live(Duration::from_secs(wait)).await;
         let frozen = teacher.fails("class.freeze", json!({})).await;
@@ -338,7 +339,7 @@ async fn arm_that_is_expected_and_never_came_is_named_until_it_comes() {
     teacher.live(Duration::from_secs(1)).await;
     teacher.ok("class.freeze", json!({})).await;
     teacher.ok("arm.stop", json!({})).await;
-    // And named again once it is gone, however long ago.
+    // And after its departure it is missing again, however long ago that was.
     bench.site.cut(9);
     teacher.live(Duration::from_secs(700)).await;
     let frozen = teacher.fails("class.freeze", json!({})).await;
@@ -379,7 +380,7 @@ async fn station_that_is_given_up_is_missing_in_class_schedule_and_results() {
     let bench = class(3, &[1, 2, 3]).await;
     let mut teacher = bench.join("Ms Lee").await;
     bench.site.silence(2);
-    // At first it says nothing, later its line waits to be opened again.
+    // Silent at first; later its line waits to be opened again.
     for wait in [0, 7] {
         teacher.live(Duration::from_secs(wait)).await;
         for method in ["class.get", "schedule.get", "class.results"] {
@@ -450,7 +451,7 @@ async fn roster_is_written_to_all_stations_and_read_from_any() {
     assert_eq!(teacher.ok("site.roster", json!({})).await, read);
     let refused = teacher.call("class.freeze", json!({})).await.unwrap_err();
     assert_eq!(refused["data"]["missing"], json!(["gone"]), "{refused}");
-    // What is not expected any more is no reason to refuse it.
+    // An arm that is no longer expected does not block the change.
     let arms = json!({"arms": [{"arm": "arm0", "machine": "m"}]});
     assert_eq!(teacher.ok("site.expect", arms.clone()).await, arms);
     teacher.ok("class.freeze", json!({})).await;

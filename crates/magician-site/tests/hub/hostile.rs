@@ -1,4 +1,4 @@
-//! Stations and clients that do what they should not.
+//! Stations and clients that misbehave.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::bench::{Fault, TestHub};
 
-/// A station that answers hello, and to all else says this.
+/// A station that answers the hello, and every other request with these messages.
 fn saying(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> Fault {
     let messages = Arc::new(messages);
     Arc::new(move |mut end: StationEnd| {
@@ -221,7 +221,7 @@ async fn a_client_that_floods_is_closed_and_one_that_reads_nothing_too() {
         }
     }
     assert_eq!(anna.closed, Some(CloseCode::TOO_MANY));
-    // Carl reads nothing while others take and give.
+    // Carl does not read while others acquire and release leases.
     let mut carl = bench.join("Carl").await;
     carl.ok("arm.list", json!({})).await;
     for _ in 0..3000 {

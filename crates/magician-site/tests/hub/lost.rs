@@ -1,4 +1,4 @@
-//! Stations, hubs and lines that go away, and come back.
+//! Stations, hubs and lines that disappear and come back.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ async fn a_station_that_vanishes_in_a_move_ends_the_request_and_nothing_is_sent_
             .contains("arm1: its station"),
         "{error}"
     );
-    // The others are there.
+    // Other stations are not affected.
     anna.ok("arm.state", json!({"arm": "arm0"})).await;
     anna.live(Duration::from_secs(10)).await;
     let station = bench.site.station(2);
@@ -134,7 +134,7 @@ async fn a_jog_ends_with_its_line_and_with_its_hub() {
     let stood = anna.ok("jog.stop", json!({"jog": jog})).await;
     assert_eq!(stood["stood"], true);
     assert_eq!(anna.noticed("jog.ended")[0]["jog"], jog);
-    // Another one, which the hub leaves behind when it dies.
+    // A second jog, running when the hub dies.
     anna.ok(
         "jog.start",
         json!({"arm": "arm0", "axis": "y-", "keep_ms": 250}),
@@ -176,7 +176,7 @@ async fn a_lease_lasts_as_long_as_the_client_answers_and_no_longer() {
     anna.take_arm("arm1").await;
     anna.live(Duration::from_secs(60)).await;
     assert_ne!(anna.row("arm1").await["holder"], Value::Null);
-    // It answers no ping: the hub does not answer for it.
+    // The client answers no ping, and the hub must not answer for it.
     tokio::time::sleep(Duration::from_secs(8)).await;
     let mut ben = bench.join("Ben").await;
     assert_eq!(ben.row("arm1").await["holder"], Value::Null);
@@ -233,7 +233,7 @@ async fn a_station_that_is_silent_keeps_nobody_waiting_for_ever() {
     let error = anna.answer(waits).await.unwrap_err();
     assert_eq!(error["data"]["kind"], "port");
     assert!(begun.elapsed() < Duration::from_secs(6));
-    // It is asked again now and then, not each time.
+    // Reconnects happen with backoff, not at every request.
     let opened = bench.site.opened();
     for _ in 0..20 {
         let error = anna.fails("arm.info", json!({"arm": "arm1"})).await;

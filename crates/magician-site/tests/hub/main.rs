@@ -1,4 +1,5 @@
-//! A hub over stations with virtual arms, in virtual time: three stations whose ids look alike, and clients that see one.
+//! A hub over stations with virtual arms, in virtual time: three stations whose ids look alike, and
+//! clients that see one station.
 
 mod bench;
 mod class;

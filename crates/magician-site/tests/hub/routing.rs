@@ -1,4 +1,4 @@
-//! Whom a request reaches, and by which ids.
+//! Routing of requests to stations, and renaming of ids.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::bench::TestHub;
 
-/// A plan of some moves.
+/// Plan with this number of moves.
 fn plan(moves: usize) -> Value {
     let steps: Vec<_> = (0..moves)
         .map(|at| json!({"move": [220, at % 20, 20, 0]}))
@@ -28,7 +28,7 @@ async fn the_arms_of_all_stations_are_those_of_one() {
         (&hello["arms"], &hello["hub"]),
         (&json!(names), &json!(true))
     );
-    // No station hears of it until something is wanted of it.
+    // No line is opened before a station is needed.
     assert_eq!(bench.site.opened(), 0);
     let list = anna.ok("arm.list", json!({})).await;
     let row = json!({"name": "arm4", "port": "sim", "virtual": true, "link": "up", "holder": null, "waiting": [], "job": null});
@@ -37,7 +37,7 @@ async fn the_arms_of_all_stations_are_those_of_one() {
     assert_eq!(bench.site.opened(), 3);
     let info = anna.ok("server.info", json!({})).await;
     assert_eq!(info["arms"], json!(names));
-    // Where an arm is also stands there when it is gone.
+    // The machine stays listed after the arm has left.
     bench.site.news(2, "arm4").await;
     anna.live(Duration::from_millis(50)).await;
     assert_eq!(anna.row("arm4").await["machine"], "test");
@@ -90,7 +90,7 @@ async fn the_same_ids_of_two_stations_are_two() {
         );
     }
     assert_ne!(jobs[0], jobs[1]);
-    // At their stations they are the same.
+    // At their own stations both jobs have the same id.
     let bare = |id: &Value| id.as_str().unwrap().split_once('.').unwrap().1.to_owned();
     assert_eq!(bare(&jobs[0]), bare(&jobs[1]));
     for (job, arm) in jobs.iter().zip(["arm0", "arm3"]) {
@@ -133,7 +133,7 @@ async fn a_person_is_one_session_at_all_stations() {
         let state = ben.ok("arm.state", json!({"arm": arm})).await;
         assert_eq!(state["holder"]["session"], hello["session"]);
     }
-    // Somebody who came to one of the stations otherwise.
+    // A user who connected to one of the stations directly.
     let station = bench.site.station(2).running.clone();
     let grant = Some(Grant {
         role: Role::Student,
@@ -162,7 +162,7 @@ async fn a_person_is_one_session_at_all_stations() {
         all,
         expected.map(|(name, leases)| (name.to_owned(), leases))
     );
-    // Five lists a second at most, at the station and at the hub.
+    // Five lists a second at most, from stations and hub alike.
     ben.live(Duration::from_millis(500)).await;
     assert!(!ben.noticed("session.changed").is_empty());
 }
@@ -197,7 +197,7 @@ async fn a_raised_hand_reaches_the_holder_and_the_answer_comes_back() {
     assert_eq!(granted["granted"], true);
     ben.ok("lease.renew", json!({"lease": granted["lease"]}))
         .await;
-    // Another one's lease is none of hers, as at a station.
+    // She may not renew another client's lease, as at a station.
     let error = anna
         .fails("lease.renew", json!({"lease": granted["lease"]}))
         .await;
@@ -334,7 +334,8 @@ async fn a_token_that_allows_more_elsewhere_does_not_here() {
     assert_eq!(hello["role"], "viewer");
     let error = anna.fails("lease.take", json!({"arm": "arm0"})).await;
     assert_eq!(error["code"], -32001);
-    // Viewers may ask for it; that teachers change it the station says, to which she is no teacher.
+    // Viewers may read the fence. To change it she would have to be a teacher, which the station
+    // decides.
     anna.ok("arm.fence", json!({"arm": "arm0"})).await;
     let error = anna
         .fails("arm.fence", json!({"arm": "arm0", "set": {"floor": 1}}))
@@ -343,7 +344,7 @@ async fn a_token_that_allows_more_elsewhere_does_not_here() {
         (&error["code"], &error["data"]["role"]),
         (&json!(-32001), &json!("viewer"))
     );
-    // Nor does it in a single request.
+    // Nor in a single request.
     let text = json!({"jsonrpc": "2.0", "id": 7, "method": "arm.fence", "params": {"arm": "arm0", "set": {"floor": 1}}});
     let answer = Served::call(&bench.hub, crate::bench::peer(), None, &text.to_string()).await;
     let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();

@@ -48,7 +48,7 @@ impl Wide {
                     "arm.subscribe",
                     json!({"arm": format!("arm{station}-{arm}"), "rate": 10}),
                 );
-                // No more than a client may send in a second.
+                // Stay below the rate limit of a client.
                 wide.now += Duration::from_millis(2);
             }
         }
@@ -63,7 +63,7 @@ impl Wide {
         self.settle();
     }
 
-    /// Home and stations answer.
+    /// Lets home and stations answer all pending requests.
     fn settle(&mut self) {
         while let Some(act) = self.hub.poll_act() {
             match act {
@@ -95,7 +95,7 @@ impl Wide {
         }
     }
 
-    /// Every arm tells its state.
+    /// Reports a state of every arm.
     fn tell_all(&mut self, x: f64) {
         for at in 0..self.lines.len() {
             let line = self.lines[at].0;

@@ -1,4 +1,4 @@
-//! States of subscribers and lists.
+//! States for subscribers, and lists.
 
 use std::time::Duration;
 
@@ -60,7 +60,7 @@ async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
         .await;
     anna.live(Duration::from_millis(100)).await;
     anna.notices.clear();
-    // It reads nothing while the arm moves and something beside its pose changes.
+    // Anna does not read while the arm moves and other fields than the pose change.
     anna.send("arm.move", json!({"arm": "arm0", "to": [220, 60, 20, 0]}));
     tokio::time::sleep(Duration::from_secs(1)).await;
     anna.send("arm.tool", json!({"arm": "arm0", "suction": true}));
@@ -90,7 +90,7 @@ async fn a_state_that_was_told_on_the_site_is_answered_at_once() {
     let state = anna.ok("arm.state", json!({"arm": "arm1"})).await;
     assert_eq!(state["arm"], "arm1");
     assert_eq!(bench.site.opened(), 0);
-    // What is older is asked for.
+    // The last report is too old, so the hub asks the station.
     tokio::time::sleep(Duration::from_secs(2)).await;
     anna.ok("arm.state", json!({"arm": "arm1"})).await;
     assert_eq!(bench.site.opened(), 1);

@@ -1,4 +1,4 @@
-//! A stop reaches all, whatever else waits.
+//! Stops reach every arm, whatever else is pending.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -64,7 +64,7 @@ async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
         stood,
         [json!("arm0"), json!("arm1"), json!("arm4"), json!("arm5")]
     );
-    // The move had ended long before.
+    // Without the stop the move would have ended long ago.
     let state = anna.ok("arm.state", json!({"arm": "arm0"})).await;
     assert!(state["y"].as_f64().unwrap() < 100.0, "{state}");
     let _ = moving;
@@ -74,7 +74,7 @@ async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
 async fn what_waits_for_its_line_does_not_go_out_after_a_stop() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
-    // The line comes up late: what is handed over waits in the hub.
+    // The line comes up late, so that requests wait in the hub.
     bench.site.silence(1);
     bench.site.fault(
         1,

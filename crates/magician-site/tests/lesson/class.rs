@@ -1,8 +1,8 @@
-//! Who is in the class, and by which rules.
+//! Members and rules of the class.
 
 use std::fmt::Write as _;
 
-/// The stations and their arms.
+/// Stations, each with its arms.
 pub(crate) const STATIONS: [&[&str]; 4] = [
     &["a1", "a2", "a3"],
     &["a4", "a5", "a6"],
@@ -10,7 +10,7 @@ pub(crate) const STATIONS: [&[&str]; 4] = [
     &["a9", "a10"],
 ];
 
-/// Groups, their arms, and their pupils: every second one at the same arm.
+/// Groups with their two arms and their pupils, who alternate between these arms.
 const GROUPS: [(&str, [&str; 2], [&str; 6]); 5] = [
     (
         "red",
@@ -72,7 +72,7 @@ pub(crate) fn station_of(arm: &str) -> u64 {
     at.unwrap() as u64 + 1
 }
 
-/// One class file for all stations.
+/// Class file, the same for all stations.
 pub(crate) fn file() -> String {
     let mut text = "[class]\nturn_s = 240\ngrace_s = 30\nfinish_job = true\nspeed = 60\n\
                     fence = { floor = -62, box = { x = [150, 300], y = [-150, 150], z = [-62, 160] } }\n\n[groups]\n"
@@ -93,7 +93,7 @@ pub(crate) fn file() -> String {
     text
 }
 
-/// The lesson is from nine to a quarter to ten.
+/// Start of the lesson, nine o'clock, Unix seconds. It ends at 9:45.
 pub(crate) const NINE: f64 = 1_795_597_200.0;
 
 pub(crate) fn schedule() -> String {

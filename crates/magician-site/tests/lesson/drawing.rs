@@ -1,14 +1,14 @@
-//! What pupils draw: a stroke for each letter of their name.
+//! Drawings of pupils: one stroke for each letter of their name.
 
 use magician::build;
 use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
 
 pub(crate) const PAPER: f64 = -60.0;
 
-/// Lines on the paper.
+/// Polylines on the paper.
 pub(crate) type Strokes = Vec<Vec<[f64; 2]>>;
 
-/// The strokes of a text: each letter is a line whose corners its number says.
+/// Strokes of a text. The code of each letter determines the corners of its line.
 pub(crate) fn strokes(text: &str) -> Strokes {
     let letters = text.chars().enumerate();
     letters
@@ -23,7 +23,7 @@ pub(crate) fn strokes(text: &str) -> Strokes {
         .collect()
 }
 
-/// The plan that draws them.
+/// Plan that draws the strokes.
 pub(crate) fn plan(title: &str, strokes: &Strokes) -> String {
     let mut plan = Plan::new(title);
     plan.tool = Some(Tool::Pen);
@@ -43,9 +43,9 @@ pub(crate) fn plan(title: &str, strokes: &Strokes) -> String {
     plan.to_json()
 }
 
-/// The step of the plan behind the corner where the pen stopped, counted from 1.
+/// Step of the plan after the corner at which the pen stopped, counted from 1.
 pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
-    // The speed is the first; each stroke begins above its first corner.
+    // Step 1 sets the speed. Each stroke begins above its first corner.
     let mut step = 1;
     for stroke in strokes {
         step += 1;
@@ -60,8 +60,8 @@ pub(crate) fn step_after(strokes: &Strokes, pen: [f64; 2]) -> usize {
     panic!("the pen stands at {pen:?}, at no corner");
 }
 
-/// Whether the strokes on a paper are those of plans, each once and in their order. A stroke may lie there in
-/// pieces, each of which begins where the one before ended: a pause lifts the pen.
+/// Checks that the paper has the strokes of the plans, each exactly once and in order. A pause
+/// lifts the pen, so a stroke may consist of pieces that continue each other.
 pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Result<(), String> {
     let mut on_paper = paper.iter().peekable();
     for (plan, interrupted) in plans {
@@ -82,7 +82,8 @@ pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Re
                     break;
                 }
             }
-            // Where a pause came at its very end, what was left of it is a piece of its own: a dot.
+            // A pause at the very end of a stroke leaves the rest of it as a piece of its own: a
+            // dot.
             while let Some(piece) =
                 on_paper.next_if(|piece| self::length(piece) < 0.5 && distance(piece[0], to) < 0.5)
             {

@@ -1,4 +1,4 @@
-//! What holds in every lesson.
+//! Laws that hold in every lesson.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use crate::class::{STATIONS, pupils};
 use crate::drawing::are_once;
 use crate::room::Room;
 
-/// Looks at all stations each second: nobody holds an arm without the turn, and nobody outside of the slot.
+/// Checks all stations every second: every holder of an arm has its turn, and is within its slot.
 pub(crate) async fn watches(room: Arc<Room>) {
     let mut held = 0;
     loop {
@@ -45,7 +45,7 @@ pub(crate) async fn watches(room: Arc<Room>) {
     assert!(held > 1000, "somebody held an arm: {held}");
 }
 
-/// What can be told at the end.
+/// Checks the laws that can only be judged at the end.
 pub(crate) async fn hold(room: &Room) {
     one_holder(room);
     everybody_had_a_turn(room);
@@ -53,7 +53,7 @@ pub(crate) async fn hold(room: &Room) {
     results(room).await;
 }
 
-/// By what the pages saw, an arm never had two pupils.
+/// By the notes of all pages, no arm had two pupils at a time.
 fn one_holder(room: &Room) {
     let mut notes = room.notes.lock().unwrap();
     notes
@@ -83,7 +83,7 @@ fn everybody_had_a_turn(room: &Room) {
     );
 }
 
-/// The strokes on each paper are those of the jobs, each once.
+/// Each paper has the strokes of its jobs, each exactly once.
 async fn drawn_once(room: &Room) {
     let jobs = room.notes.lock().unwrap().jobs.clone();
     let mut by_arm: BTreeMap<_, Vec<_>> = BTreeMap::new();
@@ -116,7 +116,7 @@ async fn drawn_once(room: &Room) {
     }
 }
 
-/// Each drawing stands under its pupil's name.
+/// Each drawing is listed under the name of its pupil.
 async fn results(room: &Room) {
     let mut of: BTreeMap<(u64, String), String> = BTreeMap::new();
     for station in 1..=STATIONS.len() as u64 {

@@ -1,4 +1,5 @@
-//! A lesson of 45 minutes in virtual time: ten arms at four stations, thirty pupils, a teacher at the hub, and two cut cables.
+//! A lesson of 45 minutes in virtual time: ten arms at four stations, thirty pupils, a teacher at
+//! the hub, and two cut cables.
 
 #[expect(
     dead_code,
@@ -21,10 +22,10 @@ use std::time::Duration;
 use room::Room;
 use tokio::task::JoinSet;
 
-/// The bell rings behind it.
+/// Length of the lesson.
 const LESSON: Duration = Duration::from_secs(45 * 60);
 
-/// `MAGICIAN_WRITE=1` writes the log anew; `MAGICIAN_LESSON_PICTURES` is for `interop/lesson/run`.
+/// `MAGICIAN_WRITE=1` rewrites the log. `MAGICIAN_LESSON_PICTURES` is for `interop/lesson/run`.
 #[tokio::test(start_paused = true)]
 #[ignore = "takes a minute: the step lesson of .ci/wide"]
 async fn a_lesson_keeps_its_laws_and_its_log() {

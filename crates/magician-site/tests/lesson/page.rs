@@ -1,4 +1,4 @@
-//! The page of a pupil: a session with the station of the pupil's arm, over the site.
+//! Page of a pupil: a session with the station of the pupil's arm, over the site.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -16,7 +16,7 @@ pub(crate) struct Page {
     channel: Channel,
     next: u64,
     answers: Vec<Value>,
-    /// Since when the pupil has the turn, as this page knows.
+    /// Time since which the pupil has the turn, as far as this page knows.
     turn: Option<Duration>,
     place: Option<u64>,
     pub(crate) closed: bool,
@@ -49,7 +49,7 @@ impl Page {
         self.turn.is_some()
     }
 
-    /// The place in the queue.
+    /// Place in the queue. `None` if the pupil does not wait.
     pub(crate) fn place(&self) -> Option<u64> {
         self.place
     }
@@ -90,14 +90,14 @@ impl Page {
             .await;
     }
 
-    /// The tablet is closed: the socket ends without a word.
+    /// Closes the tablet: the socket ends without a message.
     pub(crate) fn shut(&mut self) {
         self.channel = channel().0;
         self.closed = true;
         self.has(false);
     }
 
-    /// Stays open for so long.
+    /// Keeps the page open for this time.
     pub(crate) async fn live(&mut self, time: Duration) {
         let until = Instant::now() + time;
         while Instant::now() < until && !self.closed {
@@ -136,7 +136,8 @@ impl Page {
         let row = arms.iter().find(mine);
         self.has(row.is_some_and(|row| row["state"] == "running"));
         let queue = turns["queue"].as_array().unwrap();
-        // The queue of the station is of all its arms; a place is that among those who wait for this one.
+        // The station's queue covers all its arms. The place counts only those who wait for this
+        // one.
         let waits = queue
             .iter()
             .filter(|one| one["arms"] == json!([self.pupil.arm]));

@@ -1,4 +1,5 @@
-//! Pictures of the hub at an instant of the lesson: time runs on for some seconds while a browser looks at it.
+//! Screenshots of the hub at one instant of the lesson. Time runs on for some seconds while a
+//! browser looks at it.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -8,8 +9,8 @@ use magician_site::hub::RunningHub;
 use magician_station::http::{HttpOptions, Listener, PageFile, Pages, TokenStore};
 use tokio::sync::watch;
 
-/// `MAGICIAN_LESSON_PICTURES` is the directory for them, `MAGICIAN_LESSON_CAMERA` a program that takes the address of the page and
-/// the file.
+/// Target directory `MAGICIAN_LESSON_PICTURES`, and the program `MAGICIAN_LESSON_CAMERA`, which is
+/// called with the address of the page and the file.
 fn asked() -> Option<(PathBuf, OsString)> {
     let directory = std::env::var_os("MAGICIAN_LESSON_PICTURES")?;
     Some((
@@ -22,7 +23,7 @@ pub(crate) fn wanted() -> bool {
     asked().is_some()
 }
 
-/// Looks at the hub's page, if pictures are wanted.
+/// Takes screenshots of the hub's page, if they are wanted.
 pub(crate) struct Camera(Option<Serving>);
 
 struct Serving {

@@ -1,4 +1,4 @@
-//! What a pupil does in the lesson.
+//! Behaviour of a pupil in the lesson.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -14,10 +14,11 @@ use crate::page::Page;
 use crate::room::{Room, Started};
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Nobody asks for a turn after that.
+/// Time after which no pupil asks for a turn.
 const LAST_TURNS: Duration = Duration::from_secs(40 * 60);
 const END: Duration = Duration::from_secs(45 * 60 + 30);
-/// Who types a wrong code, jogs into others' things, closes the tablet, and stumbles over a cable.
+/// Pupils with a special behaviour: types a wrong code, jogs another pupil's arm, closes the
+/// tablet, and pulls out a cable.
 const MISTYPES: &str = "Finn";
 const REACHES_OVER: &str = "Ebru";
 const CLOSES: &str = "Mei";
@@ -116,7 +117,7 @@ impl Script {
         }
     }
 
-    /// Loads the page until it is there.
+    /// Loads the page, and tries again until that succeeds.
     async fn loads(&self) -> Page {
         loop {
             let page = Page::load(&self.room, &self.pupil, &self.pupil.code).await;
@@ -167,7 +168,7 @@ impl Script {
         }
     }
 
-    /// The next drawing, as a plan.
+    /// Next drawing, as a plan.
     fn drawing(&self) -> (String, Strokes) {
         let strokes = strokes(self.pupil.name);
         (plan(self.pupil.name, &strokes), strokes)
@@ -208,7 +209,7 @@ impl Script {
         if self.below(2) == 0 {
             self.jogs(page).await;
         }
-        // What waits in the queue of the arm begins by itself.
+        // A job that waits in the arm's queue starts by itself.
         let of_mine = self.waiting(page).await;
         let job = match of_mine {
             Some(job) => job,
@@ -258,7 +259,7 @@ impl Script {
         }
     }
 
-    /// A drawing of this pupil that is not over.
+    /// Unfinished drawing of this pupil, if any.
     async fn waiting(&mut self, page: &mut Page) -> Option<String> {
         let jobs: Vec<_> = {
             let notes = self.room.notes.lock().unwrap();
@@ -275,7 +276,7 @@ impl Script {
         None
     }
 
-    /// Starts a drawing; again while the arm is frozen or another's job is on it.
+    /// Starts a drawing. Tries again while the arm is frozen or has another job.
     async fn starts(&mut self, page: &mut Page) -> Option<String> {
         let (text, strokes) = self.drawing();
         let params = json!({"arm": self.pupil.arm, "text": text, "on_lost": "continue"});
@@ -357,7 +358,7 @@ impl Script {
         page
     }
 
-    /// The USB cable of the arm is out for twenty seconds.
+    /// Unplugs the USB cable of the arm for twenty seconds.
     async fn stumbles(&mut self, page: &mut Page, job: &str) -> String {
         let arm = self.pupil.arm;
         let cell = self.room.cell(arm);
@@ -378,7 +379,8 @@ impl Script {
         cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: true }));
         self.says("puts the cable in again");
         page.live(5 * SECOND).await;
-        // How far the arm went by itself, nobody at the other end of the cable can know: the station says so, and the pupil looks.
+        // With the cable unplugged nothing tells how far the arm went on. The station says so, and
+        // the pupil looks at the paper.
         let refused = page
             .call("job.resume", json!({"job": job}))
             .await
@@ -396,7 +398,7 @@ impl Script {
     }
 }
 
-/// What the page says of the pupil's turn.
+/// Describes the pupil's turn as the page shows it.
 fn whereabouts(page: &Page) -> String {
     match (page.has_turn(), page.place()) {
         (true, _) => "the turn is there".to_owned(),

@@ -1,4 +1,4 @@
-//! The room: the site with its hub, the clock on the wall, and what is written down.
+//! The classroom: the site with its hub, the clock on the wall, and the notes of the lesson.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,19 +19,19 @@ use crate::drawing::Strokes;
 
 const WORLD: &str = "tool = { kind = \"pen\" }\ntable = { height = -60 }\n";
 
-/// A job that somebody started.
+/// A started job.
 #[derive(Clone)]
 pub(crate) struct Started {
     pub(crate) station: u64,
     pub(crate) arm: String,
     pub(crate) job: String,
-    /// None: a teacher's.
+    /// `None` for a job of the teacher.
     pub(crate) pupil: Option<&'static str>,
     pub(crate) strokes: Strokes,
     pub(crate) interrupted: bool,
 }
 
-/// A time in which somebody's page had an arm.
+/// Time span in which a page had an arm.
 pub(crate) struct Span {
     pub(crate) arm: String,
     pub(crate) who: &'static str,
@@ -53,7 +53,7 @@ pub(crate) struct Room {
     pub(crate) bench: TestHub,
     pub(crate) notes: Mutex<Notes>,
     pub(crate) frozen: AtomicBool,
-    /// True from the first freeze on: it ends a drawing in the middle of a long line.
+    /// True after the first freeze, which ends a drawing in the middle of a long line.
     pub(crate) was_frozen: AtomicBool,
     begun: Instant,
     _state: tempfile::TempDir,
@@ -106,14 +106,14 @@ impl Room {
         self.frozen.load(Ordering::SeqCst)
     }
 
-    /// The virtual arm of this name.
+    /// Virtual arm of this name.
     pub(crate) fn cell(&self, arm: &str) -> VirtualArm {
         let station = self.site.station(class::station_of(arm));
         let at = station.arms.iter().position(|known| known == arm).unwrap();
         station.cells[at].clone()
     }
 
-    /// What a station answers to a teacher beside all sessions.
+    /// Reply of a station to a teacher outside of all sessions.
     pub(crate) async fn ask(&self, station: u64, method: &str, params: Value) -> Value {
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let running = self.site.station(station).running.clone();
@@ -124,7 +124,7 @@ impl Room {
         answer["result"].take()
     }
 
-    /// The log as it is kept: minute, second, who and what.
+    /// Log in its stored form: minute, second, person and event.
     pub(crate) fn log(&self) -> String {
         let mut lines = self.notes.lock().unwrap().log.clone();
         lines.sort_by(|a, b| (a.0.as_millis(), &a.1).cmp(&(b.0.as_millis(), &b.1)));

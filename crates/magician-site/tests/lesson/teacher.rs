@@ -1,4 +1,4 @@
-//! What the teacher does, at the hub, and what becomes of the network.
+//! Behaviour of the teacher at the hub, and faults of the network.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -48,7 +48,7 @@ impl Teacher {
         self.hub.live(left).await;
     }
 
-    /// The network cable of the third station is out for two minutes.
+    /// Unplugs the network cable of the third station for two minutes.
     async fn network(&mut self) {
         self.waits(11, 40).await;
         let before = self.jobs_of(3).await;
@@ -58,7 +58,7 @@ impl Teacher {
         self.waits(11, 50).await;
         self.camera.takes("cut").await;
         self.waits(13, 40).await;
-        // The station itself has gone on with what ran.
+        // The station has continued its jobs without the network.
         let mut done = 0;
         assert!(!before.is_empty(), "a job runs when the cable is cut");
         for job in before {
@@ -73,7 +73,7 @@ impl Teacher {
         );
     }
 
-    /// What runs at a station.
+    /// Running jobs of a station.
     async fn jobs_of(&self, station: u64) -> Vec<Value> {
         let mut running = Vec::new();
         for arm in STATIONS[station as usize - 1] {
@@ -105,7 +105,7 @@ impl Teacher {
         self.room.says(WHO, "frees all arms");
     }
 
-    /// Where all arms stand.
+    /// Positions of all arms.
     fn stand(&self) -> Vec<[f64; 4]> {
         let arms = STATIONS.concat();
         arms.iter()
@@ -117,7 +117,7 @@ impl Teacher {
         self.waits(33, 0).await;
         let lease = self.hub.take_arm("a2").await;
         self.room.says(WHO, "takes a2");
-        // What ran there is paused first.
+        // The running job is paused first.
         self.hub.live(Duration::from_secs(20)).await;
         let state = self.hub.ok("arm.state", json!({"arm": "a2"})).await;
         assert_eq!(state["moving"], false, "{state}");
@@ -137,7 +137,7 @@ impl Teacher {
                 _ => free += 1,
             }
             let arm = job["arm"].as_str().unwrap().to_owned();
-            // The number that the hub gives the station, and the station's id.
+            // Number of the station at the hub, and id of the job at the station.
             let (_, there) = job["job"].as_str().unwrap().split_once('.').unwrap();
             let started = Started {
                 station: station_of(&arm),

@@ -1,19 +1,19 @@
-//! What could be wrong with a site.
+//! Planted bugs, which the search has to find.
 
-/// What is wrong.
+/// A planted bug.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Bug {
-    /// A line that is lost does not end its socket.
+    /// The loss of a line does not end its socket.
     LineOutlived,
-    /// What a station knew of its sessions outlives its kill, without their lines.
+    /// Sessions of a killed station survive, without their lines.
     LeaseOutlivesKill,
-    /// A station that starts again has forgotten its schedule.
+    /// A restarted station has lost its schedule.
     ScheduleForgotten,
-    /// The schedule goes by the clock of whoever spoke last.
+    /// The schedule uses the clock of the last sender instead of the station's.
     ForeignClock,
 }
 
-/// Each bug, and the law that it breaks first.
+/// Each bug, and the first law that it breaks.
 pub(crate) const BUGS: [(Bug, &str); 4] = [
     (Bug::LineOutlived, "a lease ends with its line"),
     (Bug::LeaseOutlivesKill, "a lease ends with its line"),

@@ -1,10 +1,10 @@
-//! What has to be so after every event.
+//! Laws that must hold after every event.
 
 use magician_station::control::{GRACE, SessionId, TTL};
 
 use crate::world::{ARM, Event, Place, SLOT, World};
 
-/// What is not as it has to be.
+/// `Err` names the broken law.
 pub(crate) type Checked = Result<(), String>;
 
 pub(crate) fn must(good: bool, what: &str) -> Checked {
@@ -37,7 +37,7 @@ impl World {
         Ok(())
     }
 
-    /// The user at whose line a session is.
+    /// Returns the user whose line has this session.
     fn user_of(&self, at: usize, session: SessionId) -> Option<usize> {
         self.lines.iter().position(|lines| {
             let line = lines[at].as_ref();
@@ -46,7 +46,7 @@ impl World {
         })
     }
 
-    /// A lease that time has ended was over by the station's own clock.
+    /// A lease that has timed out was over by the station's own clock.
     fn check_end(&self, before: &Place, place: &Place, at: usize, event: Event) -> Checked {
         let (Some(holder), Event::Pass(_)) = (before.control.holder(ARM), event) else {
             return Ok(());
@@ -65,8 +65,8 @@ impl World {
     }
 }
 
-/// Whether a person may hold an arm by the clock of its station: the first in the first slot, the second in the next, and the
-/// third, a teacher, always.
+/// True if the person may hold an arm by the clock of its station: the first one in the first slot,
+/// the second one in the next, and the third one, a teacher, always.
 fn is_in_slot(place: &Place, person: u64) -> bool {
     match person {
         0 => place.now < place.slot,

@@ -1,9 +1,11 @@
-//! Who may move an arm where stations, programs and the network between them fail each by itself: three users come to three
-//! stations that serve an arm of the same name (a site that was torn apart and healed), over connections that delay
-//! what they carry and are cut; each station has its own clock, which agrees with no other, and its own schedule. Everything that can happen
-//! is tried, up to a depth at which each of the planted bugs is found.
+//! Exhaustive search for violations of mutual exclusion, where stations, programs and the network
+//! fail independently.
 //!
-//! What is tried is the real thing: the control of a station.
+//! Three users connect to three stations that serve an arm of the same name (a site that was split
+//! and healed). Connections delay messages and are cut. Each station has its own clock and
+//! schedule. All sequences of events are tried, up to a depth at which every planted bug is found.
+//!
+//! The code under test is the real lease control of a station.
 
 mod bug;
 mod laws;
@@ -15,9 +17,9 @@ use self::bug::BUGS;
 use self::search::{finds_all, search};
 use self::world::World;
 
-/// Events within which each planted bug is found.
+/// Depth at which each planted bug is found, events.
 const DEPTH: usize = 5;
-/// Events within which nothing is.
+/// Depth of the search without a bug, events.
 const FURTHER: usize = 6;
 
 #[test]

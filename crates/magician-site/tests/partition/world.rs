@@ -1,4 +1,4 @@
-//! Stations, users, and what lies between them.
+//! Model of the search: stations, users, and the connections between them.
 
 use std::collections::VecDeque;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -16,14 +16,15 @@ use crate::search::Explored;
 pub(crate) const USERS: usize = 3;
 const STATIONS: usize = 3;
 pub(crate) const ARM: ArmId = ArmId(0);
-/// The first user may hold an arm for so long, then the second; the third is a teacher.
+/// Length of a slot. The first user may hold an arm in the first slot, the second one in the next;
+/// the third is a teacher.
 pub(crate) const SLOT: Duration = Duration::from_secs(12);
-/// A silence that ends a lease.
+/// Silence after which a lease ends.
 const SILENCE: Duration = Duration::from_secs(6);
-/// Messages on their way, at most.
+/// Most messages in flight on a connection. A choice that keeps the exhaustive search feasible.
 const IN_FLIGHT: usize = 2;
 
-/// What a user says.
+/// Message of a user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Said {
     Acquire,
@@ -31,43 +32,43 @@ pub(crate) enum Said {
     Release,
 }
 
-/// What happens; users and stations by their numbers.
+/// Event of the search. Users and stations are numbered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
     /// A user opens a line.
     Open(usize, usize),
     Say(usize, usize, Said),
-    /// The first message on its way arrives.
+    /// The first message in flight arrives.
     Arrive(usize, usize),
-    /// The cable is pulled for longer than a connection lasts: what is on its way is lost, and neither
-    /// end knows yet.
+    /// The cable is unplugged for longer than a connection lasts: messages in flight are lost, and
+    /// neither end knows yet.
     Cut(usize, usize),
-    /// The user's end of a line is gone: its program was killed, or cut off and has noticed.
+    /// The user's end of a line is gone: the program was killed, or it has noticed the cut.
     UserGone(usize, usize),
     /// The station notices that a line is dead.
     StationNotices(usize, usize),
-    /// A motion comes to its end.
+    /// A motion ends.
     Finish(usize),
-    /// The clock of a station goes on to what is due next there.
+    /// The clock of a station advances to its next deadline.
     Pass(usize),
-    /// A station is killed, and starts again.
+    /// A station is killed and restarted.
     Kill(usize),
-    /// A request of its own, without a session.
+    /// A single request, without a session.
     Call(usize, usize),
 }
 
-/// A station's end of a line.
+/// Station end of a line.
 #[derive(Clone, Debug)]
 pub(crate) struct End {
     pub(crate) session: SessionId,
-    /// The last word, by the station's clock.
+    /// Time of the last message, by the station's clock.
     pub(crate) heard: HostInstant,
 }
 
-/// A connection between a user and a station: in order and without gaps, or cut.
+/// Connection between a user and a station: ordered and without loss until it is cut.
 #[derive(Clone, Debug)]
 pub(crate) struct Line {
-    /// Whether the user's end is there.
+    /// True while the user's end exists.
     open: bool,
     cut: bool,
     way: VecDeque<Said>,
@@ -78,33 +79,33 @@ pub(crate) struct Line {
 pub(crate) struct Motion {
     pub(crate) session: SessionId,
     pub(crate) request: RequestId,
-    /// The lease under which it began was given back: it goes on to its end.
+    /// True if its lease was released. The motion continues to its end.
     pub(crate) free: bool,
 }
 
 #[derive(Clone)]
 pub(crate) struct Place {
     pub(crate) control: Control,
-    /// By its own clock.
+    /// Time by the station's own clock.
     pub(crate) now: HostInstant,
-    /// What control is told of it.
+    /// Time that control was given last.
     told: HostInstant,
-    /// When its first slot ends.
+    /// End of the first slot.
     pub(crate) slot: HostInstant,
     pub(crate) motions: Vec<Motion>,
     lease: Option<(SessionId, LeaseId)>,
-    /// Sessions whose line has ended, and when.
+    /// Sessions whose line has ended, with the time.
     pub(crate) left: Vec<(SessionId, HostInstant)>,
 }
 
-/// A state of the search.
+/// State of the search.
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) bug: Option<Bug>,
     pub(crate) places: Vec<Place>,
-    /// By user, then by station.
+    /// Lines by user, then by station.
     pub(crate) lines: Vec<Vec<Option<Line>>>,
-    /// How many stations had something happen: all others are the same.
+    /// Number of stations that have had an event. The others are interchangeable.
     used: usize,
 }
 
@@ -129,7 +130,7 @@ impl Place {
         }
     }
 
-    /// Takes what control has decided.
+    /// Carries out the decisions of control.
     fn obey_effects(&mut self) {
         while let Some(effect) = self.control.poll_effect() {
             match effect {
@@ -160,7 +161,7 @@ impl Place {
         self.obey_effects();
     }
 
-    /// Whether it begins.
+    /// Starts a motion. Returns false if control refuses it.
     fn begin(&mut self, session: SessionId) -> bool {
         let request = self.free_request();
         let kind = WorkKind::Motion;
@@ -175,7 +176,7 @@ impl Place {
         begun.is_ok()
     }
 
-    /// What was begun goes on to its end.
+    /// Releases a lease. A running motion continues to its end.
     fn release(&mut self, session: SessionId) {
         if let Some((holder, lease)) = self.lease
             && holder == session
@@ -197,7 +198,7 @@ impl Place {
 
 impl World {
     pub(crate) fn new(bug: Option<Bug>) -> Self {
-        // No two clocks are the same.
+        // All clocks differ.
         let place = |station: u64| {
             let now = HostInstant::from_micros(60_000_000 + 1_000_000 * station);
             Place::new(now, now + SLOT, false)
@@ -238,7 +239,7 @@ impl World {
         }
     }
 
-    /// Lets an event happen, and checks everything.
+    /// Applies an event and checks all laws.
     fn happens(&mut self, before: &Self, event: Event) -> Checked {
         use Event::*;
         let furthest = self.places.iter().map(|place| place.now).max();
@@ -290,7 +291,7 @@ impl World {
         }
         self.places.iter_mut().for_each(Place::obey_effects);
         for line in self.lines.iter_mut().flatten() {
-            // Nothing is on its way on a line without ends.
+            // A line without ends carries no messages.
             line.take_if(|line| !line.open && line.end.is_none());
         }
         self.check(before, event)
@@ -302,7 +303,7 @@ impl World {
             .ok_or_else(|| "a line".to_owned())
     }
 
-    /// A session begins at the station.
+    /// Starts a session at the station.
     fn opened(&mut self, user: usize, at: usize) -> End {
         let place = &mut self.places[at];
         let used = |id: &SessionId| {
@@ -323,7 +324,7 @@ impl World {
         }
     }
 
-    /// The socket of a session is at its end.
+    /// Ends the socket of a session.
     fn end(&mut self, at: usize, session: SessionId) {
         if !self.has(Bug::LineOutlived) {
             self.places[at].leave(session);
@@ -360,7 +361,7 @@ impl World {
         place.left.retain(|(_, left)| now - *left < GRACE);
     }
 
-    /// A new one takes the place of a station. Its arm stands when it begins.
+    /// Replaces a station by a restarted one, whose arm stands still.
     fn kill(&mut self, at: usize) {
         let (forgets, keeps) = (
             self.has(Bug::ScheduleForgotten),
@@ -379,7 +380,7 @@ impl World {
         }
     }
 
-    /// A session that lasts for one move, which ends at once.
+    /// Makes one move in a session that ends at once.
     fn call(&mut self, user: usize, at: usize) -> Checked {
         let place = &mut self.places[at];
         let session = SessionId(1_000_000 + user as u64);
@@ -428,7 +429,7 @@ impl Explored for World {
             place.control.canonical(place.now).hash(&mut hasher);
             let age = |at: &HostInstant| place.now - *at;
             place.motions.hash(&mut hasher);
-            // Two slots, then none.
+            // Only two slots matter; after them all times are alike.
             let slot = (place.now - place.slot, place.slot - place.now);
             (slot.0.min(SLOT), slot.1).hash(&mut hasher);
             for (session, at) in &place.left {

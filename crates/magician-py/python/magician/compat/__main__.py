@@ -72,7 +72,7 @@ def _usage(message: str) -> int:
 
 
 def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
-    # As Python does it: the folder of the script, or the current one, takes the place of this module's.
+    # Like Python: the folder of the script, or the current one, replaces this module's.
     path = _origin(arguments[0]) if module else Path(os.path.abspath(arguments[0]))
     folder = Path() if module else Path(arguments[0]).parent.resolve()
     sys.path[0] = os.getcwd() if module else str(folder)
@@ -106,7 +106,7 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         if module:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
         else:
-            # What this file takes from the future is not the script's.
+            # The script must not inherit this file's `__future__` imports.
             given_names = _modules.of_dobotlab() if _script.expects_magician(program.sources[0]) else {}
             _execute(compile(code, str(path), "exec", dont_inherit=True), str(path), given_names)
     except SystemExit:
@@ -150,12 +150,12 @@ def _execute(code: types.CodeType, path: str, names: Mapping[str, object]) -> No
     main.__dict__.update(names)
     main.__dict__.update(__file__=path, __builtins__=__builtins__, __cached__=None, __spec__=None, __package__=None)
     sys.modules["__main__"] = main
-    # After what the script has for its own end, and before this package's, which ends the connections.
+    # After the script's own exit handlers and before this package's, which closes the connections.
     atexit.register(_destroy, main.__dict__)
     try:
         exec(code, main.__dict__)
     except BaseException:
-        # The arm is stopped, and stays so.
+        # Stop the arm and leave it stopped.
         atexit.unregister(_destroy)
         raise
 

@@ -43,12 +43,12 @@ def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
     inherited = _Inherited(chosen)
 
     def preparation_data(name: str) -> dict[str, Any]:
-        # This is the first that a new process unpickles.
+        # The first object that a new process unpickles, so the stand-ins are installed before the program is imported.
         return {"magician.compat": inherited, **prepared(name)}
 
     spawn.get_preparation_data = preparation_data
     if "forkserver" in multiprocessing.get_all_start_methods():
-        # The server itself would import the program, without them.
+        # Otherwise the server would import the program itself, without the stand-ins.
         multiprocessing.set_forkserver_preload([])
 
 

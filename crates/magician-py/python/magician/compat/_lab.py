@@ -43,7 +43,7 @@ CALLS = (
     Call("set_device_withl enable version=0", "set_device_withl enable=1 version=1", 3, SET, "2B"),
     Call("set_ptpl_params vel accel", "set_ptpl_params velocity acceleration", 85, QUEUED, "2f"),
     Call("set_ptpwithl_cmd mode x y z r l", "set_ptpwithl_cmd mode x y z r set_l", 86, QUEUED, "B5f", moves=True),
-    # Of the pose and the new angle: a move with the joints.
+    # A joint move to the current pose with the new angle.
     Call("set_r r", "set_rcmd r", 84, QUEUED, "", moves=True),
     Call("motion_params vel acc", "set_ptpcommon_params vel acc", 83, QUEUED, "2f"),
     Call("jump_params zlimit height", "set_ptpjump_params z_limit jump_height", 82, QUEUED, "2f", "1 0"),
@@ -60,19 +60,19 @@ CALLS = (
     Call("set_color_sensor port enable version=0", "set_color_sensor port enable=1 version=1", 137, QUEUED, "3B",
          "1 0 2", sensor=True),
     Call("get_color_sensor", "get_color_sensor", 137, GET, "", answer="3B red green blue"),
-    # Seconds; the frame has milliseconds.
+    # Seconds here, milliseconds in the frame.
     Call("wait second", "wait delay", 110, QUEUED, "I", moves=True),
     Call("set_home", "set_homecmd", 31, QUEUED, "4x", moves=True),
     Call("get_pose", "get_pose", 10, GET, "", answer="8f x y z r jointAngle"),
     Call("get_posel", "get_posel", 13, GET, "", answer="f positionL"),
     Call("clear_alarm", "clear_allalarms_state", 20, SET, ""),
-    # Of jogging (0) or of moves; the query carries no mode.
+    # 0 for jogging, otherwise for moves. The query carries no mode.
     Call("get_arm_speed_ratio mode", "get_arm_speed_ratio mode", 83, GET, "", answer="2f value acceleration"),
     Call("set_lost_step_params value", "set_lost_step_params value", 170, SET, "f"),
     Call("set_lost_step_cmd", "set_lost_step_cmd", 171, QUEUED, "", moves=True),
     Call("get_lost_step_result", "get_lost_step_result", 20, GET, "", answer="state"),
     Call("set_converyor index enable speed", "set_converyor index enable speed", 135, QUEUED, "2Bi"),
-    # DobotEDU alone.
+    # DobotEDU only.
     Call("", "get_devicesn", 0, GET, "", answer="text"),
     Call("", "get_devicename", 1, GET, "", answer="text"),
     Call("", "set_waitcmd delay", 110, QUEUED, "I", moves=True),

@@ -135,7 +135,7 @@ class Line:
         except Error:
             raise
         except BaseException as interruption:
-            # Whoever waits for a motion has had it stopped; one that was just put into the queue goes on.
+            # A motion that was waited for has been stopped. One that was only queued continues.
             if call.taken():
                 self.stop(interruption)
             self._stopped = True
@@ -196,5 +196,5 @@ def _bench(port: str) -> _Bench | None:
 def _connecting(port: str, bench: _Bench | None, timeout: float) -> Call[Core]:
     if bench is None:
         return Core.connect(port, timeout=timeout, window=1, probe=True, reconnect=True, echo=0.1)
-    # It answers at once, but on a busy computer.
+    # A virtual arm answers at once; the rest is for a busy computer.
     return bench.cell.connect(timeout=max(timeout, 10.0), window=1, probe=True, reconnect=True, echo=0.1)

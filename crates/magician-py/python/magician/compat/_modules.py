@@ -17,7 +17,7 @@ from ._program import OTHER_WRAPPERS, WRAPPER, is_wrapper
 __all__ = ["DOORS", "PYDOBOTS", "install", "needed", "of_dobotlab"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
-# What programs import, and the module here that stands in for it.
+# Imported module, and its stand-in.
 DOORS = {
     **{name: name for name in PYDOBOTS},
     # The example of pydobotplus imports its inner module by this name.
@@ -45,7 +45,7 @@ class _Names(MetaPathFinder):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        # Whatever package a program keeps it in.
+        # In any package: programs carry copies of it.
         if is_wrapper(fullname.rpartition(".")[2]):
             return ModuleSpec(fullname, _Family(self.family, self.wrappers))
         root, dot, rest = fullname.partition(".")
@@ -95,7 +95,7 @@ class _Family(_Same):
         from . import dobotdll
 
         module = dobotdll.family(self.name)
-        # One that is imported from a module of its own name is the same.
+        # `from DobotDllType import DobotDllType` gives the same module.
         module.__dict__.setdefault(WRAPPER, module)
         module.__dict__["__getattr__"] = _Copies(self.wrappers)
         self.spec = module.__spec__

@@ -250,7 +250,7 @@ class Methods(Forks):
             columns = range(len(row)) if number % 2 == 0 else reversed(range(len(row)))
             for column in columns:
                 power = (row[column] - least) * scale + low
-                # A queue that is nearly full runs; from then on what is sent waits for room in it.
+                # A nearly full queue has to be running: from here on commands wait for room.
                 if sent == MAX_QUEUE_LEN - 2:
                     self._set_queued_cmd_start_exec()
                 self._set_cple_cmd(x + number * pixel_size, y + column * pixel_size, z, power, True)
@@ -275,7 +275,7 @@ class Dobot(Methods):
         self.logger.debug("%s open", self._magician_line.name)
         self._magician_setup()
         if (alarms := self.get_alarms()) and should_clear_alarms:
-            # That it was switched on is no news.
+            # The alarm for power-up is expected: do not report it.
             if news := [alarm.name for alarm in alarms if alarm]:
                 self.logger.warning("clearing alarms: %s", ", ".join(news))
             self.clear_alarms()

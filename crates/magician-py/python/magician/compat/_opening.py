@@ -129,14 +129,14 @@ class Serial:
         with self._writing:
             if not self.is_open:
                 self._port()
-            # Something else than an arm is spoken to.
+            # The program talks to another device than an arm.
             if self._arm is not None or data[:1] == b"\xaa":
                 try:
                     self._port().write(data)
                 except (ClosedError, InvalidInputError, PortError) as error:
                     raise _fault(error) from error
                 except Error:
-                    # An arm says nothing to what it does not know; a read will wait for it.
+                    # An arm does not reply to unknown frames, so a read will time out.
                     pass
         with self._came:
             self._came.notify_all()

@@ -46,7 +46,7 @@ class Robot:
         self._magician_answer: Message | None = None
 
     def __getattr__(self, name: str) -> Any:
-        # A class that opens the port itself and does not call this one's constructor: it is connected when it speaks.
+        # A subclass that opens the port itself and does not call this constructor connects on first use.
         if name in ("_magician_line", "_magician_port", "_magician_answer"):
             theirs = self.__dict__.get("_ser") or self.__dict__.get("ser")
             self._magician_open(getattr(theirs, "port", None))

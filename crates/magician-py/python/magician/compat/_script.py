@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 __all__ = ["expects_magician", "needs_copy", "which_dobotdll", "which_pydobot"]
 
-# What only one of the libraries that are imported as `pydobot` has, wherever a program says it.
+# Names that identify one of the libraries imported as `pydobot`, wherever a program uses them.
 NEWER = {
     "Alarm", "DobotException", "Joints", "MODE_PTP", "Position", "clear_alarms", "conveyor_belt",
     "conveyor_belt_distance", "engrave", "get_alarms", "get_pose", "go_arc", "jog_r", "jog_x", "jog_y", "jog_z", "laze",
@@ -18,7 +18,7 @@ NEWER = {
 }  # fmt: skip
 OLDER = {"ControlValues", "CommunicationProtocolIDs", "PTPMode", "get_eio", "set_eio"}
 PLUS = {"CustomPosition", "dobotplus", "get_color", "get_ir", "move_rel", "set_color", "set_ir"}
-# Words that programs have from elsewhere too: they count where they are said of an arm.
+# Common names: they count only as attributes of an arm.
 OLDER_OF_ARMS = {"pose", "ser", "verbose", "wait"}
 NEWER_OF_ARMS = {"_ser", "_extract_cmd_index", "home", "set_io"}
 LIBRARIES = ("pydobot", "pydobotplus", "pydobot2", "dobotplus")
@@ -159,7 +159,7 @@ def which_dobotdll(sources: Collection[str], folder: Path, wrappers: Iterable[Pa
             return "v3"
         return "v2" if "dobotId" in text else "v1"
     for source in sources:
-        # A program that loads the C library itself says by its own structures which one.
+        # A program that loads the C library itself reveals the family by its own structures.
         if "CDLL" in source or "LoadLibrary" in source:
             return "v3" if "masterId" in source or "masterDevInfo" in source else "v2" if "dobotId" in source else "v1"
     return "v2" if any(map(_has_ids, sources)) else "v3"

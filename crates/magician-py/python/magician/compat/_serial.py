@@ -97,10 +97,9 @@ _real: list[Any] = []
 def comports(include_links: bool = False) -> list[Any]:
     """The serial ports of this computer; the arm that all connections go to, if they do, comes first."""
     port = elsewhere()
-    # pyserial's list globs too, and finds the arm by that.
     found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     if port and not port.startswith("/dev/"):
-        # pyserial's list globs too, and finds the arm by that.
+        # pyserial's own list uses glob(), and would find the arm through this one.
         found = [info for info in found if info.device != port]
     if port is None:
         return found

@@ -1,4 +1,4 @@
-//! Making a site, signing and revoking.
+//! Creation of a site, signing and revocation.
 
 use std::fs;
 
@@ -53,7 +53,7 @@ fn certificates_last_as_long_as_they_should_and_are_apart() {
     let der: tokio_rustls::rustls::pki_types::CertificateDer<'_> =
         tokio_rustls::rustls::pki_types::pem::PemObject::from_pem_slice(pem).unwrap();
     let details = read_machine(&der).unwrap();
-    // A day of margin before it.
+    // 825 days of validity and one day of margin before them.
     assert_eq!(details.ends - details.begins, 826 * 86_400);
     assert_eq!(details.serial.len(), 16);
     assert_eq!(machine_of(&der).as_deref(), Some("bench-2"));
@@ -72,7 +72,7 @@ fn init_that_was_killed_is_done_again_from_any_part() {
         let machines = Machines::new();
         machines.init("desk");
         let folder = machines.folder("desk");
-        // In the order in which they are written.
+        // Files in the order in which they are written.
         let written = ["ca.key", "ca.pem", "members.json", "own.key", "own.pem"];
         for missing in &written[parts..] {
             fs::remove_file(folder.join(missing)).unwrap();
@@ -191,7 +191,7 @@ fn requests_that_are_damaged_are_refused_and_leave_no_member() {
     let authority = machines.init("desk");
     let good = request();
     let body: Vec<_> = good.lines().collect();
-    // A request whose name was changed after it was signed: of the signature, the last line is a part.
+    // Change the name after signing. The last line is part of the signature.
     let mut forged: Vec<_> = body.clone();
     let swapped = forged[1].replacen('M', "N", 1);
     forged[1] = &swapped;
@@ -207,7 +207,7 @@ fn requests_that_are_damaged_are_refused_and_leave_no_member() {
         let refused = authority.sign(wrong, "bench-2").unwrap_err();
         assert!(matches!(refused, CertificateError::Request), "{wrong}");
     }
-    // Another kind of key than the site's.
+    // A key of another kind than the site uses.
     let key = rcgen::KeyPair::generate_for(&rcgen::PKCS_ED25519).unwrap();
     let other = rcgen::CertificateParams::default().serialize_request(&key);
     let refused = authority.sign(&other.unwrap().pem().unwrap(), "bench-2");
@@ -228,7 +228,7 @@ fn revoking_counts_up_once_for_each_machine() {
     assert_eq!(identity.revoked(), first);
     let second = authority.revoke("bench-3").unwrap();
     assert_ne!(first, second);
-    // Another process of the machine wrote it.
+    // Another process of this machine has written the newer list.
     assert_eq!(identity.revoked(), second);
     assert!(!identity.learn(&first).unwrap());
 
@@ -272,7 +272,7 @@ fn a_damaged_authority_is_no_authority() {
         assert!(error.to_string().contains(file), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), content);
     }
-    // The key of another authority.
+    // A key that belongs to another authority.
     let (machines, others) = (Machines::new(), Machines::new());
     machines.init("desk");
     others.init("desk");
@@ -293,13 +293,13 @@ fn list_of_a_restored_authority_is_newer_and_forgets_nobody() {
     let copy = fs::read(&members).unwrap();
     let read = |list: &[u8]| RevocationList::read(list, authority.certificate()).unwrap();
     let before = read(&authority.revoke("bench-2").unwrap());
-    // The copy does not know of it; the list has come back from other machines.
+    // The restored copy does not contain it, but the list has come back from other machines.
     fs::write(&members, copy).unwrap();
     let list = read(&authority.revoke("bench-3").unwrap());
     assert!(list.number > before.number);
     assert_eq!(list.serials.len(), 2);
     assert!(list.serials.is_superset(&before.serials));
-    // Neither does it begin anew at 1 without that: machines would not take it.
+    // Without the list, numbers must not start at 1 again: machines would refuse the new one.
     fs::remove_file(machines.folder("desk").join("revoked.pem")).unwrap();
     let begun = u64::try_from(authority.identity().unwrap().begins()).unwrap();
     let anew = read(&authority.revoke("bench-3").unwrap());

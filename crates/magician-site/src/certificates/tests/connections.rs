@@ -9,7 +9,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 use super::{Machines, connect};
 use crate::certificates::Identity;
 
-/// A site of `desk` with the machine `bench-2`.
+/// A site with its authority on `desk` and the machine `bench-2`.
 async fn site(machines: &Machines) -> (Identity, Identity) {
     machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
@@ -60,12 +60,12 @@ async fn a_client_without_certificate_is_refused() {
 async fn certificates_of_another_authority_are_refused() {
     let (machines, others) = (Machines::new(), Machines::new());
     let (desk, bench) = site(&machines).await;
-    // The same names, to the letter.
+    // An impostor with exactly the same names.
     let (_, impostor) = site(&others).await;
     let refused = try_connect(&desk, "bench-2", &impostor).await.unwrap_err();
     assert!(refused.contains("invalid peer certificate"), "{refused}");
     let mut client = (*impostor.client().unwrap()).clone();
-    // A stranger checks nothing of the server.
+    // A stranger who accepts any server.
     client
         .dangerous()
         .set_certificate_verifier(Arc::new(Anybody));
@@ -114,7 +114,8 @@ async fn a_certificate_of_a_machine_signs_no_other() {
     let key = rcgen::KeyPair::from_pem(&key).unwrap();
     let own = std::fs::read_to_string(machines.folder("bench-2").join("own.pem")).unwrap();
     let issuer = rcgen::Issuer::from_ca_cert_pem(&own, key);
-    // It has no right to sign, which the library that makes certificates does not look at.
+    // Forge a certificate with a machine's certificate as the issuer. It may not sign, but rcgen
+    // does not check that.
     let issuer = issuer.unwrap();
     let forged_key = rcgen::KeyPair::generate().unwrap();
     let mut params = rcgen::CertificateParams::new(vec!["desk".to_owned()]).unwrap();

@@ -1,4 +1,4 @@
-//! What a machine has, and what it learns.
+//! Identities of machines, and the lists that they learn.
 
 use std::fs;
 
@@ -32,7 +32,7 @@ async fn lists_that_the_authority_did_not_sign_are_refused() {
     let (machines, others) = (Machines::new(), Machines::new());
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
-    // A site with the same names, and a higher number.
+    // Another site with the same names and a higher list number.
     let other = others.init("desk");
     others.join("desk", "bench-2").await;
     others.join("desk", "bench-3").await;
@@ -43,7 +43,7 @@ async fn lists_that_the_authority_did_not_sign_are_refused() {
     let mut longer = list.clone();
     longer.push(0);
     let mut changed = list.clone();
-    // In the serial number or the time of the revoked certificate, before the signature.
+    // Change serial number or time of the revoked certificate, which the signature covers.
     let middle = changed.len() / 2;
     changed[middle] ^= 1;
     for wrong in [
@@ -63,7 +63,7 @@ async fn lists_that_the_authority_did_not_sign_are_refused() {
     assert!(bench.learn(&list).unwrap());
 }
 
-/// Each bit of a list counts, and none makes the reader panic.
+/// Every changed bit is detected, and none makes the parser panic.
 #[tokio::test]
 async fn a_list_with_any_damaged_byte_is_refused() {
     let machines = Machines::new();
@@ -83,7 +83,7 @@ async fn a_list_that_cannot_be_kept_holds_all_the_same() {
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
     let list = authority.revoke("bench-2").unwrap();
-    // A directory in the place of the file.
+    // A directory at the path of the file.
     fs::create_dir(machines.folder("bench-2").join("revoked.pem")).unwrap();
     assert!(bench.learn(&list).is_err());
     assert!(bench.is_revoked());

@@ -1,4 +1,4 @@
-//! Joining: what is refused, and what never leaves a machine.
+//! Joining: refusals, and secrets that must not leave a machine.
 
 use std::fs;
 use std::sync::Arc;
@@ -82,7 +82,7 @@ async fn the_same_name_from_the_same_machine_is_a_renewal() {
     ));
     assert_ne!(fs::read(before.certificate_file()).unwrap(), certificate);
     assert_eq!(fs::read(before.key_file()).unwrap(), key);
-    // The authority's own machine, too.
+    // The authority's own machine may renew, too.
     let desk = machines.join("desk", "desk").await;
     assert_eq!(desk.machine(), "desk");
     machines.authority("desk");
@@ -109,7 +109,7 @@ async fn a_join_whose_answer_was_lost_is_done_again() {
     machines.init("desk");
     machines.join("desk", "bench-2").await;
     let folder = machines.folder("bench-2");
-    // As after a kill: before the certificate was written, and before anything but the key was.
+    // State after a kill: before the certificate was written, and before anything but the key.
     for lost in [&["own.pem"][..], &["own.pem", "ca.pem"]] {
         for file in lost {
             fs::remove_file(folder.join(file)).unwrap();
@@ -147,16 +147,16 @@ async fn taken_revoked_and_impossible_names_are_refused() {
         };
         assert_eq!((&*told, refusal), (name, expected));
     }
-    // A revoked machine, by its own key.
+    // A revoked machine that uses its own key.
     let (refused, _) = machines.try_join(&invitation, "bench-3", "bench-3").await;
     assert_eq!(refusal(refused), Refusal::Revoked);
     assert_eq!(invitation.joined(), 0);
-    // After all that the code is still good.
+    // The code is still valid after all these attempts.
     let (joined, _) = machines.try_join(&invitation, "bench-4", "bench-4").await;
     assert_eq!(joined.unwrap().identity.machine(), "bench-4");
 }
 
-/// Another authority takes the place of the one that made the code: it gets to know nothing.
+/// Another authority takes the place of the one that made the code. It learns nothing.
 #[tokio::test]
 async fn an_impostor_is_sent_nothing() {
     let (machines, others) = (Machines::new(), Machines::new());
@@ -170,7 +170,7 @@ async fn an_impostor_is_sent_nothing() {
     let joining = super::join_over(here, &code, &sites, None, "bench-2");
     let listening = async {
         let mut heard = Vec::new();
-        // A handshake that fails, or one that succeeds with words after it.
+        // The handshake fails, or succeeds without any data after it.
         if let Ok(mut stream) = acceptor.accept(there).await {
             let _ = stream.read_to_end(&mut heard).await;
         }
@@ -195,7 +195,7 @@ async fn a_machine_of_the_site_is_not_its_authority() {
     let pem = |file| fs::read(machines.folder("bench-2").join(file)).unwrap();
     use tokio_rustls::rustls::pki_types::pem::PemObject;
     let key = tokio_rustls::rustls::pki_types::PrivateKeyDer::from_pem_slice(&pem("own.key"));
-    // With the authority's certificate and its own key: TLS itself refuses to serve so.
+    // The authority's certificate with the machine's own key: TLS refuses this pair.
     let forged = tls::inviting((bench.authority().clone(), key.unwrap().clone_key()));
     assert!(forged.is_err());
     let key = tokio_rustls::rustls::pki_types::PrivateKeyDer::from_pem_slice(&pem("own.key"));
@@ -213,7 +213,7 @@ async fn a_machine_of_the_site_is_not_its_authority() {
     assert!(accepted.is_err());
 }
 
-/// A program that knows the authority and not the secret.
+/// Sends a request with this secret, as a program that knows the authority but not the secret.
 async fn guess(invitation: &Invitation, secret: &str) -> Refusal {
     let ask = Request {
         secret: secret.to_owned(),
@@ -230,7 +230,7 @@ async fn guess(invitation: &Invitation, secret: &str) -> Refusal {
     }
 }
 
-/// Connects to an invitation as a stranger who knows how to, and says what follows.
+/// Connects to an invitation, runs `talk`, and returns its result with the event of the invitation.
 async fn stranger<T>(
     invitation: &Invitation,
     talk: impl AsyncFnOnce(TlsStream<tokio::io::DuplexStream>) -> T,
@@ -261,7 +261,7 @@ async fn a_wrong_secret_is_refused_and_the_third_voids_the_code() {
         assert_eq!(guess(&invitation, wrong).await, Refusal::Secret);
     }
     assert_eq!(invitation.end(), Some(InvitationEnd::Void));
-    // The right one comes too late.
+    // Too late: the code is void even with the right secret.
     assert_eq!(guess(&invitation, &secret).await, Refusal::Over);
     let (refused, _) = machines.try_join(&invitation, "bench-2", "bench-2").await;
     assert_eq!(refusal(refused), Refusal::Over);
@@ -284,7 +284,8 @@ async fn a_code_is_good_for_so_many_machines_and_no_more() {
     assert_eq!(machines.authority("desk").members().unwrap().len(), 3);
 }
 
-/// A machine with many certificates could not be revoked: the list has an end.
+/// The number of certificates is bounded: revoking a machine lists all of them, and the size of the
+/// list is bounded.
 #[tokio::test]
 async fn a_machine_is_given_a_few_certificates_by_one_invitation() {
     let machines = Machines::new();
@@ -307,7 +308,7 @@ async fn a_code_of_an_earlier_invitation_is_no_good() {
     machines.init("desk");
     let earlier = machines.invite("desk", 1).code("authority:1");
     let invitation = machines.invite("desk", 1);
-    // The right authority by a secret that is not its any more: the authority counts it as a guess.
+    // The right authority, but the secret of an earlier invitation: it counts as a wrong guess.
     let (refused, _) = machines.try_code(&invitation, &earlier, "b", "b").await;
     assert_eq!(refusal(refused), Refusal::Secret);
 }
@@ -389,7 +390,7 @@ async fn a_silent_client_is_left_before_and_after_the_handshake() {
 async fn a_silent_invitation_is_left() {
     let machines = Machines::new();
     machines.init("desk");
-    // It takes the connection, as a listener does, and says nothing.
+    // A listener that accepts the connection and never answers.
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let code = machines.invite("desk", 1).code(&address);
@@ -418,7 +419,8 @@ async fn a_code_expires() {
     );
 }
 
-/// Over sockets, with more machines at once than were invited, and silent ones among them.
+/// Over real sockets, with more machines than were invited at once, and silent connections among
+/// them.
 #[tokio::test]
 async fn an_invitation_ends_when_all_have_joined() {
     let machines = Machines::new();
@@ -428,7 +430,7 @@ async fn an_invitation_ends_when_all_have_joined() {
     let address = listener.local_addr().unwrap().to_string();
     let code = invitation.code(&address);
     let mut silent = Vec::new();
-    // More than have a place, and fewer than wait in the system.
+    // More than may be silent at once, and fewer than fit the system's backlog.
     for _ in 0..120 {
         silent.push(tokio::net::TcpStream::connect(&address).await.unwrap());
     }
@@ -474,7 +476,7 @@ async fn a_site_of_the_same_name_is_not_written_over() {
         assert!(matches!(refused, Err(JoinError::Other(_))), "{refused:?}");
         assert!(event.is_none(), "{event:?}");
     }
-    // An authority that was not finished.
+    // An unfinished authority.
     let begun = machines.folder("new");
     fs::create_dir_all(&begun).unwrap();
     fs::write(begun.join("ca.key"), "any").unwrap();
@@ -484,7 +486,7 @@ async fn a_site_of_the_same_name_is_not_written_over() {
     assert_eq!(before, after);
 }
 
-/// An authority whose answers are not to be trusted: it is the right one, and breaks its own rules.
+/// Replies that break the rules are refused, even from the right authority.
 #[tokio::test]
 async fn answers_that_do_not_fit_are_not_kept() {
     let machines = Machines::new();

@@ -1,4 +1,4 @@
-//! Certificates of a site in temporary folders, over pipes in memory.
+//! Certificates of a site in temporary folders, over in-memory pipes.
 
 mod authority;
 mod connections;
@@ -18,10 +18,10 @@ use tokio_rustls::{TlsAcceptor, TlsConnector};
 use super::join::join_over;
 use super::{Authority, Identity, Invitation, InvitationEvent, JoinCode, JoinError, Joined};
 
-/// Bytes that a pipe in memory holds.
+/// Capacity of an in-memory pipe, bytes.
 const PIPE: usize = 64 * 1024;
 
-/// Some machines, each with a folder for its sites.
+/// Machines, each with a folder for its sites.
 struct Machines(TempDir);
 
 impl Machines {
@@ -33,12 +33,12 @@ impl Machines {
         self.0.path().join(machine)
     }
 
-    /// The folder of the site `lab` on a machine.
+    /// Folder of the site `lab` on a machine.
     fn folder(&self, machine: &str) -> PathBuf {
         self.sites(machine).join("lab")
     }
 
-    /// Makes the site `lab` on a machine.
+    /// Creates the site `lab` on a machine.
     fn init(&self, machine: &str) -> Authority {
         Authority::init(&self.folder(machine), "lab", machine).unwrap()
     }
@@ -51,7 +51,7 @@ impl Machines {
         Identity::open(&self.folder(machine)).unwrap().unwrap()
     }
 
-    /// Joins a machine, and returns what it has then.
+    /// Lets a machine join, and returns its identity.
     async fn join(&self, authority: &str, machine: &str) -> Identity {
         let invitation = self.invite(authority, 1);
         let (joined, event) = self.try_join(&invitation, machine, machine).await;
@@ -98,14 +98,14 @@ fn acceptor(invitation: &Invitation) -> TlsAcceptor {
     TlsAcceptor::from(Arc::new(invitation.authority().inviting().unwrap()))
 }
 
-/// A new key, and a request for a certificate of it.
+/// Certificate request of a new key.
 fn request() -> String {
     let key = KeyPair::generate().unwrap();
     let request = rcgen::CertificateParams::default().serialize_request(&key);
     request.unwrap().pem().unwrap()
 }
 
-/// Sends a byte each way. The error is that of the client, or else that of the server.
+/// Connects and sends a byte each way. Returns the error of the client, or else that of the server.
 async fn connect(
     client: Arc<ClientConfig>,
     name: &'static str,
@@ -115,7 +115,7 @@ async fn connect(
     let calling = async {
         let name = ServerName::try_from(name).unwrap();
         let mut stream = TlsConnector::from(client).connect(name, here).await?;
-        // In TLS 1.3 a client hears only now whether it is accepted.
+        // With TLS 1.3 the client learns only now whether it is accepted.
         stream.read_u8().await?;
         stream.write_u8(1).await?;
         stream.flush().await
@@ -131,7 +131,7 @@ async fn connect(
     answered.map(drop).map_err(|error| error.to_string())
 }
 
-/// The files of a folder.
+/// Names of the files in a folder.
 fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());

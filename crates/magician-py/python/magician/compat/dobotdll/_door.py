@@ -33,7 +33,7 @@ NO_ERROR, BUFFER_FULL, TIMEOUT, INVALID, NO_DEVICE = range(5)
 NOT_FOUND, OCCUPIED = 1, 2
 MAGICIAN = 2
 
-# Functions that the table has under another name.
+# Functions with another name in the table.
 OTHERWISE = {
     "SetAutoLevelingCmd": "AutoLeveling",
     "GetAutoLevelingResult": "AutoLeveling",
@@ -48,7 +48,7 @@ OTHERWISE = {
     "SendPluse": "PulseMode",
     "SendPluseEx": "PulseMode",
 }
-# Functions that ask their caller whether to queue; all others that could be queued are.
+# Functions that obey `isQueued`. All other queueable ones are always queued.
 ASKING = {
     "SetJOGCmd",
     "SetJOGLParams",
@@ -58,13 +58,13 @@ ASKING = {
     "SetInfraredSensor",
     "SendPluse",
 }
-# What says in the place for its answer which pin it is about.
+# Functions that read the pin's address from the memory for their result.
 PINS = {"GetIOMultiplexing", "GetIODO", "GetIOPWM", "GetIODI", "GetIOADC"}
-# What ctypes gives no names: the types of byref(), of all pointers, and of all single values.
+# Types that ctypes does not name: of byref(), of all pointers, and of all simple values.
 _REFERENCE: Any = type(ctypes.byref(ctypes.c_int()))
 _POINTER: Any = ctypes.POINTER(ctypes.c_int).__mro__[1]
 _SINGLE: Any = ctypes.c_int.__mro__[1]
-# A C enum travels as its low byte.
+# Only the low byte of a C enum is sent.
 ENUM = ctypes.c_int32
 
 
@@ -75,7 +75,7 @@ class Door:
         self._prototypes: dict[str, tuple[Any, ...]] = module.__dict__["_PROTOTYPES"]
         self._ids: int = module.__dict__["_IDS"]
         self._arms: dict[int, Line] = {}
-        # Arms that DisconnectDobot has let go, with the index of the last command that was given to each.
+        # Arms released by DisconnectDobot, each with the index of its last command.
         self._let_go: dict[int, int] = {}
         self._queued: dict[int, int] = {}
         self._lock = threading.Lock()
@@ -95,7 +95,7 @@ class Door:
                 return own(*arguments)
             line = self._arm(arguments)
             if not isinstance(line, int) and line.closed:
-                # The program is over, and this is the destructor of one of its objects.
+                # Called from a destructor while the program ends.
                 self._when = "the end of the program"
                 self._call_DisconnectDobot(self._id(arguments))
                 line = self._arm(arguments)
@@ -165,7 +165,7 @@ class Door:
         if name == "SetLostStepParams":
             ctrl = SET
         elif name == "UpdateFirmware":
-            # The vendor's library sends it as a read that carries the mode.
+            # Sent like in the vendor's library: a read that carries the mode.
             ctrl = GET
         elif name in ("SetPTPPOCmd", "SetPTPPOWithLCmd"):
             move, outputs, count = (value for _, value in given)
@@ -173,7 +173,7 @@ class Door:
             given = [(None, bytes(move) + body)]
         elif name == "SetCircleCmd" and not given[0][1].count:
             given[0][1].count = 1
-        # The module waits for room by itself.
+        # The module itself waits for room.
         body, allow = b"".join(_bytes(*each) for each in given), ",".join(self._allowed)
         _, params = line.exchange(id, ctrl, body, allow=allow, patient=False)
         if ctrl == QUEUED and index is not None:
@@ -217,7 +217,7 @@ class Door:
             print(f"magician: ConnectDobot: {error}", file=sys.stderr)
             return NOT_FOUND if isinstance(error, PortError) and not name else OCCUPIED
         try:
-            # Its programs take the queue to run, as on an arm that another program had started.
+            # Programs expect a running queue, as on an arm where another program had started it.
             line.start_empty_queue()
         except Error as error:
             print(f"magician: ConnectDobot: the queue was not started: {error}", file=sys.stderr)
@@ -230,7 +230,7 @@ class Door:
 
     def _call_SearchDobot(self, found: Any, size: int) -> int:
         port = elsewhere()
-        # Courses' programs look for this name before they connect.
+        # Programs of courses search for this name before they connect.
         named = port if port is None or re.match(r"COM|/dev/", port) else "COM1"
         paths = [named] if named else [found.path for found in ports() if found.likely_arm]
         names = [path.removeprefix("/dev/") for path in paths]
@@ -325,7 +325,7 @@ class Door:
         kinds = self._prototypes[name]
         ids = len(arguments) - (len(kinds) - self._ids)
         if 0 <= ids < self._ids and name != "ConnectDobot":
-            # A program for an older library, which knew of one arm.
+            # A program for an older library, with one arm and no ids.
             arguments = (*arguments[:ids], *[0] * (self._ids - ids), *arguments[ids:])
         return self.dobot_call(name, [_given(*each) for each in zip(kinds, arguments, strict=False)])
 

@@ -30,7 +30,7 @@ __all__ = [
 
 _lines: dict[str | None, Line] = {}
 _opening = threading.Lock()
-# What calls take beside the table's parameters.
+# Parameters of calls in addition to those of the table.
 _COMMON = {"is_queued", "is_wait", "is_wait_for_finish", "iswait_forfinish", "time_out", "timeout", "port_name"}
 
 
@@ -71,7 +71,7 @@ class _Method:
             if name in ("io", "port") and not self._call.sensor:
                 value = _lab.io(value)
             elif name == "port":
-                # DobotEDU and DobotLab name the sockets as they are numbered on the arm.
+                # DobotEDU and DobotLab use the numbers printed on the arm.
                 value = int(value) - 1
             values.append(0 if value is None else value)
         if unknown := set(named) - _COMMON:
@@ -116,7 +116,7 @@ class MagicianApi:
         raise AttributeError(f"the arm of DobotEDU has no call {name}")
 
     def __setattr__(self, name: str, value: Any) -> None:
-        # Rates are set by a call or by an assignment.
+        # Rates can be set by a call or by an assignment.
         if name in ("motion_params", "jump_params"):
             getattr(self, name)(*value)
         else:

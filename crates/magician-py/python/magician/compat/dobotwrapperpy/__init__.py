@@ -6,7 +6,7 @@ from .dobotapi import DobotApi
 from .dobotasync import DobotAsync
 from .dobotConnection import DobotConnection
 
-# `Dobot` is of its version 1.1, whose interface is pydobot's.
+# `Dobot` has the interface of version 1.1, which is pydobot's.
 __all__ = [
     "Dobot",
     "DobotApi",

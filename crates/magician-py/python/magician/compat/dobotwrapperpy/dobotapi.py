@@ -15,7 +15,7 @@ from .dobotConnection import DobotConnection
 
 __all__ = ["DobotApi"]
 
-# Calls that set something: id, and how what they are given travels.
+# Calls that set a value: id, and encoding of the argument.
 SETS = {
     "reset_pose": (11, "B2f"),
     "set_angle_sensor_static_error": (140, "2f"),
@@ -64,7 +64,7 @@ SETS = {
     "set_wait_cmd": (110, "I"),
     "clear_all_alarms_state": (20, ""),
 }
-# Calls that get something: id, how the answer is read, and what it is returned as.
+# Calls that read a value: id, decoding of the reply, and returned type.
 GETS: dict[str, tuple[int, str, str]] = {
     "get_angle_sensor_static_error": (140, "2f", ""),
     "get_arc_params": (100, "4f", "tagARCParams"),
@@ -155,7 +155,7 @@ class DobotApi:
             def set_it(*given: Any, wait: bool = False, is_queued: bool = False, **named: Any) -> int | None:
                 values = [*_flat([*given, *named.values()])]
                 count = len(struct.unpack(f"<{format}", bytes(struct.calcsize(f"<{format}"))))
-                # What may follow by its place: whether to wait, and whether it is queued.
+                # Optional positional arguments: wait, and isQueued.
                 wait, is_queued = (
                     bool(wait or values[count:][:1] == [True]),
                     bool(is_queued or any(values[count + 1 :])),

@@ -40,7 +40,7 @@ __all__ = [
     "Position",
 ]
 
-# Programs for pydobot of before 2020 have the modes as numbers.
+# Programs for pydobot before 2020 use numbers for the modes.
 MODE_PTP_JUMP_XYZ, MODE_PTP_MOVJ_XYZ, MODE_PTP_MOVL_XYZ = 0, 1, 2
 MODE_PTP_JUMP_ANGLE, MODE_PTP_MOVJ_ANGLE, MODE_PTP_MOVL_ANGLE = 3, 4, 5
 MODE_PTP_MOVJ_INC, MODE_PTP_MOVL_INC, MODE_PTP_MOVJ_XYZ_INC, MODE_PTP_JUMP_MOVL_XYZ = 6, 7, 8, 9
