@@ -6,7 +6,7 @@ use magician::{Error, ErrorKind, Voice};
 
 use crate::voice::Vendor;
 
-/// Return codes of the functions, numbered as in the vendor's headers (docs/VENDOR-LIBRARY.md,
+/// Return codes of the functions, numbered as in the vendor's headers (docs/guide/VENDOR-LIBRARY.md,
 /// Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
@@ -23,7 +23,7 @@ pub enum Code {
     InvalidDevice = 4,
 }
 
-/// Return codes of `ConnectDobot`, numbered as in the vendor's headers (docs/VENDOR-LIBRARY.md,
+/// Return codes of `ConnectDobot`, numbered as in the vendor's headers (docs/guide/VENDOR-LIBRARY.md,
 /// Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]

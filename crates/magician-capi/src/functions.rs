@@ -1,5 +1,5 @@
 //! The function table: every function of the vendor's headers and export tables
-//! (docs/VENDOR-FUNCTIONS.md).
+//! (docs/reference/VENDOR-FUNCTIONS.md).
 //!
 //! A row consists of its class ([`Kind`](crate::Kind)), leading ids ([`Ids`](crate::Ids)), name,
 //! arguments after the ids, families, and body. Its doc comment is the description on generated

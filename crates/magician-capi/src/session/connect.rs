@@ -48,7 +48,7 @@ struct Connection {
     kind: i32,
 }
 
-/// `ConnectDobot` of each family (docs/VENDOR-LIBRARY.md).
+/// `ConnectDobot` of each family (docs/guide/VENDOR-LIBRARY.md).
 impl Registry {
     /// `ConnectDobot` of `v1`: closes an earlier connection, and opens it again if it is the same
     /// port.

@@ -1,5 +1,5 @@
 //! Header and library of the family, checked with a C compiler and C programs.
-// Systems without `cc`, such as Windows, have other checks instead: docs/PLATFORMS.md.
+// Systems without `cc`, such as Windows, have other checks instead: docs/guide/PLATFORMS.md.
 #![cfg(unix)]
 
 // Makes Cargo build the shared library.
