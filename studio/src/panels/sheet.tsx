@@ -3,7 +3,7 @@ import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Report } from "../api";
 import type { Bench } from "../run/bench";
-import type { Item, Place, Point } from "../run/items";
+import { drawnOf, type Item, type Place, type Point } from "../run/items";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import { call } from "../session";
@@ -78,7 +78,7 @@ function near(bench: Bench, before: Frame): Frame {
     const place = bench.found.value.has(item.id) ? bench.placeOf(item) : null;
     if (place === null) return [];
     const reach = Math.hypot(...bench.sizeOf(item)) / 2;
-    const [x, y] = place.at;
+    const [x, y] = bench.cornerOf(item, [0, 0]);
     return [
       [x - reach, y - reach],
       [x + reach, y + reach],
@@ -154,7 +154,7 @@ function Drawn({ bench, item, width }: { bench: Bench; item: Item; width: number
     () => (found === undefined ? [] : linesOf(found.report, item.color, item.shape === undefined, usual)),
     [found, item.color, usual],
   );
-  if (was === null || now === null) return null;
+  if (was === null || now === null || !drawnOf(bench.doc.now.value.items).includes(item)) return null;
   const burnt = (power: number) => ({
     strokeWidth: Math.max(BEAM, width / 1000),
     strokeOpacity: power / 100,

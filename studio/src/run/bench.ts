@@ -17,13 +17,19 @@ import {
   chosenOf,
   composed,
   type Doc,
+  drawnOf,
   type Item,
   inked,
   isOwn,
   isSame,
   moved,
+  type PartRow,
   type Place,
   type Point,
+  partRows,
+  partsOf,
+  styleOf,
+  ticked,
   tidy,
   turned,
   unwound,
@@ -67,7 +73,7 @@ const LONGEST = 900_000;
 /** Options that place what is drawn: the sheet does that. */
 const PLACED = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
 /** Options of a job that are of no use while an object is looked at. */
-const ANEW = ["only", "parts", "no_pause"];
+const ANEW = ["parts", "no_pause"];
 
 export class Bench extends Shop {
   readonly tool: "pen" | "laser";
@@ -114,7 +120,9 @@ export class Bench extends Shop {
   setValue(name: string, to: string): void {
     const item = this.item.value;
     if (item !== null && this.isOwn(name)) {
-      const values = { ...item.values, [name]: to };
+      // Its parts are other ones then.
+      const { only, ...rest } = item.values;
+      const values = { ...rest, ...(only && name !== "parts" ? { only } : {}), [name]: to };
       this.doc.commit(changed(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
     } else this.common.value = { ...this.common.value, [name]: to };
   }
@@ -124,7 +132,27 @@ export class Bench extends Shop {
     this.common.value = Object.fromEntries(all.filter(([name]) => !this.isOwn(name)));
     const item = this.item.value;
     const own = Object.fromEntries(all.filter(([name]) => this.isOwn(name)));
-    if (item !== null) this.doc.commit(changed(this.doc.now.value, item.id, { values: own }));
+    if (item !== null)
+      this.doc.commit(changed(this.doc.now.value, item.id, { values: { ...partsOf(item.values), ...own } }));
+  }
+
+  /** A file whose layers say nothing is seen in its colours, and drawn without a pause: no person has said so. */
+  seeColors(): void {
+    const item = this.item.value;
+    if (item === null) return;
+    this.doc.amend(changed(this.doc.now.value, item.id, { values: { ...item.values, parts: "color" } }));
+    this.common.value = { ...this.common.value, no_pause: "true" };
+  }
+
+  /** The parts of what lies on the sheet, drawn or not. */
+  readonly parts = computed<PartRow[]>(() =>
+    partRows(this.doc.now.value.items, this.found.value, this.isComposed.value ? this.report.value : null),
+  );
+  /** Draws a part, or leaves it out: what lies there stays where it is. */
+  tick(row: PartRow, is: boolean): void {
+    const now = this.doc.now.value;
+    const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
+    this.doc.commit(ticked({ ...now, items }, this.found.value, row, is, this.isComposed.value));
   }
 
   // What a person does.
@@ -158,20 +186,20 @@ export class Bench extends Shop {
     const id = this.next++;
     // What a person has said of how texts are written holds for the next one too.
     const like = before.items.findLast(({ format }) => format === of.format);
-    const { crop: _, ...values } = like?.values ?? {};
+    const values = styleOf(like?.values ?? {});
     const items = before.items.map((item) => ({
       ...item,
       place: item.place ?? this.found.value.get(item.id)?.place ?? null,
     }));
-    this.forgetParts();
+    if (items.length === 0) this.forgetParts();
     this.doc.commit({ items: [...items, { ...of, id, color: null, values, place: null }], chosen: id }, `new ${id}`);
     this.report.value = items.length === 0 ? null : this.report.value;
     this.forFormat(of.format);
   }
 
-  /** What its parts are, and which of them are drawn, is of the drawing and not of the next. */
+  /** Whether its pens are changed is of the drawing and not of the next. */
   private forgetParts(): void {
-    const { only: _, parts: _parts, no_pause: _pause, ...kept } = this.common.value;
+    const { no_pause: _, ...kept } = this.common.value;
     this.common.value = kept;
   }
 
@@ -233,6 +261,7 @@ export class Bench extends Shop {
       format: item.format,
       name: item.name,
       ...(item.shape ? { shape: item.shape } : {}),
+      ...(item.isOff ? { isOff: true } : {}),
     });
     const now = this.doc.now.value;
     const added = now.items.at(-1);
@@ -250,11 +279,13 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, id, { color }));
   }
 
-  /** Moves, scales or turns the chosen object; changes of the same key in a row are undone together. */
+  /** Moves, scales or turns the chosen object about the middle of what is drawn of it; changes of the same key in a row are undone together. */
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
-    const place = tidy({ ...now, ...by });
+    const next = { ...now, ...by };
+    const [dx, dy] = this.middleOf(item, next);
+    const place = tidy({ ...next, at: [next.at[0] - dx, next.at[1] - dy] });
     if (!(place.scale > 0)) return;
     this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
@@ -308,11 +339,21 @@ export class Bench extends Shop {
 
   // Where things lie.
 
-  /** Where the chosen object lies: as a person wants it, else as it was found. */
+  /** Where the middle of what is drawn of the chosen object lies, and how: as a person wants it, else as it was found. */
   readonly place = computed<Place | null>(() => {
     const item = this.item.value;
-    return item === null ? null : this.placeOf(item);
+    const place = item === null ? null : this.placeOf(item);
+    if (item === null || place === null) return null;
+    const [dx, dy] = this.middleOf(item, place);
+    return { ...place, at: [place.at[0] + dx, place.at[1] + dy] };
   });
+  /** From the place of an object, which is that of its whole file, to the middle of what is drawn of it. */
+  private middleOf(item: Item, { scale, turn }: Place): Point {
+    const found = this.found.value.get(item.id);
+    const [mx, my] = found?.middle ?? [0, 0];
+    const by = scale / (found?.place?.scale ?? 1);
+    return turned([mx * by, my * by], upright() + turn);
+  }
   placeOf(item: Item): Place | null {
     return item.place ?? this.found.value.get(item.id)?.place ?? null;
   }
@@ -400,7 +441,9 @@ export class Bench extends Shop {
       !(this.isComposed.value && ANEW.includes(option.name));
     const set = setupOf(all.filter(isAsked), values);
     const parts =
-      this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
+      this.isComposed.value && all.some(({ name }) => name === "parts")
+        ? { parts: (values.only ? values.parts : "color") || undefined, no_pause: true }
+        : {};
     // How large an image says it is does not matter, and a small one is looked at soon.
     const width = item.format === "image" ? { width: LOOKED } : {};
     return { ...set, ...parts, ...width, ...this.fixed };
@@ -520,7 +563,7 @@ export class Bench extends Shop {
 
   /** Checks all objects as one drawing. */
   private async together(items: readonly Item[], found: ReadonlyMap<number, Found>): Promise<Report> {
-    const inks = items.flatMap((item) => {
+    const inks = drawnOf(items).flatMap((item) => {
       const report = found.get(item.id)?.report;
       const points = report?.preview?.strokes.reduce((sum, stroke) => sum + stroke.points.length, 0) ?? 0;
       if (points > THINNED) throw new RpcError(0, w("draw.alone", { name: item.name }));
@@ -530,10 +573,7 @@ export class Bench extends Shop {
     if (text.length > LONGEST) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
     const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
     const colors = new Set(inks.map(({ color }) => color));
-    const parts =
-      colors.size > 1 && !this.common.value.parts
-        ? { parts: "color", no_pause: this.common.value.no_pause !== "false" }
-        : {};
+    const parts = colors.size > 1 ? { parts: "color", no_pause: this.common.value.no_pause !== "false" } : {};
     const setup = {
       ...setupOf(all, this.common.value),
       ...parts,
