@@ -96,6 +96,8 @@ export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
 /** Whether a teacher has frozen the shown arm: `class.ts` says it. */
 export const isFrozen = signal(false);
+/** The arm that homes because this page has said so. */
+export const homing = signal<string | null>(null);
 export const jobState = signal<string>("none");
 /** Those who ask for control. */
 export const asked = signal<(Holder & { message?: string | null }) | null>(null);
@@ -134,8 +136,12 @@ export function barred(isThere: boolean) {
   if (route.value === "class") return "why.there" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
+const whileBusy = () => {
+  if (homing.value !== null && homing.value === armName.value) return "why.homing" as const;
+  return isBusy.value ? ("why.busy" as const) : null;
+};
 /** Why nothing can be moved now. */
-export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
+export const why = computed(() => barred(isUp.value) ?? whileBusy());
 
 /** A sentence that passes: what was refused, and why. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);

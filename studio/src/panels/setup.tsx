@@ -6,7 +6,9 @@ import type { Option, Report } from "../api";
 import { sentence, t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
+import { inAir } from "../run/paper";
 import * as library from "../run/programs";
+import * as surface from "../run/surface";
 import { labelOf, named, noteOf } from "../run/words";
 import * as store from "../store";
 import { Do, Pick, TextField } from "../ui/parts";
@@ -187,6 +189,14 @@ export function Found() {
   if (check.problem.value !== null) return <Problem of={check.problem.value} />;
   if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
   if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
+  const above = report.ok ? inAir(report, check.valueOf("tool") || "pen", world.value) : null;
+  if (above !== null)
+    return (
+      <div class="check note" role="status" data-testid="run-air">
+        <p>{t("run.air", { mm: Math.round(above) })}</p>
+        {surface.isKnown.value ? <Do id="run-air-forget" text={t("run.air.forget")} press={surface.forget} /> : null}
+      </div>
+    );
   return (
     <>
       <p class={`check ${report.ok ? "good" : "bad"}`} role="status">

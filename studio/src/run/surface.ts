@@ -52,6 +52,12 @@ export const forget = () =>
     () => call("surface.touch", { ...shown(), forget: true }),
     () => w("touch.forgotten"),
   );
+/** Nothing is measured where nothing was: no sentence about it either. */
+export async function leave(): Promise<void> {
+  const found = await call("surface.get", shown()).catch(() => null);
+  if (found === null || (found.plane === null && found.corners.length === 0)) return;
+  await forget();
+}
 export const takeCorner = () =>
   asked(
     () => call("surface.corner", { ...shown(), corner: corner.value }),

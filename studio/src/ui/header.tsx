@@ -229,7 +229,8 @@ export function Alarms() {
             {alarms.map((alarm) =>
               alarm.code === store.SWITCHED_ON ? (
                 <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                  <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
+                  <b>{t("alarms.on")}</b>{" "}
+                  <span>{t(store.arm.value?.virtual ? "alarms.on.virtual" : "alarms.on.text")}</span>
                 </li>
               ) : (
                 <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
