@@ -196,6 +196,8 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const report = bench.report.value;
   const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
   const sheet = paper.corners();
+  // What is burnt, and a photo, would be its negative on dark paper.
+  const isLight = bench.tool === "laser" || items.some(({ format }) => format === "image");
   const reach = outlines.value.map((outline) => `${pathOf(outline)}Z`).join("");
   /** A place on the sheet for the pointer. */
   const pointOf = (event: PointerEvent): Point => {
@@ -253,7 +255,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   return (
     <section class="card sheet-card" aria-label={w("sheet.title")}>
       <div
-        class={`plane ${bench.isChecking.value ? "checking" : ""}`}
+        class={`plane ${bench.isChecking.value ? "checking" : ""} is-${bench.stage.value} ${isLight ? "light" : ""}`}
         style={{ "--ratio": ratioOf(frame.value) }}
         data-testid="draw-preview"
         data-shown={isThere && isComplete}

@@ -35,6 +35,7 @@ import {
   unwound,
   without,
 } from "./items";
+import * as jobs from "./jobs";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
@@ -60,6 +61,8 @@ const FILLS = ["text", "image"];
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
 const CROWDED = 0.45;
+/** What becomes smaller than this share of itself is said to be. */
+const SHRUNK = 0.97;
 /** What becomes smaller than this has no room, mm. */
 const LEAST = 12;
 /** Formats that burn as they are, and cannot be put into one drawing with others. */
@@ -88,6 +91,30 @@ export class Bench extends Shop {
   private readonly spots = new Map<number, { key: string; place: Place | null }>();
   /** Whether there was little or no free room for an object. */
   readonly isFull = signal(false);
+  /** What was made smaller than it is, so that it fits beside what lies there: its width, mm. */
+  readonly shrunk = signal<{ id: number; from: number; to: number } | null>(null);
+  /** The job that was begun here, and what was chosen and set then: its lines are on the sheet once it is done. */
+  private readonly begun = signal<{ job: string; mark: string } | null>(null);
+  /** Whether what is seen of the objects is about to be there, or is: `drawing` while the job goes on, `drawn` when it is done. */
+  readonly stage = computed<"planned" | "drawing" | "drawn">(() => {
+    const begun = this.begun.value;
+    const job = begun === null ? undefined : jobs.jobs.value.find((one) => one.job === begun.job);
+    if (begun === null || job === undefined || begun.mark !== this.look()) return "planned";
+    if (job.state === "done") return "drawn";
+    return jobs.isUnderWay(job) ? "drawing" : "planned";
+  });
+  protected override began(job: string): void {
+    this.begun.value = { job, mark: this.look() };
+  }
+  /** What is seen of the objects: how their file is divided, and whether pens are changed, is not. */
+  private look(): string {
+    const { no_pause: _, ...common } = this.common.value;
+    const items = this.doc.now.value.items.map(({ name: _name, values: { parts: _parts, ...values }, ...item }) => ({
+      ...item,
+      values,
+    }));
+    return JSON.stringify([items, common]);
+  }
   private next = 1;
 
   constructor(tool: "pen" | "laser") {
@@ -454,8 +481,11 @@ export class Bench extends Shop {
     const options = await this.optionsFor(item);
     const version = entryOf(item.source.program)?.modified ?? 0;
     if (store.arm.value?.virtual === true && world.value === null) await look();
-    const what = JSON.stringify([item.source, version, options, sheet.value, store.armName.value, corners()]);
-    const key = JSON.stringify([what, item.place]);
+    const around = [item.source, version, sheet.value, store.armName.value, corners()];
+    const key = JSON.stringify([around, options, item.place]);
+    // How its file is divided moves nothing.
+    const { parts: _, no_pause: _pause, ...lies } = options;
+    const what = JSON.stringify([around, lies]);
     const known = this.found.value.get(item.id);
     if (this.isComposed.value && known?.key === key) return known;
     let place = item.place;
@@ -497,6 +527,7 @@ export class Bench extends Shop {
     const report = await this.ask(item.source, setup);
     this.placed = setup;
     this.isFull.value = false;
+    this.shrunk.value = null;
     const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
@@ -530,6 +561,8 @@ export class Bench extends Shop {
     this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
     spot ??= blank;
     if (spot === null) return [report, null];
+    if (!fills && spot.scale < SHRUNK * largest)
+      this.shrunk.value = { id: item.id, from: sides[0], to: sides[0] * spot.scale };
     const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
     const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
     return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
@@ -543,6 +576,7 @@ export class Bench extends Shop {
       items.length > 1 && this.tool === "laser" ? items.find(({ format }) => ALONE.includes(format)) : undefined;
     if (alone !== undefined) throw new RpcError(0, w("draw.alone", { name: alone.name }));
     const found = new Map<number, Found>();
+    if (items.every(({ place }) => place !== null)) this.isFull.value = false;
     for (const item of items) {
       const lying = items.flatMap(({ id }) =>
         id === item.id ? [] : (found.get(id) ?? this.found.value.get(id) ?? []),

@@ -14,7 +14,7 @@ vi.mock("../session", () => ({
   leaveWith: () => {},
 }));
 const store = await import("../store");
-const { isArmed, jobBurns, keep, mayBurn } = await import("./burn");
+const { isArmed, jobBurns, jobFrames, keep, mayBurn } = await import("./burn");
 const jobs = await import("./jobs");
 
 const job = (id: string) => ({ job: id, title: null, state: "stopped" }) as unknown as Job;
@@ -60,13 +60,19 @@ test("whatever a job is, and whatever tool the arm has: none begins or goes on t
         await jobs.start({ program: "x", setup: setup as Order["setup"] } as Order, "x", "");
         expect(asked.includes("job.start")).toBe(isLet);
 
-        keep("old", burns);
+        keep("old", setup);
         expect(jobs.whyNotResume(job("old"))).toBe(isLet ? null : "laser.unarmed");
         await jobs.resume(job("old"));
         expect(asked.includes("job.resume")).toBe(isLet);
       }
     }
   }
+});
+
+test("a job that only goes round is known as one, here and after it has ended", () => {
+  keep("round", { tool: "laser", frame: "box" });
+  keep("burnt", { tool: "laser" });
+  expect([jobFrames(job("round")), jobFrames(job("burnt")), jobFrames(job("unknown"))]).toEqual([true, false, false]);
 });
 
 test("a job of another page burns where the arm has a laser", () => {

@@ -89,7 +89,7 @@ export async function start(order: Order, title: string, about: string): Promise
   let id: string | null = null;
   await agreed(t("run.burns"), async (yes) => {
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
-    keep(id, burns);
+    keep(id, order.setup);
     // That the arm has stopped, say, is no news any more.
     store.notice.value = null;
   });

@@ -195,12 +195,16 @@ export abstract class Shop {
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
+        if (job !== null && more.setup === undefined) this.began(job);
       } catch (error) {
         this.refuse(error);
       }
     });
     return job;
   };
+
+  /** A job of what is chosen has begun. */
+  protected began(_job: string): void {}
 
   /** Whether what was checked last is what is chosen now. */
   protected isSettled(): boolean {
