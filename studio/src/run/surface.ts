@@ -75,6 +75,10 @@ export function measure(): void {
   problem.value = null;
   corner.value = nextOf(known.value?.corners ?? []);
   isMeasuring.value = true;
+  // On a phone it stands above the jog pad then.
+  requestAnimationFrame(() =>
+    document.querySelector(".paper-wizard")?.scrollIntoView({ block: innerWidth > 860 ? "nearest" : "start" }),
+  );
 }
 
 export const shownHeight = (): string => (height.value === null ? "–" : `z ${height.value.toFixed(2)} mm`);
