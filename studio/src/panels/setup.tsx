@@ -16,6 +16,14 @@ import { loadBuiltIn, world } from "../view/seen";
 import { Problem } from "./remedies";
 import "./run.css";
 
+/** Formats that move the arm, and draw nothing of themselves. */
+const MOVES = ["plan", "playback", "blockly"];
+function titleOf(group: string): string {
+  const format = check.entry.value?.format ?? "";
+  const name = group === "pen" && MOVES.includes(format) ? "moves" : group;
+  return named(`group.${name}`, group);
+}
+
 export function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
   const label = labelOf(option);
@@ -79,7 +87,7 @@ export function Options({ first = [], not = [] }: { first?: readonly string[]; n
       {rest.map(({ group, options }) =>
         options.length === 0 ? null : (
           <details key={group} class="more" data-testid={`setup-group-${group}`}>
-            <summary>{named(`group.${group}`, group)}</summary>
+            <summary>{titleOf(group)}</summary>
             {fields(options)}
           </details>
         ),

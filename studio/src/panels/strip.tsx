@@ -155,7 +155,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
         {pauses || resumes ? (
           <Do
             id="job-strip-pause"
-            class={job.state === "paused" ? "primary" : ""}
+            class={job.state === "paused" && !jobs.isTheirs(job) ? "primary" : ""}
             off={off || job.state === "pausing"}
             why="strip-why"
             press={() => (pauses ? jobs.pause(job) : jobs.resume(job))}

@@ -17,7 +17,7 @@ const store = await import("../store");
 const { isArmed, jobBurns, jobFrames, keep, mayBurn } = await import("./burn");
 const jobs = await import("./jobs");
 
-const job = (id: string) => ({ job: id, title: null, state: "stopped" }) as unknown as Job;
+const job = (id: string) => ({ job: id, title: null, state: "stopped", holder: null }) as unknown as Job;
 const mounted = (name: string) => {
   store.state.value = { link: "up", tool: { name, laser: false } } as unknown as State;
 };
@@ -110,4 +110,21 @@ test("what was said of an arm out of reach, or frozen, goes when it can be moved
     store.socket.value = "up";
     expect(store.notice.value).toBe(null);
   }
+});
+
+test("a pupil is asked before what another one began goes on, and not about what is one's own", async () => {
+  mounted("pen");
+  store.pupil.value = "Ben";
+  const of = (name: string) => ({ ...job("theirs"), holder: { session: "other", name } }) as Job;
+  for (const yes of [false, true]) {
+    asked.length = 0;
+    const resumed = jobs.resume(of("Ada"));
+    expect(store.question.value?.title).toContain("Ada");
+    store.question.value?.answer(yes);
+    await resumed;
+    expect(asked).toEqual(yes ? ["job.resume"] : []);
+  }
+  await jobs.resume(of("ben"));
+  expect(asked).toEqual(["job.resume", "job.resume"]);
+  store.pupil.value = null;
 });

@@ -27,6 +27,9 @@ export const why = computed(() => (store.why.value === "why.busy" ? null : store
 /** Why a job cannot be started now. */
 export const whyNotStart = (setup?: Order["setup"]): Key | null =>
   why.value ?? (busy.value ? "why.busy.job" : unarmed(mayBurn(setup)));
+/** Whether somebody else began it than the pupil who is signed in here: the one who had the arm before, or the teacher. */
+export const isTheirs = ({ holder }: Job): boolean =>
+  store.pupil.value !== null && holder !== null && holder.name.toLowerCase() !== store.pupil.value.toLowerCase();
 /** Why a job cannot go on now. */
 export const whyNotResume = (of: Job): Key | null => why.value ?? unarmed(jobBurns(of));
 
@@ -102,6 +105,8 @@ export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }))
 export const resume = (job: Job) =>
   tried(async () => {
     if (!isLet(jobBurns(job))) return;
+    const name = job.holder?.name ?? "";
+    if (isTheirs(job) && !(await store.ask(t("run.theirs", { name }), t("run.theirs.text"), t("run.resume")))) return;
     if (
       isReal() &&
       !(await store.ask(

@@ -160,8 +160,8 @@ function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; s
   return (
     <div class="banner lost" role="alert" data-testid="closed">
       <p>
-        <b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })}{" "}
-        {why === "full" ? t("closed.again") : null}
+        <b>{t(why === "revoked" && store.pupil.value !== null ? "closed.class" : `closed.${why}`)}</b>{" "}
+        {since === null ? null : t("closed.since", { time: clock(since) })} {why === "full" ? t("closed.again") : null}
       </p>
       {why === "full" ? null : (
         <div class="banner-do">
