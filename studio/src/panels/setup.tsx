@@ -1,7 +1,7 @@
 // What the routes of programs share: the options of one, what its check has found, and what they hear while they are open.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../actions";
+import { type Remedy, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { sentence, t, told } from "../i18n";
 import * as check from "../run/check";
@@ -9,11 +9,11 @@ import * as jobs from "../run/jobs";
 import { inAir } from "../run/paper";
 import * as library from "../run/programs";
 import * as surface from "../run/surface";
-import { labelOf, named, noteOf } from "../run/words";
+import { labelOf, named, plainNoteOf } from "../run/words";
 import * as store from "../store";
 import { Do, Pick, TextField } from "../ui/parts";
 import { loadBuiltIn, world } from "../view/seen";
-import { Problem } from "./remedies";
+import { Problem, Remedies } from "./remedies";
 import "./run.css";
 
 /** Formats that move the arm, and draw nothing of themselves. */
@@ -221,9 +221,10 @@ export function Found() {
       {(report.notes ?? [])
         .filter(({ code }) => code !== QUIET)
         .map((note, nth) => (
-          <p key={nth} class="hint">
-            {noteOf(note)}
-          </p>
+          <div key={nth} class="found-note">
+            <p class="hint">{plainNoteOf(note)}</p>
+            <Remedies of={(note.remedies ?? []) as Remedy[]} />
+          </div>
         ))}
     </>
   );
