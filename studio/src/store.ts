@@ -125,7 +125,8 @@ export const isBusy = computed(() => BUSY.includes(jobState.value));
 
 /** Why somebody can do nothing to an arm, as a key of the texts; `isThere` is whether it is reached. */
 export function barred(isThere: boolean) {
-  if (socket.value === "closed") return "why.closed" as const;
+  const isOver = refused.value === "revoked" && pupil.value !== null;
+  if (socket.value === "closed") return isOver ? ("closed.class" as const) : ("why.closed" as const);
   if (!isThere) return "why.lost" as const;
   if (role.value === "viewer") return audience.value === "door" ? ("why.door" as const) : ("why.viewer" as const);
   // A teacher moves what is frozen.
