@@ -287,11 +287,11 @@ export function classes(test, { browser, program, shots }) {
       await page.getByTestId("class-freeze-all").click();
       await ada.getByTestId("header-turn").getByText("left: Frozen").waitFor();
       await ada.goto(`${left.url}#/move`);
-      await ada.getByTestId("home").click();
       await ada
-        .getByTestId("notice")
+        .getByTestId("jog-status")
         .getByText(/frozen/)
         .waitFor();
+      assert.ok(await ada.getByTestId("home").isDisabled(), "a pupil's frozen arm says so at its buttons");
       await page.screenshot({ path: join(shots, "class.png") });
       assert.deepEqual(await findings(page), []);
       await page.getByTestId("class-free").click();

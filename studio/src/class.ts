@@ -95,6 +95,8 @@ const frozenNames = computed(() =>
   ),
 );
 
+effect(() => void (store.isFrozen.value = frozen.value.includes(store.armName.value ?? "")));
+
 /** Describes a turn: whose it is and how long it lasts; a frozen arm is named first. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
 

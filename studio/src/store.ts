@@ -1,5 +1,5 @@
 // State of the page as signals. `session.ts` changes it, the panels render it.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import type { Holder, Methods, State } from "./api";
 
 /** Entry of an arm. A hub adds its machine, if known, and whether it is frozen. */
@@ -109,6 +109,10 @@ export const alarms = signal<Alarm[]>([]);
 /** Code of the alarm after power-on or a reset of the controller. It indicates no fault. */
 export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
+/** Whether a teacher has frozen the shown arm: `class.ts` says it. */
+export const isFrozen = signal(false);
+/** The arm that homes because this page has said so. */
+export const homing = signal<string | null>(null);
 export const jobState = signal<string>("none");
 /** Session that requests control. */
 export const asked = signal<(Holder & { message?: string | null }) | null>(null);
@@ -139,15 +143,24 @@ export const isBusy = computed(() => BUSY.includes(jobState.value));
  * the arm is reached.
  */
 export function barred(isThere: boolean) {
-  if (socket.value === "closed") return "why.closed" as const;
+  const isOver = refused.value === "revoked" && pupil.value !== null;
+  if (socket.value === "closed") return isOver ? ("closed.class" as const) : ("why.closed" as const);
   if (!isThere) return "why.lost" as const;
   if (role.value === "viewer") return audience.value === "door" ? ("why.door" as const) : ("why.viewer" as const);
+  // A teacher moves what is frozen.
+  if (isFrozen.value && role.value === "student") return "why.frozen" as const;
   if (lease.value === "mine") return null;
   if (audience.value === "pupil") return "why.turn" as const;
+  // The page of the class has no buttons for it.
+  if (route.value === "class") return "why.there" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
+const whileBusy = () => {
+  if (homing.value !== null && homing.value === armName.value) return "why.homing" as const;
+  return isBusy.value ? ("why.busy" as const) : null;
+};
 /** Reason for which nothing can be moved now; null if motion is possible. */
-export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
+export const why = computed(() => barred(isUp.value) ?? whileBusy());
 
 /** Temporary message, such as a refusal with its reason. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);
@@ -157,6 +170,12 @@ export function say(text: string, bad = false): void {
   clearTimeout(noticeEnds);
   noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
 }
+
+// What was said of an arm that could not be reached, or was frozen, holds no more when it can be moved.
+const isHeld = computed(() => socket.value !== "up" || isFrozen.value);
+effect(() => {
+  if (!isHeld.value && notice.peek()?.bad) notice.value = null;
+});
 
 /** Question to be answered with yes or no. */
 export interface Question {

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { type Key, t } from "../i18n";
+import { t } from "../i18n";
 import type { Bench } from "../run/bench";
 import * as check from "../run/check";
 import { hasFills } from "../run/fills";
@@ -13,7 +13,7 @@ import { entryOf } from "../run/shop";
 import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
-import { Objects, Palette, useUndoKeys } from "./items";
+import { nameOf, Objects, Palette, useUndoKeys } from "./items";
 import { PartsCard } from "./partslist";
 import { PHOTO, Photo } from "./photo";
 import { Presets } from "./presets";
@@ -108,9 +108,6 @@ function What({ bench }: { bench: Bench }) {
   );
 }
 
-/** Reason why nothing can be started now; null if there is none. */
-export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
-
 /** Note that filled shapes are only outlined, which their file does not show. */
 function Filled({ bench }: { bench: Bench }) {
   const isFilled = useSignal(false);
@@ -143,14 +140,25 @@ function Filled({ bench }: { bench: Bench }) {
   );
 }
 
+/** That an object is not as large as its file says. */
+function Shrunk({ bench }: { bench: Bench }) {
+  const shrunk = bench.shrunk.value;
+  const item = bench.doc.now.value.items.find(({ id }) => id === shrunk?.id);
+  if (shrunk === null || item === undefined || item.place !== null || bench.isFull.value) return null;
+  const [from, to] = [shrunk.from, shrunk.to].map(Math.round) as [number, number];
+  return (
+    <p class="hint" role="status" data-testid="sheet-shrunk">
+      {onSheet("sheet.shrunk", { name: nameOf(item), from, to })}
+    </p>
+  );
+}
+
 interface WorkshopProps {
   bench: Bench;
   name: string;
   hint: string;
   /** Options that are not folded. */
   first: readonly string[];
-  /** Additional reason why nothing can be started. */
-  because?: Key | null;
   /** Content before the start button, and below everything. */
   before?: ComponentChildren;
   children?: ComponentChildren;
@@ -160,10 +168,10 @@ export function Workshop(props: WorkshopProps) {
   return useBench(props.bench) ? <Opened {...props} /> : null;
 }
 
-function Opened({ bench, name, hint, first, because = null, before, children }: WorkshopProps) {
+function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
   usePrograms(AT_ONCE);
   useUndoKeys(bench);
-  const reason = why() ?? because;
+  const reason = jobs.whyNotStart(bench.fixed);
   const isThere = bench.chosen.value !== null;
   const seconds = bench.report.value?.seconds ?? null;
   const time = (
@@ -193,6 +201,7 @@ function Opened({ bench, name, hint, first, because = null, before, children }: 
               <NewSheet bench={bench} id="sheet-new-here" />
             </div>
           ) : null}
+          <Shrunk bench={bench} />
           <Unseen />
           {before}
           <div class="buttons-row">

@@ -3,9 +3,10 @@ import { computed, effect, signal } from "@preact/signals";
 import { agreed, isReal, tried } from "../actions";
 import type { Job } from "../api";
 import type { Params, Told } from "../client";
-import { t } from "../i18n";
+import { type Key, t } from "../i18n";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
+import { jobBurns, keep, mayBurn, unarmed } from "./burn";
 
 /** Jobs, newest last, as the station sends them. */
 export const jobs = signal<Job[]>([]);
@@ -23,6 +24,21 @@ export const startedBy = (job: Job): string | null =>
 
 /** Reason why jobs can be neither started nor controlled; a running job is none. */
 export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
+/** Why a job cannot be started now. */
+export const whyNotStart = (setup?: Order["setup"]): Key | null =>
+  why.value ?? (busy.value ? "why.busy.job" : unarmed(mayBurn(setup)));
+/** Whether somebody else began it than the pupil who is signed in here: the one who had the arm before, or the teacher. */
+export const isTheirs = ({ holder }: Job): boolean =>
+  store.pupil.value !== null && holder !== null && holder.name.toLowerCase() !== store.pupil.value.toLowerCase();
+/** Why a job cannot go on now. */
+export const whyNotResume = (of: Job): Key | null => why.value ?? unarmed(jobBurns(of));
+
+/** Whether nothing is in the way of the laser; else it is said. */
+function isLet(burns: boolean): boolean {
+  const reason = unarmed(burns);
+  if (reason !== null) store.say(t(reason));
+  return reason === null;
+}
 
 let followers = 0;
 let unfollow = () => {};
@@ -70,6 +86,8 @@ const warned = (about: string): string =>
  * declined.
  */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
+  const burns = mayBurn(order.setup);
+  if (!isLet(burns)) return null;
   if (isReal()) {
     const text = warned(`${about} ${t("run.real.text")}`);
     if (!(await store.ask(t("run.real.title", { title }), text, t("run.start")))) return null;
@@ -77,6 +95,9 @@ export async function start(order: Order, title: string, about: string): Promise
   let id: string | null = null;
   await agreed(t("run.burns"), async (yes) => {
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
+    keep(id, order.setup);
+    // That the arm has stopped, say, is no news any more.
+    store.notice.value = null;
   });
   return id;
 }
@@ -86,6 +107,9 @@ export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job 
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
+    if (!isLet(jobBurns(job))) return;
+    const name = job.holder?.name ?? "";
+    if (isTheirs(job) && !(await store.ask(t("run.theirs", { name }), t("run.theirs.text"), t("run.resume")))) return;
     if (
       isReal() &&
       !(await store.ask(
@@ -95,7 +119,10 @@ export const resume = (job: Job) =>
       ))
     )
       return;
-    await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
+    await agreed(t("run.burns"), async (yes) => {
+      await call("job.resume", { job: job.job, ...yes });
+      store.notice.value = null;
+    });
   });
 
 /** Progress over all loops, percent; null if they are endless or unknown. */

@@ -204,12 +204,16 @@ export abstract class Shop {
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
+        if (job !== null && more.setup === undefined) this.began(job);
       } catch (error) {
         this.refuse(error);
       }
     });
     return job;
   };
+
+  /** A job of what is chosen has begun. */
+  protected began(_job: string): void {}
 
   /** True if the last check belongs to the current selection. */
   protected isSettled(): boolean {
