@@ -53,6 +53,11 @@ export function gallery(test, { browser, station, url }) {
     const page = await browser.page(`${url()}?speed=20#/gallery`);
     await page.getByTestId("gallery-engrave").click();
     await is(page, "route", "engrave", 20_000);
+    // Nothing burns before a person has armed the laser: not an example, and not what was stopped.
+    await page.getByText("The arm can do it").waitFor({ timeout: 60_000 });
+    assert.ok(await page.getByTestId("draw-start").isDisabled());
+    await page.getByTestId("laser-arm").click();
+    await page.getByTestId("draw-start").click();
     await is(page, "job", "running", 60_000);
     await station.join(page);
     const burns = async () => ((await station.call("world.look")).strokes ?? []).some(({ burnt }) => burnt);
@@ -62,6 +67,15 @@ export function gallery(test, { browser, station, url }) {
     }
     await page.getByTestId("stop").click();
     await is(page, "job", "stopped");
+    for (const route of ["engrave", "move", "run"]) {
+      await page.evaluate((route) => (location.hash = `#/${route}`), route);
+      await is(page, "route", route);
+      assert.ok(await page.getByTestId("job-strip-pause").isDisabled(), route);
+    }
+    await page.getByTestId("strip-laser-arm").click();
+    await page.getByTestId("job-strip-pause").click();
+    await is(page, "job", "running", 60_000);
+    await page.getByTestId("stop").click();
     await page.context().close();
   });
 

@@ -87,6 +87,8 @@ const frozenNames = computed(() =>
   ),
 );
 
+effect(() => void (store.isFrozen.value = frozen.value.includes(store.armName.value ?? "")));
+
 /** A turn in words: whose, and how long it is still; that its arm is frozen goes before. */
 export const wordsOf = (arm: string): string | null => (turnAt(arm)?.frozen ? t("class.frozen") : turnOf(arm));
 

@@ -1,5 +1,5 @@
 // What the page knows: one place for all of it. `session.ts` changes it, the panels show it.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import type { Holder, Methods, State } from "./api";
 
 /** At a hub with the machine of the arm, as far as it is known, and whether it is frozen. */
@@ -94,6 +94,8 @@ export const alarms = signal<Alarm[]>([]);
 /** Code of the alarm of an arm that was switched on, or whose controller was reset: nothing is wrong with it. */
 export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
+/** Whether a teacher has frozen the shown arm: `class.ts` says it. */
+export const isFrozen = signal(false);
 export const jobState = signal<string>("none");
 /** Those who ask for control. */
 export const asked = signal<(Holder & { message?: string | null }) | null>(null);
@@ -124,8 +126,12 @@ export function barred(isThere: boolean) {
   if (socket.value === "closed") return "why.closed" as const;
   if (!isThere) return "why.lost" as const;
   if (role.value === "viewer") return audience.value === "door" ? ("why.door" as const) : ("why.viewer" as const);
+  // A teacher moves what is frozen.
+  if (isFrozen.value && role.value === "student") return "why.frozen" as const;
   if (lease.value === "mine") return null;
   if (audience.value === "pupil") return "why.turn" as const;
+  // The page of the class has no buttons for it.
+  if (route.value === "class") return "why.there" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
 /** Why nothing can be moved now. */
@@ -139,6 +145,12 @@ export function say(text: string, bad = false): void {
   clearTimeout(noticeEnds);
   noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
 }
+
+// What was said of an arm that could not be reached, or was frozen, holds no more when it can be moved.
+const isHeld = computed(() => socket.value !== "up" || isFrozen.value);
+effect(() => {
+  if (!isHeld.value && notice.peek()?.bad) notice.value = null;
+});
 
 /** A question that waits for yes or no. */
 export interface Question {

@@ -3,12 +3,14 @@ import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
 import { benches } from "../run/bench";
-import { isArmed, watchArmed } from "../run/laser";
+import { whyNotStart } from "../run/jobs";
+import { watchArmed } from "../run/laser";
 import * as store from "../store";
-import { Card, Do, Switch, TextField } from "../ui/parts";
+import { Card, Do, TextField } from "../ui/parts";
 import { sentencesOf } from "../words";
+import { ArmLaser } from "./armlaser";
 import texts from "./engrave.json";
-import { Workshop, why } from "./workshop";
+import { Workshop } from "./workshop";
 
 const w = sentencesOf(texts);
 
@@ -59,10 +61,11 @@ function TestGrid() {
 
 export function Engrave() {
   useEffect(watchArmed, []);
-  const off = why() !== null;
+  const frames = { frame: "box" } as const;
+  const off = whyNotStart(frames) !== null;
   const frame = () =>
     bench.start(w("laser.frame.of", { title: bench.title.value }), () => w("laser.frame.text"), {
-      setup: { frame: "box" },
+      setup: frames,
     });
   const before = (
     <div class="laser-do">
@@ -74,25 +77,15 @@ export function Engrave() {
         press={frame}
         title={w("laser.frame.text")}
       />
-      <Switch
-        id="laser-arm"
-        label={w("laser.arm")}
-        on={isArmed.value}
-        off={off}
-        why="draw-why"
-        danger
-        flip={(on) => (isArmed.value = on)}
-      />
+      <ArmLaser id="laser-arm" burns why="draw-why" />
     </div>
   );
-  const because = isArmed.value ? null : "laser.unarmed";
   return (
     <Workshop
       bench={bench}
       name={t("nav.engrave")}
       hint={w("engrave.empty")}
       first={["power", "speed", "passes"]}
-      because={because}
       before={before}
     >
       <TestGrid />

@@ -4,23 +4,28 @@ import type { Job } from "../api";
 import { wallTime } from "../clock";
 import { t } from "../i18n";
 import { clock } from "../log";
+import { jobBurns } from "../run/burn";
 import * as jobs from "../run/jobs";
 import * as strip from "../run/strip";
-import { Card, Do, Heads } from "../ui/parts";
+import { Card, Do, Heads, Why } from "../ui/parts";
+import { ArmLaser } from "./armlaser";
 
 const stateOf = (job: Job) => t(`job.${job.state}` as "job.running");
 
 /** What ran before, the newest first. */
 export function PastJobs() {
   const past = jobs.jobs.value.filter((job) => !jobs.isUnderWay(job) && job !== strip.told.value).toReversed();
-  const off = jobs.why.value !== null || jobs.busy.value;
+  const whyNot = (job: Job) => (jobs.busy.value ? "why.busy.job" : jobs.whyNotResume(job));
   if (past.length === 0) return null;
+  const listed = past.slice(0, 10);
+  const resumed = listed.filter(jobs.canResume);
+  const reason = resumed.map(whyNot).find((one) => one !== null);
   return (
     <Card title={t("jobs.title")} class="past-jobs">
       <table>
         <Heads names={[t("jobs.name"), t("jobs.state"), t("jobs.ended"), t("run.resume")]} unseen={[t("run.resume")]} />
         <tbody>
-          {past.slice(0, 10).map((job) => (
+          {listed.map((job) => (
             <tr key={job.job}>
               <th scope="row">{job.title || t("job.untitled")}</th>
               <td>{stateOf(job)}</td>
@@ -30,7 +35,8 @@ export function PastJobs() {
                   <Do
                     id={`resume-${job.job}`}
                     class="small"
-                    off={off}
+                    off={whyNot(job) !== null}
+                    why="resume-why"
                     label={`${t("run.resume")}: ${job.title ?? ""}`}
                     press={() => jobs.resume(job)}
                   >
@@ -42,6 +48,8 @@ export function PastJobs() {
           ))}
         </tbody>
       </table>
+      <ArmLaser id="resume-laser-arm" burns={resumed.some(jobBurns)} why="resume-why" />
+      <Why id="resume-why" text={reason === undefined ? null : t(reason)} />
     </Card>
   );
 }

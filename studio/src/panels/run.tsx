@@ -1,11 +1,13 @@
 // Programs: opened, looked at before anything moves, run, paused, gone on with.
 import { signal } from "@preact/signals";
 import { t } from "../i18n";
+import { mayBurn } from "../run/burn";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
 import { Card, Do, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
+import { ArmLaser } from "./armlaser";
 import { PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
@@ -17,8 +19,8 @@ const loops = signal(1);
 function Selected() {
   const program = check.entry.value;
   if (program === null) return null;
-  const why = jobs.why.value;
-  const reason = why ?? (jobs.busy.value ? "why.busy.job" : null);
+  const setup = check.setup.value;
+  const reason = jobs.whyNotStart(setup);
   const start = () => check.run.start(program.name, () => about(check.report.value), { loops: loops.value });
   const isShown = check.isShown.value;
   const look = () => {
@@ -63,6 +65,7 @@ function Selected() {
         </button>
         <Times id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />
       </div>
+      <ArmLaser id="run-laser-arm" burns={mayBurn(setup)} why="start-why" />
       <Why id="start-why" text={reason === null ? null : t(reason)} />
       <Unseen />
     </Card>

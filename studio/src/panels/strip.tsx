@@ -3,12 +3,15 @@ import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import type { Remedy } from "../actions";
 import type { Job } from "../api";
 import { sentence, t } from "../i18n";
+import { jobBurns } from "../run/burn";
 import * as jobs from "../run/jobs";
+import { watchArmed } from "../run/laser";
 import * as strip from "../run/strip";
 import { w } from "../run/strip.words";
 import { plainNoteOf } from "../run/words";
 import * as store from "../store";
 import { Do } from "../ui/parts";
+import { ArmLaser } from "./armlaser";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
@@ -34,10 +37,10 @@ const leftOf = (job: Job): string =>
   jobs.isUnderWay(job) && job.seconds_left !== null ? t("run.left", { time: jobs.duration(job.seconds_left) }) : "";
 
 /** What is to be read of it: why its buttons are off, what it waits for, how it failed, what it noted. */
-function Words({ job, why }: { job: Job; why: string | null }) {
+function Words({ job, why, burns }: { job: Job; why: string | null; burns: boolean }) {
   const waits = job.reason === "part" || job.reason === "program" ? (job.text ?? t(`job.reason.${job.reason}`)) : null;
   const error = job.error;
-  const isEmpty = waits === null && error === null && why === null && (job.notes ?? []).length === 0;
+  const isEmpty = !burns && waits === null && error === null && why === null && (job.notes ?? []).length === 0;
   return isEmpty ? null : (
     <div class="strip-more">
       {waits === null ? null : <p class="strip-words">{waits}</p>}
@@ -53,10 +56,13 @@ function Words({ job, why }: { job: Job; why: string | null }) {
           <Remedies of={(note.remedies ?? []) as Remedy[]} />
         </div>
       ))}
-      {why === null ? null : (
-        <p class="strip-words" id="strip-why">
-          {why}
-        </p>
+      {why === null && !burns ? null : (
+        <div class="strip-why">
+          <p class="strip-words" id="strip-why">
+            {why}
+          </p>
+          <ArmLaser id="strip-laser-arm" burns={burns} why="strip-why" />
+        </div>
       )}
     </div>
   );
@@ -112,10 +118,11 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
     return ends;
   }, []);
   const isUnderWay = jobs.isUnderWay(job);
-  const reason = jobs.why.value;
-  const off = reason !== null;
   const pauses = ["checking", "running", "pausing"].includes(job.state);
   const resumes = jobs.canResume(job);
+  const burns = resumes && jobBurns(job);
+  const reason = resumes ? jobs.whyNotResume(job) : jobs.why.value;
+  const off = reason !== null;
   const percent = jobs.percent(job);
   const others = jobs.startedBy(job);
   const name = job.title || t("job.untitled");
@@ -167,7 +174,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
           </Do>
         )}
       </div>
-      <Words job={job} why={off && (pauses || resumes) ? t(reason) : null} />
+      <Words job={job} burns={burns} why={off && (pauses || resumes) ? t(reason) : null} />
       <div
         class="strip-bar"
         role="progressbar"
@@ -185,6 +192,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
 
 export function JobStrip() {
   useEffect(strip.follow, []);
+  useEffect(watchArmed, []);
   const job = strip.told.value;
   const isThere = useRef(false);
   const isNew = isThere.current !== (job !== null);

@@ -2,12 +2,14 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
+import { mayBurn } from "../run/burn";
 import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
 import { Card, Do, NumberInput, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
+import { ArmLaser } from "./armlaser";
 import { JogPad } from "./jogpad";
 import { Objects } from "./objects";
 import { Points } from "./points";
@@ -64,7 +66,7 @@ function Add() {
 }
 
 function Play() {
-  const why = jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
+  const why = jobs.whyNotStart();
   const off = why !== null || program.rows.value.length === 0;
   const nth = program.selected.value;
   const n = nth + 1;
@@ -103,7 +105,8 @@ function Play() {
         text={w("teach.again", { n })}
         press={() => actions.reteach(nth)}
       />
-      <span id="play-why" class="unseen">
+      <ArmLaser id="teach-laser-arm" burns={mayBurn(undefined)} why="play-why" />
+      <span id="play-why" class={why === "laser.unarmed" ? "hint" : "unseen"}>
         {why === null ? w("teach.empty") : t(why)}
       </span>
     </div>

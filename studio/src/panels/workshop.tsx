@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
-import { type Key, t } from "../i18n";
+import { t } from "../i18n";
 import type { Bench } from "../run/bench";
 import * as check from "../run/check";
 import { hasFills } from "../run/fills";
@@ -108,9 +108,6 @@ function What({ bench }: { bench: Bench }) {
   );
 }
 
-/** Why nothing can be started now. */
-export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
-
 /** What becomes of it is not what its file shows: filled shapes are outlined. */
 function Filled({ bench }: { bench: Bench }) {
   const isFilled = useSignal(false);
@@ -149,8 +146,6 @@ interface WorkshopProps {
   hint: string;
   /** Options that are not folded. */
   first: readonly string[];
-  /** Why nothing can be started, beyond what holds for every job. */
-  because?: Key | null;
   /** What stands before the start, and below all. */
   before?: ComponentChildren;
   children?: ComponentChildren;
@@ -160,10 +155,10 @@ export function Workshop(props: WorkshopProps) {
   return useBench(props.bench) ? <Opened {...props} /> : null;
 }
 
-function Opened({ bench, name, hint, first, because = null, before, children }: WorkshopProps) {
+function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
   usePrograms(AT_ONCE);
   useUndoKeys(bench);
-  const reason = why() ?? because;
+  const reason = jobs.whyNotStart(bench.fixed);
   const isThere = bench.chosen.value !== null;
   const seconds = bench.report.value?.seconds ?? null;
   const time = (

@@ -3,9 +3,10 @@ import { computed, effect, signal } from "@preact/signals";
 import { agreed, isReal, tried } from "../actions";
 import type { Job } from "../api";
 import type { Params, Told } from "../client";
-import { t } from "../i18n";
+import { type Key, t } from "../i18n";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
+import { jobBurns, keep, mayBurn, unarmed } from "./burn";
 
 /** The newest last, as the station has them. */
 export const jobs = signal<Job[]>([]);
@@ -23,6 +24,18 @@ export const startedBy = (job: Job): string | null =>
 
 /** Why a job can be neither started nor steered now; one that runs is no reason. */
 export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
+/** Why a job cannot be started now. */
+export const whyNotStart = (setup?: Order["setup"]): Key | null =>
+  why.value ?? (busy.value ? "why.busy.job" : unarmed(mayBurn(setup)));
+/** Why a job cannot go on now. */
+export const whyNotResume = (of: Job): Key | null => why.value ?? unarmed(jobBurns(of));
+
+/** Whether nothing is in the way of the laser; else it is said. */
+function isLet(burns: boolean): boolean {
+  const reason = unarmed(burns);
+  if (reason !== null) store.say(t(reason));
+  return reason === null;
+}
 
 let followers = 0;
 let unfollow = () => {};
@@ -67,6 +80,8 @@ const warned = (about: string): string =>
 
 /** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
+  const burns = mayBurn(order.setup);
+  if (!isLet(burns)) return null;
   if (isReal()) {
     const text = warned(`${about} ${t("run.real.text")}`);
     if (!(await store.ask(t("run.real.title", { title }), text, t("run.start")))) return null;
@@ -74,6 +89,9 @@ export async function start(order: Order, title: string, about: string): Promise
   let id: string | null = null;
   await agreed(t("run.burns"), async (yes) => {
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
+    keep(id, burns);
+    // That the arm has stopped, say, is no news any more.
+    store.notice.value = null;
   });
   return id;
 }
@@ -83,6 +101,7 @@ export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job 
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
+    if (!isLet(jobBurns(job))) return;
     if (
       isReal() &&
       !(await store.ask(
@@ -92,7 +111,10 @@ export const resume = (job: Job) =>
       ))
     )
       return;
-    await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
+    await agreed(t("run.burns"), async (yes) => {
+      await call("job.resume", { job: job.job, ...yes });
+      store.notice.value = null;
+    });
   });
 
 /** Percent of all its loops; null where they have no end, or it is not known yet. */

@@ -1,10 +1,9 @@
-// Whether the laser is armed: nothing is started that burns before a person has said so, for each job anew.
-import { effect, signal } from "@preact/signals";
+// How long an armed laser stays so.
+import { effect } from "@preact/signals";
 import { leaveWith } from "../session";
 import * as store from "../store";
+import { isArmed } from "./burn";
 import { busy, job } from "./jobs";
-
-export const isArmed = signal(false);
 
 /** The job that burns because a person has armed the laser here: it does not outlive the page. */
 let burning: string | null = null;
@@ -15,12 +14,12 @@ addEventListener("pagehide", () => {
   if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
 });
 
-/** Disarms after each job, when the page is left or hidden, when control or the line is lost, when another arm is shown, and when this is called. */
+/** Disarms after each job, when the panel or the page is left or hidden, when control or the line is lost, when another arm is shown, and when this is called. */
 export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
   let [before, wasBusy] = ["", false];
   const end = effect(() => {
-    const now = `${store.session.value} ${store.armName.value}`;
+    const now = `${store.session.value} ${store.armName.value} ${store.route.value}`;
     const holds = store.isUp.value && store.lease.value === "mine";
     if (!holds || now !== before || (wasBusy && !busy.value)) disarm();
     [before, wasBusy] = [now, busy.value];

@@ -1,0 +1,24 @@
+// The switch that arms the laser: beside every button by which something that burns begins, or goes on.
+import { isArmed } from "../run/burn";
+import * as jobs from "../run/jobs";
+import { Switch } from "../ui/parts";
+import { sentencesOf } from "../words";
+import texts from "./armlaser.json";
+
+const w = sentencesOf(texts);
+
+/** Nothing where nothing burns. `why` is the id of what says why it is off. */
+export function ArmLaser({ id, burns, why }: { id: string; burns: boolean; why: string }) {
+  if (!burns) return null;
+  return (
+    <Switch
+      id={id}
+      label={w("laser.arm")}
+      on={isArmed.value}
+      off={jobs.why.value !== null}
+      why={why}
+      danger
+      flip={(on) => (isArmed.value = on)}
+    />
+  );
+}

@@ -1,0 +1,107 @@
+import { beforeEach, expect, test, vi } from "vitest";
+import type { Job, State } from "../api";
+import type { ArmEntry } from "../store";
+import type { Order } from "./jobs";
+
+const asked: string[] = [];
+vi.mock("../session", () => ({
+  call: async (method: string) => {
+    asked.push(method);
+    return { job: "new" };
+  },
+  notified: new Set(),
+  shown: () => ({ arm: "arm" }),
+  leaveWith: () => {},
+}));
+const store = await import("../store");
+const { isArmed, jobBurns, keep, mayBurn } = await import("./burn");
+const jobs = await import("./jobs");
+
+const job = (id: string) => ({ job: id, title: null, state: "stopped" }) as unknown as Job;
+const mounted = (name: string) => {
+  store.state.value = { link: "up", tool: { name, laser: false } } as unknown as State;
+};
+const SETUPS = [
+  undefined,
+  {},
+  { raw: true },
+  { tool: "pen" },
+  { tool: "laser" },
+  { tool: "laser", frame: "box" },
+] as const;
+
+beforeEach(() => {
+  asked.length = 0;
+  isArmed.value = false;
+  store.socket.value = "up";
+  store.role.value = "teacher";
+  store.session.value = "me";
+  store.armName.value = "arm";
+  store.arms.value = [{ name: "arm", virtual: true, holder: { session: "me" } }] as unknown as ArmEntry[];
+});
+
+test("what says its tool burns by that, what does not by the tool of the arm, and a frame never", () => {
+  mounted("laser");
+  expect(SETUPS.map(mayBurn)).toEqual([true, true, true, false, true, false]);
+  mounted("pen");
+  expect(SETUPS.map(mayBurn)).toEqual([false, false, false, false, true, false]);
+});
+
+test("whatever a job is, and whatever tool the arm has: none begins or goes on that burns while the laser is not armed", async () => {
+  for (const tool of ["laser", "pen", "none"]) {
+    mounted(tool);
+    for (const armed of [false, true]) {
+      for (const setup of SETUPS) {
+        isArmed.value = armed;
+        asked.length = 0;
+        const burns = mayBurn(setup);
+        const isLet = armed || !burns;
+        expect(jobs.whyNotStart(setup as Order["setup"])).toBe(isLet ? null : "laser.unarmed");
+        await jobs.start({ program: "x", setup: setup as Order["setup"] } as Order, "x", "");
+        expect(asked.includes("job.start")).toBe(isLet);
+
+        keep("old", burns);
+        expect(jobs.whyNotResume(job("old"))).toBe(isLet ? null : "laser.unarmed");
+        await jobs.resume(job("old"));
+        expect(asked.includes("job.resume")).toBe(isLet);
+      }
+    }
+  }
+});
+
+test("a job of another page burns where the arm has a laser", () => {
+  mounted("laser");
+  expect(jobBurns(job("unknown"))).toBe(true);
+  mounted("pen");
+  expect(jobBurns(job("unknown"))).toBe(false);
+});
+
+test("jobs begin and go on in one place: the other two ask by themselves, or run what does not burn", () => {
+  const sources = import.meta.glob("../**/*.{ts,tsx}", { query: "?raw", import: "default", eager: true });
+  const doors = Object.entries(sources as Record<string, string>)
+    .filter(([name, text]) => !/test\.ts$/.test(name) && /call\(\s*"job\.(start|resume)"/.test(text))
+    .map(([name]) => name);
+  expect(doors.toSorted()).toEqual(["../panels/first.tsx", "../site.ts", "./jobs.ts"]);
+});
+
+test("a frozen arm is no arm that moves, for a pupil at every button", () => {
+  mounted("pen");
+  store.role.value = "student";
+  expect(store.why.value).toBe(null);
+  store.isFrozen.value = true;
+  expect([store.why.value, jobs.whyNotStart(), jobs.whyNotResume(job("old"))]).toEqual(Array(3).fill("why.frozen"));
+  store.role.value = "teacher";
+  expect(store.why.value).toBe(null);
+  store.isFrozen.value = false;
+});
+
+test("what was said of an arm out of reach, or frozen, goes when it can be moved", () => {
+  for (const held of [store.isFrozen, store.socket] as const) {
+    if (held === store.socket) held.value = "lost";
+    else store.isFrozen.value = true;
+    store.say("refused", true);
+    store.isFrozen.value = false;
+    store.socket.value = "up";
+    expect(store.notice.value).toBe(null);
+  }
+});
