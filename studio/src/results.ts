@@ -1,5 +1,6 @@
 // What arms have drawn for the teacher's view, kept in the browser: a page that is loaded again has it.
 import { log } from "./log";
+import { has, isListOf, isMap, isText, only } from "./shelf";
 import type { Picture } from "./site";
 import { toReader } from "./view/flat";
 
@@ -7,6 +8,13 @@ const STORE = "pictures";
 /** The newest of so many, and of so many signs in all, are kept. */
 const MOST = 120;
 const SIGNS = 20e6;
+
+const isPicture = has({
+  name: isText,
+  at: (value) => value instanceof Date && !Number.isNaN(value.getTime()),
+  svg: isText,
+  strokes: isListOf(isMap),
+});
 
 let opened: Promise<IDBDatabase> | null = null;
 
@@ -35,8 +43,8 @@ export function newest(pictures: readonly Picture[]): Picture[] {
 /** What is kept; nothing in a browser that keeps nothing. */
 export async function kept(): Promise<Picture[]> {
   try {
-    const all = (await answered((await store("readonly")).getAll())) as Picture[];
-    return all.sort((one, other) => other.at.getTime() - one.at.getTime());
+    const all = (await answered((await store("readonly")).getAll())) as unknown[];
+    return only<Picture>(STORE, all, isPicture).sort((one, other) => other.at.getTime() - one.at.getTime());
   } catch {
     return [];
   }

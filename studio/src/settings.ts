@@ -1,8 +1,10 @@
 // What the page keeps of its person, in this browser alone.
 import { effect, type Signal, signal } from "@preact/signals";
 
+export type Storage = "localStorage" | "sessionStorage";
+
 /** What a storage of the browser has under a name; nothing in a browser that keeps nothing. */
-export function remembered(of: "localStorage" | "sessionStorage", name: string): string | null {
+export function remembered(of: Storage, name: string): string | null {
   try {
     return globalThis[of].getItem(`magician.${name}`);
   } catch {
@@ -10,7 +12,7 @@ export function remembered(of: "localStorage" | "sessionStorage", name: string):
   }
 }
 /** Keeps it, or nothing more under that name, as far as the browser lets it. */
-export function remember(of: "localStorage" | "sessionStorage", name: string, value: string | null): void {
+export function remember(of: Storage, name: string, value: string | null): void {
   try {
     if (value === null) globalThis[of].removeItem(`magician.${name}`);
     else globalThis[of].setItem(`magician.${name}`, value);

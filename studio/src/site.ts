@@ -7,10 +7,10 @@ import { queues } from "./class";
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
 import { t } from "./i18n";
-import { change, kept, newest } from "./results";
+import { change, newest, kept as pictured } from "./results";
 import { isUnderWay } from "./run/jobs";
 import { call, notified } from "./session";
-import { remember, remembered } from "./settings";
+import * as shelf from "./shelf";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
 
@@ -61,15 +61,16 @@ export interface Picture {
 }
 /** The newest first. */
 export const pictures = signal<readonly Picture[]>([]);
-void kept().then((before) => {
+void pictured().then((before) => {
   const names = pictures.value.map(({ name }) => name);
   pictures.value = newest([...pictures.value, ...before.filter(({ name }) => !names.includes(name))]);
 });
 
 /** Jobs whose pictures are kept, and their titles: those that this tab has sent, also before it was loaded again. */
 const SENT = "sent";
-const sent = new Map(JSON.parse(remembered("sessionStorage", SENT) ?? "[]") as Array<[job: string, title: string]>);
-const keepSent = () => remember("sessionStorage", SENT, JSON.stringify([...sent]));
+const isSent = shelf.isListOf(shelf.isListOf(shelf.isText, 2));
+const sent = new Map(shelf.kept<Array<[job: string, title: string]>>("sessionStorage", SENT, isSent) ?? []);
+const keepSent = () => shelf.keep("sessionStorage", SENT, [...sent]);
 
 /** Reads list, jobs and states until the function that it returns is called. `inView` has the arms that are read first; all of them
     unless given. */

@@ -56,9 +56,13 @@ function begin(): () => void {
     jobs.value = at < 0 ? [...jobs.value, changed] : jobs.value.with(at, changed);
   };
   notified.add(hear);
+  let known: string | null = null;
   const end = effect(() => {
     const arm = store.armName.value;
-    if (arm === null || store.socket.value !== "up") return void (jobs.value = []);
+    // What is not heard of any more may go on: its last word stays until there is another.
+    if (arm === null || store.socket.value !== "up") return;
+    if (arm !== known) jobs.value = [];
+    known = arm;
     call("job.list", { arm }).then(
       ({ jobs: all }) => {
         if (store.armName.value === arm) jobs.value = all as Job[];

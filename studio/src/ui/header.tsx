@@ -77,11 +77,11 @@ function What() {
           {mine.value}
         </span>
       )}
-      {store.isLaserOn.value ? (
-        <span class="badge laser" data-testid="header-laser">
-          {t("arm.laser")}
+      {store.laser.value === "off" ? null : (
+        <span class="badge laser" data-testid="header-laser" data-known={store.laser.value === "on"}>
+          {t(store.laser.value === "on" ? "arm.laser" : "arm.laserWas")}
         </span>
-      ) : null}
+      )}
     </div>
   );
 }
@@ -194,6 +194,18 @@ export function LinkLost() {
           </time>
         </b>{" "}
         {t("link.again")}
+      </p>
+    </div>
+  );
+}
+
+/** What an arm that is not heard may still do. The line that is lost, and one that the page gave up, say the same. */
+export function Left() {
+  const left = store.left.value;
+  return left === null ? null : (
+    <div class="banner lost" role="alert" data-testid="left-doing">
+      <p>
+        <b>{t(left.laser ? "left.laser" : "left.moves", { arm: left.arm })}</b> {t("left.switch")}
       </p>
     </div>
   );
