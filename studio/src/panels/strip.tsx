@@ -18,6 +18,14 @@ import "./strip.css";
 /** Whether it is under way by the last word of it, and no other comes. */
 const isUnheard = (job: Job): boolean => !store.isUp.value && jobs.isUnderWay(job);
 
+/** What an arm that is not heard may still do. */
+function unheard(): string {
+  const left = store.left.value;
+  return left === null
+    ? t("why.lost")
+    : `${t(left.laser ? "left.laser" : "left.moves", { arm: left.arm })} ${t("left.switch")}`;
+}
+
 /** How far it is, or how it ended. */
 function standing(job: Job): string {
   if (isUnheard(job)) return w("strip.unheard", { state: facts(job) });
@@ -184,7 +192,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
           </Do>
         )}
       </div>
-      <Words job={job} burns={burns} why={off && (pauses || resumes) ? t(reason) : null} />
+      <Words job={job} burns={burns} why={isUnheard(job) ? unheard() : off && (pauses || resumes) ? t(reason) : null} />
       <div
         class="strip-bar"
         role="progressbar"

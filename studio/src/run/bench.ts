@@ -1,5 +1,5 @@
 // The workshop of drawings and engravings: objects on a sheet, which become one job.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Option, Report } from "../api";
 import { RpcError } from "../client";
@@ -29,6 +29,7 @@ import {
   unwound,
   without,
 } from "./items";
+import { leftOf } from "./leftdoc";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
@@ -85,8 +86,17 @@ export class Bench extends Shop {
   private next = 1;
 
   constructor(tool: "pen" | "laser") {
-    super({ tool, work: tool === "pen" ? "draw" : "engrave" });
+    const work = tool === "pen" ? "draw" : "engrave";
+    super({ tool, work });
     this.tool = tool;
+    const kept = leftOf(work);
+    const left = kept.read();
+    if (left !== null) {
+      this.doc.amend(left.doc);
+      this.common.value = left.common;
+      this.next = Math.max(0, ...left.doc.items.map(({ id }) => id)) + 1;
+    }
+    effect(() => kept.write({ doc: this.doc.now.value, common: this.common.value }));
   }
 
   /** Whether the objects become one drawing: a single one is given to the arm as it is. */
@@ -125,6 +135,17 @@ export class Bench extends Shop {
     const item = this.item.value;
     const own = Object.fromEntries(all.filter(([name]) => this.isOwn(name)));
     if (item !== null) this.doc.commit(changed(this.doc.now.value, item.id, { values: own }));
+  }
+
+  /** What was left has no options before the station is there, which says them. */
+  override checkAlong(most?: number): () => void {
+    const ends = [
+      super.checkAlong(most),
+      effect(() => {
+        if (store.isUp.value && this.options.peek().length === 0 && this.doc.now.peek().items.length > 0) this.follow();
+      }),
+    ];
+    return () => ends.forEach((end) => end());
   }
 
   // What a person does.

@@ -199,10 +199,10 @@ export function LinkLost() {
   );
 }
 
-/** What an arm that is not heard may still do. The line that is lost, and one that the page gave up, say the same. */
+/** What an arm that is not heard may still do, on a line that is lost or was given up. Of a job the strip says it. */
 export function Left() {
   const left = store.left.value;
-  return left === null ? null : (
+  return left === null || store.isBusy.value ? null : (
     <div class="banner lost" role="alert" data-testid="left-doing">
       <p>
         <b>{t(left.laser ? "left.laser" : "left.moves", { arm: left.arm })}</b> {t("left.switch")}

@@ -2,6 +2,7 @@
 import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
+import { useDropped } from "./dropped";
 
 interface ChoiceProps<T extends string> {
   name: string;
@@ -378,6 +379,7 @@ export function Drop({
   children: ComponentChildren;
 }) {
   const over = useSignal(false);
+  useDropped(off ? null : open);
   return (
     <div
       class={`drop ${rest.class ?? ""} ${over.value ? "over" : ""}`}
