@@ -317,14 +317,14 @@ export class Bench extends Shop {
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    for (const name of await this.kept(files)) this.take(name);
+    for (const { name, label } of await this.kept(files)) this.take(name, label);
   }
 
-  /** Takes a program of the library. */
-  take(name: string): void {
+  /** Takes a program of the library, which the person may know by another name. */
+  take(name: string, label = name): void {
     const format = entryOf(name)?.format ?? null;
     if (format === null) this.problem.value = { text: t("run.unknown"), remedies: [] };
-    else this.add({ source: { program: name }, format, name });
+    else this.add({ source: { program: name }, format, name: label });
   }
 
   // Where things lie.

@@ -246,13 +246,13 @@ export abstract class Shop {
     };
   }
 
-  /** Puts files into the library; under which names. */
-  protected async kept(files: Iterable<File>): Promise<string[]> {
-    const names: string[] = [];
+  /** Puts files into the library; under which names, and what they are called. */
+  protected async kept(files: Iterable<File>): Promise<Array<{ name: string; label: string }>> {
+    const names: Array<{ name: string; label: string }> = [];
     for (const file of files) {
       await tried(async () => {
         const name = await put(nameOf(file.name), file);
-        if (name !== null) names.push(name);
+        if (name !== null) names.push({ name, label: file.name });
       });
     }
     return names;
@@ -288,7 +288,7 @@ export class RunShop extends Shop {
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    const name = (await this.kept(files)).at(-1);
-    if (name !== undefined) await this.select(name);
+    const last = (await this.kept(files)).at(-1);
+    if (last !== undefined) await this.select(last.name);
   }
 }
