@@ -8,12 +8,6 @@ const shown = (value: number) => String(Number(value.toFixed(2)) + 0);
 export const poseText = (pose: Record<(typeof AXES)[number], number>): string =>
   AXES.map((axis) => shown(pose[axis])).join(", ");
 
-/** A number as people type it, with a point or a comma; `null` if it is none. */
-export function numberOf(text: string): number | null {
-  const plain = text.trim().replace("−", "-").replace(",", ".");
-  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
-}
-
 /**
  * The values of a pasted pose, `null` where none is meant: two to five numbers, with or without names, units or
  * brackets; a fifth, the rail's, is left out. Numbers have a point: a comma parts them.

@@ -7,6 +7,7 @@ import { sentence, t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
+import { faultOf } from "../run/shop";
 import { labelOf, named, noteOf } from "../run/words";
 import * as store from "../store";
 import { Do, Pick, TextField } from "../ui/parts";
@@ -39,6 +40,7 @@ export function Asked({ option }: { option: Option }) {
     return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
+  const fault = faultOf(option, value);
   const placeholder = option.default === null ? named(`${name}.hint`, t("setup.unset")) : String(option.default);
   return (
     <TextField
@@ -47,6 +49,7 @@ export function Asked({ option }: { option: Option }) {
       unit={of + (unit === "deg" ? "°" : unit)}
       value={value}
       placeholder={placeholder}
+      {...(fault === null ? {} : { hint: fault, bad: true })}
       set={set}
     />
   );

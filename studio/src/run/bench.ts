@@ -33,7 +33,7 @@ import { leftOf } from "./leftdoc";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
+import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values, vouch } from "./shop";
 import { sheet } from "./surface";
 
 const w = sentencesOf(texts);
@@ -370,7 +370,6 @@ export class Bench extends Shop {
   protected override isSettled(): boolean {
     return this.isFound.value && !this.isChecking.value && this.checkedMark === this.mark();
   }
-  private checkedMark = "";
   protected override mark(): string {
     const { items } = this.doc.now.value;
     return JSON.stringify([items.map(({ name: _, ...item }) => item), this.common.value]);
@@ -419,6 +418,7 @@ export class Bench extends Shop {
       counts(option, all, said) &&
       (!this.isComposed.value || isOwn(option) || ["surface", "speed"].includes(option.name)) &&
       !(this.isComposed.value && ANEW.includes(option.name));
+    vouch(all.filter(isAsked), values);
     const set = setupOf(all.filter(isAsked), values);
     const parts =
       this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
@@ -550,6 +550,7 @@ export class Bench extends Shop {
     const { text, at } = composed(inks);
     if (text.length > LONGEST) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
     const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
+    vouch(all, this.common.value);
     const colors = new Set(inks.map(({ color }) => color));
     const parts =
       colors.size > 1 && !this.common.value.parts

@@ -4,12 +4,15 @@ import { computed, effect, type ReadonlySignal, signal } from "@preact/signals";
 import { complain, type Problem, problemOf, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
+import { filled } from "../i18n";
+import { numbersOf } from "../numbers";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
 import { known } from "./surface";
+import { labelOf, named } from "./words";
 
 /** What is checked and run: a program of the library, or what a person has typed. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
@@ -22,6 +25,8 @@ const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
 /** A range as people write it. */
 const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
+/** Of how many numbers an option is. */
+const NUMBERS: Partial<Record<Option["kind"], number>> = { number: 1, integer: 1, point: 2, place: 3, area: 4 };
 
 const tables = new Map<string, Promise<Option[]>>();
 /** The options of a format: asked of the station once. */
@@ -33,21 +38,44 @@ export function optionsOf(format: string): Promise<Option[]> {
   return table;
 }
 
-/** What is set of these options, as the station takes it. */
-export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
-  const set: Record<string, unknown> = {};
-  for (const { name, kind, usual, choices } of options) {
-    const text = (values[name] ?? "").trim();
-    const numbers = text.replaceAll(",", " ").split(/\s+/).map(Number);
-    if (kind === "choice" && usual) set[name] = text || choices[0];
-    else if (text === "") continue;
-    else if (kind === "switch") set[name] = text === "true";
-    else if (kind === "number" || kind === "integer") set[name] = numbers[0];
-    else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
-    else if (kind === "list") set[name] = text.split("\n");
-    else if (kind !== "pens") set[name] = name === "power" ? text.replace(RANGE, "$1..$2") : text;
+/** What is typed for an option, as the station takes it; undefined where nothing is, null where that is not what it wants. */
+function taken({ name, kind, usual, choices }: Option, typed: string | undefined): unknown {
+  const text = (typed ?? "").trim();
+  if (kind === "choice" && usual) return text || choices[0];
+  if (text === "" || kind === "pens") return undefined;
+  const count = NUMBERS[kind];
+  if (count !== undefined) {
+    const numbers = numbersOf(text, count);
+    const [first] = numbers ?? [];
+    if (kind === "integer" && !Number.isInteger(first)) return null;
+    return count === 1 ? (first ?? null) : numbers;
   }
-  return set;
+  if (kind === "switch") return text === "true";
+  if (kind === "list") return text.split("\n");
+  return name === "power" ? text.replace(/(\d),(?=\d)/g, "$1.").replace(RANGE, "$1..$2") : text;
+}
+
+/** What is set of these options, as the station takes it, without what is no number. */
+export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
+  const set = options.map((option) => [option.name, taken(option, values[option.name])] as const);
+  return Object.fromEntries(set.filter(([, value]) => value != null));
+}
+
+/** Why what is typed for an option cannot be taken, or null. */
+export function faultOf(option: Option, typed: string | undefined): string | null {
+  if (taken(option, typed) !== null) return null;
+  const count = NUMBERS[option.kind] ?? 1;
+  return filled(named(option.kind === "integer" ? "said.whole" : count === 1 ? "said.number" : "said.numbers", ""), {
+    count,
+  });
+}
+
+/** Refuses options of which one is no number: they would be left out. */
+export function vouch(options: readonly Option[], values: Values): void {
+  for (const option of options) {
+    const fault = faultOf(option, values[option.name]);
+    if (fault !== null) throw new Error(`${labelOf(option)}: ${fault}`);
+  }
 }
 
 /** The entry of the library that is called so. */
@@ -129,8 +157,12 @@ export abstract class Shop {
   }
 
   /** Asks the station what `source` comes to. */
-  protected asking(): Promise<Report | null> {
-    return call("job.check", { ...shown(), ...this.source(), preview: true });
+  protected async asking(): Promise<Report | null> {
+    vouch(this.asked.value, this.values.value);
+    const mark = this.mark();
+    const report = await call("job.check", { ...shown(), ...this.source(), preview: true });
+    this.checkedMark = mark;
+    return report;
   }
 
   /** Checks the program, and shows what it would do; whether the arm can do it. One that a newer check has overtaken answers as that does. */
@@ -204,17 +236,19 @@ export abstract class Shop {
 
   /** Whether what was checked last is what is chosen now. */
   protected isSettled(): boolean {
-    return true;
+    return this.checkedMark === this.mark();
   }
+  protected checkedMark = "";
 
   /** What a person has chosen and set: another one where that is something else. */
   protected mark(): string {
-    return JSON.stringify(this.source());
+    return JSON.stringify([this.chosen.value, this.values.value]);
   }
 
   /** What makes a check necessary, besides the arm. */
   protected depends(): void {
     void this.setup.value;
+    void this.values.value;
   }
 
   /** The largest program of what is chosen; null for one that is not known to the library. */

@@ -2,6 +2,7 @@
 import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
+import { numberOf } from "../numbers";
 import { useDropped } from "./dropped";
 
 interface ChoiceProps<T extends string> {
@@ -296,8 +297,8 @@ export function NumberInput({
   const typed = useSignal<string | null>(null);
   const take = (text: string) => {
     typed.value = null;
-    const read = Number(text.replace(",", "."));
-    if (text.trim() !== "" && Number.isFinite(read)) set(read);
+    const read = numberOf(text);
+    if (read !== null) set(read);
   };
   return (
     <input
@@ -308,6 +309,7 @@ export function NumberInput({
       autocomplete="off"
       aria-label={label}
       aria-describedby={because(off, why)}
+      aria-invalid={typed.value !== null && numberOf(typed.value) === null}
       disabled={off}
       data-testid={id}
       value={typed.value ?? String(Number(value.toFixed(digits)))}
