@@ -25,7 +25,8 @@ test("what is no number is none, and not the beginning of one", () => {
     "9".repeat(400),
     "0x10",
     "--5",
-    "1e3", "9999999999",
+    "1e3",
+    "9999999999",
   ])
     expect(numberOf(text)).toBeNull();
 });

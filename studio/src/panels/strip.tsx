@@ -175,13 +175,15 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
             class={job.state === "paused" ? "primary" : ""}
             off={off || job.state === "pausing"}
             why="strip-why"
-            press={() => (pauses ? jobs.pause(job) : jobs.resume(job))}
+            press={() => (pauses ? jobs.pause(job) : jobs.goesOn(job).press())}
           >
-            <span data-testid={pauses ? "run-pause" : "run-resume"}>{t(pauses ? "run.pause" : "run.resume")}</span>
+            <span data-testid={pauses ? "run-pause" : "run-resume"}>
+              {t(pauses ? "run.pause" : jobs.goesOn(job).key)}
+            </span>
           </Do>
         ) : null}
         {isUnderWay && store.socket.value !== "closed" ? (
-          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => jobs.end(job)}>
+          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => void jobs.end(job)}>
             <span data-testid="run-stop">{w("strip.stop")}</span>
           </Do>
         ) : (

@@ -12,6 +12,7 @@ import { look, world } from "../view/seen";
 import { sentencesOf } from "../words";
 import { History } from "./history";
 import {
+  bounded,
   boxOf,
   changed,
   chosenOf,
@@ -275,8 +276,7 @@ export class Bench extends Shop {
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
-    const place = tidy({ ...now, ...by });
-    if (!(place.scale > 0)) return;
+    const place = tidy(bounded({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale));
     this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
 

@@ -227,6 +227,7 @@ export abstract class Shop {
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
+        if (job !== null) await jobs.heard(job);
       } catch (error) {
         this.refuse(error);
       }

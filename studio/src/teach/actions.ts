@@ -140,7 +140,9 @@ export const play = (what: "all" | "from" | "one") =>
       ...(what === "all" ? { loops: loops.value } : {}),
     };
     const job = await jobs.start(order, program.taught.value.title || w("teach.untitled"), "");
-    if (job !== null) playing.value = { job, first, from: only ? at : 0 };
+    if (job === null) return;
+    playing.value = { job, first, from: only ? at : 0 };
+    await jobs.heard(job);
   });
 
 /** What this page has saved, and nobody has changed since, may be replaced by it without a question: when it was saved. */

@@ -146,7 +146,7 @@ export function Header() {
         class="stop"
         title={t("stop.hint")}
         text={t(stopsAll.value ? "site.stopAll" : "stop")}
-        press={() => actions.stop()}
+        press={() => void actions.stop()}
       />
       <What />
       <Lease />

@@ -102,8 +102,23 @@ interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>
   text?: string;
 }
 
-/** A button that does something. */
+/** Does something for as long as what it does lasts once: presses meanwhile, such as the second of a double click, do nothing. */
+export function once(): (press: () => unknown) => void {
+  let isUnderWay = false;
+  return (press) => {
+    if (isUnderWay) return;
+    const doing = press();
+    if (!(doing instanceof Promise)) return;
+    isUnderWay = true;
+    const over = () => void (isUnderWay = false);
+    doing.then(over, over);
+  };
+}
+
+/** A button that does something, once at a time where it gives a promise. */
 export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
+  const does = useRef<ReturnType<typeof once> | null>(null);
+  does.current ??= once();
   return (
     <button
       type="button"
@@ -112,7 +127,7 @@ export function Do({ id, press, off = false, why, label, text, children = text, 
       data-testid={id}
       aria-label={label}
       disabled={off}
-      onClick={() => void press()}
+      onClick={() => does.current?.(press)}
     >
       {children}
     </button>
@@ -298,7 +313,7 @@ export function NumberInput({
   const take = (text: string) => {
     typed.value = null;
     const read = numberOf(text);
-    if (read !== null) set(read);
+    if (read !== null) set(Math.min(most ?? read, Math.max(least ?? read, read)));
   };
   return (
     <input
