@@ -283,13 +283,14 @@ function Faults({ off }: { off: boolean }) {
     done(() => call("world.fault", { ...shown(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
     <Field label={label}>
-      <input
-        type="number"
-        min={least}
-        max={most}
+      <NumberInput
+        label={label}
+        step={1}
+        least={least}
+        most={most}
         value={value.value}
-        disabled={off}
-        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+        off={off}
+        set={(to) => (value.value = to)}
       />
     </Field>
   );

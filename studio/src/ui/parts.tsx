@@ -315,11 +315,25 @@ export function NumberInput({
     const read = numberOf(text);
     if (read !== null) set(Math.min(most ?? read, Math.max(least ?? read, read)));
   };
+  // A number of the browser's own takes no comma, or another number for it: `20,5` becomes 205.
+  const press = (event: KeyboardEvent & { currentTarget: HTMLInputElement }) => {
+    const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    const read = numberOf(event.currentTarget.value);
+    if (step === undefined || by === undefined || read === null) return;
+    event.preventDefault();
+    take(String(Number((read + by * step).toFixed(Math.max(digits, 3)))));
+  };
   return (
     <input
+      type="text"
       {...(step === undefined
-        ? { type: "text", list: undefined }
-        : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
+        ? {}
+        : {
+            role: "spinbutton",
+            "aria-valuenow": value,
+            "aria-valuemin": least ?? undefined,
+            "aria-valuemax": most ?? undefined,
+          })}
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
@@ -330,6 +344,7 @@ export function NumberInput({
       value={typed.value ?? String(Number(value.toFixed(digits)))}
       onInput={(event) => (typed.value = event.currentTarget.value)}
       onChange={(event) => take(event.currentTarget.value)}
+      onKeyDown={press}
       onBlur={() => (typed.value = null)}
     />
   );
