@@ -21,9 +21,7 @@ const isUnheard = (job: Job): boolean => !store.isUp.value && jobs.isUnderWay(jo
 /** What an arm that is not heard may still do. */
 function unheard(): string {
   const left = store.left.value;
-  return left === null
-    ? t("why.lost")
-    : `${t(left.laser ? "left.laser" : "left.moves", { arm: left.arm })} ${t("left.switch")}`;
+  return left === null ? t("why.lost") : `${t(left.laser ? "left.laser" : "left.moves")} ${t("left.switch")}`;
 }
 
 /** How far it is, or how it ended. */

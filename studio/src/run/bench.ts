@@ -370,9 +370,10 @@ export class Bench extends Shop {
   protected override isSettled(): boolean {
     return this.isFound.value && !this.isChecking.value && this.checkedMark === this.mark();
   }
-  protected override mark(): string {
+  override mark(): string {
     const { items } = this.doc.now.value;
-    return JSON.stringify([items.map(({ name: _, ...item }) => item), this.common.value]);
+    const versions = items.map(({ source }) => entryOf(source.program)?.modified);
+    return JSON.stringify([items.map(({ name: _, ...item }) => item), versions, this.common.value]);
   }
   protected override depends(): void {
     void this.doc.now.value.items;

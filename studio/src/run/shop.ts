@@ -242,8 +242,8 @@ export abstract class Shop {
   protected checkedMark = "";
 
   /** What a person has chosen and set: another one where that is something else. */
-  protected mark(): string {
-    return JSON.stringify([this.chosen.value, this.values.value]);
+  mark(): string {
+    return JSON.stringify([this.chosen.value, this.values.value, this.entry.value?.modified]);
   }
 
   /** What makes a check necessary, besides the arm. */

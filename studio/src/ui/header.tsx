@@ -205,7 +205,7 @@ export function Left() {
   return left === null || store.isBusy.value ? null : (
     <div class="banner lost" role="alert" data-testid="left-doing">
       <p>
-        <b>{t(left.laser ? "left.laser" : "left.moves", { arm: left.arm })}</b> {t("left.switch")}
+        <b>{t(left.laser ? "left.laser" : "left.moves")}</b> {t("left.switch")}
       </p>
     </div>
   );
