@@ -21,6 +21,14 @@ export function remember(of: Storage, name: string, value: string | null): void 
   }
 }
 
+/** What is kept there under a name, if it looks so; what does not is of no use to anybody, and dropped. */
+export function rememberedAs(of: Storage, name: string, shape: RegExp): string | null {
+  const value = remembered(of, name);
+  if (value === null || shape.test(value)) return value;
+  remember(of, name, null);
+  return null;
+}
+
 /** A set with or without one of its members. */
 export const toggled = <T>(set: ReadonlySet<T>, member: T, is: boolean): ReadonlySet<T> =>
   new Set(is ? [...set, member] : [...set].filter((one) => one !== member));
