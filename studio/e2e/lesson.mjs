@@ -40,9 +40,11 @@ export function lesson(test, { browser, program, shots, At = Station }) {
     try {
       // Made from pasted names.
       const teacher = await browser.connected(`${station.url}#/class`, DESKTOP);
-      await teacher
-        .getByTestId("class-names")
-        .fill(`${NAMES.slice(0, 4).join("\n")}\n\n ${NAMES.slice(4).join(", ")}, Ada`);
+      const pasted = `${NAMES.slice(0, 4).join("\n")}\n\n ${NAMES.slice(4).join(", ")}`;
+      await teacher.getByTestId("class-names").fill(`${pasted}, ada`);
+      await teacher.getByText("Two pupils are called ada").waitFor();
+      assert.ok(await teacher.getByTestId("class-make").isDisabled(), "two pupils of one name");
+      await teacher.getByTestId("class-names").fill(pasted);
       await teacher.getByTestId("class-arm-a10").uncheck();
       await teacher.getByTestId("class-turn").fill("10");
       await look(teacher, "make");

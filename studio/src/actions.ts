@@ -128,8 +128,18 @@ export const isReal = () => store.arm.value?.virtual === false;
 export const home = () =>
   tried(async () => {
     if (isReal() && !(await store.ask(t("home.title"), t("home.text"), t("home")))) return;
-    await agreed(t("home"), (yes) => call("arm.home", { ...shown(), ...yes }));
+    await agreed(t("home"), homed);
   });
+/** Homes the shown arm; the page says so meanwhile. */
+export async function homed(yes: { yes?: boolean } = {}): Promise<void> {
+  const { arm } = shown();
+  store.homing.value = arm;
+  try {
+    await call("arm.home", { arm, ...yes });
+  } finally {
+    if (store.homing.value === arm) store.homing.value = null;
+  }
+}
 export const clearAlarms = () =>
   tried(() => agreed(t("alarms.clear"), (yes) => call("arm.clear_alarms", { ...shown(), ...yes })));
 

@@ -64,6 +64,7 @@ function keydown(event: KeyboardEvent): void {
   if (event.key === "Escape") {
     if (store.question.value !== null) store.question.value.answer(false);
     store.showsKeys.value = false;
+    store.beside.value = null;
     void stop();
     event.preventDefault();
     return;

@@ -96,6 +96,8 @@ export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
 /** Whether a teacher has frozen the shown arm: `class.ts` says it. */
 export const isFrozen = signal(false);
+/** The arm that homes because this page has said so. */
+export const homing = signal<string | null>(null);
 export const jobState = signal<string>("none");
 /** Those who ask for control. */
 export const asked = signal<(Holder & { message?: string | null }) | null>(null);
@@ -126,7 +128,7 @@ interface Doing {
   laser: boolean;
   moves: boolean;
 }
-const isLit = computed(() => state.value?.tool.laser === true);
+const isLit = computed(() => state.value?.tool?.laser === true);
 const doing = signal<Doing | null>(null);
 effect(() => {
   if (!isUp.value || state.value === null) return;
@@ -153,7 +155,8 @@ export const laser = computed<"on" | "off" | "unknown">(() =>
 
 /** Why somebody can do nothing to an arm, as a key of the texts; `isThere` is whether it is reached. */
 export function barred(isThere: boolean) {
-  if (socket.value === "closed") return "why.closed" as const;
+  const isOver = refused.value === "revoked" && pupil.value !== null;
+  if (socket.value === "closed") return isOver ? ("closed.class" as const) : ("why.closed" as const);
   if (!isThere) return "why.lost" as const;
   if (role.value === "viewer") return audience.value === "door" ? ("why.door" as const) : ("why.viewer" as const);
   // A teacher moves what is frozen.
@@ -164,8 +167,12 @@ export function barred(isThere: boolean) {
   if (route.value === "class") return "why.there" as const;
   return lease.value === "other" ? ("why.other" as const) : ("why.free" as const);
 }
+const whileBusy = () => {
+  if (homing.value !== null && homing.value === armName.value) return "why.homing" as const;
+  return isBusy.value ? ("why.busy" as const) : null;
+};
 /** Why nothing can be moved now. */
-export const why = computed(() => barred(isUp.value) ?? (isBusy.value ? ("why.busy" as const) : null));
+export const why = computed(() => barred(isUp.value) ?? whileBusy());
 
 /** A sentence that passes: what was refused, and why. */
 export const notice = signal<{ text: string; bad: boolean } | null>(null);

@@ -55,7 +55,7 @@ async function taken(example: Example, title: string): Promise<Shop> {
 export const open = (example: Example) =>
   tried(async () => {
     if (!(await ready())) return;
-    const plays = store.arm.value?.virtual === true && (await loadBuiltIn(example.world));
+    const plays = store.arm.value?.virtual === true && (await loadBuiltIn(example.world, false));
     location.hash = `#/${example.panel}`;
     await load(example.panel);
     const file = example.file === undefined ? null : await contentOf(example.file);

@@ -81,8 +81,9 @@ export function Palette({ bench, write }: { bench: Bench; write: () => void }) {
 }
 
 function Row({ bench, item, isChosen }: { bench: Bench; item: Item; isChosen: boolean }) {
-  const found = bench.found.value.get(item.id);
-  const own = item.shape ? null : found?.report.parts[0]?.color;
+  const own = item.shape
+    ? null
+    : bench.parts.value.find(({ isDrawn, of }) => isDrawn && of.some(({ id }) => id === item.id))?.color;
   const color = item.color ?? own ?? (bench.isComposed.value ? "#000000" : "var(--planned)");
   const [wide, high] = bench.sizeOf(item);
   return (

@@ -11,7 +11,9 @@ import { ArmCard } from "./tools";
 const Surface = later(() => import("./surface").then(({ Surface }) => Surface));
 
 export function Move() {
-  const isEmpty = store.backend.value === "none" || store.refused.value !== null;
+  // A pupil whose class has ended connects to nothing.
+  const isOver = store.refused.value === "revoked" && store.pupil.value !== null;
+  const isEmpty = store.backend.value === "none" || (store.refused.value !== null && !isOver);
   return (
     <div class="move">
       <div class="move-look">

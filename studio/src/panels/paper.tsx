@@ -1,5 +1,6 @@
 // Three corners of the paper: a sketch of it as the person in front of the arm sees it, and the corner that is next.
-import { tried } from "../actions";
+import { tool as mount, tried } from "../actions";
+import { told } from "../i18n";
 import * as surface from "../run/surface";
 import { w } from "../run/surface.words";
 import { call, shown } from "../session";
@@ -56,9 +57,27 @@ function Sketch() {
   );
 }
 
+/** Whether the pen is still so near to the paper that it would draw on its way, mm. */
+export const isLow = (): boolean =>
+  surface.height.value !== null && (store.state.value?.z ?? Infinity) - surface.height.value < LIFT / 2;
+
+export function LiftPen({ off, ...rest }: { off: boolean; class?: string }) {
+  const lift = () => tried(() => call("jog.step", { ...shown(), axis: "z", by: LIFT }));
+  return (
+    <Do
+      id="paper-lift"
+      {...rest}
+      off={off || store.state.value?.moving === true}
+      why="touch-why"
+      text={w("paper.lift", { by: LIFT })}
+      press={lift}
+    />
+  );
+}
+
 export function Paper({ off }: { off: boolean }) {
   const n = surface.CORNERS.indexOf(surface.corner.value) + 1;
-  const lift = () => tried(() => call("jog.step", { ...shown(), axis: "z", by: LIFT }));
+  const tool = store.state.value?.tool.name;
   return (
     <div class="paper-wizard">
       <div class="paper-look">
@@ -87,6 +106,12 @@ export function Paper({ off }: { off: boolean }) {
         <b data-testid="paper-step">{w("paper.step", { n, corner: w(`paper.${surface.corner.value}`) })}</b>{" "}
         <span class="hint">{w("paper.how")}</span>
       </p>
+      {tool === "pen" || tool === "laser" ? null : (
+        <div class="check note" role="status">
+          <p>{w("paper.tool", { tool: told(`tools.${tool}`, "–") })}</p>
+          <Do id="paper-tool" off={off} why="touch-why" text={w("paper.pen")} press={() => mount({ tool: "pen" })} />
+        </div>
+      )}
       <div class="buttons-row">
         <Do
           id="paper-take"
@@ -96,13 +121,7 @@ export function Paper({ off }: { off: boolean }) {
           text={w("paper.take")}
           press={surface.takeCorner}
         />
-        <Do
-          id="paper-lift"
-          off={off || store.state.value?.moving === true}
-          why="touch-why"
-          text={w("paper.lift", { by: LIFT })}
-          press={lift}
-        />
+        <LiftPen off={off} />
         <Do id="paper-close" class="quiet" text={w("paper.close")} press={() => (surface.isMeasuring.value = false)} />
       </div>
     </div>

@@ -1,9 +1,8 @@
 // The parts of a drawing: its layers or colours, which of them are drawn, and whether the pen is changed between them.
 import { useEffect } from "preact/hooks";
-import type { Part } from "../api";
 import { t } from "../i18n";
 import type { Bench } from "../run/bench";
-import * as check from "../run/check";
+import type { PartRow } from "../run/items";
 import { duration } from "../run/jobs";
 import { Card, Choice, Heads, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
@@ -11,25 +10,14 @@ import texts from "./partslist.json";
 
 const w = sentencesOf(texts);
 
-/** Whether it is drawn: as a person has ticked it, else as the station says. */
-function isWanted({ n, skipped }: Part): boolean {
-  const only = check.values.value.only;
-  return only ? only.split("\n").includes(String(n)) : !skipped;
-}
-
-function tick(part: Part, is: boolean): void {
-  const parts = check.report.value?.parts ?? [];
-  const only = parts.filter((one) => (one.n === part.n ? is : isWanted(one)));
-  if (only.length > 0) check.setValue("only", only.length === parts.length ? "" : only.map(({ n }) => n).join("\n"));
-}
-
-const labelOf = (part: Part): string => part.name ?? part.color ?? String(part.n);
-const Swatch = ({ of }: { of: Part }) => <span class="swatch" style={{ background: of.color ?? "var(--planned)" }} />;
+const labelOf = (part: PartRow): string => part.name ?? part.color ?? String(part.of[0]?.n ?? "");
+const Swatch = ({ of }: { of: PartRow }) => (
+  <span class="swatch" style={{ background: of.color ?? "var(--planned)" }} />
+);
 
 export function PartsCard({ bench }: { bench: Bench }) {
   const option = bench.asked.value.find(({ name }) => name === "parts");
-  const parts = bench.report.value?.parts ?? [];
-  // A file whose layers say nothing is seen in its colours, and drawn without a pause.
+  const parts = bench.parts.value;
   useEffect(() => {
     const strokes = bench.report.value?.preview?.strokes ?? [];
     if (
@@ -40,14 +28,16 @@ export function PartsCard({ bench }: { bench: Bench }) {
       strokes.some(({ part }) => part !== null)
     )
       return;
-    bench.setValue("parts", "color");
-    bench.setValue("no_pause", "true");
+    bench.seeColors();
   }, [bench.report.value, option]);
   const item = bench.item.value;
   const isPlain = bench.isComposed.value || item?.shape !== undefined || item?.format === "text";
-  if (option === undefined || bench.report.value === null || (isPlain && parts.length < 2)) return null;
-  const options = option.choices.map((value) => ({ value, text: t(`setup.parts.${value}` as "setup.parts.none") }));
-  const wanted = parts.filter(isWanted);
+  if (bench.report.value === null || ((option === undefined || isPlain) && parts.length < 2)) return null;
+  const options = (option?.choices ?? []).map((value) => ({
+    value,
+    text: t(`setup.parts.${value}` as "setup.parts.none"),
+  }));
+  const wanted = parts.filter(({ isDrawn }) => isDrawn);
   const asked = bench.values.value.no_pause;
   const pauses = bench.isComposed.value ? asked === "false" : bench.valueOf("no_pause") !== "true";
   return (
@@ -66,13 +56,17 @@ export function PartsCard({ bench }: { bench: Bench }) {
           />
           <p class="pen-order" data-testid="parts-order">
             {wanted.map((part, nth) => (
-              <span key={part.n}>
+              <span key={nth}>
                 {nth === 0 ? null : pauses ? <i aria-hidden="true"> ⏸ </i> : " "}
                 <Swatch of={part} />
               </span>
             ))}{" "}
             <span class="hint">
-              {pauses ? w("pens.once", { n: Math.max(0, wanted.length - 1) }) : w("pens.never", { n: wanted.length })}
+              {wanted.length < 2
+                ? w("pens.single")
+                : pauses
+                  ? w("pens.once", { n: wanted.length - 1 })
+                  : w("pens.never", { n: wanted.length })}
             </span>
           </p>
         </>
@@ -84,16 +78,16 @@ export function PartsCard({ bench }: { bench: Bench }) {
             unseen={[w("parts.drawn")]}
           />
           <tbody>
-            {parts.map((part) => (
-              <tr key={part.n} data-testid={`part-${part.n}`}>
+            {parts.map((part, nth) => (
+              <tr key={nth} data-testid={`part-${nth + 1}`}>
                 <td>
                   <input
                     type="checkbox"
                     aria-label={w("parts.draw", { name: labelOf(part) })}
-                    checked={isWanted(part)}
-                    disabled={isWanted(part) && wanted.length === 1}
-                    data-testid={`part-only-${part.n}`}
-                    onChange={(event) => tick(part, event.currentTarget.checked)}
+                    checked={part.isDrawn}
+                    disabled={part.isDrawn && wanted.length === 1}
+                    data-testid={`part-only-${nth + 1}`}
+                    onChange={(event) => bench.tick(part, event.currentTarget.checked)}
                   />
                 </td>
                 <th scope="row">
@@ -106,7 +100,7 @@ export function PartsCard({ bench }: { bench: Bench }) {
           </tbody>
         </table>
       )}
-      {bench.isComposed.value ? null : (
+      {bench.isComposed.value || option === undefined ? null : (
         <details class="more">
           <summary>{w("pens.more")}</summary>
           <Pick

@@ -1,20 +1,36 @@
 // Programs: opened, looked at before anything moves, run, paused, gone on with.
 import { signal } from "@preact/signals";
+import { tried } from "../actions";
 import { t } from "../i18n";
 import { mayBurn } from "../run/burn";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
+import * as library from "../run/programs";
 import * as store from "../store";
 import { Card, Do, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
+import { sentencesOf } from "../words";
 import { ArmLaser } from "./armlaser";
 import { PastJobs } from "./job";
 import { Pose } from "./pose";
 import { formatOf, Programs, size } from "./programs";
+import texts from "./programs.json";
 import { about, Found, Options, Picture, Unseen, usePrograms } from "./setup";
 import { Height } from "./touch";
 
+const w = sentencesOf(texts);
+
 const loops = signal(1);
+/** Formats whose points can be changed where points are taught. */
+const TAUGHT = ["plan", "playback"];
+
+const teach = (program: library.Entry) =>
+  tried(async () => {
+    const content = await library.get(program);
+    const { open } = await import("../teach/actions");
+    location.hash = "#/teach";
+    await open(new File([content], program.name));
+  });
 
 function Selected() {
   const program = check.entry.value;
@@ -63,6 +79,9 @@ function Selected() {
         >
           {t("run.preview")}
         </button>
+        {TAUGHT.includes(program.format ?? "") ? (
+          <Do id="run-teach" off={!store.isUp.value} text={w("programs.teach")} press={() => teach(program)} />
+        ) : null}
         <Times id="run-loops" label={t("run.times")} hint={t("run.times.hint")} value={loops} />
       </div>
       <ArmLaser id="run-laser-arm" burns={mayBurn(setup)} why="start-why" />

@@ -1,19 +1,29 @@
 // What the routes of programs share: the options of one, what its check has found, and what they hear while they are open.
 import { effect, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
-import { tried } from "../actions";
+import { type Remedy, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { sentence, t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
+import { inAir } from "../run/paper";
 import * as library from "../run/programs";
 import { faultOf } from "../run/shop";
-import { labelOf, named, noteOf } from "../run/words";
+import * as surface from "../run/surface";
+import { labelOf, named, plainNoteOf } from "../run/words";
 import * as store from "../store";
 import { Do, Pick, TextField } from "../ui/parts";
 import { loadBuiltIn, world } from "../view/seen";
-import { Problem } from "./remedies";
+import { Problem, Remedies } from "./remedies";
 import "./run.css";
+
+/** Formats that move the arm, and draw nothing of themselves. */
+const MOVES = ["plan", "playback", "blockly"];
+function titleOf(group: string): string {
+  const format = check.entry.value?.format ?? "";
+  const name = group === "pen" && MOVES.includes(format) ? "moves" : group;
+  return named(`group.${name}`, group);
+}
 
 export function Asked({ option }: { option: Option }) {
   const { name, kind, unit, choices, usual, about } = option;
@@ -80,7 +90,7 @@ export function Options({ first = [], not = [] }: { first?: readonly string[]; n
       {rest.map(({ group, options }) =>
         options.length === 0 ? null : (
           <details key={group} class="more" data-testid={`setup-group-${group}`}>
-            <summary>{named(`group.${group}`, group)}</summary>
+            <summary>{titleOf(group)}</summary>
             {fields(options)}
           </details>
         ),
@@ -190,6 +200,14 @@ export function Found() {
   if (check.problem.value !== null) return <Problem of={check.problem.value} />;
   if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
   if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
+  const above = report.ok ? inAir(report, check.valueOf("tool") || "pen", world.value) : null;
+  if (above !== null)
+    return (
+      <div class="check note" role="status" data-testid="run-air">
+        <p>{t("run.air", { mm: Math.round(above) })}</p>
+        {surface.isKnown.value ? <Do id="run-air-forget" text={t("run.air.forget")} press={surface.forget} /> : null}
+      </div>
+    );
   return (
     <>
       <p class={`check ${report.ok ? "good" : "bad"}`} role="status">
@@ -206,9 +224,10 @@ export function Found() {
       {(report.notes ?? [])
         .filter(({ code }) => code !== QUIET)
         .map((note, nth) => (
-          <p key={nth} class="hint">
-            {noteOf(note)}
-          </p>
+          <div key={nth} class="found-note">
+            <p class="hint">{plainNoteOf(note)}</p>
+            <Remedies of={(note.remedies ?? []) as Remedy[]} />
+          </div>
         ))}
     </>
   );

@@ -3,7 +3,7 @@ import { computed, effect, signal, useSignal } from "@preact/signals";
 import { useEffect, useMemo, useRef } from "preact/hooks";
 import type { Report } from "../api";
 import type { Bench } from "../run/bench";
-import type { Item, Place, Point } from "../run/items";
+import { drawnOf, type Item, type Place, type Point } from "../run/items";
 import * as jobs from "../run/jobs";
 import * as paper from "../run/paper";
 import { call } from "../session";
@@ -78,7 +78,7 @@ function near(bench: Bench, before: Frame): Frame {
     const place = bench.found.value.has(item.id) ? bench.placeOf(item) : null;
     if (place === null) return [];
     const reach = Math.hypot(...bench.sizeOf(item)) / 2;
-    const [x, y] = place.at;
+    const [x, y] = bench.cornerOf(item, [0, 0]);
     return [
       [x - reach, y - reach],
       [x + reach, y + reach],
@@ -154,7 +154,7 @@ function Drawn({ bench, item, width }: { bench: Bench; item: Item; width: number
     () => (found === undefined ? [] : linesOf(found.report, item.color, item.shape === undefined, usual)),
     [found, item.color, usual],
   );
-  if (was === null || now === null) return null;
+  if (was === null || now === null || !drawnOf(bench.doc.now.value.items).includes(item)) return null;
   const burnt = (power: number) => ({
     strokeWidth: Math.max(BEAM, width / 1000),
     strokeOpacity: power / 100,
@@ -196,6 +196,8 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const report = bench.report.value;
   const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
   const sheet = paper.corners();
+  // What is burnt, and a photo, would be its negative on dark paper.
+  const isLight = bench.tool === "laser" || items.some(({ format }) => format === "image");
   const reach = outlines.value.map((outline) => `${pathOf(outline)}Z`).join("");
   /** A place on the sheet for the pointer. */
   const pointOf = (event: PointerEvent): Point => {
@@ -253,7 +255,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   return (
     <section class="card sheet-card" aria-label={w("sheet.title")}>
       <div
-        class={`plane ${bench.isChecking.value ? "checking" : ""}`}
+        class={`plane ${bench.isChecking.value ? "checking" : ""} is-${bench.stage.value} ${isLight ? "light" : ""}`}
         style={{ "--ratio": ratioOf(frame.value) }}
         data-testid="draw-preview"
         data-shown={isThere && isComplete}

@@ -3,7 +3,7 @@ import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import type { Remedy } from "../actions";
 import type { Job } from "../api";
 import { sentence, t } from "../i18n";
-import { jobBurns } from "../run/burn";
+import { jobBurns, jobFrames } from "../run/burn";
 import * as jobs from "../run/jobs";
 import { watchArmed } from "../run/laser";
 import * as strip from "../run/strip";
@@ -140,7 +140,8 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
   const off = reason !== null;
   const percent = jobs.percent(job);
   const others = jobs.startedBy(job);
-  const name = job.title || t("job.untitled");
+  const title = job.title || t("job.untitled");
+  const name = jobFrames(job) ? w("strip.frame", { title }) : title;
   const arm = store.arms.value.length > 1 ? `${job.arm} · ` : "";
   return (
     <section
@@ -170,7 +171,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
         {pauses || resumes ? (
           <Do
             id="job-strip-pause"
-            class={job.state === "paused" ? "primary" : ""}
+            class={job.state === "paused" && !jobs.isTheirs(job) ? "primary" : ""}
             off={off || job.state === "pausing"}
             why="strip-why"
             press={() => (pauses ? jobs.pause(job) : jobs.goesOn(job).press())}

@@ -150,6 +150,7 @@ export function Teach() {
   useEffect(() => actions.follow(), []);
   useDropped(store.isUp.value ? ([file]) => file && actions.open(file) : null);
   const isSaved = program.isSaved.value;
+  const isEmpty = program.rows.value.length === 0;
   return (
     <div
       class="move teach"
@@ -166,12 +167,14 @@ export function Teach() {
       <div class="move-look">
         <ArmView />
         <Pose />
+        <section class="card points-add">
+          <Add />
+        </section>
         <Card
           title={w("teach.points")}
           class="points-card"
-          more={<span class="hint">{w(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}
+          more={isEmpty ? null : <span class="hint">{w(isSaved ? "teach.isSaved" : "teach.unsaved")}</span>}
         >
-          <Add />
           <Points />
           <Play />
           <Files />

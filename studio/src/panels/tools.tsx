@@ -18,7 +18,14 @@ export function ArmCard() {
   return (
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
-        <Do id="home" class={isOn ? "primary" : ""} off={off} why="jog-why" text={t("home")} press={actions.home} />
+        <Do
+          id="home"
+          class={isOn ? "primary" : ""}
+          off={off}
+          why="jog-why"
+          text={t(store.why.value === "why.homing" ? "home.now" : "home")}
+          press={actions.home}
+        />
         <Do
           id="clear-alarms"
           class={store.alarms.value.some(({ code }) => code !== store.SWITCHED_ON) ? "primary" : ""}

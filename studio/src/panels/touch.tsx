@@ -7,7 +7,7 @@ import { w } from "../run/surface.words";
 import * as store from "../store";
 import { Card, Do, Why } from "../ui/parts";
 import { JogPad } from "./jogpad";
-import { Paper } from "./paper";
+import { isLow, LiftPen, Paper } from "./paper";
 import { Problem } from "./remedies";
 import "./touch.css";
 
@@ -68,6 +68,7 @@ export function TouchOff({ tool = "pen" }: { tool?: Tool }) {
             {isKnown && !isSheet ? (
               <Do id="touch-off-add" {...may} text={w("touch.add")} press={() => surface.touch(true)} />
             ) : null}
+            {isSheet ? <LiftPen off={off} class={isLow() ? "primary" : ""} /> : null}
             {isSheet ? <Do id="paper-wizard" {...may} text={w("paper.again")} press={surface.measure} /> : null}
             {isKnown ? (
               <Do id="touch-off-forget" class="quiet" {...may} text={w("touch.forget")} press={surface.forget} />

@@ -13,7 +13,7 @@ import { entryOf } from "../run/shop";
 import * as store from "../store";
 import { Card, Do, Drop, Field, OpenFile, Pick } from "../ui/parts";
 import { sentencesOf } from "../words";
-import { Objects, Palette, useUndoKeys } from "./items";
+import { nameOf, Objects, Palette, useUndoKeys } from "./items";
 import { PartsCard } from "./partslist";
 import { PHOTO, Photo } from "./photo";
 import { Presets } from "./presets";
@@ -140,6 +140,19 @@ function Filled({ bench }: { bench: Bench }) {
   );
 }
 
+/** That an object is not as large as its file says. */
+function Shrunk({ bench }: { bench: Bench }) {
+  const shrunk = bench.shrunk.value;
+  const item = bench.doc.now.value.items.find(({ id }) => id === shrunk?.id);
+  if (shrunk === null || item === undefined || item.place !== null || bench.isFull.value) return null;
+  const [from, to] = [shrunk.from, shrunk.to].map(Math.round) as [number, number];
+  return (
+    <p class="hint" role="status" data-testid="sheet-shrunk">
+      {onSheet("sheet.shrunk", { name: nameOf(item), from, to })}
+    </p>
+  );
+}
+
 interface WorkshopProps {
   bench: Bench;
   name: string;
@@ -188,6 +201,7 @@ function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
               <NewSheet bench={bench} id="sheet-new-here" />
             </div>
           ) : null}
+          <Shrunk bench={bench} />
           <Unseen />
           {before}
           <div class="buttons-row">

@@ -18,18 +18,25 @@ import {
   chosenOf,
   composed,
   type Doc,
+  drawnOf,
   type Item,
   inked,
   isOwn,
   isSame,
   moved,
+  type PartRow,
   type Place,
   type Point,
+  partRows,
+  partsOf,
+  styleOf,
+  ticked,
   tidy,
   turned,
   unwound,
   without,
 } from "./items";
+import * as jobs from "./jobs";
 import { leftOf } from "./leftdoc";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
@@ -56,6 +63,8 @@ const FILLS = ["text", "image"];
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** A sheet on which something is smaller than this share of what it would be on a blank one is full. */
 const CROWDED = 0.45;
+/** What becomes smaller than this share of itself is said to be. */
+const SHRUNK = 0.97;
 /** What becomes smaller than this has no room, mm. */
 const LEAST = 12;
 /** Formats that burn as they are, and cannot be put into one drawing with others. */
@@ -69,7 +78,7 @@ const LONGEST = 900_000;
 /** Options that place what is drawn: the sheet does that. */
 const PLACED = ["at", "scale", "rotate", "fit", "width", "height", "place", "turn"];
 /** Options of a job that are of no use while an object is looked at. */
-const ANEW = ["only", "parts", "no_pause"];
+const ANEW = ["parts", "no_pause"];
 
 export class Bench extends Shop {
   readonly tool: "pen" | "laser";
@@ -84,6 +93,30 @@ export class Bench extends Shop {
   private readonly spots = new Map<number, { key: string; place: Place | null }>();
   /** Whether there was little or no free room for an object. */
   readonly isFull = signal(false);
+  /** What was made smaller than it is, so that it fits beside what lies there: its width, mm. */
+  readonly shrunk = signal<{ id: number; from: number; to: number } | null>(null);
+  /** The job that was begun here, and what was chosen and set then: its lines are on the sheet once it is done. */
+  private readonly begun = signal<{ job: string; mark: string } | null>(null);
+  /** Whether what is seen of the objects is about to be there, or is: `drawing` while the job goes on, `drawn` when it is done. */
+  readonly stage = computed<"planned" | "drawing" | "drawn">(() => {
+    const begun = this.begun.value;
+    const job = begun === null ? undefined : jobs.jobs.value.find((one) => one.job === begun.job);
+    if (begun === null || job === undefined || begun.mark !== this.look()) return "planned";
+    if (job.state === "done") return "drawn";
+    return jobs.isUnderWay(job) ? "drawing" : "planned";
+  });
+  protected override began(job: string): void {
+    this.begun.value = { job, mark: this.look() };
+  }
+  /** What is seen of the objects: how their file is divided, and whether pens are changed, is not. */
+  private look(): string {
+    const { no_pause: _, ...common } = this.common.value;
+    const items = this.doc.now.value.items.map(({ name: _name, values: { parts: _parts, ...values }, ...item }) => ({
+      ...item,
+      values,
+    }));
+    return JSON.stringify([items, common]);
+  }
   private next = 1;
 
   constructor(tool: "pen" | "laser") {
@@ -125,7 +158,9 @@ export class Bench extends Shop {
   setValue(name: string, to: string): void {
     const item = this.item.value;
     if (item !== null && this.isOwn(name)) {
-      const values = { ...item.values, [name]: to };
+      // Its parts are other ones then.
+      const { only, ...rest } = item.values;
+      const values = { ...rest, ...(only && name !== "parts" ? { only } : {}), [name]: to };
       this.doc.commit(changed(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
     } else this.common.value = { ...this.common.value, [name]: to };
   }
@@ -135,7 +170,27 @@ export class Bench extends Shop {
     this.common.value = Object.fromEntries(all.filter(([name]) => !this.isOwn(name)));
     const item = this.item.value;
     const own = Object.fromEntries(all.filter(([name]) => this.isOwn(name)));
-    if (item !== null) this.doc.commit(changed(this.doc.now.value, item.id, { values: own }));
+    if (item !== null)
+      this.doc.commit(changed(this.doc.now.value, item.id, { values: { ...partsOf(item.values), ...own } }));
+  }
+
+  /** A file whose layers say nothing is seen in its colours, and drawn without a pause: no person has said so. */
+  seeColors(): void {
+    const item = this.item.value;
+    if (item === null) return;
+    this.doc.amend(changed(this.doc.now.value, item.id, { values: { ...item.values, parts: "color" } }));
+    this.common.value = { ...this.common.value, no_pause: "true" };
+  }
+
+  /** The parts of what lies on the sheet, drawn or not. */
+  readonly parts = computed<PartRow[]>(() =>
+    partRows(this.doc.now.value.items, this.found.value, this.isComposed.value ? this.report.value : null),
+  );
+  /** Draws a part, or leaves it out: what lies there stays where it is. */
+  tick(row: PartRow, is: boolean): void {
+    const now = this.doc.now.value;
+    const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
+    this.doc.commit(ticked({ ...now, items }, this.found.value, row, is, this.isComposed.value));
   }
 
   /** What was left has no options before the station is there, which says them. */
@@ -180,20 +235,20 @@ export class Bench extends Shop {
     const id = this.next++;
     // What a person has said of how texts are written holds for the next one too.
     const like = before.items.findLast(({ format }) => format === of.format);
-    const { crop: _, ...values } = like?.values ?? {};
+    const values = styleOf(like?.values ?? {});
     const items = before.items.map((item) => ({
       ...item,
       place: item.place ?? this.found.value.get(item.id)?.place ?? null,
     }));
-    this.forgetParts();
+    if (items.length === 0) this.forgetParts();
     this.doc.commit({ items: [...items, { ...of, id, color: null, values, place: null }], chosen: id }, `new ${id}`);
     this.report.value = items.length === 0 ? null : this.report.value;
     this.forFormat(of.format);
   }
 
-  /** What its parts are, and which of them are drawn, is of the drawing and not of the next. */
+  /** Whether its pens are changed is of the drawing and not of the next. */
   private forgetParts(): void {
-    const { only: _, parts: _parts, no_pause: _pause, ...kept } = this.common.value;
+    const { no_pause: _, ...kept } = this.common.value;
     this.common.value = kept;
   }
 
@@ -255,6 +310,7 @@ export class Bench extends Shop {
       format: item.format,
       name: item.name,
       ...(item.shape ? { shape: item.shape } : {}),
+      ...(item.isOff ? { isOff: true } : {}),
     });
     const now = this.doc.now.value;
     const added = now.items.at(-1);
@@ -272,11 +328,13 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, id, { color }));
   }
 
-  /** Moves, scales or turns the chosen object; changes of the same key in a row are undone together. */
+  /** Moves, scales or turns the chosen object about the middle of what is drawn of it; changes of the same key in a row are undone together. */
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
-    const place = tidy(bounded({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale));
+    const next = bounded({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale);
+    const [dx, dy] = this.middleOf(item, next);
+    const place = tidy({ ...next, at: [next.at[0] - dx, next.at[1] - dy] });
     this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
 
@@ -329,11 +387,21 @@ export class Bench extends Shop {
 
   // Where things lie.
 
-  /** Where the chosen object lies: as a person wants it, else as it was found. */
+  /** Where the middle of what is drawn of the chosen object lies, and how: as a person wants it, else as it was found. */
   readonly place = computed<Place | null>(() => {
     const item = this.item.value;
-    return item === null ? null : this.placeOf(item);
+    const place = item === null ? null : this.placeOf(item);
+    if (item === null || place === null) return null;
+    const [dx, dy] = this.middleOf(item, place);
+    return { ...place, at: [place.at[0] + dx, place.at[1] + dy] };
   });
+  /** From the place of an object, which is that of its whole file, to the middle of what is drawn of it. */
+  private middleOf(item: Item, { scale, turn }: Place): Point {
+    const found = this.found.value.get(item.id);
+    const [mx, my] = found?.middle ?? [0, 0];
+    const by = scale / (found?.place?.scale ?? 1);
+    return turned([mx * by, my * by], upright() + turn);
+  }
   placeOf(item: Item): Place | null {
     return item.place ?? this.found.value.get(item.id)?.place ?? null;
   }
@@ -422,7 +490,9 @@ export class Bench extends Shop {
     vouch(all.filter(isAsked), values);
     const set = setupOf(all.filter(isAsked), values);
     const parts =
-      this.isComposed.value && all.some(({ name }) => name === "parts") ? { parts: "color", no_pause: true } : {};
+      this.isComposed.value && all.some(({ name }) => name === "parts")
+        ? { parts: (values.only ? values.parts : "color") || undefined, no_pause: true }
+        : {};
     // How large an image says it is does not matter, and a small one is looked at soon.
     const width = item.format === "image" ? { width: LOOKED } : {};
     return { ...set, ...parts, ...width, ...this.fixed };
@@ -433,8 +503,11 @@ export class Bench extends Shop {
     const options = await this.optionsFor(item);
     const version = entryOf(item.source.program)?.modified ?? 0;
     if (store.arm.value?.virtual === true && world.value === null) await look();
-    const what = JSON.stringify([item.source, version, options, sheet.value, store.armName.value, corners()]);
-    const key = JSON.stringify([what, item.place]);
+    const around = [item.source, version, sheet.value, store.armName.value, corners()];
+    const key = JSON.stringify([around, options, item.place]);
+    // How its file is divided moves nothing.
+    const { parts: _, no_pause: _pause, ...lies } = options;
+    const what = JSON.stringify([around, lies]);
     const known = this.found.value.get(item.id);
     if (this.isComposed.value && known?.key === key) return known;
     let place = item.place;
@@ -476,6 +549,7 @@ export class Bench extends Shop {
     const report = await this.ask(item.source, setup);
     this.placed = setup;
     this.isFull.value = false;
+    this.shrunk.value = null;
     const { place, sides, middle } = this.foundOf("", report);
     const strokes = report.preview?.strokes ?? [];
     const [first] = strokes;
@@ -509,6 +583,8 @@ export class Bench extends Shop {
     this.isFull.value = blank !== null && (spot === null || spot.scale < CROWDED * blank.scale);
     spot ??= blank;
     if (spot === null) return [report, null];
+    if (!fills && spot.scale < SHRUNK * largest)
+      this.shrunk.value = { id: item.id, from: sides[0], to: sides[0] * spot.scale };
     const [mx, my] = turned([middle[0] * spot.scale, middle[1] * spot.scale], upright() + turn);
     const at: [number, number] = [spot.at[0] - mx, spot.at[1] - my];
     return [report, tidy({ at, scale: spot.scale * place.scale, turn })];
@@ -522,6 +598,7 @@ export class Bench extends Shop {
       items.length > 1 && this.tool === "laser" ? items.find(({ format }) => ALONE.includes(format)) : undefined;
     if (alone !== undefined) throw new RpcError(0, w("draw.alone", { name: alone.name }));
     const found = new Map<number, Found>();
+    if (items.every(({ place }) => place !== null)) this.isFull.value = false;
     for (const item of items) {
       const lying = items.flatMap(({ id }) =>
         id === item.id ? [] : (found.get(id) ?? this.found.value.get(id) ?? []),
@@ -542,7 +619,7 @@ export class Bench extends Shop {
 
   /** Checks all objects as one drawing. */
   private async together(items: readonly Item[], found: ReadonlyMap<number, Found>): Promise<Report> {
-    const inks = items.flatMap((item) => {
+    const inks = drawnOf(items).flatMap((item) => {
       const report = found.get(item.id)?.report;
       const points = report?.preview?.strokes.reduce((sum, stroke) => sum + stroke.points.length, 0) ?? 0;
       if (points > THINNED) throw new RpcError(0, w("draw.alone", { name: item.name }));
@@ -553,10 +630,7 @@ export class Bench extends Shop {
     const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
     vouch(all, this.common.value);
     const colors = new Set(inks.map(({ color }) => color));
-    const parts =
-      colors.size > 1 && !this.common.value.parts
-        ? { parts: "color", no_pause: this.common.value.no_pause !== "false" }
-        : {};
+    const parts = colors.size > 1 ? { parts: "color", no_pause: this.common.value.no_pause !== "false" } : {};
     const setup = {
       ...setupOf(all, this.common.value),
       ...parts,

@@ -14,10 +14,10 @@ vi.mock("../session", () => ({
   leaveWith: () => {},
 }));
 const store = await import("../store");
-const { isArmed, jobBurns, keep, mayBurn } = await import("./burn");
+const { isArmed, jobBurns, jobFrames, keep, mayBurn } = await import("./burn");
 const jobs = await import("./jobs");
 
-const job = (id: string) => ({ job: id, title: null, state: "stopped" }) as unknown as Job;
+const job = (id: string) => ({ job: id, title: null, state: "stopped", holder: null }) as unknown as Job;
 const mounted = (name: string) => {
   store.state.value = { link: "up", tool: { name, laser: false } } as unknown as State;
 };
@@ -60,13 +60,19 @@ test("whatever a job is, and whatever tool the arm has: none begins or goes on t
         await jobs.start({ program: "x", setup: setup as Order["setup"] } as Order, "x", "");
         expect(asked.includes("job.start")).toBe(isLet);
 
-        keep("old", burns);
+        keep("old", setup);
         expect(jobs.whyNotResume(job("old"))).toBe(isLet ? null : "laser.unarmed");
         await jobs.resume(job("old"));
         expect(asked.includes("job.resume")).toBe(isLet);
       }
     }
   }
+});
+
+test("a job that only goes round is known as one, here and after it has ended", () => {
+  keep("round", { tool: "laser", frame: "box" });
+  keep("burnt", { tool: "laser" });
+  expect([jobFrames(job("round")), jobFrames(job("burnt")), jobFrames(job("unknown"))]).toEqual([true, false, false]);
 });
 
 test("a job of another page burns where the arm has a laser", () => {
@@ -104,4 +110,21 @@ test("what was said of an arm out of reach, or frozen, goes when it can be moved
     store.socket.value = "up";
     expect(store.notice.value).toBe(null);
   }
+});
+
+test("a pupil is asked before what another one began goes on, and not about what is one's own", async () => {
+  mounted("pen");
+  store.pupil.value = "Ben";
+  const of = (name: string) => ({ ...job("theirs"), holder: { session: "other", name } }) as Job;
+  for (const yes of [false, true]) {
+    asked.length = 0;
+    const resumed = jobs.resume(of("Ada"));
+    expect(store.question.value?.title).toContain("Ada");
+    store.question.value?.answer(yes);
+    await resumed;
+    expect(asked).toEqual(yes ? ["job.resume"] : []);
+  }
+  await jobs.resume(of("ben"));
+  expect(asked).toEqual(["job.resume", "job.resume"]);
+  store.pupil.value = null;
 });

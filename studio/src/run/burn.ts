@@ -10,10 +10,12 @@ export const isArmed = signal(false);
 const KEPT = "burns";
 /** As many jobs are remembered. */
 const MOST = 60;
-/** Jobs that this page has started, and whether they burn: kept over a reload. */
-const known = new Map<string, boolean>(read());
+/** What a job of this page does with the laser: it goes round with the laser off, which takes no armed one. */
+type Kind = "burns" | "frame" | "dark";
+/** The jobs that this page has started: kept over a reload. */
+const known = new Map<string, Kind>(read());
 
-function read(): [string, boolean][] {
+function read(): [string, Kind][] {
   try {
     return JSON.parse(remembered("sessionStorage", KEPT) ?? "[]");
   } catch {
@@ -28,14 +30,17 @@ export function mayBurn(setup: Readonly<Record<string, unknown>> | undefined): b
   return (typeof tool === "string" ? tool : store.state.value?.tool.name) === "laser";
 }
 
-/** Remembers of a job whether it may burn. */
-export function keep(job: string, burns: boolean): void {
-  known.set(job, burns);
+/** Remembers of a job with this setup what it does. */
+export function keep(job: string, setup: Readonly<Record<string, unknown>> | undefined): void {
+  known.set(job, mayBurn(setup) ? "burns" : setup?.frame === undefined ? "dark" : "frame");
   remember("sessionStorage", KEPT, JSON.stringify([...known].slice(-MOST)));
 }
 
 /** Whether a job may burn: of one that another page has started, as the tool of the arm says. */
-export const jobBurns = ({ job }: { job: string }): boolean => known.get(job) ?? mayBurn(undefined);
+export const jobBurns = ({ job }: { job: string }): boolean =>
+  known.has(job) ? known.get(job) === "burns" : mayBurn(undefined);
+/** Whether a job of this page only goes round what would be burnt, or drawn. */
+export const jobFrames = ({ job }: { job: string }): boolean => known.get(job) === "frame";
 
 /** Why something cannot begin, or go on, as far as the laser says. */
 export const unarmed = (burns: boolean): Key | null => (burns && !isArmed.value ? "laser.unarmed" : null);

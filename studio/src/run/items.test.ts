@@ -1,6 +1,21 @@
 import { expect, test } from "vitest";
 import type { Report } from "../api";
-import { bounded, boxOf, changed, composed, type Doc, type Item, inked, isSame, moved, tidy, without } from "./items";
+import {
+  bounded,
+  boxOf,
+  changed,
+  composed,
+  type Doc,
+  drawnOf,
+  type Item,
+  inked,
+  isSame,
+  moved,
+  partRows,
+  ticked,
+  tidy,
+  without,
+} from "./items";
 import { SHAPES, svgOf } from "./shapes";
 
 const item = (id: number): Item => ({
@@ -111,4 +126,60 @@ test("an object can be made neither too small to be seen nor too large to be tak
   expect(bounded({ ...place, scale: -1 }, 100).scale).toBeGreaterThan(0);
   expect(bounded({ ...place, at: [1e308, -1e308] }, 100).at).toEqual([2000, -2000]);
   expect(bounded(place, 100)).toEqual(place);
+});
+
+const RED = { n: 1, name: null, color: "#d00000", strokes: 1, drawn_mm: 120, seconds: 10, skipped: false };
+const BLUE = { ...RED, n: 2, color: "#2040ff", drawn_mm: 113 };
+const reportOf = (parts: unknown[]) => ({ report: { parts } as unknown as Report });
+const two = (id: number): Item => ({ ...item(id), format: "svg" });
+const drawn = (doc: Doc, found: Parameters<typeof partRows>[1], together: Report | null) =>
+  partRows(doc.items, found, together).map(({ color, isDrawn }) => [color, isDrawn]);
+
+test("which colours are drawn belongs to the object: a copy has it, and a text beside it changes nothing", () => {
+  const found = new Map([1, 2].map((id) => [id, reportOf([RED, BLUE])] as const));
+  const alone: Doc = { items: [two(1)], chosen: 1 };
+  const [red] = partRows(alone.items, found, null);
+  const without = ticked(alone, found, red as never, false, false);
+  expect(without.items[0]?.values).toEqual({ only: "2" });
+  expect(drawn(without, found, null)).toEqual([
+    ["#d00000", false],
+    ["#2040ff", true],
+  ]);
+  // The object as it is now, twice: red stays out of both, and can be chosen again for both.
+  const copied: Doc = { items: [...without.items, { ...(without.items[0] as Item), id: 2 }], chosen: 2 };
+  const all = reportOf([BLUE]).report;
+  expect(drawn(copied, found, all)).toEqual([
+    ["#d00000", false],
+    ["#2040ff", true],
+  ]);
+  const [again] = partRows(copied.items, found, all);
+  expect(ticked(copied, found, again as never, true, true).items.map(({ values }) => values.only)).toEqual([
+    undefined,
+    undefined,
+  ]);
+  // Beside a text, which is black and has no parts.
+  found.set(3, reportOf([]));
+  const texted: Doc = { items: [...without.items, item(3)], chosen: 3 };
+  expect(drawn(texted, found, all)).toEqual([
+    ["#d00000", false],
+    ["#2040ff", true],
+    ["#000000", true],
+  ]);
+  const black = partRows(texted.items, found, all)[2];
+  const noText = ticked(texted, found, black as never, false, true);
+  expect(drawnOf(noText.items).map(({ id }) => id)).toEqual([1]);
+  expect(drawn(noText, found, all).at(-1)).toEqual(["#000000", false]);
+});
+
+test("an object of which no colour is left is not drawn, and comes back with the colour that is ticked", () => {
+  const found = new Map([1, 2].map((id) => [id, reportOf([RED])] as const));
+  const doc: Doc = { items: [two(1), { ...two(2), color: "#15803d" }], chosen: 1 };
+  const all = reportOf([RED]).report;
+  const [red] = partRows(doc.items, found, all);
+  const without = ticked(doc, found, red as never, false, true);
+  expect(without.items.map(({ isOff }) => isOff === true)).toEqual([true, false]);
+  const [off] = partRows(without.items, found, all);
+  expect(drawnOf(ticked(without, found, off as never, true, true).items)).toHaveLength(2);
+  // What would leave nothing to draw leaves all.
+  expect(drawnOf(doc.items.map((one) => ({ ...one, isOff: true })))).toHaveLength(2);
 });

@@ -24,8 +24,10 @@ export interface Item {
   shape?: Shape;
   /** The pen that draws it; null: as it says itself. */
   color: string | null;
-  /** Its own options: how a text is written, an image drawn, a shape filled. */
+  /** Its own options: how a text is written, an image drawn, a shape filled, and which of its parts are drawn. */
   values: Values;
+  /** It lies there, and is not drawn: none of its colours is. */
+  isOff?: boolean;
   /** Where it lies; null: where there is room. */
   place: Place | null;
 }
@@ -57,7 +59,21 @@ export const moved = (doc: Doc, id: number, by: number): Doc => {
 
 /** The options that belong to an object, and not to the job. */
 const OWN = ["fill", "text", "image"];
-export const isOwn = ({ group }: { group: string }): boolean => OWN.includes(group);
+/** Which of its parts are drawn, and what they are. */
+const PARTS = ["only", "parts"];
+export const isOwn = ({ group, name }: { group: string; name: string }): boolean =>
+  OWN.includes(group) || PARTS.includes(name);
+/** Those of an object that are not for another one of its kind; and the others. */
+export const partsOf = (values: Values): Values =>
+  Object.fromEntries(Object.entries(values).filter(([name]) => PARTS.includes(name)));
+export const styleOf = (values: Values): Values =>
+  Object.fromEntries(Object.entries(values).filter(([name]) => !PARTS.includes(name) && name !== "crop"));
+
+/** What is drawn of the objects; of those that all are switched off, all. */
+export const drawnOf = (items: readonly Item[]): readonly Item[] => {
+  const on = items.filter(({ isOff }) => isOff !== true);
+  return on.length > 0 ? on : items;
+};
 
 const rounded = (value: number, digits: number) => Math.round(value * 10 ** digits) / 10 ** digits;
 /** The same turn, as near to none as it can be said. */
@@ -113,6 +129,86 @@ export function inked({ parts, preview }: Report, color: string | null): Inked[]
     all.set(of, [...(all.get(of) ?? []), points]);
   }
   return [...all].map(([color, strokes]) => ({ color, strokes }));
+}
+
+/** One line of the table of parts: a part of the only object, or a colour of all of them. */
+export interface PartRow {
+  name: string | null;
+  color: string | null;
+  drawn_mm: number;
+  seconds: number | null;
+  isDrawn: boolean;
+  /** Which parts of which objects it is; without a number an object as a whole. */
+  of: ReadonlyArray<{ id: number; n: number | null }>;
+}
+type Reports = ReadonlyMap<number, { report: Report }>;
+
+const isDrawn = (item: Item, { n, skipped }: Report["parts"][number]): boolean =>
+  item.values.only ? item.values.only.split("\n").includes(String(n)) : !skipped;
+
+/** The parts of what lies on the sheet, drawn or not; `together` is the check of all objects as one drawing, null of a single one. */
+export function partRows(items: readonly Item[], found: Reports, together: Report | null): PartRow[] {
+  const drawn = drawnOf(items);
+  const single = items.flatMap((item): PartRow[] => {
+    const parts = found.get(item.id)?.report.parts ?? [];
+    const isOn = drawn.includes(item);
+    if (together !== null && (item.color !== null || parts.length === 0)) {
+      const color = item.color ?? "#000000";
+      const length = parts.reduce((sum, { drawn_mm }) => sum + drawn_mm, 0);
+      return [{ name: null, color, drawn_mm: length, seconds: null, isDrawn: isOn, of: [{ id: item.id, n: null }] }];
+    }
+    return parts.map((part) => ({
+      name: part.name,
+      color: part.color,
+      drawn_mm: part.drawn_mm,
+      seconds: part.seconds,
+      isDrawn: isOn && isDrawn(item, part),
+      of: [{ id: item.id, n: part.n }],
+    }));
+  });
+  if (together === null) return single;
+  const rows = new Map<string, PartRow>();
+  for (const one of single) {
+    const color = one.color ?? "#000000";
+    const row = rows.get(color);
+    const of = [...(row?.of ?? []), ...one.of];
+    const drawn_mm = one.drawn_mm + (row?.drawn_mm ?? 0);
+    rows.set(color, {
+      ...one,
+      color,
+      name: null,
+      seconds: null,
+      isDrawn: one.isDrawn || row?.isDrawn === true,
+      drawn_mm,
+      of,
+    });
+  }
+  // How long a colour takes is known of what is drawn.
+  return [...rows.values()].map((row) => {
+    const part = row.isDrawn ? together.parts.find(({ color }) => color === row.color) : undefined;
+    return part === undefined ? row : { ...row, drawn_mm: part.drawn_mm, seconds: part.seconds };
+  });
+}
+
+/** A part is drawn, or is not, of each object that has it. */
+export function ticked(doc: Doc, found: Reports, row: PartRow, is: boolean, isComposed: boolean): Doc {
+  const drawn = drawnOf(doc.items);
+  const items = doc.items.map((item) => {
+    const mine = row.of.filter(({ id }) => id === item.id).map(({ n }) => n);
+    if (mine.length === 0) return item;
+    if (mine.includes(null)) return { ...item, isOff: !is };
+    const parts = found.get(item.id)?.report.parts ?? [];
+    const was = drawn.includes(item) ? parts.filter((part) => isDrawn(item, part)).map(({ n }) => n) : [];
+    const only = parts.map(({ n }) => n).filter((n) => (mine.includes(n) ? is : was.includes(n)));
+    if (only.length === 0) return { ...item, isOff: true };
+    const { only: _, ...values } = item.values;
+    if (only.length === parts.length && parts.every(({ skipped }) => !skipped || item.values.only))
+      return { ...item, isOff: false, values };
+    // The numbers are those of colours where all objects are one drawing.
+    const kind = isComposed && !item.values.only ? { parts: "color" } : {};
+    return { ...item, isOff: false, values: { ...values, ...kind, only: only.join("\n") } };
+  });
+  return { ...doc, items };
 }
 
 /** A drawing in mm of lines in the arm's coordinates, and the middle on which it lies. */

@@ -29,6 +29,9 @@ export const why = computed(() => (store.why.value === "why.busy" ? null : store
 /** Why a job cannot be started now. */
 export const whyNotStart = (setup?: Order["setup"]): Key | null =>
   why.value ?? (busy.value ? "why.busy.job" : unarmed(mayBurn(setup)));
+/** Whether somebody else began it than the pupil who is signed in here: the one who had the arm before, or the teacher. */
+export const isTheirs = ({ holder }: Job): boolean =>
+  store.pupil.value !== null && holder !== null && holder.name.toLowerCase() !== store.pupil.value.toLowerCase();
 /** Why a job cannot go on now. */
 export const whyNotResume = (of: Job): Key | null => why.value ?? unarmed(jobBurns(of));
 
@@ -95,7 +98,7 @@ export async function start(order: Order, title: string, about: string): Promise
   let id: string | null = null;
   await agreed(t("run.burns"), async (yes) => {
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
-    keep(id, burns);
+    keep(id, order.setup);
     keepOrder(id, order, title);
     // That the arm has stopped, say, is no news any more.
     store.notice.value = null;
@@ -114,6 +117,8 @@ export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }))
 export const resume = (job: Job) =>
   tried(async () => {
     if (!isLet(jobBurns(job))) return;
+    const name = job.holder?.name ?? "";
+    if (isTheirs(job) && !(await store.ask(t("run.theirs", { name }), t("run.theirs.text"), t("run.resume")))) return;
     if (
       isReal() &&
       !(await store.ask(

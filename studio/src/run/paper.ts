@@ -11,6 +11,9 @@ import * as jobs from "./jobs";
 import { clusters } from "./room";
 import { sheet } from "./surface";
 
+/** No pen reaches farther down than its tip, mm. */
+const TOUCHES = 1;
+
 /** Lines that jobs of this page have left on the paper of a real arm, by the arm. */
 const left = signal<ReadonlyMap<string, ReadonlyArray<{ points: Points; burnt: boolean }>>>(new Map());
 
@@ -65,6 +68,15 @@ export async function follows(
     return now !== undefined && !jobs.isUnderWay(now) && now.state !== "queued";
   });
   if (job()?.state !== "failed") leave(name, lines, bench.tool === "laser");
+}
+
+/** How far above its table a pen would draw, mm, as far as a virtual arm can say; null where it draws on it. */
+export function inAir(report: Report | null, tool: string, around: typeof world.value): number | null {
+  const table = around?.table?.height;
+  if (table === undefined || around?.draws !== "pen" || tool !== "pen" || !isVirtual()) return null;
+  const heights = (report?.preview?.strokes ?? []).map(({ height }) => height);
+  const above = Math.min(...heights) - table;
+  return heights.length > 0 && above > TOUCHES ? above : null;
 }
 
 /** Lays a new sheet: of a virtual arm at once; of a real one it is taken at the person's word. False if it was refused. */

@@ -227,6 +227,7 @@ export abstract class Shop {
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
+        if (job !== null && more.setup === undefined) this.began(job);
         if (job !== null) await jobs.heard(job);
       } catch (error) {
         this.refuse(error);
@@ -234,6 +235,9 @@ export abstract class Shop {
     });
     return job;
   };
+
+  /** A job of what is chosen has begun. */
+  protected began(_job: string): void {}
 
   /** Whether what was checked last is what is chosen now. */
   protected isSettled(): boolean {

@@ -52,6 +52,12 @@ export const forget = () =>
     () => call("surface.touch", { ...shown(), forget: true }),
     () => w("touch.forgotten"),
   );
+/** Nothing is measured where nothing was: no sentence about it either. */
+export async function leave(): Promise<void> {
+  const found = await call("surface.get", shown()).catch(() => null);
+  if (found === null || (found.plane === null && found.corners.length === 0)) return;
+  await forget();
+}
 export const takeCorner = () =>
   asked(
     () => call("surface.corner", { ...shown(), corner: corner.value }),
@@ -69,6 +75,10 @@ export function measure(): void {
   problem.value = null;
   corner.value = nextOf(known.value?.corners ?? []);
   isMeasuring.value = true;
+  // On a phone it stands above the jog pad then.
+  requestAnimationFrame(() =>
+    document.querySelector(".paper-wizard")?.scrollIntoView({ block: innerWidth > 860 ? "nearest" : "start" }),
+  );
 }
 
 export const shownHeight = (): string => (height.value === null ? "–" : `z ${height.value.toFixed(2)} mm`);

@@ -3,6 +3,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { tried } from "../actions";
 import type { Plan, PlanStep } from "../api";
 import type { Told } from "../client";
+import { t } from "../i18n";
 import { save as download } from "../log";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
@@ -202,6 +203,7 @@ export const open = (file: File) =>
     if (!text.includes('"magician-plan"')) text = (await converted(file)) ?? "";
     if (text === "") return;
     const found = await call("teach.rows", { plan: JSON.parse(text) as Plan });
+    if (!program.isSaved.value && !(await store.ask(w("teach.replace"), w("teach.replace.text"), t("replace")))) return;
     program.change(found, found.rows.length - 1);
     program.markSaved();
   });

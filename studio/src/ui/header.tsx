@@ -160,8 +160,8 @@ function Closed({ why, since }: { why: "token" | "revoked" | "taken" | "full"; s
   return (
     <div class="banner lost" role="alert" data-testid="closed">
       <p>
-        <b>{t(`closed.${why}`)}</b> {since === null ? null : t("closed.since", { time: clock(since) })}{" "}
-        {why === "full" ? t("closed.again") : null}
+        <b>{t(why === "revoked" && store.pupil.value !== null ? "closed.class" : `closed.${why}`)}</b>{" "}
+        {since === null ? null : t("closed.since", { time: clock(since) })} {why === "full" ? t("closed.again") : null}
       </p>
       {why === "full" ? null : (
         <div class="banner-do">
@@ -241,7 +241,8 @@ export function Alarms() {
             {alarms.map((alarm) =>
               alarm.code === store.SWITCHED_ON ? (
                 <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
-                  <b>{t("alarms.on")}</b> <span>{t("alarms.on.text")}</span>
+                  <b>{t("alarms.on")}</b>{" "}
+                  <span>{t(store.arm.value?.virtual ? "alarms.on.virtual" : "alarms.on.text")}</span>
                 </li>
               ) : (
                 <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>

@@ -1,8 +1,10 @@
 // The world around a virtual arm, as it was seen last: for its panel, and for the picture.
 import { effect, signal } from "@preact/signals";
+import { homed, tried } from "../actions";
 import type { Result } from "../client";
 import { call, shown } from "../session";
 import * as store from "../store";
+import { until } from "../until";
 import { type Lines, show, USUAL_TABLE } from "./layers";
 
 export type World = Result<"world.look">;
@@ -53,19 +55,30 @@ export async function look(): Promise<void> {
     );
 }
 
-/** Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once. */
-export async function begin(text: string): Promise<string[]> {
+/** An arm that is switched on says that it is not homed within this, ms. */
+const SOON = 600;
+
+/**
+ * Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once, another
+ * one that was homed is homed again where `homes` says so.
+ */
+export async function begin(text: string, homes = true): Promise<string[]> {
+  const wasHomed = store.isHomed.value === true;
   const { objects } = await call("world.scenario", { ...shown(), text });
+  // What was measured was the table, and the paper, of the world before.
+  const { leave } = await import("../run/surface");
+  await leave();
   void look();
+  if (homes && wasHomed && (await until(() => store.isHomed.value === false, SOON))) void tried(homed);
   return objects;
 }
 
 /** The same for a scenario that needs no file; false if there is none of this name. */
-export async function loadBuiltIn(name: string): Promise<boolean> {
+export async function loadBuiltIn(name: string, homes = true): Promise<boolean> {
   const { scenarios } = await call("world.scenarios", shown());
   const found = scenarios.find((one) => one.name === name);
   if (found === undefined) return false;
-  await begin(found.text);
+  await begin(found.text, homes);
   await look();
   return true;
 }

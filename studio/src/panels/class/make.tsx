@@ -13,15 +13,19 @@ import { w } from "./words";
 /** Length of a turn that a new class has, minutes. */
 const TURN = 5;
 
+const listed = (text: string): string[] =>
+  text
+    .split(/[\n,;\t]+/)
+    .map((name) => name.trim().replace(/\s+/g, " "))
+    .filter((name) => name !== "");
 /** Names as people paste them: one a line, or in a row with commas; each once. */
-export const namesOf = (text: string): string[] => [
-  ...new Set(
-    text
-      .split(/[\n,;\t]+/)
-      .map((name) => name.trim().replace(/\s+/g, " "))
-      .filter((name) => name !== ""),
-  ),
-];
+export const namesOf = (text: string): string[] => [...new Set(listed(text))];
+
+/** A name that stands there more than once: the station takes both for one pupil, whichever letters are large. */
+export const repeatedIn = (text: string): string | undefined => {
+  const names = listed(text).map((name) => name.toLowerCase());
+  return listed(text).find((name, nth) => names.indexOf(name.toLowerCase()) < nth);
+};
 
 /** The arms that pupils of a class may have; none are named where they may have all. */
 const armsOf = (now: Roll | null): string[] =>
@@ -41,8 +45,14 @@ function Form({ now, done }: { now: Roll | null; done: () => void }) {
   const all = store.arms.value.map(({ name }) => name);
   const given = namesOf(names.value);
   const long = given.find((name) => name.length > 40);
-  const off = given.length === 0 || long !== undefined || arms.value.size === 0;
-  const why = long !== undefined ? w("make.long", { name: long }) : arms.value.size === 0 ? w("make.noArms") : null;
+  const twice = repeatedIn(names.value);
+  const off = given.length === 0 || long !== undefined || twice !== undefined || arms.value.size === 0;
+  const whyNot = () => {
+    if (long !== undefined) return w("make.long", { name: long });
+    if (twice !== undefined) return w("make.twice", { name: twice });
+    return arms.value.size === 0 ? w("make.noArms") : null;
+  };
+  const why = whyNot();
   const make = () =>
     tried(async () => {
       const loses = now?.pupils.some(({ group }) => group !== null);
