@@ -48,12 +48,12 @@ export default defineConfig({
             { name: "body", test: /src.view.(body|solid|mesh|stand|camera)\.ts/ },
             {
               name: "jobs",
-              test: /src.run.(?!bench|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|armlaser|remedies|touch|paper|setup|programs|run\.css)/,
+              test: /src.run.(?!bench|leftdoc|paper|items|room|history|shapes|fills|laser)|src.panels.(job\.|armlaser|remedies|touch|paper|setup|programs|run\.css)/,
             },
             { name: "qr", test: /node_modules.lean-qr/ },
             {
               name: "sheet",
-              test: /src.run.(bench|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
+              test: /src.run.(bench|leftdoc|paper|items|room|history|shapes|fills)|src.panels.(sheet|workshop|items|photo|presets|swatch|partslist)/,
             },
           ],
         },

@@ -35,8 +35,8 @@ function carryState(): void {
   say("backend", () => store.backend.value);
   say("link", () => store.link.value);
   say("stale", () => store.stale.value || store.state.value === null);
-  say("lease", () => store.lease.value);
-  say("moving", () => store.isUp.value && store.state.value?.moving === true);
+  say("lease", () => (store.socket.value === "lost" ? "unknown" : store.lease.value));
+  say("moving", () => (store.left.value?.moves ? "unknown" : store.isUp.value && store.state.value?.moving === true));
   say("jog", () =>
     phase.value === "idle" && store.isUp.value && store.state.value?.jog != null ? "running" : phase.value,
   );

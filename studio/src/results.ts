@@ -1,6 +1,7 @@
 // Pictures drawn by virtual arms, stored in the browser for the teacher's view, so that a reload
 // keeps them.
 import { log } from "./log";
+import { has, isListOf, isMap, isText, only } from "./shelf";
 import type { Picture } from "./site";
 import { toReader } from "./view/flat";
 
@@ -8,6 +9,13 @@ const STORE = "pictures";
 /** Largest number of pictures, and of characters in all, that are kept. */
 const MOST = 120;
 const SIGNS = 20e6;
+
+const isPicture = has({
+  name: isText,
+  at: (value) => value instanceof Date && !Number.isNaN(value.getTime()),
+  svg: isText,
+  strokes: isListOf(isMap),
+});
 
 let opened: Promise<IDBDatabase> | null = null;
 
@@ -36,8 +44,8 @@ export function newest(pictures: readonly Picture[]): Picture[] {
 /** Stored pictures; empty in a browser without storage. */
 export async function kept(): Promise<Picture[]> {
   try {
-    const all = (await answered((await store("readonly")).getAll())) as Picture[];
-    return all.sort((one, other) => other.at.getTime() - one.at.getTime());
+    const all = (await answered((await store("readonly")).getAll())) as unknown[];
+    return only<Picture>(STORE, all, isPicture).sort((one, other) => other.at.getTime() - one.at.getTime());
   } catch {
     return [];
   }

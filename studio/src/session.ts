@@ -8,7 +8,7 @@ import { t } from "./i18n";
 import { log } from "./log";
 import { isPin } from "./pairing";
 import { choose } from "./serial";
-import { lastArm, ownName, remember, remembered, used } from "./settings";
+import { lastArm, ownName, remember, rememberedAs, used } from "./settings";
 import * as store from "./store";
 import { until } from "./until";
 
@@ -37,6 +37,8 @@ const RESUME = "resume";
 /** A token is kept until the tab is closed, since tablets are shared. */
 const TOKEN = "token";
 const PUPIL = "pupil";
+/** What secrets and names look like; a station closes the line on a message with anything else. */
+const [SECRET, NAME] = [/^[\x21-\x7e]{1,300}$/, /^.{1,40}$/u];
 
 let client: Client | null = null;
 let address: { url: string; token: string; pupil: string } | null = null;
@@ -67,7 +69,7 @@ export function connect(url: string, token: string, pupil = ""): void {
   disconnect();
   address = { url, token, pupil };
   keepAccess(token, pupil);
-  resume = remembered("sessionStorage", RESUME);
+  resume = rememberedAs("sessionStorage", RESUME, SECRET);
   remember("sessionStorage", RESUME, null);
   const isSim = url.startsWith(SIM);
   used.value = isSim ? "sim" : "none";
@@ -127,8 +129,8 @@ function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): v
 /** Connects to the virtual arm of the page. */
 export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
-export const keptToken = (): string => remembered("sessionStorage", TOKEN) ?? "";
-export const keptPupil = (): string => remembered("sessionStorage", PUPIL) ?? "";
+export const keptToken = (): string => rememberedAs("sessionStorage", TOKEN, SECRET) ?? "";
+export const keptPupil = (): string => rememberedAs("sessionStorage", PUPIL, NAME) ?? "";
 
 export function disconnect(): void {
   clearTimeout(nextTry);

@@ -1,8 +1,10 @@
 // Settings of the user, stored in this browser only.
 import { effect, type Signal, signal } from "@preact/signals";
 
+export type Storage = "localStorage" | "sessionStorage";
+
 /** Stored value under a name; null if there is no value or the browser permits no storage. */
-export function remembered(of: "localStorage" | "sessionStorage", name: string): string | null {
+export function remembered(of: Storage, name: string): string | null {
   try {
     return globalThis[of].getItem(`magician.${name}`);
   } catch {
@@ -10,13 +12,21 @@ export function remembered(of: "localStorage" | "sessionStorage", name: string):
   }
 }
 /** Stores a value, or deletes it if it is null, if the browser permits it. */
-export function remember(of: "localStorage" | "sessionStorage", name: string, value: string | null): void {
+export function remember(of: Storage, name: string, value: string | null): void {
   try {
     if (value === null) globalThis[of].removeItem(`magician.${name}`);
     else globalThis[of].setItem(`magician.${name}`, value);
   } catch {
     // Without storage the value lasts until the page is closed.
   }
+}
+
+/** What is kept there under a name, if it looks so; what does not is of no use to anybody, and dropped. */
+export function rememberedAs(of: Storage, name: string, shape: RegExp): string | null {
+  const value = remembered(of, name);
+  if (value === null || shape.test(value)) return value;
+  remember(of, name, null);
+  return null;
 }
 
 /** Set with or without a member. */

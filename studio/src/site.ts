@@ -8,10 +8,10 @@ import { queues } from "./class";
 import type { Params } from "./client";
 import { LINE_ENDED, RpcError } from "./client";
 import { t } from "./i18n";
-import { change, kept, newest } from "./results";
+import { change, newest, kept as pictured } from "./results";
 import { isUnderWay } from "./run/jobs";
 import { call, notified } from "./session";
-import { remember, remembered } from "./settings";
+import * as shelf from "./shelf";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
 
@@ -69,7 +69,7 @@ export interface Picture {
 }
 /** Pictures, newest first. */
 export const pictures = signal<readonly Picture[]>([]);
-void kept().then((before) => {
+void pictured().then((before) => {
   const names = pictures.value.map(({ name }) => name);
   pictures.value = newest([...pictures.value, ...before.filter(({ name }) => !names.includes(name))]);
 });
@@ -79,8 +79,9 @@ void kept().then((before) => {
  * reload.
  */
 const SENT = "sent";
-const sent = new Map(JSON.parse(remembered("sessionStorage", SENT) ?? "[]") as Array<[job: string, title: string]>);
-const keepSent = () => remember("sessionStorage", SENT, JSON.stringify([...sent]));
+const isSent = shelf.isListOf(shelf.isListOf(shelf.isText, 2));
+const sent = new Map(shelf.kept<Array<[job: string, title: string]>>("sessionStorage", SENT, isSent) ?? []);
+const keepSent = () => shelf.keep("sessionStorage", SENT, [...sent]);
 
 /**
  * Polls the list, jobs and states until the returned function is called. `inView` contains the arms

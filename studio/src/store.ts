@@ -133,10 +133,40 @@ export const lease = computed<"mine" | "other" | "free">(() => {
 });
 export const isHomed = computed(() => state.value?.homed ?? null);
 export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
-export const isLaserOn = computed(() => isUp.value && state.value?.tool.laser === true);
 /** States of a job in which it occupies the arm. */
 const BUSY = ["checking", "running", "pausing", "stopping"];
 export const isBusy = computed(() => BUSY.includes(jobState.value));
+
+/** What an arm does that goes on by itself: its laser, by hand or in a job, and its way. */
+interface Doing {
+  arm: string;
+  laser: boolean;
+  moves: boolean;
+}
+const isLit = computed(() => state.value?.tool?.laser === true);
+const doing = signal<Doing | null>(null);
+effect(() => {
+  if (!isUp.value || state.value === null) return;
+  const before = doing.peek();
+  const arm = state.value.arm;
+  // A job has the laser off on its way from line to line.
+  const laser = isLit.value || (isBusy.value && before?.laser === true && before.arm === arm);
+  const moves = state.value.moving || isBusy.value;
+  // The page's own virtual arm ends with its station.
+  if (backend.value === "sim") doing.value = null;
+  else if (before === null || before.arm !== arm || before.laser !== laser || before.moves !== moves)
+    doing.value = { arm, laser, moves };
+});
+/** What the shown arm did by the last word of it, as long as nothing newer is heard: it may still do that. Null while it is heard. */
+export const left = computed<Doing | null>(() => {
+  const last = doing.value;
+  if (isUp.value || last === null || !(last.laser || last.moves)) return null;
+  return armName.value === null || armName.value === last.arm ? last : null;
+});
+/** `unknown`: it was on by the last word of it. */
+export const laser = computed<"on" | "off" | "unknown">(() =>
+  isUp.value ? (isLit.value ? "on" : "off") : left.value?.laser === true ? "unknown" : "off",
+);
 
 /**
  * Key of the text that says why an arm cannot be controlled; null if it can. `isThere` is true if

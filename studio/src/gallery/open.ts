@@ -69,8 +69,7 @@ export const open = (example: Example) =>
       if (plays) await teach.play("all");
       return;
     }
-    if (file !== null) await library.put(file.name, file, true);
-    const title = example.file?.name ?? example.text ?? "";
+    const title = file === null ? (example.text ?? "") : await library.bring(file.name, file);
     const shop = await taken(example, title);
     for (const [name, value] of Object.entries(example.setup ?? {})) shop.setValue(name, value);
     if (plays && (await shop.check())) await shop.start(title, () => "");

@@ -3,6 +3,7 @@
 import { signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { t } from "../i18n";
+import { numberOf } from "../numbers";
 import { benches } from "../run/bench";
 import { whyNotStart } from "../run/jobs";
 import { watchArmed } from "../run/laser";
@@ -25,7 +26,7 @@ function lay(fields: Record<string, string>, isWanted = true): void {
   grid.value = fields;
   if (!isWanted) return;
   const typed = Object.entries(fields).flatMap(([name, text]) =>
-    text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]],
+    text.trim() === "" ? [] : [[name, name === "cell" ? (numberOf(text) ?? text.trim()) : text.trim()]],
   );
   const text = JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) });
   bench.replace({ source: { text, format: "testgrid" }, format: "testgrid", name: t("laser.grid") });
@@ -44,6 +45,7 @@ function TestGrid() {
             label={t(`laser.grid.${name}`)}
             value={grid.value[name] ?? ""}
             placeholder={t("setup.unset")}
+            bad={name === "cell" && (grid.value.cell ?? "").trim() !== "" && numberOf(grid.value.cell ?? "") === null}
             off={off}
             set={(text) => lay({ ...grid.value, [name]: text }, isGrid())}
           />

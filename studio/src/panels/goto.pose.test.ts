@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
-import { numberOf, poseOf, poseText } from "./goto.pose";
+import { numberOf } from "../numbers";
+import { poseOf, poseText } from "./goto.pose";
 
 test("a pose is copied with two digits and no minus before a zero", () => {
   expect(poseText({ x: 259.104, y: -0.001, z: -8.485, r: 30 })).toBe("259.1, 0, -8.48, 30");

@@ -8,12 +8,6 @@ const shown = (value: number) => String(Number(value.toFixed(2)) + 0);
 export const poseText = (pose: Record<(typeof AXES)[number], number>): string =>
   AXES.map((axis) => shown(pose[axis])).join(", ");
 
-/** Parses a number with a decimal point or comma; `null` if it is none. */
-export function numberOf(text: string): number | null {
-  const plain = text.trim().replace("−", "-").replace(",", ".");
-  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain) ? Number(plain) : null;
-}
-
 /**
  * Parses a pasted pose; `null` if the text is none. Accepts two to five numbers, with or without
  * names, units and brackets. A fifth one, of the rail, is ignored. Decimals need a point, because

@@ -2,12 +2,13 @@
 import { useSignal, useSignalEffect } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain, problemOf } from "../actions";
+import { numberOf } from "../numbers";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Do, TextField } from "../ui/parts";
 import { pressed, target } from "../view/layers";
 import { sentencesOf } from "../words";
-import { AXES, numberOf, poseOf, poseText } from "./goto.pose";
+import { AXES, poseOf, poseText } from "./goto.pose";
 import "./goto.css";
 import texts from "./goto.json";
 
@@ -40,6 +41,12 @@ async function copyPose(): Promise<void> {
   store.say(done ? w("copied", { pose }) : w("uncopied"), !done);
 }
 
+/** The pose that is typed, or null. */
+function goalOf(typed: readonly string[]) {
+  const [x, y, z, r] = typed.map(numberOf);
+  return x != null && y != null && z != null && r != null ? { x, y, z, r } : null;
+}
+
 function Fields() {
   const present = () => AXES.map((axis) => String(Number((store.state.peek()?.[axis] ?? 0).toFixed(2))));
   const typed = useSignal(present());
@@ -49,13 +56,13 @@ function Fields() {
     typed.value = typed.value.map((old, nth) => (values[nth] === undefined ? old : String(values[nth])));
   };
   useSignalEffect(() => {
-    const [x, y, z, r] = typed.value.map(numberOf);
-    const isPose = x != null && y != null && z != null && r != null;
-    target.value = isPose ? { x, y, z, r } : null;
-    if (!isPose) {
+    const goal = goalOf(typed.value);
+    target.value = goal;
+    if (goal === null) {
       why.value = w("number");
       return;
     }
+    const { x, y, z, r } = goal;
     // The earlier result stays visible until the station has answered.
     let isOld = false;
     const look = async () => {
@@ -80,8 +87,9 @@ function Fields() {
     };
   }, []);
   const go = async () => {
-    const goal = target.value;
-    if (goal === null) return;
+    // What stands in the fields now: the picture is drawn a moment later.
+    const goal = goalOf(typed.peek());
+    if (goal === null || isGoing.peek()) return;
     isGoing.value = true;
     const rail = store.state.value?.rail ?? null;
     try {

@@ -234,11 +234,9 @@ function Device({ row, off }: { row: Row; off: boolean }) {
               </label>
             );
           }
+          const label = field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about);
           return (
-            <Field
-              key={field.name}
-              label={field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}
-            >
+            <Field key={field.name} label={label}>
               {field.kind === "choice" ? (
                 <Pick
                   value={value}
@@ -247,13 +245,15 @@ function Device({ row, off }: { row: Row; off: boolean }) {
                   choose={take}
                 />
               ) : (
-                <input
-                  type="number"
-                  min={field.least ?? undefined}
-                  max={field.most ?? undefined}
+                <NumberInput
+                  label={label}
+                  step={1}
+                  digits={3}
+                  least={field.least}
+                  most={field.most}
                   value={value}
-                  disabled={off}
-                  onInput={(event) => take(event.currentTarget.valueAsNumber || 0)}
+                  off={off}
+                  set={take}
                 />
               )}
             </Field>

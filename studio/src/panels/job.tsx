@@ -37,10 +37,10 @@ export function PastJobs() {
                     class="small"
                     off={whyNot(job) !== null}
                     why="resume-why"
-                    label={`${t("run.resume")}: ${job.title ?? ""}`}
-                    press={() => jobs.resume(job)}
+                    label={`${t(jobs.goesOn(job).key)}: ${job.title ?? ""}`}
+                    press={() => jobs.goesOn(job).press()}
                   >
-                    {t("run.resume")}
+                    {t(jobs.goesOn(job).key)}
                   </Do>
                 ) : null}
               </td>

@@ -113,6 +113,48 @@ function csv(from: Readings): string {
   return `${rows.join("\n")}\n`;
 }
 
+/** The chart that is shown, or was shown last: one that is thrown away is never given back to the browser, with all that it knows. */
+let kept: { key: string; chart: uPlot; draws: (chart: uPlot) => void } | null = null;
+
+/** A chart of these lines, in the colours of axes, grid and each line; `draws` is called when it is drawn. */
+function chartOf(names: readonly string[], colors: readonly string[], draws: (chart: uPlot) => void): uPlot {
+  const key = JSON.stringify([names, colors, devicePixelRatio]);
+  if (kept?.key === key) {
+    kept.draws = draws;
+    return kept.chart;
+  }
+  kept?.chart.destroy();
+  const [muted = "", line = "", ...own] = colors;
+  const axis = {
+    stroke: muted,
+    grid: { stroke: line, width: 1 },
+    ticks: { stroke: line, width: 1 },
+    font: "12px system-ui",
+  };
+  const chart = new uPlot(
+    {
+      width: 600,
+      height: 300,
+      legend: { show: false },
+      cursor: { drag: { x: false, y: false }, points: { size: 7 } },
+      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => wide(least, most) } },
+      axes: [
+        { ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) },
+        { ...axis, size: 56 },
+      ],
+      series: [
+        {},
+        ...names.map((label, nth) => ({ label, stroke: own[nth] ?? muted, width: 2, points: { show: false } })),
+      ],
+      hooks: { draw: [(chart) => kept?.draws(chart)] },
+    },
+    [[]],
+    document.createElement("div"),
+  );
+  kept = { key, chart, draws };
+  return chart;
+}
+
 interface ChartProps {
   lines: readonly Line[];
   source: () => Readings;
@@ -162,38 +204,16 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       element.dataset.ms = (performance.now() - began).toFixed(2);
     };
     const make = () => {
-      chart?.destroy();
+      chart?.root.remove();
       markColor = css("--stop");
-      const axis = {
-        stroke: css("--muted"),
-        grid: { stroke: css("--line"), width: 1 },
-        ticks: { stroke: css("--line"), width: 1 },
-        font: "12px system-ui",
-      };
-      chart = new uPlot(
-        {
-          ...size(),
-          legend: { show: false },
-          cursor: { drag: { x: false, y: false }, points: { size: 7 } },
-          scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => wide(least, most) } },
-          axes: [
-            { ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) },
-            { ...axis, size: 56 },
-          ],
-          series: [
-            {},
-            ...lines.map(({ name }, nth) => ({
-              label: name,
-              stroke: css(colorOf(nth)),
-              width: 2,
-              points: { show: false },
-            })),
-          ],
-          hooks: { draw: [drawMarks] },
-        },
-        [[]],
-        element,
+      const colors = [css("--muted"), css("--line"), ...lines.map((_, nth) => css(colorOf(nth)))];
+      chart = chartOf(
+        lines.map(({ name }) => name),
+        colors,
+        drawMarks,
       );
+      element.append(chart.root);
+      chart.setSize(size());
       draw();
     };
     make();
@@ -216,7 +236,8 @@ function Chart({ lines, source, span, back, live }: ChartProps) {
       for (const end of ends) end();
       dark.removeEventListener("change", make);
       sizes.disconnect();
-      chart?.destroy();
+      chart?.root.remove();
+      if (kept !== null) kept.draws = () => {};
     };
   }, [lines.map(({ name }) => name).join(), source, span, back, live]);
   return (

@@ -164,6 +164,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         <NumberInput
           label={w("teach.waitOf", { n })}
           digits={2}
+          least={0}
           value={row.wait ?? 0}
           set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })}
         />

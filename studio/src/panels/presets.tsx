@@ -7,6 +7,7 @@ import type { Preset } from "../api";
 import { t } from "../i18n";
 import { save } from "../log";
 import type { Bench } from "../run/bench";
+import { vouch } from "../run/shop";
 import { call } from "../session";
 import * as store from "../store";
 import { Card, Do, OpenFile, TextField } from "../ui/parts";
@@ -54,6 +55,8 @@ const own = (bench: Bench): Record<string, unknown> =>
 
 const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
   tried(async () => {
+    // Nothing is kept without what was typed.
+    vouch(bench.asked.value, bench.values.value);
     // Read again, because another page may have saved one since.
     await list();
     const replaces = all.value.some((one) => one.name === to);

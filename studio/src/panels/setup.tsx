@@ -9,6 +9,7 @@ import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import { inAir } from "../run/paper";
 import * as library from "../run/programs";
+import { faultOf } from "../run/shop";
 import * as surface from "../run/surface";
 import { labelOf, named, plainNoteOf } from "../run/words";
 import * as store from "../store";
@@ -50,6 +51,7 @@ export function Asked({ option }: { option: Option }) {
     return <Pick title={label} id={`setup-${name}`} value={check.valueOf(name)} options={all} choose={set} />;
   }
   const of = { point: "x, y ", place: "x, y, z ", area: "x, y, ↔, ↕ " }[kind as "point"] ?? "";
+  const fault = faultOf(option, value);
   const placeholder = option.default === null ? named(`${name}.hint`, t("setup.unset")) : String(option.default);
   return (
     <TextField
@@ -58,6 +60,7 @@ export function Asked({ option }: { option: Option }) {
       unit={of + (unit === "deg" ? "°" : unit)}
       value={value}
       placeholder={placeholder}
+      {...(fault === null ? {} : { hint: fault, bad: true })}
       set={set}
     />
   );

@@ -438,18 +438,19 @@ function Placing({ bench, off }: { bench: Bench; off: boolean }) {
   const fields = [
     { name: "x", unit: "mm", value: ax, set: (to: number) => bench.change({ at: [to, ay] }) },
     { name: "y", unit: "mm", value: ay, set: (to: number) => bench.change({ at: [ax, to] }) },
-    { name: "width", unit: "mm", value: width, set: (to: number) => bench.setWidth(to) },
+    { name: "width", unit: "mm", least: 0.5, value: width, set: (to: number) => bench.setWidth(to) },
     { name: "rotate", unit: "°", value: place?.turn ?? 0, set: (to: number) => bench.change({ turn: to }) },
   ] as const;
   return (
     <div class="placing">
-      {fields.map(({ name, unit, value, set }) => (
+      {fields.map(({ name, unit, value, set, ...limits }) => (
         <Field key={name} label={w(`sheet.${name}`)} unit={unit}>
           <NumberInput
             id={`draw-place-${name}`}
             label={w(`sheet.${name}`)}
             value={value}
             step={1}
+            {...limits}
             off={off}
             set={set}
           />

@@ -15,8 +15,21 @@ import { ArmLaser } from "./armlaser";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
+/** Whether it is under way by the last word of it, and no other comes. */
+const isUnheard = (job: Job): boolean => !store.isUp.value && jobs.isUnderWay(job);
+
+/** What an arm that is not heard may still do. */
+function unheard(): string {
+  const left = store.left.value;
+  return left === null ? t("why.lost") : `${t(left.laser ? "left.laser" : "left.moves")} ${t("left.switch")}`;
+}
+
 /** Progress of the job, or how it ended. */
 function standing(job: Job): string {
+  if (isUnheard(job)) return w("strip.unheard", { state: facts(job) });
+  return facts(job);
+}
+function facts(job: Job): string {
   const percent = jobs.percent(job);
   const shown = percent === null ? null : `${Math.floor(percent)} %`;
   if (!jobs.isUnderWay(job)) {
@@ -25,16 +38,18 @@ function standing(job: Job): string {
     const state = t(`job.${job.state}` as "job.stopped");
     return shown === null || job.state === "done" ? state : w("strip.ended", { state, percent: shown });
   }
-  const facts = [
-    job.state === "running" && shown !== null ? null : t(`job.${job.state}` as "job.paused"),
+  const all = [
+    job.state === "running" && shown !== null && !isUnheard(job) ? null : t(`job.${job.state}` as "job.paused"),
     shown,
     job.loops === 1 ? null : t("job.loop", { loop: job.loop, loops: job.loops || "∞" }),
   ].filter((fact) => fact !== null);
-  return facts.join(" · ");
+  return all.join(" · ");
 }
 
 const leftOf = (job: Job): string =>
-  jobs.isUnderWay(job) && job.seconds_left !== null ? t("run.left", { time: jobs.duration(job.seconds_left) }) : "";
+  jobs.isUnderWay(job) && !isUnheard(job) && job.seconds_left !== null
+    ? t("run.left", { time: jobs.duration(job.seconds_left) })
+    : "";
 
 /** Text below: why buttons are disabled, what the job waits for, how it failed, its notes. */
 function Words({ job, why, burns }: { job: Job; why: string | null; burns: boolean }) {
@@ -137,6 +152,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
       class={`job-strip is-${job.state}`}
       data-testid="job-strip"
       data-state={job.state}
+      data-known={!isUnheard(job)}
       aria-label={w("strip")}
     >
       <div class="strip-what">
@@ -150,7 +166,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
           <span data-testid="run-left">{leftOf(job)}</span>
         </span>
         <span class="unseen" role="status">
-          {`${name}: ${t(`job.${job.state}` as "job.running")}`}
+          {`${name}: ${isUnheard(job) ? standing(job) : t(`job.${job.state}` as "job.running")}`}
         </span>
         {others === null ? null : <span class="strip-facts">{t("job.by", { name: others })}</span>}
       </div>
@@ -161,13 +177,15 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
             class={job.state === "paused" && !jobs.isTheirs(job) ? "primary" : ""}
             off={off || job.state === "pausing"}
             why="strip-why"
-            press={() => (pauses ? jobs.pause(job) : jobs.resume(job))}
+            press={() => (pauses ? jobs.pause(job) : jobs.goesOn(job).press())}
           >
-            <span data-testid={pauses ? "run-pause" : "run-resume"}>{t(pauses ? "run.pause" : "run.resume")}</span>
+            <span data-testid={pauses ? "run-pause" : "run-resume"}>
+              {t(pauses ? "run.pause" : jobs.goesOn(job).key)}
+            </span>
           </Do>
         ) : null}
-        {isUnderWay ? (
-          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => jobs.end(job)}>
+        {isUnderWay && store.socket.value !== "closed" ? (
+          <Do id="job-strip-stop" off={!store.isUp.value || job.state === "stopping"} press={() => void jobs.end(job)}>
             <span data-testid="run-stop">{w("strip.stop")}</span>
           </Do>
         ) : (
@@ -178,7 +196,7 @@ function Told({ job, stays }: { job: Job; stays: () => void }) {
           </Do>
         )}
       </div>
-      <Words job={job} burns={burns} why={off && (pauses || resumes) ? t(reason) : null} />
+      <Words job={job} burns={burns} why={isUnheard(job) ? unheard() : off && (pauses || resumes) ? t(reason) : null} />
       <div
         class="strip-bar"
         role="progressbar"

@@ -7,6 +7,7 @@ import * as jobs from "../run/jobs";
 import * as store from "../store";
 import * as actions from "../teach/actions";
 import * as program from "../teach/rows";
+import { useDropped } from "../ui/dropped";
 import { Card, Do, NumberInput, OpenFile, Pick, Switch, TextField, Times, Why } from "../ui/parts";
 import { ArmView } from "../view/view";
 import { ArmLaser } from "./armlaser";
@@ -147,6 +148,7 @@ function Files() {
 
 export function Teach() {
   useEffect(() => actions.follow(), []);
+  useDropped(store.isUp.value ? ([file]) => file && actions.open(file) : null);
   const isSaved = program.isSaved.value;
   const isEmpty = program.rows.value.length === 0;
   return (

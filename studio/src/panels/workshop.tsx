@@ -182,11 +182,11 @@ function Opened({ bench, name, hint, first, before, children }: WorkshopProps) {
       <span class="hint">{t("draw.time")}</span>
     </p>
   );
-  const start = () =>
-    paper.follows(
-      bench,
-      bench.start(bench.title.value, () => about(bench.report.value)),
-    );
+  const start = () => {
+    const started = bench.start(bench.title.value, () => about(bench.report.value));
+    void paper.follows(bench, started);
+    return started;
+  };
   return (
     <div class="workshop">
       <Sheet bench={bench} hint={hint} />

@@ -84,6 +84,9 @@ function Scenario({ off }: { off: boolean }) {
   );
 }
 
+/** An object farther from the arm than this is not to be found again, mm. */
+const FARTHEST = 1000;
+
 function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
   if (objects.length === 0) return null;
@@ -101,6 +104,8 @@ function Objects({ off }: { off: boolean }) {
                 label={w("world.object.axis", { name, axis })}
                 value={value}
                 step={5}
+                least={-FARTHEST}
+                most={FARTHEST}
                 off={off}
                 why={WHY}
                 set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
@@ -278,13 +283,14 @@ function Faults({ off }: { off: boolean }) {
     done(() => call("world.fault", { ...shown(), ...params }));
   const number = (label: string, value: typeof code, least: number, most: number) => (
     <Field label={label}>
-      <input
-        type="number"
-        min={least}
-        max={most}
+      <NumberInput
+        label={label}
+        step={1}
+        least={least}
+        most={most}
         value={value.value}
-        disabled={off}
-        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+        off={off}
+        set={(to) => (value.value = to)}
       />
     </Field>
   );

@@ -1,5 +1,5 @@
 // Workshop of drawings and engravings: objects on a sheet that become one job.
-import { computed, signal } from "@preact/signals";
+import { computed, effect, signal } from "@preact/signals";
 import { complain } from "../actions";
 import type { Option, Report } from "../api";
 import { RpcError } from "../client";
@@ -12,6 +12,7 @@ import { look, world } from "../view/seen";
 import { sentencesOf } from "../words";
 import { History } from "./history";
 import {
+  bounded,
   boxOf,
   changed,
   chosenOf,
@@ -36,10 +37,11 @@ import {
   without,
 } from "./items";
 import * as jobs from "./jobs";
+import { leftOf } from "./leftdoc";
 import { corners, rotateOf, taken, turnOf, upright } from "./paper";
 import { freeSpot, overlaps, type Room } from "./room";
 import { type Shape, svgOf } from "./shapes";
-import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values } from "./shop";
+import { counts, entryOf, optionsOf, Shop, type Source, setupOf, type Values, vouch } from "./shop";
 import { sheet } from "./surface";
 
 const w = sentencesOf(texts);
@@ -123,8 +125,17 @@ export class Bench extends Shop {
   private next = 1;
 
   constructor(tool: "pen" | "laser") {
-    super({ tool, work: tool === "pen" ? "draw" : "engrave" });
+    const work = tool === "pen" ? "draw" : "engrave";
+    super({ tool, work });
     this.tool = tool;
+    const kept = leftOf(work);
+    const left = kept.read();
+    if (left !== null) {
+      this.doc.amend(left.doc);
+      this.common.value = left.common;
+      this.next = Math.max(0, ...left.doc.items.map(({ id }) => id)) + 1;
+    }
+    effect(() => kept.write({ doc: this.doc.now.value, common: this.common.value }));
   }
 
   /** True if the objects become one drawing. A single object is passed on as it is. */
@@ -188,6 +199,17 @@ export class Bench extends Shop {
     const now = this.doc.now.value;
     const items = now.items.map((item) => ({ ...item, place: this.placeOf(item) }));
     this.doc.commit(ticked({ ...now, items }, this.found.value, row, is, this.isComposed.value));
+  }
+
+  /** What was left has no options before the station is there, which says them. */
+  override checkAlong(most?: number): () => void {
+    const ends = [
+      super.checkAlong(most),
+      effect(() => {
+        if (store.isUp.value && this.options.peek().length === 0 && this.doc.now.peek().items.length > 0) this.follow();
+      }),
+    ];
+    return () => ends.forEach((end) => end());
   }
 
   // User actions.
@@ -318,10 +340,9 @@ export class Bench extends Shop {
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
-    const next = { ...now, ...by };
+    const next = bounded({ ...now, ...by }, Math.max(...this.sizeOf(item)) / now.scale);
     const [dx, dy] = this.middleOf(item, next);
     const place = tidy({ ...next, at: [next.at[0] - dx, next.at[1] - dy] });
-    if (!(place.scale > 0)) return;
     this.doc.commit(changed(this.doc.now.value, item.id, { place }), key === null ? null : `${key} ${item.id}`);
   }
 
@@ -362,14 +383,14 @@ export class Bench extends Shop {
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    for (const name of await this.kept(files)) this.take(name);
+    for (const { name, label } of await this.kept(files)) this.take(name, label);
   }
 
-  /** Takes a program of the library. */
-  take(name: string): void {
+  /** Takes a program of the library, which the person may know by another name. */
+  take(name: string, label = name): void {
     const format = entryOf(name)?.format ?? null;
     if (format === null) this.problem.value = { text: t("run.unknown"), remedies: [] };
-    else this.add({ source: { program: name }, format, name });
+    else this.add({ source: { program: name }, format, name: label });
   }
 
   // Places of objects.
@@ -425,10 +446,10 @@ export class Bench extends Shop {
   protected override isSettled(): boolean {
     return this.isFound.value && !this.isChecking.value && this.checkedMark === this.mark();
   }
-  private checkedMark = "";
-  protected override mark(): string {
+  override mark(): string {
     const { items } = this.doc.now.value;
-    return JSON.stringify([items.map(({ name: _, ...item }) => item), this.common.value]);
+    const versions = items.map(({ source }) => entryOf(source.program)?.modified);
+    return JSON.stringify([items.map(({ name: _, ...item }) => item), versions, this.common.value]);
   }
   protected override depends(): void {
     void this.doc.now.value.items;
@@ -474,6 +495,7 @@ export class Bench extends Shop {
       counts(option, all, said) &&
       (!this.isComposed.value || isOwn(option) || ["surface", "speed"].includes(option.name)) &&
       !(this.isComposed.value && ANEW.includes(option.name));
+    vouch(all.filter(isAsked), values);
     const set = setupOf(all.filter(isAsked), values);
     const parts =
       this.isComposed.value && all.some(({ name }) => name === "parts")
@@ -621,6 +643,7 @@ export class Bench extends Shop {
     const { text, at } = composed(inks);
     if (text.length > LONGEST) throw new RpcError(0, w("draw.alone", { name: items.at(-1)?.name ?? "" }));
     const all = (await optionsOf("svg")).filter((option) => this.isOpen(option.name) && !isOwn(option));
+    vouch(all, this.common.value);
     const colors = new Set(inks.map(({ color }) => color));
     const parts = colors.size > 1 ? { parts: "color", no_pause: this.common.value.no_pause !== "false" } : {};
     const setup = {

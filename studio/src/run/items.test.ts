@@ -1,6 +1,7 @@
 import { expect, test } from "vitest";
 import type { Report } from "../api";
 import {
+  bounded,
   boxOf,
   changed,
   composed,
@@ -115,6 +116,16 @@ test("the pen of an object goes before the colours of its parts", () => {
 
 test("every shape is a drawing in millimetres", () => {
   for (const shape of SHAPES) expect(svgOf(shape)).toMatch(/width="50mm" height="50mm".*<path d="M[\d.]/);
+});
+
+test("an object can be made neither too small to be seen nor too large to be taken hold of", () => {
+  const place = { at: [200, 0] as [number, number], scale: 1, turn: 0 };
+  expect(bounded({ ...place, scale: 1e-30 }, 100).scale * 100).toBeCloseTo(0.5);
+  expect(bounded({ ...place, scale: 1e28 }, 100).scale * 100).toBeCloseTo(2000);
+  expect(bounded({ ...place, scale: 0 }, 0).scale).toBeGreaterThan(0);
+  expect(bounded({ ...place, scale: -1 }, 100).scale).toBeGreaterThan(0);
+  expect(bounded({ ...place, at: [1e308, -1e308] }, 100).at).toEqual([2000, -2000]);
+  expect(bounded(place, 100)).toEqual(place);
 });
 
 const RED = { n: 1, name: null, color: "#d00000", strokes: 1, drawn_mm: 120, seconds: 10, skipped: false };

@@ -84,6 +84,17 @@ export const tidy = ({ at, scale, turn }: Place): Place => ({
   scale: Number(scale.toPrecision(6)),
   turn: rounded(unwound(turn), 2),
 });
+/** The longer side of an object is between these, and its place no farther from the arm than that, mm. */
+const [SMALLEST, LARGEST, FARTHEST] = [0.5, 2000, 2000];
+/** Without a size the scale is within these. */
+const SCALES = [1e-3, 1e3] as const;
+const between = (value: number, [least, most]: readonly [number, number]) => Math.min(most, Math.max(least, value));
+/** A place where an object can still be seen, taken hold of and made another size; `longest` is its longer side at the scale 1, mm. */
+export function bounded({ at, scale, turn }: Place, longest: number): Place {
+  const far = (value: number) => between(value, [-FARTHEST, FARTHEST]);
+  const scales = longest > 0 ? ([SMALLEST / longest, LARGEST / longest] as const) : SCALES;
+  return { at: [far(at[0]), far(at[1])], scale: between(scale, scales), turn };
+}
 /** True if two places are equal within the station's rounding. */
 export const isSame = (one: Place, other: Place): boolean =>
   Math.hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) < 0.05 &&

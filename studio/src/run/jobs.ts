@@ -6,6 +6,8 @@ import type { Params, Told } from "../client";
 import { type Key, t } from "../i18n";
 import { call, notified, shown } from "../session";
 import * as store from "../store";
+import { until } from "../until";
+import { hearRefusal, keepOrder, orderOf } from "./again";
 import { jobBurns, keep, mayBurn, unarmed } from "./burn";
 
 /** Jobs, newest last, as the station sends them. */
@@ -59,9 +61,13 @@ function begin(): () => void {
     jobs.value = at < 0 ? [...jobs.value, changed] : jobs.value.with(at, changed);
   };
   notified.add(hear);
+  let known: string | null = null;
   const end = effect(() => {
     const arm = store.armName.value;
-    if (arm === null || store.socket.value !== "up") return void (jobs.value = []);
+    // What is not heard of any more may go on: its last word stays until there is another.
+    if (arm === null || store.socket.value !== "up") return;
+    if (arm !== known) jobs.value = [];
+    known = arm;
     call("job.list", { arm }).then(
       ({ jobs: all }) => {
         if (store.armName.value === arm) jobs.value = all as Job[];
@@ -96,11 +102,17 @@ export async function start(order: Order, title: string, about: string): Promise
   await agreed(t("run.burns"), async (yes) => {
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
     keep(id, order.setup);
+    keepOrder(id, order, title);
     // That the arm has stopped, say, is no news any more.
     store.notice.value = null;
   });
   return id;
 }
+
+/** A job that was started is known here soon after, ms. */
+const KNOWN = 1000;
+/** Until the page knows of a job: a button that started it is off from then on. */
+export const heard = (id: string): Promise<boolean> => until(() => jobs.value.some(({ job }) => job === id), KNOWN);
 
 export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job }));
 /** Stops the job, which lifts its pen; a stop of the arm does not. */
@@ -120,10 +132,24 @@ export const resume = (job: Job) =>
     )
       return;
     await agreed(t("run.burns"), async (yes) => {
-      await call("job.resume", { job: job.job, ...yes });
+      await call("job.resume", { job: job.job, ...yes }).catch((error: unknown) => {
+        hearRefusal(job.job, error);
+        throw error;
+      });
       store.notice.value = null;
     });
   });
+
+/** How a job goes on: where it was, or from its beginning where nothing says how far it came. */
+export function goesOn(job: Job): { key: "run.resume" | "run.again"; press: () => Promise<unknown> } {
+  const began = orderOf(job);
+  if (began === null) return { key: "run.resume", press: () => resume(job) };
+  const again = async () => {
+    const id = await start(began.order, began.title, "");
+    if (id !== null) await heard(id);
+  };
+  return { key: "run.again", press: () => tried(again) };
+}
 
 /** Progress over all loops, percent; null if they are endless or unknown. */
 export function percent(job: Job): number | null {

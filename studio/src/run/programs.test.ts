@@ -1,10 +1,24 @@
-import { expect, test } from "vitest";
-import { base64, linesAt, nameOf } from "./programs";
+import { beforeEach, expect, test, vi } from "vitest";
+
+const shelf = new Map<string, { data: string; modified: number }>();
+let clock = 0;
+vi.mock("../session", () => ({
+  call: async (method: string, { name, data }: { name: string; data: string }) => {
+    if (method === "program.put") shelf.set(name, { data, modified: ++clock });
+    if (method === "program.get") return shelf.get(name);
+    if (method !== "program.list") return {};
+    const programs = [...shelf].map(([name, { data, modified }]) => ({ name, bytes: atob(data).length, modified }));
+    return { programs };
+  },
+  files: () => null,
+  ownFile: () => null,
+}));
+const { base64, bring, linesAt, nameOf, unused } = await import("./programs");
+beforeEach(() => shelf.clear());
 
 test("a file's name becomes one that the library takes", () => {
-  expect(nameOf("Häuser 2.svg")).toBe("Ha_user 2.svg");
+  expect(nameOf("Häuser 2.svg")).toBe("Hauser 2.svg");
   expect(nameOf("../../etc/passwd")).toBe("_.._etc_passwd");
-  expect(nameOf("图.png")).toBe("_.png");
   expect(nameOf("")).toBe("program");
   const long = nameOf(`${"a".repeat(300)}.gcode`);
   expect(long).toHaveLength(80);
@@ -30,4 +44,33 @@ test("a line comes with its neighbours", async () => {
 test("a line without an end is cut", async () => {
   const [line] = await linesAt(new Blob(["x".repeat(1e6)]), 1);
   expect(line?.text.length).toBeLessThanOrEqual(200);
+});
+
+test("names in other letters stay different names", () => {
+  const files = [
+    "日本語.svg",
+    "中文.svg",
+    "中.svg",
+    "Рисунок.svg",
+    "مرحبا.svg",
+    "plan 1 中.svg",
+    "plan 1 文.svg",
+    "Straße.svg",
+  ];
+  const names = files.map(nameOf);
+  expect(new Set(names).size).toBe(files.length);
+  for (const name of names) expect(name).toMatch(/^[A-Za-z0-9][A-Za-z0-9._ -]{0,75}-[0-9a-z]{4}\.svg$/);
+  expect(nameOf("日本語.svg")).toBe(nameOf("日本語.svg"));
+  expect(nameOf(`${"中".repeat(300)}.svg`).length).toBeLessThanOrEqual(80);
+  expect(nameOf("中")).toMatch(/^program-....$/);
+});
+
+test("what the page brings along replaces nothing", async () => {
+  const mine = btoa("mine");
+  shelf.set("star.plt", { data: mine, modified: 1 });
+  expect(await bring("star.plt", new Blob(["IN;"]))).toBe("star 2.plt");
+  expect(shelf.get("star.plt")?.data).toBe(mine);
+  expect(await bring("star 2.plt", new Blob(["IN;"]))).toBe("star 2.plt");
+  expect(await unused("star.plt")).toBe("star 3.plt");
+  expect(await unused("other.plt")).toBe("other.plt");
 });

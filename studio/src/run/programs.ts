@@ -19,17 +19,56 @@ export async function list(): Promise<void> {
   programs.value = all.toSorted((one, two) => two.modified - one.modified);
 }
 
-/** Valid name for the library, similar to the file's name. */
+/** The longest name that the library takes. */
+const LONGEST = 80;
+
+/** Four signs that another text has others of. */
+function signsOf(text: string): string {
+  let sum = 0;
+  for (const sign of text) sum = (Math.imul(sum, 31) + (sign.codePointAt(0) ?? 0)) >>> 0;
+  return (sum % 36 ** 4).toString(36).padStart(4, "0");
+}
+
+/** A name with more behind its stem, no longer than the library takes. */
+function behind(name: string, more: string): string {
+  const dot = name.lastIndexOf(".");
+  const [stem, ending] = dot > 0 ? [name.slice(0, dot), name.slice(dot).slice(0, 20)] : [name, ""];
+  return (stem.slice(0, LONGEST - ending.length - more.length).trim() || "program") + more + ending;
+}
+
+/** A name that the library takes, as near as may be to what the file is called. Names that differ in letters that it does not take
+    still differ. */
 export function nameOf(file: string): string {
-  const plain = file
-    .normalize("NFKD")
+  const latin = file.normalize("NFKD").replace(/\p{Mark}+/gu, "");
+  const isLost = /[\p{Letter}\p{Number}]/u.test(latin.replace(/[A-Za-z0-9]+/g, ""));
+  const plain = latin
     .replace(/[^A-Za-z0-9._ -]+/g, "_")
     .replace(/^[. ]+/, "")
+    .replace(isLost ? /^_(?=\.|$)/ : /$^/, "program")
     .trim();
-  const dot = plain.lastIndexOf(".");
-  const ending = dot > 0 ? plain.slice(dot).slice(0, 20) : "";
-  const stem = dot > 0 ? plain.slice(0, dot) : plain;
-  return (stem.slice(0, 80 - ending.length).trim() || "program") + ending;
+  return behind(plain, isLost ? `-${signsOf(file.normalize("NFC"))}` : "");
+}
+
+/** A name near this one that no program of the library has. */
+export async function unused(name: string): Promise<string> {
+  await list();
+  const taken = new Set(programs.value.map((program) => program.name));
+  let made = name;
+  for (let number = 2; taken.has(made); number++) made = behind(name, ` ${number}`);
+  return made;
+}
+
+/** Keeps what the page brings along: under its name, or beside a person's own program of that name. Under which. */
+export async function bring(name: string, content: Blob): Promise<string> {
+  await list();
+  const there = programs.value.find((program) => program.name === name);
+  if (there !== undefined && there.bytes === content.size) {
+    const [one, other] = await Promise.all([get(there).then((blob) => blob.arrayBuffer()), content.arrayBuffer()]);
+    if (base64(one) === base64(other)) return name;
+  }
+  const free = await unused(name);
+  await put(free, content, true);
+  return free;
 }
 
 /** True if the name is free in the library, or the user agrees to replace the program. */

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { Option } from "../api";
-import { setupOf } from "./shop";
+import { faultOf, setupOf, vouch } from "./shop";
 
 const option = (name: string) => ({ name, kind: "text", usual: false, choices: [] }) as unknown as Option;
 
@@ -8,4 +8,29 @@ test("a range of power is taken as people write it", () => {
   const power = (text: string) => setupOf([option("power")], { power: text }).power;
   for (const text of ["5-80", "5–80", "5 to 80", "5 到 80", "5..80"]) expect(power(text)).toBe("5..80");
   expect(power("80")).toBe("80");
+});
+
+const of = (kind: Option["kind"], name = "speed") => ({ ...option(name), kind, about: name }) as Option;
+
+test("numbers are taken with a comma as with a point", () => {
+  expect(setupOf([of("number")], { speed: "7,5" })).toEqual({ speed: 7.5 });
+  expect(setupOf([of("integer")], { speed: "2" })).toEqual({ speed: 2 });
+  expect(setupOf([of("point")], { speed: "200, 10" })).toEqual({ speed: [200, 10] });
+  expect(setupOf([of("point")], { speed: "0,5 1,5" })).toEqual({ speed: [0.5, 1.5] });
+  expect(setupOf([of("text", "power")], { power: "7,5-60" })).toEqual({ power: "7.5..60" });
+});
+
+test("what is no number is marked and refused, and never cut", () => {
+  for (const [kind, text] of [
+    ["number", "30 40"],
+    ["number", "abc"],
+    ["number", "1e309"],
+    ["integer", "2,5"],
+    ["place", "1 2"],
+  ] as const) {
+    expect(setupOf([of(kind)], { speed: text })).toEqual({});
+    expect(faultOf(of(kind), text)).not.toBeNull();
+    expect(() => vouch([of(kind)], { speed: text })).toThrow();
+  }
+  expect(faultOf(of("number"), "")).toBeNull();
 });

@@ -4,12 +4,15 @@ import { computed, effect, type ReadonlySignal, signal } from "@preact/signals";
 import { complain, type Problem, problemOf, tried } from "../actions";
 import type { Option, Report } from "../api";
 import { type Params, RpcError } from "../client";
+import { filled } from "../i18n";
+import { numbersOf } from "../numbers";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
 import { type Entry, nameOf, programs, put } from "./programs";
 import { known } from "./surface";
+import { labelOf, named } from "./words";
 
 /** Source of a job: a program of the library, or typed content. */
 export type Source = Pick<Params<"job.start">, "program" | "text" | "format">;
@@ -22,6 +25,8 @@ const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
 /** Range as users type it. */
 const RANGE = /^([\d.]+)\s*(?:-|–|to|到)\s*([\d.]+)$/;
+/** Of how many numbers an option is. */
+const NUMBERS: Partial<Record<Option["kind"], number>> = { number: 1, integer: 1, point: 2, place: 3, area: 4 };
 
 const tables = new Map<string, Promise<Option[]>>();
 /** Options of a format; requested from the station once. */
@@ -33,21 +38,44 @@ export function optionsOf(format: string): Promise<Option[]> {
   return table;
 }
 
-/** Values of these options in the station's types. */
-export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
-  const set: Record<string, unknown> = {};
-  for (const { name, kind, usual, choices } of options) {
-    const text = (values[name] ?? "").trim();
-    const numbers = text.replaceAll(",", " ").split(/\s+/).map(Number);
-    if (kind === "choice" && usual) set[name] = text || choices[0];
-    else if (text === "") continue;
-    else if (kind === "switch") set[name] = text === "true";
-    else if (kind === "number" || kind === "integer") set[name] = numbers[0];
-    else if (kind === "point" || kind === "place" || kind === "area") set[name] = numbers;
-    else if (kind === "list") set[name] = text.split("\n");
-    else if (kind !== "pens") set[name] = name === "power" ? text.replace(RANGE, "$1..$2") : text;
+/** What is typed for an option, as the station takes it; undefined where nothing is, null where that is not what it wants. */
+function taken({ name, kind, usual, choices }: Option, typed: string | undefined): unknown {
+  const text = (typed ?? "").trim();
+  if (kind === "choice" && usual) return text || choices[0];
+  if (text === "" || kind === "pens") return undefined;
+  const count = NUMBERS[kind];
+  if (count !== undefined) {
+    const numbers = numbersOf(text, count);
+    const [first] = numbers ?? [];
+    if (kind === "integer" && !Number.isInteger(first)) return null;
+    return count === 1 ? (first ?? null) : numbers;
   }
-  return set;
+  if (kind === "switch") return text === "true";
+  if (kind === "list") return text.split("\n");
+  return name === "power" ? text.replace(/(\d),(?=\d)/g, "$1.").replace(RANGE, "$1..$2") : text;
+}
+
+/** What is set of these options, as the station takes it, without what is no number. */
+export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
+  const set = options.map((option) => [option.name, taken(option, values[option.name])] as const);
+  return Object.fromEntries(set.filter(([, value]) => value != null));
+}
+
+/** Why what is typed for an option cannot be taken, or null. */
+export function faultOf(option: Option, typed: string | undefined): string | null {
+  if (taken(option, typed) !== null) return null;
+  const count = NUMBERS[option.kind] ?? 1;
+  return filled(named(option.kind === "integer" ? "said.whole" : count === 1 ? "said.number" : "said.numbers", ""), {
+    count,
+  });
+}
+
+/** Refuses options of which one is no number: they would be left out. */
+export function vouch(options: readonly Option[], values: Values): void {
+  for (const option of options) {
+    const fault = faultOf(option, values[option.name]);
+    if (fault !== null) throw new Error(`${labelOf(option)}: ${fault}`);
+  }
 }
 
 /** Entry of the library with this name. */
@@ -132,8 +160,12 @@ export abstract class Shop {
   }
 
   /** Asks the station to check `source`. */
-  protected asking(): Promise<Report | null> {
-    return call("job.check", { ...shown(), ...this.source(), preview: true });
+  protected async asking(): Promise<Report | null> {
+    vouch(this.asked.value, this.values.value);
+    const mark = this.mark();
+    const report = await call("job.check", { ...shown(), ...this.source(), preview: true });
+    this.checkedMark = mark;
+    return report;
   }
 
   /**
@@ -205,6 +237,7 @@ export abstract class Shop {
       try {
         job = await jobs.start({ ...order, ...more, ...setup }, title, about());
         if (job !== null && more.setup === undefined) this.began(job);
+        if (job !== null) await jobs.heard(job);
       } catch (error) {
         this.refuse(error);
       }
@@ -217,17 +250,19 @@ export abstract class Shop {
 
   /** True if the last check belongs to the current selection. */
   protected isSettled(): boolean {
-    return true;
+    return this.checkedMark === this.mark();
   }
+  protected checkedMark = "";
 
   /** Identifies the current selection and its options. */
-  protected mark(): string {
-    return JSON.stringify(this.source());
+  mark(): string {
+    return JSON.stringify([this.chosen.value, this.values.value, this.entry.value?.modified]);
   }
 
   /** Dependencies that make a new check necessary, besides the arm. */
   protected depends(): void {
     void this.setup.value;
+    void this.values.value;
   }
 
   /** Size of the largest selected program, bytes; null for one that the library does not know. */
@@ -261,13 +296,13 @@ export abstract class Shop {
     };
   }
 
-  /** Saves files in the library. Returns their names. */
-  protected async kept(files: Iterable<File>): Promise<string[]> {
-    const names: string[] = [];
+  /** Puts files into the library; under which names, and what they are called. */
+  protected async kept(files: Iterable<File>): Promise<Array<{ name: string; label: string }>> {
+    const names: Array<{ name: string; label: string }> = [];
     for (const file of files) {
       await tried(async () => {
         const name = await put(nameOf(file.name), file);
-        if (name !== null) names.push(name);
+        if (name !== null) names.push({ name, label: file.name });
       });
     }
     return names;
@@ -303,7 +338,7 @@ export class RunShop extends Shop {
   }
 
   async openFiles(files: Iterable<File>): Promise<void> {
-    const name = (await this.kept(files)).at(-1);
-    if (name !== undefined) await this.select(name);
+    const last = (await this.kept(files)).at(-1);
+    if (last !== undefined) await this.select(last.name);
   }
 }

@@ -1,4 +1,4 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import type { Job } from "../api";
 import { isPlain, isTold, took } from "./strip";
 
@@ -54,5 +54,26 @@ describe("the strip", () => {
   it("says how long a job took", () => {
     expect(took(job({ started: 100, ended: 116.4 }))).toBeCloseTo(16.4);
     expect(took(job({ started: null, ended: 116 }))).toBeNull();
+  });
+
+  it("tells how a job ended while the page was loaded again, until it is closed", async () => {
+    const loaded = async (of: Job) => {
+      vi.resetModules();
+      const [jobs, strip] = [await import("./jobs"), await import("./strip")];
+      const end = strip.follow();
+      jobs.jobs.value = [of];
+      return { strip, end };
+    };
+    const before = await loaded(job({ state: "running" }));
+    expect(before.strip.told.value?.state).toBe("running");
+    before.end();
+    const after = await loaded(job({ state: "stopped" }));
+    expect(after.strip.told.value?.state).toBe("stopped");
+    after.strip.close(job({ state: "stopped" }));
+    expect(after.strip.told.value).toBeNull();
+    after.end();
+    const again = await loaded(job({ state: "stopped" }));
+    expect(again.strip.told.value).toBeNull();
+    again.end();
   });
 });

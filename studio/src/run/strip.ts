@@ -1,15 +1,30 @@
 // Job in the strip below the header: the current one, then how it ended, until it is closed.
 import { computed, effect, signal } from "@preact/signals";
 import type { Job } from "../api";
+import { keep, kept } from "../shelf";
+import * as store from "../store";
 import * as jobs from "./jobs";
 
 /** Time for which a successful job stays without user activity, ms. */
 const LINGERS = 10_000;
-/** Ends that the user has not seen, because the page or the server was away. */
+/** Ends that a person has not seen: the server was away. */
 const UNSEEN = ["interrupted"];
+const WATCHED = "watched";
+/** So many are remembered over a reload: of others it is known how they ended. */
+const REMEMBERED = 8;
 
-/** Jobs that this page has seen running, by id. */
-const watched = signal<ReadonlySet<string>>(new Set());
+/** Jobs that this tab saw under way and whose end was not closed, by their ids; also before the page was loaded again, which may have
+    ended one. */
+const watched = signal<ReadonlySet<string>>(
+  new Set(
+    kept("sessionStorage", WATCHED, (value) => Array.isArray(value) && value.every((id) => typeof id === "string")) ??
+      [],
+  ),
+);
+function watch(ids: ReadonlySet<string>): void {
+  watched.value = ids;
+  keep("sessionStorage", WATCHED, [...ids].slice(-REMEMBERED));
+}
 const closed = signal<string | null>(null);
 
 /** True if the strip shows the job. A job that ended before the page was opened is not shown. */
@@ -28,10 +43,15 @@ export const took = ({ started, ended }: Job): number | null =>
 
 export const told = computed<Job | null>(() => {
   const job = jobs.job.value;
+  // One that is not heard of any more can be closed where the line was given up.
+  if (store.socket.value === "closed" && job?.job === closed.value) return null;
   return job !== null && job.state !== "queued" && isTold(job, watched.value, closed.value) ? job : null;
 });
 
-export const close = (job: Job): void => void (closed.value = job.job);
+export function close(job: Job): void {
+  closed.value = job.job;
+  watch(new Set([...watched.peek()].filter((id) => id !== job.job)));
+}
 
 /** Follows the job of the shown arm. Returns a function that ends it. */
 export function follow(): () => void {
@@ -49,7 +69,7 @@ export function follow(): () => void {
     effect(() => {
       const job = jobs.job.value;
       if (job !== null && jobs.isUnderWay(job) && !watched.peek().has(job.job))
-        watched.value = new Set([...watched.peek(), job.job]);
+        watch(new Set([...watched.peek(), job.job]));
     }),
     effect(() => {
       void told.value;

@@ -143,11 +143,14 @@ export const play = (what: "all" | "from" | "one") =>
       ...(what === "all" ? { loops: loops.value } : {}),
     };
     const job = await jobs.start(order, program.taught.value.title || w("teach.untitled"), "");
-    if (job !== null) playing.value = { job, first, from: only ? at : 0 };
+    if (job === null) return;
+    playing.value = { job, first, from: only ? at : 0 };
+    await jobs.heard(job);
   });
 
-/** Files saved by this page, which it overwrites without a question. */
-const own = new Set<string>();
+/** What this page has saved, and nobody has changed since, may be replaced by it without a question: when it was saved. */
+const own = new Map<string, number>();
+const savedAt = (name: string) => library.programs.value.find((one) => one.name === name)?.modified;
 const fileName = () => library.nameOf(program.taught.value.title || w("teach.untitled"));
 
 /** Saves the program in the library, where `#/run` lists it, and downloads it as a file. */
@@ -161,9 +164,9 @@ export const save = () =>
     const name = `${fileName()}.plan.json`;
     const to = `${fileName()}.playback`;
     const kept = format.value === "plan" ? [name] : [name, to];
-    for (const one of kept) if (!own.has(one) && !(await library.mayKeep(one))) return;
+    await library.list();
+    for (const one of kept) if (own.get(one) !== savedAt(one) && !(await library.mayKeep(one))) return;
     await library.put(name, new Blob([text]), true);
-    for (const one of kept) own.add(one);
     if (format.value === "plan") {
       download(name, text);
     } else {
@@ -173,29 +176,24 @@ export const save = () =>
       if (entry) download(to, await library.get(entry));
       if (lost.length > 0) store.say(w("teach.lost", { what: lost.join("; ") }), true);
     }
+    for (const one of kept) own.set(one, savedAt(one) ?? 0);
     if (program.rows.value === rows) program.markSaved();
     store.say(w("teach.saved", { name }));
   });
 
-/**
- * Plan of a file in another format. The station converts it in its library, and the temporary
- * entries are deleted.
- */
+/** A file that is no plan, as one: the station converts it beside what the library has, and keeps nothing of that. */
 async function converted(file: File): Promise<string | null> {
-  await library.list();
-  const known = new Set(library.programs.value.map((program) => program.name));
-  const name = library.nameOf(file.name);
-  const to = library.nameOf(`${name.replace(/\.[^.]*$/, "")} opened.plan.json`);
-  if ((await library.put(name, file)) === null) return null;
+  const name = await library.unused(library.nameOf(file.name));
+  const to = await library.unused(`${name.replace(/\.[^.]*$/, "").slice(0, 60)} opened.plan.json`);
   try {
+    await library.put(name, file, true);
     await call("program.convert", { name, to });
     await library.list();
     const entry = library.programs.value.find((one) => one.name === to);
     return entry === undefined ? null : await (await library.get(entry)).text();
   } finally {
-    const made = [to, name].filter(
-      (one) => !known.has(one) && library.programs.value.some((program) => program.name === one),
-    );
+    await library.list();
+    const made = [to, name].filter((one) => library.programs.value.some((program) => program.name === one));
     await Promise.all(made.map((one) => call("program.delete", { name: one })));
   }
 }

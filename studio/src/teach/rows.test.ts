@@ -1,11 +1,51 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
-/** Rows of a page that was just opened. */
+/** What a page does when it is left: pages of earlier tests are gone. */
+let leaving: Array<() => void> = [];
+const listens = globalThis.addEventListener;
+globalThis.addEventListener = ((kind: string, listener: () => void) =>
+  kind === "pagehide" ? void leaving.push(listener) : listens(kind, listener)) as typeof addEventListener;
+
+/** Leaves the page that was opened last. */
+function left() {
+  for (const leave of leaving) leave();
+  leaving = [];
+}
+/** The rows of a page that has just been opened, or loaded again. */
 async function opened() {
+  left();
   vi.resetModules();
   return import("./rows");
 }
-beforeEach(() => localStorage.clear());
+/** As a tab that is opened beside the others. */
+async function beside() {
+  vi.resetModules();
+  const [ours, theirs] = [leaving, { ...sessionStorage }];
+  leaving = [];
+  sessionStorage.clear();
+  const rows = await import("./rows");
+  const leave = leaving;
+  leaving = ours;
+  for (const [name, value] of Object.entries(theirs)) sessionStorage.setItem(name, value as string);
+  return {
+    rows,
+    closed: () => {
+      const mine = { ...sessionStorage };
+      sessionStorage.clear();
+      for (const one of leave) one();
+      sessionStorage.clear();
+      for (const [name, value] of Object.entries(mine)) sessionStorage.setItem(name, value as string);
+    },
+  };
+}
+beforeEach(() => {
+  // What is kept a moment later is of this test.
+  vi.useFakeTimers();
+  vi.clearAllTimers();
+  leaving = [];
+  localStorage.clear();
+  sessionStorage.clear();
+});
 
 test("a new row comes behind the selected one and is selected", async () => {
   const rows = await opened();
@@ -69,4 +109,39 @@ test("what was not saved is there again, and is not saved", async () => {
   expect(after.isSaved.value).toBe(false);
   after.markSaved();
   expect(after.isSaved.value).toBe(true);
+});
+
+test("each tab has rows of its own, and what is left last is what a new one begins with", async () => {
+  const first = await opened();
+  first.add({ move: [1, 0, 0, 0] });
+  first.add({ move: [2, 0, 0, 0] });
+  const second = await beside();
+  while (second.rows.rows.value.length > 0) second.rows.remove();
+  second.rows.add({ move: [9, 0, 0, 0] });
+  second.rows.remove();
+  second.closed();
+  const again = await opened();
+  expect(again.rows.value).toHaveLength(2);
+  again.edit(0, { wait: 1 });
+  left();
+  sessionStorage.clear();
+  expect((await opened()).rows.value).toHaveLength(2);
+});
+
+test.each([
+  ['{"taught":{"title":"a","rows":[{"na', "cut off"],
+  ['{"taught":7,"isSaved":true}', "no program"],
+  ['{"taught":{"title":"a","tool":null,"surface":null,"rows":[{"name":5}]},"isSaved":true}', "another row"],
+  ['{"rows":[]}', "of another version"],
+  ["[]", "a list"],
+  ["null", "nothing"],
+])("what is kept and cannot be read is set aside: %s", async (text) => {
+  localStorage.setItem("magician.teach", text);
+  const rows = await opened();
+  expect(rows.rows.value).toEqual([]);
+  expect(localStorage.getItem("magician.teach.damaged")).toBe(text);
+  const { notice } = await import("../store");
+  expect(notice.value).toMatchObject({ bad: true });
+  rows.add(null);
+  expect((await opened()).rows.value).toHaveLength(1);
 });

@@ -3,7 +3,8 @@
 // restores unsaved rows when the page is opened again.
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { Methods, Row as PlanRow } from "../api";
-import { remember, remembered, toggled } from "../settings";
+import { toggled } from "../settings";
+import { Document, has, isFlag, isListOf, isMap, isNull, isNumber, isOr, isText, isUnset } from "../shelf";
 
 export type Row = Omit<PlanRow, "motion"> & { motion: Motion | null };
 export type Taught = Omit<Methods["teach.rows"]["result"], "rows"> & { rows: Row[] };
@@ -30,11 +31,28 @@ interface Kept {
   isSaved: boolean;
 }
 
+const isMove = isOr(isUnset, isListOf(isNumber));
+const isRow = has({
+  name: isText,
+  motion: isOr(isNull, (value) => isMap(value) && has({ move: isMove, joints: isMove })(value)),
+  gripper: isOr(isNull, isText),
+  suction: isOr(isNull, isFlag),
+  wait: isOr(isNull, isNumber),
+});
+const isTaught = has({
+  title: isText,
+  tool: isOr(isNull, isText, isListOf(isNumber)),
+  surface: isOr(isNull, isMap),
+  rows: isListOf(isRow),
+});
+const document = new Document<Kept>(
+  KEY,
+  has({ taught: isTaught, isSaved: isFlag }),
+  ({ taught }) => taught.rows.length === 0,
+);
+
 /** Program at the time the page was closed, saved or not. */
-const left = (JSON.parse(remembered("localStorage", KEY) ?? "null") as Kept | null) ?? {
-  taught: nothing,
-  isSaved: true,
-};
+const left = document.read() ?? { taught: nothing, isSaved: true };
 export const taught = signal<Taught>(left.taught);
 export const rows = computed(() => taught.value.rows);
 /** Index of the row after which new points are inserted. */
@@ -50,9 +68,7 @@ const after = signal<State[]>([]);
 export const canUndo = computed(() => before.value.length > 0);
 export const canRedo = computed(() => after.value.length > 0);
 
-effect(() =>
-  remember("localStorage", KEY, JSON.stringify({ taught: taught.value, isSaved: isSaved.value } satisfies Kept)),
-);
+effect(() => document.write({ taught: taught.value, isSaved: isSaved.value }));
 addEventListener("beforeunload", (event) => {
   if (!isSaved.value) event.preventDefault();
 });

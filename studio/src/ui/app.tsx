@@ -2,7 +2,7 @@ import { t } from "../i18n";
 import * as store from "../store";
 import { Beside } from "./beside";
 import { Dialogs } from "./dialogs";
-import { Alarms, Header, LinkLost, Update } from "./header";
+import { Alarms, Header, Left, LinkLost, Update } from "./header";
 import { Panel, Strip } from "./routes";
 
 export function App() {
@@ -15,6 +15,7 @@ export function App() {
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
         <Update />
         <LinkLost />
+        <Left />
         <Alarms />
         <Panel />
       </main>

@@ -80,11 +80,11 @@ function What() {
           {mine.value}
         </span>
       )}
-      {store.isLaserOn.value ? (
-        <span class="badge laser" data-testid="header-laser">
-          {t("arm.laser")}
+      {store.laser.value === "off" ? null : (
+        <span class="badge laser" data-testid="header-laser" data-known={store.laser.value === "on"}>
+          {t(store.laser.value === "on" ? "arm.laser" : "arm.laserWas")}
         </span>
-      ) : null}
+      )}
     </div>
   );
 }
@@ -150,7 +150,7 @@ export function Header() {
         class="stop"
         title={t("stop.hint")}
         text={t(stopsAll.value ? "site.stopAll" : "stop")}
-        press={() => actions.stop()}
+        press={() => void actions.stop()}
       />
       <What />
       <Lease />
@@ -201,6 +201,18 @@ export function LinkLost() {
           </time>
         </b>{" "}
         {t("link.again")}
+      </p>
+    </div>
+  );
+}
+
+/** What an arm that is not heard may still do, on a line that is lost or was given up. Of a job the strip says it. */
+export function Left() {
+  const left = store.left.value;
+  return left === null || store.isBusy.value ? null : (
+    <div class="banner lost" role="alert" data-testid="left-doing">
+      <p>
+        <b>{t(left.laser ? "left.laser" : "left.moves")}</b> {t("left.switch")}
       </p>
     </div>
   );

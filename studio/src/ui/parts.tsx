@@ -2,6 +2,8 @@
 import { type Signal, useSignal } from "@preact/signals";
 import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
+import { numberOf } from "../numbers";
+import { useDropped } from "./dropped";
 
 interface ChoiceProps<T extends string> {
   name: string;
@@ -100,8 +102,23 @@ interface DoProps extends MayBeOff, Omit<ButtonHTMLAttributes<HTMLButtonElement>
   text?: string;
 }
 
-/** Button for an action. */
+/** Does something for as long as what it does lasts once: presses meanwhile, such as the second of a double click, do nothing. */
+export function once(): (press: () => unknown) => void {
+  let isUnderWay = false;
+  return (press) => {
+    if (isUnderWay) return;
+    const doing = press();
+    if (!(doing instanceof Promise)) return;
+    isUnderWay = true;
+    const over = () => void (isUnderWay = false);
+    doing.then(over, over);
+  };
+}
+
+/** A button that does something, once at a time where it gives a promise. */
 export function Do({ id, press, off = false, why, label, text, children = text, ...rest }: DoProps) {
+  const does = useRef<ReturnType<typeof once> | null>(null);
+  does.current ??= once();
   return (
     <button
       type="button"
@@ -110,7 +127,7 @@ export function Do({ id, press, off = false, why, label, text, children = text, 
       data-testid={id}
       aria-label={label}
       disabled={off}
-      onClick={() => void press()}
+      onClick={() => does.current?.(press)}
     >
       {children}
     </button>
@@ -298,23 +315,39 @@ export function NumberInput({
   const typed = useSignal<string | null>(null);
   const take = (text: string) => {
     typed.value = null;
-    const read = Number(text.replace(",", "."));
-    if (text.trim() !== "" && Number.isFinite(read)) set(read);
+    const read = numberOf(text);
+    if (read !== null) set(Math.min(most ?? read, Math.max(least ?? read, read)));
+  };
+  // A number of the browser's own takes no comma, or another number for it: `20,5` becomes 205.
+  const press = (event: KeyboardEvent & { currentTarget: HTMLInputElement }) => {
+    const by = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    const read = numberOf(event.currentTarget.value);
+    if (step === undefined || by === undefined || read === null) return;
+    event.preventDefault();
+    take(String(Number((read + by * step).toFixed(Math.max(digits, 3)))));
   };
   return (
     <input
+      type="text"
       {...(step === undefined
-        ? { type: "text", list: undefined }
-        : { type: "number", step, min: least ?? undefined, max: most ?? undefined })}
+        ? {}
+        : {
+            role: "spinbutton",
+            "aria-valuenow": value,
+            "aria-valuemin": least ?? undefined,
+            "aria-valuemax": most ?? undefined,
+          })}
       inputMode="decimal"
       autocomplete="off"
       aria-label={label}
       aria-describedby={because(off, why)}
+      aria-invalid={typed.value !== null && numberOf(typed.value) === null}
       disabled={off}
       data-testid={id}
       value={typed.value ?? String(Number(value.toFixed(digits)))}
       onInput={(event) => (typed.value = event.currentTarget.value)}
       onChange={(event) => take(event.currentTarget.value)}
+      onKeyDown={press}
       onBlur={() => (typed.value = null)}
     />
   );
@@ -381,6 +414,7 @@ export function Drop({
   children: ComponentChildren;
 }) {
   const over = useSignal(false);
+  useDropped(off ? null : open);
   return (
     <div
       class={`drop ${rest.class ?? ""} ${over.value ? "over" : ""}`}

@@ -1,0 +1,121 @@
+// What the page keeps of a person's work in the browser, as JSON: read back only if it has the shape that is wanted. What has not, damaged
+// or of another version of the page, is set aside under another name, and the page begins with nothing.
+import { t, told } from "./i18n";
+import { log } from "./log";
+import { remember, remembered, type Storage } from "./settings";
+import * as store from "./store";
+
+/** What is set aside is called so behind its name; the next one that is damaged takes its place. */
+const ASIDE = ".damaged";
+
+const isIt = (takes: (value: unknown) => boolean, value: unknown): boolean => {
+  try {
+    return takes(value);
+  } catch {
+    return false;
+  }
+};
+
+/** Sets something aside that is not what it should be, and says so. */
+function setAside(of: Storage, name: string, text: string): void {
+  remember(of, name + ASIDE, text);
+  remember(of, name, null);
+  const said = t("kept.damaged", { name: told(`nav.${name}`, name) });
+  log(said);
+  store.say(said, true);
+}
+
+/** What is kept under a name, if it is what `takes` says; else null. */
+export function kept<T>(of: Storage, name: string, takes: (value: unknown) => boolean): T | null {
+  const text = remembered(of, name);
+  if (text === null) return null;
+  let value: unknown;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    value = undefined;
+  }
+  if (isIt(takes, value)) return value as T;
+  setAside(of, name, text);
+  return null;
+}
+
+export const keep = (of: Storage, name: string, value: unknown): void =>
+  remember(of, name, value === null ? null : JSON.stringify(value));
+
+/** Those of a list that are what `takes` says. */
+export function only<T>(name: string, all: readonly unknown[], takes: (value: unknown) => boolean): T[] {
+  const good = all.filter((one) => isIt(takes, one));
+  if (good.length < all.length) log(t("kept.damaged", { name }));
+  return good as T[];
+}
+
+// Shapes, for what takes them.
+type Shape = (value: unknown) => boolean;
+export const isText: Shape = (value) => typeof value === "string";
+export const isNumber: Shape = (value) => typeof value === "number" && Number.isFinite(value);
+export const isFlag: Shape = (value) => typeof value === "boolean";
+export const isMap: Shape = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+export const isListOf =
+  (one: Shape, count?: number): Shape =>
+  (value) =>
+    Array.isArray(value) && (count === undefined || value.length === count) && value.every(one);
+export const isMapOf =
+  (one: Shape): Shape =>
+  (value) =>
+    isMap(value) && Object.values(value as object).every(one);
+export const isOr =
+  (...shapes: Shape[]): Shape =>
+  (value) =>
+    shapes.some((shape) => shape(value));
+export const isNull: Shape = (value) => value === null;
+export const isUnset: Shape = (value) => value === undefined;
+/** An object with these members, and perhaps with others. */
+export const has =
+  (members: Record<string, Shape>): Shape =>
+  (value) =>
+    isMap(value) && Object.entries(members).every(([name, shape]) => shape((value as Record<string, unknown>)[name]));
+
+/** How long after a change a document is kept, ms: a hand that drags changes it with every move. */
+const RESTS = 250;
+
+/** A person's document, such as the rows of a program, over a reload of the tab and a closed browser. Each tab has its own: one that is
+    opened anew begins with what was left last, by whichever tab. `isEmpty` says of a document that there is nothing to leave. */
+export class Document<T> {
+  private due: ReturnType<typeof setTimeout> | undefined;
+  private now: T | null = null;
+
+  constructor(
+    private readonly name: string,
+    private readonly takes: (value: unknown) => boolean,
+    private readonly isEmpty: (value: T) => boolean,
+  ) {
+    addEventListener("pagehide", () => {
+      this.flush();
+      if (this.now === null) return;
+      // What another tab has kept since then is not this tab's, and not what the person saw last.
+      keep("sessionStorage", this.name, this.now);
+      if (!this.isEmpty(this.now)) keep("localStorage", this.name, this.now);
+    });
+  }
+
+  read(): T | null {
+    return kept<T>("sessionStorage", this.name, this.takes) ?? kept<T>("localStorage", this.name, this.takes);
+  }
+
+  write(value: T): void {
+    const isFirst = this.now === null;
+    this.now = value;
+    // What was read is kept already.
+    if (isFirst) return;
+    clearTimeout(this.due);
+    this.due = setTimeout(() => this.flush(), RESTS);
+  }
+
+  private flush(): void {
+    if (this.due === undefined) return;
+    clearTimeout(this.due);
+    this.due = undefined;
+    for (const of of ["localStorage", "sessionStorage"] as const) keep(of, this.name, this.now);
+  }
+}

@@ -1,0 +1,63 @@
+import { beforeEach, expect, test } from "vitest";
+import type { State } from "./api";
+import * as store from "./store";
+
+const heard = (laser: boolean, moving = false, arm = "a", link = "up") =>
+  void (store.state.value = { arm, link, moving, tool: { laser } } as State);
+
+beforeEach(() => {
+  store.backend.value = "station";
+  store.socket.value = "up";
+  store.armName.value = "a";
+  store.jobState.value = "none";
+  heard(false);
+});
+
+test("a laser that was on when the line ended is unknown, and not off", () => {
+  heard(true);
+  expect(store.laser.value).toBe("on");
+  store.socket.value = "lost";
+  expect(store.laser.value).toBe("unknown");
+  store.socket.value = "closed";
+  store.armName.value = null;
+  store.state.value = null;
+  expect(store.laser.value).toBe("unknown");
+  store.socket.value = "up";
+  store.armName.value = "a";
+  heard(false);
+  expect(store.laser.value).toBe("off");
+  expect(store.left.value).toBeNull();
+});
+
+test("the line between station and arm counts as well", () => {
+  heard(true);
+  heard(true, false, "a", "lost");
+  expect(store.laser.value).toBe("unknown");
+});
+
+test("a job that burns does so between its lines too, and moves", () => {
+  store.jobState.value = "running";
+  heard(true, true);
+  heard(false, true);
+  store.socket.value = "lost";
+  expect(store.laser.value).toBe("unknown");
+  expect(store.left.value).toEqual({ arm: "a", laser: true, moves: true });
+});
+
+test("nothing is left of a job that is over, of another arm and of the page's own", () => {
+  store.jobState.value = "running";
+  heard(true, true);
+  store.jobState.value = "done";
+  heard(false);
+  store.socket.value = "lost";
+  expect(store.left.value).toBeNull();
+  store.socket.value = "up";
+  heard(true);
+  store.armName.value = "b";
+  store.state.value = null;
+  expect(store.left.value).toBeNull();
+  store.backend.value = "sim";
+  heard(true, false, "b");
+  store.socket.value = "closed";
+  expect(store.left.value).toBeNull();
+});

@@ -1,0 +1,26 @@
+import { expect, test } from "vitest";
+import * as store from "../store";
+import { dropped } from "./dropped";
+
+const drop = (types: string[], isTaken = false) => {
+  const event = new Event("drop", { cancelable: true }) as DragEvent;
+  Object.defineProperty(event, "dataTransfer", { value: { types, files: [] } });
+  if (isTaken) event.preventDefault();
+  return event;
+};
+
+test("a file that nothing takes is not opened in place of the page, and that is said", () => {
+  const event = drop(["Files"]);
+  dropped(event);
+  expect(event.defaultPrevented).toBe(true);
+  expect(store.notice.value?.bad).toBe(true);
+});
+
+test("words that are dragged, and what a card has taken, are let be", () => {
+  store.notice.value = null;
+  const words = drop(["text/plain"]);
+  dropped(words);
+  expect(words.defaultPrevented).toBe(false);
+  dropped(drop(["Files"], true));
+  expect(store.notice.value).toBeNull();
+});

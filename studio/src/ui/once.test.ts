@@ -1,0 +1,30 @@
+import { expect, test } from "vitest";
+import { once } from "./parts";
+
+test("a press does nothing while the one before it is under way", async () => {
+  const does = once();
+  let [pressed, done] = [0, () => {}];
+  const press = () => {
+    pressed++;
+    return new Promise<void>((over) => (done = over));
+  };
+  does(press);
+  does(press);
+  expect(pressed).toBe(1);
+  done();
+  await Promise.resolve();
+  does(press);
+  expect(pressed).toBe(2);
+});
+
+test("what fails can be pressed again, and what is done at once always", async () => {
+  const does = once();
+  let pressed = 0;
+  does(() => {
+    pressed++;
+    return Promise.reject(new Error("refused"));
+  });
+  await Promise.resolve();
+  for (let nth = 0; nth < 3; nth++) does(() => void pressed++);
+  expect(pressed).toBe(4);
+});
