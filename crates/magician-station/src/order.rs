@@ -63,9 +63,9 @@ pub enum ArmOrder {
         /// because a lease ended; jobs have their own order, [`ArmOrder::StopJob`].
         request: Option<RequestId>,
     },
-    /// Switch off motor outputs that this station started, because the lease has ended. No effect
-    /// while a job runs.
-    StopMotors,
+    /// Switch off what has no end of its own, because the lease has ended: motor outputs that this
+    /// station started, and the laser. While a job runs this waits for its pause or end.
+    EndUnheld,
     /// Replace the fence at once.
     Fence {
         /// Request that is answered when the fence is in force, and the arm stands if it had to be

@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::world::{self, GripCount};
-use super::{TaskResult, Waiting, Work};
+use super::{TaskResult, Waiting, Work, switch_unheld_off};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{self, ProgramReading, Reader, ReadingArm, Source, Words};
@@ -56,9 +56,9 @@ pub(super) struct Slot {
     gives_up: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
-    /// True if no session holds the arm. Then motors that the job leaves running are switched off
-    /// when it pauses or ends.
-    owes_motors: Arc<AtomicBool>,
+    /// True if no session holds the arm. Then motors that the job leaves running, and the laser, are
+    /// switched off when it pauses or ends.
+    owes_unheld: Arc<AtomicBool>,
 }
 
 /// The running job, shared with the end of the program.
@@ -97,7 +97,7 @@ impl Slot {
             stopped: false,
             gives_up: Arc::default(),
             paused: Arc::default(),
-            owes_motors: Arc::default(),
+            owes_unheld: Arc::default(),
         }
     }
 }
@@ -124,16 +124,20 @@ async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, Rp
     });
     let (program, report) =
         { checked.await }.map_err(|error| RpcError::internal(error.to_string()))?;
-    let report = Some(to_value(&report?)?);
-    Ok(ReadProgram { program, report })
+    let report = Some(told(&report?, &digest)?);
+    Ok(ReadProgram {
+        program,
+        digest,
+        report,
+    })
 }
 
-/// Switches off motors that a job left running, if no session holds the arm.
-async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
+/// Switches off what a job left on without an end of its own, if no session holds the arm.
+async fn end_owed(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
-        && let Err(error) = arm.motors().stop().await
+        && let Err(error) = switch_unheld_off(arm).await
     {
-        tracing::warn!(%error, "a motor may run on after the job");
+        tracing::warn!(%error, "a motor or the laser may stay on after the job");
     }
 }
 
@@ -301,7 +305,7 @@ impl Work {
             (self.report)(ArmReport::Job { job, news });
         }
         let paused = Arc::clone(&slot.paused);
-        let owes_motors = Arc::clone(&slot.owes_motors);
+        let owes_unheld = Arc::clone(&slot.owes_unheld);
         // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
@@ -321,7 +325,7 @@ impl Work {
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
-                            pay_motors(&arm, &owes_motors).await;
+                            end_owed(&arm, &owes_unheld).await;
                         }
                         let text = handle.pause_text();
                         JobNews::State(state, text.map(|text| text.to_string()))
@@ -339,8 +343,8 @@ impl Work {
                 };
                 report(ArmReport::Job { job, news });
             }
-            let mut end = Box::new(end_of(&handle.outcome().await, &program));
-            pay_motors(&arm, &owes_motors).await;
+            let mut end = Box::new(end_of(&handle.outcome().await, &program, &digest));
+            end_owed(&arm, &owes_unheld).await;
             // A stopped job may have had its pick still ahead, so grips are counted only for a
             // completed one.
             let before = (end.state == "done").then_some(grips);
@@ -459,7 +463,7 @@ impl Work {
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
         // The session that resumes the job holds the arm.
-        slot.owes_motors.store(false, Ordering::SeqCst);
+        slot.owes_unheld.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
             let resumed = async {
                 if let Err(refused) = laser
@@ -542,10 +546,10 @@ impl Work {
         })
     }
 
-    /// Marks that no session holds the arm: motors of the job end with the job.
-    pub(super) fn owe_motors(&self) {
+    /// Marks that no session holds the arm: motors and the laser go off with the end of the job.
+    pub(super) fn owe_unheld(&self) {
         if let Some(slot) = &self.job {
-            slot.owes_motors.store(true, Ordering::SeqCst);
+            slot.owes_unheld.store(true, Ordering::SeqCst);
         }
     }
 
