@@ -81,7 +81,7 @@ pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, CutOff, FileToKeep, Grant, JobsToKeep, JournalLine, LIST_INTERVAL,
     MESSAGE, Next, Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station,
-    StationConfig, StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
+    StationConfig, StationSize, TeachAct, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

@@ -20,6 +20,7 @@ use crate::control::RequestId;
 use crate::engine::beside;
 use crate::job::{Converting, Reader, Source, SourceBytes};
 use crate::presets::{self, PresetAct};
+use crate::station::TeachAct;
 
 /// Largest program, bytes.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
@@ -389,7 +390,7 @@ pub(crate) fn keep(
     upload.finish()
 }
 
-/// Operation on the library.
+/// Operation on the library, or on presets and taught programs, which is carried out beside it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LibraryAct {
@@ -421,6 +422,37 @@ pub enum LibraryAct {
     },
     /// Operation on presets.
     Presets(PresetAct),
+    /// Conversion of a taught program.
+    Teach(TeachAct),
+}
+
+/// What happens to a program whose name a new one would get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::exhaustive_enums, reason = "it stays or it goes")]
+pub enum IfTaken {
+    /// It is replaced.
+    Replace,
+    /// It stays, and the new one is refused.
+    Refuse,
+}
+
+impl IfTaken {
+    /// Checks the name before a program is stored under it. `param` is the parameter of the name.
+    fn check(
+        self,
+        store: &dyn ProgramStore,
+        name: &ProgramName,
+        param: &str,
+    ) -> Result<(), RpcError> {
+        match (self, store.open(name)) {
+            (Self::Replace, _) | (_, Err(LibraryError::Unknown)) => Ok(()),
+            (Self::Refuse, Ok(_)) => {
+                let why = message!("there is a program {name} already", name = name.as_str());
+                Err(RpcError::param(param, why))
+            }
+            (Self::Refuse, Err(error)) => Err(wrong(error)),
+        }
+    }
 }
 
 /// Operation on the library on behalf of a request.
@@ -487,6 +519,7 @@ impl LibraryAct {
     ) -> Result<Value, RpcError> {
         match self {
             Self::Presets(act) => act.carry_out(presets),
+            Self::Teach(act) => act.carry_out(),
             Self::List => {
                 let programs = store.list().map_err(wrong)?;
                 let shown = programs.iter().map(|program| {

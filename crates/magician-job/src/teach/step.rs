@@ -30,6 +30,11 @@ impl TeachStep {
             .chain(pause)
     }
 
+    /// Number of steps of a plan that it becomes.
+    pub(super) fn plan_steps(&self) -> usize {
+        self.actions().count()
+    }
+
     /// Takes a step of a plan as a part of this one, if it can be one.
     pub(super) fn takes(&mut self, action: &Action) -> bool {
         let fresh = self.pause == 0;

@@ -48,7 +48,7 @@ impl Station {
             return Self::motion_call(name, call.params).map(Handled::Now);
         }
         if matches!(name, "teach.rows" | "teach.output" | "teach.plan") {
-            return Self::teach_call(name, call.params).map(Handled::Now);
+            return self.teach_call(name, call);
         }
         if let Some(arm) = call.arm.filter(|_| name.starts_with("world.")) {
             return self.world_call(method, call, arm);
