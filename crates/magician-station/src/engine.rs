@@ -101,16 +101,19 @@ impl ArmEngine {
     pub fn start(
         arm: &Arm,
         reader: Arc<dyn Reader>,
-        surface: ArmSurface,
+        mut surface: ArmSurface,
         journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
         report: impl Fn(ArmReport) + Send + Sync + 'static,
     ) -> Self {
+        let report: Arc<dyn Fn(ArmReport) + Send + Sync> = Arc::new(report);
+        let tell = Arc::clone(&report);
+        surface.on_change(move |surface| tell(ArmReport::Surface(surface)));
         let (messages, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
         let running = Arc::default();
         let work = Work {
             arm: arm.clone(),
-            report: Arc::new(report),
+            report,
             jobs_with: JobContext {
                 reader,
                 surface,

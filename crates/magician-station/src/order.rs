@@ -427,6 +427,8 @@ pub enum ArmReport {
         /// Fields of the event.
         fields: Vec<(&'static str, Value)>,
     },
+    /// What is known of the work surface has changed: the answer to `surface.get`.
+    Surface(Value),
     /// The line to the arm is back (true) or broken (false).
     Link(bool),
 }
