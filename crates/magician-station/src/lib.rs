@@ -62,8 +62,8 @@ pub use job::{
     Source, SourceBytes, ToCome,
 };
 pub use library::{
-    LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, NoPrograms,
-    OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
+    IfTaken, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
+    NoPrograms, OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
 pub use names::{LONGEST_NAME, is_name};
 pub use order::{

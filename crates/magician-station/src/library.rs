@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::ErrorKind;
+use magician::{ErrorKind, message};
 use magician_job::presets::Presets;
 use magician_program::{Format, SetupOptions};
 use serde_json::{Value, json};
@@ -406,7 +406,7 @@ pub enum LibraryAct {
         preset: Option<String>,
     },
     /// Store a program.
-    Put(ProgramName, Vec<u8>),
+    Put(ProgramName, Vec<u8>, IfTaken),
     /// Remove a program.
     Delete(ProgramName),
     /// Convert a program to another file.
@@ -419,6 +419,8 @@ pub enum LibraryAct {
         setup: Option<Box<SetupOptions>>,
         /// Name of the preset.
         preset: Option<String>,
+        /// What happens to a program that has the name already.
+        if_taken: IfTaken,
     },
     /// Operation on presets.
     Presets(PresetAct),
@@ -481,6 +483,7 @@ impl LibraryAct {
             to,
             setup,
             preset,
+            if_taken,
         } = self
         else {
             return beside(move || self.carry_out_on(by, &*store, &presets)).await?;
@@ -497,6 +500,8 @@ impl LibraryAct {
             // Opened here although the reader opens it again: the reader would report an unknown
             // name for the parameter `program`, which this method does not have.
             opened.open(&from).map_err(wrong)?;
+            // Before the conversion, which may take long, and once more after it.
+            if_taken.check(&*opened, &name, "to")?;
             reader.convert(&source, name.as_str())
         });
         let mut converted = converted.await??;
@@ -504,7 +509,10 @@ impl LibraryAct {
             match converted {
                 Converting::ToCome(to_come) => converted = to_come.await?,
                 Converting::Done(bytes, report) => {
-                    let kept = beside(move || keep(&*store, &to, by, &bytes).map_err(wrong));
+                    let kept = beside(move || {
+                        if_taken.check(&*store, &to, "to")?;
+                        keep(&*store, &to, by, &bytes).map_err(wrong)
+                    });
                     return kept.await?.map(|_| report);
                 }
             }
@@ -557,7 +565,8 @@ impl LibraryAct {
                 preset.map_err(|error| presets::wrong(error, "setup.preset"))?;
                 Ok(Value::Null)
             }
-            Self::Put(name, bytes) => {
+            Self::Put(name, bytes, if_taken) => {
+                if_taken.check(store, &name, "name")?;
                 keep(store, &name, by, &bytes).map_err(wrong)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }

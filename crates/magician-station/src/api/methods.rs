@@ -39,6 +39,11 @@ const PROGRAM_NAME: Param = may(
 );
 const NAMED: Param = needed("name", NAME, "the program");
 const TEXT: Param = may("text", PROGRAM, "the program as text; or `data`");
+const REPLACE: Param = may(
+    "replace",
+    Kind::Switch,
+    "whether a program that has this name already is replaced, or the request refused; yes unless given",
+);
 const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `text`");
 const FORMAT: Param = may(
     "format",
@@ -658,8 +663,8 @@ pub(super) const STATION: &[Method] = &[
         // Needs no lease, because the library belongs to no arm.
         "program.put",
         Student,
-        &[NAMED, TEXT, DATA],
-        "Keeps a program in the library; one of this name is replaced.",
+        &[NAMED, TEXT, DATA, REPLACE],
+        "Keeps a program in the library.",
         "{name, bytes}",
     ),
     method(
@@ -687,8 +692,9 @@ pub(super) const STATION: &[Method] = &[
                 "the name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv",
             ),
             SETUP,
+            REPLACE,
         ],
-        "Makes another file of a program.",
+        "Makes another file of a program, and keeps it in the library.",
         "as `convert --json`",
     ),
     method(
