@@ -27,6 +27,7 @@ pub mod class;
 #[cfg(feature = "client")]
 pub mod client;
 pub mod control;
+mod digest;
 mod engine;
 mod fair;
 mod fence;

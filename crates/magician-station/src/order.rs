@@ -156,6 +156,10 @@ pub struct JobOrder {
     /// Position at which the program starts, mm, if the program depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
+    /// Digest of the program that was checked: with another one the job is refused. `None` runs
+    /// whatever the source names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
 }
 
 impl JobOrder {
@@ -176,6 +180,7 @@ impl JobOrder {
             require_homed: false,
             unhomed: false,
             start,
+            digest: None,
         }
     }
 }
@@ -445,6 +450,8 @@ pub enum JobNews {
         steps: u64,
         /// Start position, mm, if the program depends on it and it was not given.
         start: Option<[f64; 3]>,
+        /// Digest of the program.
+        digest: String,
     },
     /// The job burns, or may burn.
     Burns,

@@ -512,7 +512,7 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "Checks a program from where the arm stands; nothing moves.",
-        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`: `seconds` is null in a program that is not divided into them",
+        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`: `seconds` is null in a program that is not divided into them; `digest` is for `job.start`",
     ),
     method(
         "job.start",
@@ -564,7 +564,12 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "key",
                 Kind::Text(64),
-                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys",
+                "a name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys",
+            ),
+            may(
+                "digest",
+                Kind::Text(64),
+                "the `digest` of the check that a person has seen: it starts nothing, with -32009, if the program, or the preset that `setup` names, has changed since",
             ),
         ],
         "Checks a program and runs it. What is answered is on the disk.",

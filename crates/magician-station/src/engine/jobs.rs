@@ -12,7 +12,7 @@ use magician::commands::{EndEffectorParams, Pose};
 use magician::message;
 use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
-use magician_job::report::{self, Note};
+use magician_job::report::{self, CheckReport, Note};
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
@@ -105,15 +105,28 @@ impl Slot {
 /// Program that was read for a job.
 pub(super) struct ReadProgram {
     program: PreparedProgram,
+    digest: String,
     /// Report of its check, if it cannot be placed within reach.
     report: Option<Value>,
 }
 
+/// Returns the report of a check as clients get it, with the digest of the program.
+fn told(report: &CheckReport, digest: &str) -> Result<Value, RpcError> {
+    let mut report = to_value(report)?;
+    report["digest"] = json!(digest);
+    Ok(report)
+}
+
 /// Checks a program that cannot be placed, because every refusal of a program carries a report.
-async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, RpcError> {
+async fn reported(
+    arm: &Arm,
+    program: PreparedProgram,
+    digest: String,
+) -> Result<ReadProgram, RpcError> {
     if program.misfit.is_none() {
         return Ok(ReadProgram {
             program,
+            digest,
             report: None,
         });
     }
@@ -196,7 +209,8 @@ impl Work {
         self.side.spawn(async move {
             let found = async {
                 let given_up = Notify::new();
-                let program = read(&arm, None, reader, &surface, source, None, &given_up).await?;
+                let read = read(&arm, None, reader, &surface, source, None, &given_up);
+                let (program, digest) = read.await?;
                 let kinds = program.program.kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
@@ -209,7 +223,7 @@ impl Work {
                     }
                 };
                 let checked =
-                    in_turns(async move { to_value(&job::check(&program, start).await?) });
+                    in_turns(async move { told(&job::check(&program, start).await?, &digest) });
                 // Preview and check use a thread each, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
@@ -229,7 +243,7 @@ impl Work {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
-        let unhomed = start.order.unhomed;
+        let (unhomed, checked) = (start.order.unhomed, start.order.digest.clone());
         // Stays unused if the slot belongs to another job by now.
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
@@ -245,7 +259,10 @@ impl Work {
             let homed = Some(&runs_on);
             let program = read(&arm, homed, reader, &surface, source, begun, &gives_up).await;
             let program = match program {
-                Ok(program) => reported(&runs_on, program).await,
+                Ok((_, digest)) if checked.is_some_and(|checked| checked != digest) => {
+                    Err(changed(&digest))
+                }
+                Ok((program, digest)) => reported(&runs_on, program, digest).await,
                 Err(error) => Err(error),
             };
             TaskResult::Program(job, program.map(Box::new))
@@ -264,7 +281,11 @@ impl Work {
         if slot.stopped {
             return self.never_began(job, "stopped", None);
         }
-        let ReadProgram { program, report } = match program {
+        let ReadProgram {
+            program,
+            digest,
+            report,
+        } = match program {
             Ok(program) => *program,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
@@ -274,6 +295,7 @@ impl Work {
                 title: program.program.plan().title.clone(),
                 steps: program.program.plan().steps.len() as u64,
                 start: program.start,
+                digest: digest.clone(),
             },
         });
         let spec = match self.spec(&start, &program, report) {
@@ -578,6 +600,12 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
+/// Error for a program that is another one than was checked.
+fn changed(digest: &str) -> RpcError {
+    let why = message!("the program is another one than was checked; nothing was sent");
+    RpcError::new(RpcError::CHANGED, why).with("digest", digest)
+}
+
 fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
@@ -603,7 +631,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
         .with("pose", json!(reading::pose(&pose))))
 }
 
-/// Reads a program off the engine's task. A program that depends on where the arm stands starts
+/// Reads a program off the engine's task, and returns it with its digest. A program that depends on where the arm stands starts
 /// there, or at `begun` if it was started before. `runs_on` is the arm as it will run the program;
 /// `None` for a check.
 async fn read(
@@ -614,7 +642,7 @@ async fn read(
     source: Source,
     begun: Option<[f64; 3]>,
     gives_up: &Notify,
-) -> Result<PreparedProgram, RpcError> {
+) -> Result<(PreparedProgram, String), RpcError> {
     let mut here = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
@@ -636,7 +664,7 @@ async fn read(
             };
         }
         match read {
-            ProgramReading::Done(program) => return Ok(*program),
+            ProgramReading::Done(program, digest) => return Ok((*program, digest)),
             // Not possible after the loop above.
             ProgramReading::ToCome(_) => {}
             ProgramReading::LacksSurface(error) => {
@@ -667,7 +695,7 @@ pub(crate) async fn beside<T: Send + 'static>(
 }
 
 /// Returns the end of a job from its outcome.
-fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
+fn end_of(outcome: &JobOutcome, program: &PreparedProgram, digest: &str) -> JobEnd {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     match outcome {
         Ok(done) => JobEnd {
@@ -684,7 +712,7 @@ fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
                 over("interrupted", Some(RpcError::from(&**fault)))
             }
             // Everything that is neither a stop nor a broken line.
-            _ => over("failed", Some(fault_of(error, program))),
+            _ => over("failed", Some(fault_of(error, program, digest))),
         },
     }
 }
@@ -696,14 +724,14 @@ fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     }
 }
 
-fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
+fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcError {
     let message = error.to_string();
     match &error.fault {
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
             let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
-            match to_value(&job::check_report(program, rest, report)) {
+            match told(&job::check_report(program, rest, report), digest) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }

@@ -476,6 +476,7 @@ impl Station {
                 require_homed: false,
                 unhomed: false,
                 start: None,
+                digest: None,
             };
             let name = self.arm(arm).entry.name.clone();
             // One refusal does not stop the others: each arm gets its own result.
