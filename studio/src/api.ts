@@ -103,6 +103,7 @@ export type Job = {
   place: number | null;
   error: JobError | null;
   notes: Note[] | null;
+  digest: string | null;
 };
 
 export type JobError = {
@@ -124,6 +125,7 @@ export type JobError = {
   template?: string;
   values?: SentenceValue[];
   report?: Report;
+  digest?: string;
   expected?: Pose;
   pose?: Pose;
   arm?: string;
@@ -164,6 +166,7 @@ export type ErrorData = {
   template?: string;
   values?: SentenceValue[];
   report?: Report;
+  digest?: string;
   expected?: Pose;
   pose?: Pose;
   arm?: string;
@@ -720,6 +723,7 @@ export type Report = {
   parts: Part[];
   notes?: Note[];
   preview?: Preview;
+  digest?: string;
 };
 
 export type Bounds = {
@@ -1252,6 +1256,7 @@ export interface Methods {
       queue?: boolean;
       after_check?: boolean;
       key?: string;
+      digest?: string;
     };
     result: {
       job: string;
@@ -1334,12 +1339,13 @@ export interface Methods {
     };
     result: null;
   };
-  /** Keeps a program in the library; one of this name is replaced. */
+  /** Keeps a program in the library. */
   "program.put": {
     params: {
       name: string;
       text?: string;
       data?: string;
+      replace?: boolean;
     };
     result: {
       name: string;
@@ -1370,12 +1376,13 @@ export interface Methods {
       data: string;
     };
   };
-  /** Makes another file of a program. */
+  /** Makes another file of a program, and keeps it in the library. */
   "program.convert": {
     params: {
       name: string;
       to: string;
       setup?: Setup;
+      replace?: boolean;
     };
     result: {
       from: string;
@@ -1930,6 +1937,11 @@ export interface Notifications {
     arm: string;
     jog: string;
     why: "released" | "not-kept" | "stopped" | "lease" | "link" | "replaced" | "limit";
+  };
+  /** The work surface under an arm was touched or forgotten, a corner of a sheet was taken; or another program has measured it, which shows with the next `surface.get`. */
+  "surface.changed": {
+    arm: string;
+    surface: MeasuredSurface;
   };
   /** As often as `arm.subscribe` asks for, the newest state when several are due; at once when job, jog or holder change, and once when the line is lost. */
   "arm.state": {

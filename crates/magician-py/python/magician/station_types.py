@@ -260,6 +260,7 @@ __all__ = [
     "Stood",
     "StopEvent",
     "Surface",
+    "SurfaceChangedNotification",
     "SurfaceCornerParams",
     "SurfaceCornerResult",
     "SurfaceGetParams",
@@ -525,6 +526,8 @@ class Job(TypedDict):
     """Why it failed or was interrupted; null: it has not failed."""
     notes: Union[list[Note], None]
     """What it has left switched on, and grips of a virtual arm that took nothing; null: nothing."""
+    digest: Union[str, None]
+    """What of its program the check found, as `job.check` answers it; null: not read yet."""
 
 class _JobError(TypedDict):
     message: str
@@ -572,6 +575,8 @@ class JobError(_JobErrorWords, _JobError, total=False):
     """The values in the sentence."""
     report: Report
     """What the check of a program found."""
+    digest: str
+    """The digest of the program as it is now."""
     expected: Pose
     """Where the arm should stand."""
     pose: Pose
@@ -651,6 +656,8 @@ class ErrorData(_ErrorDataWords, total=False):
     """The values in the sentence."""
     report: Report
     """What the check of a program found."""
+    digest: str
+    """The digest of the program as it is now."""
     expected: Pose
     """Where the arm should stand."""
     pose: Pose
@@ -1742,6 +1749,7 @@ class Report(_Report, total=False):
     placed: ReportPlaced
     notes: list[Note]
     preview: Preview
+    digest: str
 
 class Bounds(TypedDict):
     """Part of a message."""
@@ -2445,7 +2453,9 @@ class JobStartParams(_JobStartParamsWords, total=False):
     after_check: bool
     """Whether the answer comes when the check is over; yes unless given."""
     key: str
-    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys."""
+    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys."""
+    digest: str
+    """The `digest` of the check that a person has seen: it starts nothing, with -32009, if the program, or the preset that `setup` names, has changed since."""
 
 class JobStartResult(TypedDict):
     """Result of a method."""
@@ -2549,6 +2559,8 @@ class ProgramPutParams(_ProgramPutParams, total=False):
     """The program as text; or `data`."""
     data: str
     """The program's bytes in base64; or `text`."""
+    replace: bool
+    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
 
 class ProgramPutResult(TypedDict):
     """Result of a method."""
@@ -2596,6 +2608,8 @@ class ProgramConvertParams(_ProgramConvertParams, total=False):
 
     setup: Setup
     """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
+    replace: bool
+    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
 
 class ProgramConvertResultNotesItem(TypedDict):
     """Part of a message."""
@@ -3313,6 +3327,14 @@ class JogEndedNotification(TypedDict):
     """Which one."""
     why: Literal["released", "not-kept", "stopped", "lease", "link", "replaced", "limit"]
     """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
+
+class SurfaceChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
+    arm: str
+    """Name of the arm."""
+    surface: MeasuredSurface
+    """All that is known, as `surface.get` answers it."""
 
 class ArmStateNotification(TypedDict):
     """Parameters of a notification."""
