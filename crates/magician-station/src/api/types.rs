@@ -461,7 +461,7 @@ pub static TYPES: &[Type] = &[
             is("place", Count, "its place in the queue of its arm, from 1").null("it does not wait"),
             is("error", of("JobError"), "why it failed or was interrupted").null("it has not failed"),
             is("notes", List(&of("Note")), "what it has left switched on, and grips of a virtual arm that took nothing").null("nothing"),
-            is("digest", Text, "what of its program the check found, as `job.check` answers it").null("not read yet"),
+            is("digest", Text, "the digest of its program, as `job.check` answers it").null("not read yet"),
         ],
     },
     Type {
