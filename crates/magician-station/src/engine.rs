@@ -101,16 +101,19 @@ impl ArmEngine {
     pub fn start(
         arm: &Arm,
         reader: Arc<dyn Reader>,
-        surface: ArmSurface,
+        mut surface: ArmSurface,
         journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
         report: impl Fn(ArmReport) + Send + Sync + 'static,
     ) -> Self {
+        let report: Arc<dyn Fn(ArmReport) + Send + Sync> = Arc::new(report);
+        let tell = Arc::clone(&report);
+        surface.on_change(move |surface| tell(ArmReport::Surface(surface)));
         let (messages, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
         let running = Arc::default();
         let work = Work {
             arm: arm.clone(),
-            report: Arc::new(report),
+            report,
             jobs_with: JobContext {
                 reader,
                 surface,
@@ -220,6 +223,8 @@ enum Waiting {
         laser: bool,
     },
     Job(Box<JobStart>),
+    /// Ends what the actions before it may have left on: see [`ArmOrder::EndUnheld`].
+    EndUnheld,
 }
 
 struct Work {
@@ -305,7 +310,7 @@ impl Work {
                 | ArmOrder::EndJog(_)
                 | ArmOrder::StopJob(_)
                 | ArmOrder::Stop { .. }
-                | ArmOrder::StopMotors
+                | ArmOrder::EndUnheld
         );
         if self.ended && !begins_nothing {
             return;
@@ -382,7 +387,7 @@ impl Work {
             } => self.resume_job(request, job, approach, laser),
             ArmOrder::StopJob(job) => self.stop_job(job),
             // A job in progress is paused or stopped by its own orders, not by the end of a lease.
-            ArmOrder::Stop { request: None } if self.job_drives() => self.owe_motors(),
+            ArmOrder::Stop { request: None } if self.job_drives() => self.owe_unheld(),
             // An explicit stop ends the job as well; a stop because a lease ended leaves a paused
             // job.
             ArmOrder::Stop { request } => {
@@ -401,12 +406,12 @@ impl Work {
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
-            // Motors of a running job belong to the job until it pauses or ends.
-            ArmOrder::StopMotors => {
-                self.owe_motors();
-                if !self.job_drives() {
-                    self.stop_motors();
+            ArmOrder::EndUnheld => {
+                // Actions that came before the end of the lease may still switch something on.
+                if self.doing.is_some() || !self.waiting.is_empty() {
+                    self.waiting.push_back(Waiting::EndUnheld);
                 }
+                self.end_unheld();
             }
             ArmOrder::Fence {
                 request,
@@ -467,23 +472,26 @@ impl Work {
         });
     }
 
-    /// Switches off motor outputs that run without a holder. A command in the queue that would
-    /// start a motor is dropped with the queue.
-    fn stop_motors(&mut self) {
-        if self.arm.motors().running().is_empty() {
+    /// Switches off motor outputs and a laser that would stay on without a holder. A command in the
+    /// queue that would switch one on is dropped with the queue.
+    fn end_unheld(&mut self) {
+        // What a running job switched on belongs to the job until it pauses or ends.
+        self.owe_unheld();
+        if self.job_drives() || !has_unheld(&self.arm) {
             return;
         }
         self.stops += 1;
         let arm = self.arm.clone();
         self.side.spawn(async move {
-            // A queued command may still start a motor, so a moving arm is stopped as a whole.
-            let stopped = if arm.moving() {
+            // A queued command may still start a motor or light the laser, so a moving arm is
+            // stopped as a whole.
+            let ended = if arm.moving() {
                 arm.stop().await
             } else {
-                arm.motors().stop().await
+                switch_unheld_off(&arm).await
             };
-            if let Err(error) = stopped {
-                tracing::warn!(%error, "a motor may run on after the lease");
+            if let Err(error) = ended {
+                tracing::warn!(%error, "a motor or the laser may stay on after the lease");
             }
             TaskResult::Stopped(None, Ok(Value::Null))
         });
@@ -512,6 +520,7 @@ impl Work {
                 self.doing = Some((request, self.doing_of(arm, *act)));
             }
             Some(Waiting::Job(start)) => self.read_job(*start),
+            Some(Waiting::EndUnheld) => self.end_unheld(),
             None => {}
         }
     }
@@ -670,12 +679,29 @@ async fn restore_after_job(arm: Arm) -> TaskResult {
     TaskResult::Nothing
 }
 
+/// True if something is on that has no end of its own: a motor output, or the laser as far as is
+/// known.
+fn has_unheld(arm: &Arm) -> bool {
+    arm.outputs().laser == Some(true) || !arm.motors().running().is_empty()
+}
+
+/// Switches motor outputs and the laser off where they are on.
+async fn switch_unheld_off(arm: &Arm) -> magician::Result<()> {
+    let dark = if arm.outputs().laser == Some(true) {
+        arm.laser().switch_off().await
+    } else {
+        Ok(())
+    };
+    // Also if the laser did not answer.
+    let stopped = arm.motors().stop().await;
+    dark.and(stopped)
+}
+
 /// Stops an arm until nothing of it moves, burns, runs or waits.
 async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
-        let is_lit = arm.outputs().laser == Some(true);
-        let is_busy = is_lit || arm.moving() || !arm.motors().running().is_empty();
+        let is_busy = arm.moving() || has_unheld(arm);
         // The driver does not know commands that another host sent, so the arm's queue is asked.
         if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
             break;

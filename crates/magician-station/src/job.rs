@@ -35,6 +35,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
+use crate::digest::digest;
 use crate::files::{FilePreparation, FilePreparer, PrepareHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::order::JobOrder;
@@ -167,8 +168,8 @@ pub type ToCome<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
 /// Result of reading a program.
 #[non_exhaustive]
 pub enum ProgramReading {
-    /// The program.
-    Done(Box<PreparedProgram>),
+    /// The program, and the digest of what it was made of: its bytes, and the preset if one is named.
+    Done(Box<PreparedProgram>, String),
     /// The program depends on the arm's position: read it again with [`ReadingArm::stands`].
     NeedsStart,
     /// The program needs the height of its work surface, which is unknown. Kept apart from other
@@ -269,15 +270,16 @@ impl FormatReader {
         self
     }
 
-    /// Completes the options with the source's preset. Returns the preset's note for the user.
+    /// Completes the options with the source's preset. Returns the preset's note for the user, and
+    /// its text.
     fn by_preset(
         &self,
         source: &Source,
         format: Format,
         options: &mut SetupOptions,
-    ) -> Result<Option<Diagnostic>, RpcError> {
+    ) -> Result<(Option<Diagnostic>, String), RpcError> {
         let Some(name) = &source.preset else {
-            return Ok(None);
+            return Ok((None, String::new()));
         };
         let wrong = |error| presets::wrong(error, "setup.preset");
         let preset = self.presets.load(name).map_err(wrong)?;
@@ -286,16 +288,17 @@ impl FormatReader {
             RpcError::param("setup.preset", visible(&error.message).to_string())
         })?;
         *options = completed;
-        Ok(told)
+        Ok((told, preset.text))
     }
 
-    /// Returns the request to prepare a program for an arm.
+    /// Returns the request to prepare a program for an arm, and its digest: of everything that the
+    /// source names and does not contain, so that others may change it.
     fn request(
         &self,
         source: &Source,
         arm: &ReadingArm,
         defaults: SetupDefaults,
-    ) -> Result<PrepareRequest, RpcError> {
+    ) -> Result<(PrepareRequest, String), RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -313,7 +316,9 @@ impl FormatReader {
         if let Some(options) = &source.setup {
             request.options = (**options).clone();
         }
-        request.preset_note = self.by_preset(source, format, &mut request.options)?;
+        let (note, preset) = self.by_preset(source, format, &mut request.options)?;
+        request.preset_note = note;
+        let digest = digest(&bytes, &[preset.as_bytes()]);
         // A resumed program starts where it started first, or its steps would differ.
         request.options.start = request.options.start.or(arm.begun);
         request.defaults = defaults;
@@ -328,7 +333,7 @@ impl FormatReader {
             let tool = request.options.tool.or(request.defaults.tool);
             request.start = tip(stands, tool).map_or(StartPosition::Unknown, StartPosition::At);
         }
-        Ok(request)
+        Ok((request, digest))
     }
 
     /// Prepares the program, here or elsewhere, and applies `done` to the outcome.
@@ -361,9 +366,9 @@ fn title_of_text(bytes: &[u8]) -> String {
 }
 
 /// Converts the outcome of a preparation.
-fn reading(answer: FileAnswer) -> Result<ProgramReading, RpcError> {
+fn reading(answer: FileAnswer, digest: String) -> Result<ProgramReading, RpcError> {
     match answer {
-        Ok(Preparation::Done(program)) => Ok(ProgramReading::Done(program)),
+        Ok(Preparation::Done(program)) => Ok(ProgramReading::Done(program, digest)),
         Ok(Preparation::NeedsStart) => Ok(ProgramReading::NeedsStart),
         Err(error) if error.problem.lacks_surface() => {
             Ok(ProgramReading::LacksSurface(refusal(*error.problem)))
@@ -385,8 +390,9 @@ impl Reader for FormatReader {
         if arm.is_virtual {
             defaults = defaults.on_virtual_arm();
         }
-        let request = self.request(source, arm, defaults)?;
-        self.prepare(request, reading, ProgramReading::ToCome)
+        let (request, digest) = self.request(source, arm, defaults)?;
+        let done = move |answer| reading(answer, digest);
+        self.prepare(request, done, ProgramReading::ToCome)
     }
 
     fn usual_tool(&self) -> Tool {
@@ -399,7 +405,7 @@ impl Reader for FormatReader {
             RpcError::param("to", why)
         })?;
         let defaults = self.defaults.clone().for_conversion();
-        let mut request = self.request(source, &ReadingArm::default(), defaults)?;
+        let (mut request, _) = self.request(source, &ReadingArm::default(), defaults)?;
         // No arm takes part in a conversion, so every program starts at the same staged position.
         request.start = StartPosition::Staged;
         let names = [source.bytes.name().to_owned(), to.to_owned()];

@@ -27,6 +27,7 @@ pub mod class;
 #[cfg(feature = "client")]
 pub mod client;
 pub mod control;
+mod digest;
 mod engine;
 mod fair;
 mod fence;
@@ -62,8 +63,8 @@ pub use job::{
     Source, SourceBytes, ToCome,
 };
 pub use library::{
-    LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse, NoPrograms,
-    OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
+    IfTaken, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
+    NoPrograms, OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
 pub use names::{LONGEST_NAME, is_name};
 pub use order::{
@@ -81,7 +82,7 @@ pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, CutOff, FileToKeep, Grant, JobsToKeep, JournalLine, LIST_INTERVAL,
     MESSAGE, Next, Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station,
-    StationConfig, StationSize, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
+    StationConfig, StationSize, TeachAct, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

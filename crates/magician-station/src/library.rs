@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::ErrorKind;
+use magician::{ErrorKind, message};
 use magician_job::presets::Presets;
 use magician_program::{Format, SetupOptions};
 use serde_json::{Value, json};
@@ -20,6 +20,7 @@ use crate::control::RequestId;
 use crate::engine::beside;
 use crate::job::{Converting, Reader, Source, SourceBytes};
 use crate::presets::{self, PresetAct};
+use crate::station::TeachAct;
 
 /// Largest program, bytes.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
@@ -389,7 +390,7 @@ pub(crate) fn keep(
     upload.finish()
 }
 
-/// Operation on the library.
+/// Operation on the library, or on presets and taught programs, which is carried out beside it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LibraryAct {
@@ -405,7 +406,7 @@ pub enum LibraryAct {
         preset: Option<String>,
     },
     /// Store a program.
-    Put(ProgramName, Vec<u8>),
+    Put(ProgramName, Vec<u8>, IfTaken),
     /// Remove a program.
     Delete(ProgramName),
     /// Convert a program to another file.
@@ -418,9 +419,42 @@ pub enum LibraryAct {
         setup: Option<Box<SetupOptions>>,
         /// Name of the preset.
         preset: Option<String>,
+        /// What happens to a program that has the name already.
+        if_taken: IfTaken,
     },
     /// Operation on presets.
     Presets(PresetAct),
+    /// Conversion of a taught program.
+    Teach(TeachAct),
+}
+
+/// What happens to a program whose name a new one would get.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(clippy::exhaustive_enums, reason = "it stays or it goes")]
+pub enum IfTaken {
+    /// It is replaced.
+    Replace,
+    /// It stays, and the new one is refused.
+    Refuse,
+}
+
+impl IfTaken {
+    /// Checks the name before a program is stored under it. `param` is the parameter of the name.
+    fn check(
+        self,
+        store: &dyn ProgramStore,
+        name: &ProgramName,
+        param: &str,
+    ) -> Result<(), RpcError> {
+        match (self, store.open(name)) {
+            (Self::Replace, _) | (_, Err(LibraryError::Unknown)) => Ok(()),
+            (Self::Refuse, Ok(_)) => {
+                let why = message!("there is a program {name} already", name = name.as_str());
+                Err(RpcError::param(param, why))
+            }
+            (Self::Refuse, Err(error)) => Err(wrong(error)),
+        }
+    }
 }
 
 /// Operation on the library on behalf of a request.
@@ -449,6 +483,7 @@ impl LibraryAct {
             to,
             setup,
             preset,
+            if_taken,
         } = self
         else {
             return beside(move || self.carry_out_on(by, &*store, &presets)).await?;
@@ -465,6 +500,8 @@ impl LibraryAct {
             // Opened here although the reader opens it again: the reader would report an unknown
             // name for the parameter `program`, which this method does not have.
             opened.open(&from).map_err(wrong)?;
+            // Before the conversion, which may take long, and once more after it.
+            if_taken.check(&*opened, &name, "to")?;
             reader.convert(&source, name.as_str())
         });
         let mut converted = converted.await??;
@@ -472,7 +509,10 @@ impl LibraryAct {
             match converted {
                 Converting::ToCome(to_come) => converted = to_come.await?,
                 Converting::Done(bytes, report) => {
-                    let kept = beside(move || keep(&*store, &to, by, &bytes).map_err(wrong));
+                    let kept = beside(move || {
+                        if_taken.check(&*store, &to, "to")?;
+                        keep(&*store, &to, by, &bytes).map_err(wrong)
+                    });
                     return kept.await?.map(|_| report);
                 }
             }
@@ -487,6 +527,7 @@ impl LibraryAct {
     ) -> Result<Value, RpcError> {
         match self {
             Self::Presets(act) => act.carry_out(presets),
+            Self::Teach(act) => act.carry_out(),
             Self::List => {
                 let programs = store.list().map_err(wrong)?;
                 let shown = programs.iter().map(|program| {
@@ -524,7 +565,8 @@ impl LibraryAct {
                 preset.map_err(|error| presets::wrong(error, "setup.preset"))?;
                 Ok(Value::Null)
             }
-            Self::Put(name, bytes) => {
+            Self::Put(name, bytes, if_taken) => {
+                if_taken.check(store, &name, "name")?;
                 keep(store, &name, by, &bytes).map_err(wrong)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }

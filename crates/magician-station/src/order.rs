@@ -63,9 +63,9 @@ pub enum ArmOrder {
         /// because a lease ended; jobs have their own order, [`ArmOrder::StopJob`].
         request: Option<RequestId>,
     },
-    /// Switch off motor outputs that this station started, because the lease has ended. No effect
-    /// while a job runs.
-    StopMotors,
+    /// Switch off what has no end of its own, because the lease has ended: motor outputs that this
+    /// station started, and the laser. While a job runs this waits for its pause or end.
+    EndUnheld,
     /// Replace the fence at once.
     Fence {
         /// Request that is answered when the fence is in force, and the arm stands if it had to be
@@ -156,6 +156,10 @@ pub struct JobOrder {
     /// Position at which the program starts, mm, if the program depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<[f64; 3]>,
+    /// Digest of the program that was checked: with another one the job is refused. `None` runs
+    /// whatever the source names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
 }
 
 impl JobOrder {
@@ -176,6 +180,7 @@ impl JobOrder {
             require_homed: false,
             unhomed: false,
             start,
+            digest: None,
         }
     }
 }
@@ -427,6 +432,8 @@ pub enum ArmReport {
         /// Fields of the event.
         fields: Vec<(&'static str, Value)>,
     },
+    /// What is known of the work surface has changed: the answer to `surface.get`.
+    Surface(Value),
     /// The line to the arm is back (true) or broken (false).
     Link(bool),
 }
@@ -443,6 +450,8 @@ pub enum JobNews {
         steps: u64,
         /// Start position, mm, if the program depends on it and it was not given.
         start: Option<[f64; 3]>,
+        /// Digest of the program.
+        digest: String,
     },
     /// The job burns, or may burn.
     Burns,

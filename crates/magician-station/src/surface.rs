@@ -107,12 +107,25 @@ struct Measuring {
     corners: TouchedCorners,
 }
 
+/// Called with what is known of a surface, whenever that has changed.
+type Listener = Arc<dyn Fn(Value) + Send + Sync>;
+
+/// Reason why a surface is shown.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cause {
+    Reading,
+    Change,
+}
+
 /// Work surface under one arm.
 #[derive(Clone)]
 pub struct ArmSurface {
     entry: ArmEntry,
     store: Arc<dyn SurfaceStore>,
     measuring: Arc<Mutex<Measuring>>,
+    /// Last answer to a client. `None` before the first.
+    last: Arc<Mutex<Option<Value>>>,
+    listener: Option<Listener>,
 }
 
 impl fmt::Debug for ArmSurface {
@@ -131,7 +144,15 @@ impl ArmSurface {
             entry,
             store,
             measuring: Arc::default(),
+            last: Arc::default(),
+            listener: None,
         }
+    }
+
+    /// Calls `listener` with the answer to `surface.get` whenever that has changed: by a touch, or
+    /// by another program, which shows at the next reading of the store.
+    pub(crate) fn on_change(&mut self, listener: impl Fn(Value) + Send + Sync + 'static) {
+        self.listener = Some(Arc::new(listener));
     }
 
     /// Reads the store.
@@ -143,7 +164,7 @@ impl ArmSurface {
     /// Returns the answer to `surface.get`.
     pub(crate) async fn shown(&self) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
-        Ok(self.told(known))
+        Ok(self.told(known, Cause::Reading))
     }
 
     /// Takes a height from where the tool of the arm touches the surface, and stores the resulting
@@ -178,7 +199,7 @@ impl ArmSurface {
                 corners: measuring.corners,
             };
         });
-        Ok(self.told(KnownSurface::Measured(plane)))
+        Ok(self.told(KnownSurface::Measured(plane), Cause::Change))
     }
 
     /// Takes a corner of a sheet from where the tool of the arm touches it. With the third corner
@@ -198,19 +219,21 @@ impl ArmSurface {
         let sheet = corners.sheet().map_err(refused)?;
         let Some(sheet) = sheet else {
             self.with_measuring(|measuring| measuring.corners = corners);
-            return self.shown().await;
+            let known = self.known().await?;
+            return Ok(self.told(known, Cause::Change));
         };
         let sheet = WorkSurface::Sheet(sheet.rounded());
         self.keep(Some(sheet)).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
-        Ok(self.told(KnownSurface::Measured(sheet)))
+        Ok(self.told(KnownSurface::Measured(sheet), Cause::Change))
     }
 
     /// Forgets all measurements.
     pub(crate) async fn forget(self) -> std::result::Result<Value, RpcError> {
         self.keep(None).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
-        self.shown().await
+        let known = self.known().await?;
+        Ok(self.told(known, Cause::Change))
     }
 
     async fn keep(&self, surface: Option<WorkSurface>) -> std::result::Result<(), RpcError> {
@@ -236,8 +259,25 @@ impl ArmSurface {
         })
     }
 
-    /// Builds the answer of all methods of the surface.
-    fn told(&self, known: KnownSurface) -> Value {
+    /// Returns the answer of all methods of the surface. Passes it to the listener if it differs
+    /// from the one before.
+    fn told(&self, known: KnownSurface, cause: Cause) -> Value {
+        let answer = self.answer(known);
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = last.replace(answer.clone());
+        let has_changed = match &before {
+            Some(before) => *before != answer,
+            // Nobody was told anything, so a reading is no news.
+            None => cause == Cause::Change,
+        };
+        // Under the lock, so that two changes are told in their order.
+        if has_changed && let Some(listener) = &self.listener {
+            listener(answer.clone());
+        }
+        answer
+    }
+
+    fn answer(&self, known: KnownSurface) -> Value {
         let corners = self.with_measuring(|measuring| measuring.corners);
         let corners: Vec<_> = SheetCorner::ALL
             .into_iter()

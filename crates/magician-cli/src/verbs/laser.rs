@@ -56,6 +56,12 @@ impl Laser {
                     terminal";
             return Err(Failure::usage(message).hint("give --for SECONDS, or --keep-on"));
         }
+        if self.keep_on && context.global.station.is_some() && !context.in_shell() {
+            let message = "the laser at a station goes off with the lease, and this command's ends \
+                at once; nothing was sent";
+            return Err(Failure::usage(message)
+                .hint("give --for SECONDS, or use `magician shell`, which keeps the lease"));
+        }
         context.permit_laser(Asks::AtTheTerminal)?;
         if lasts {
             return self.burn(context);

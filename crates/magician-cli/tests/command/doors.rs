@@ -94,7 +94,7 @@ fn by_station(format: Format, bytes: &[u8], setup: &Value, files: Arc<dyn FilePr
         reading = read(&arm);
     }
     match reading {
-        Ok(ProgramReading::Done(program)) => {
+        Ok(ProgramReading::Done(program, _)) => {
             let notes = program.notes.iter().map(|note| {
                 let line = Some(note.origin.line).filter(|line| *line > 0);
                 json!([note.code.name(), note.message.as_str(), line])

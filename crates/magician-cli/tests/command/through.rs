@@ -111,7 +111,6 @@ const VERBS: &[(&str, &[Through])] = &[
         &[Same(&[
             &["laser", "on", "--for", "0.1"],
             &["laser", "on", "--for", "0.1", "--yes", "--json"],
-            &["laser", "on", "--keep-on", "--yes"],
             &["get", "EndEffectorLaser", "--json"],
             &["laser", "off", "--json"],
             &["get", "EndEffectorLaser", "--json"],

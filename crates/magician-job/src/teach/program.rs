@@ -159,7 +159,7 @@ impl ProgramModel {
     pub fn step_at(&self, from: usize, plan_step: usize) -> Option<usize> {
         let mut left = plan_step;
         for (nth, step) in self.steps.iter().enumerate().skip(from) {
-            let planned = step.actions().count();
+            let planned = step.plan_steps();
             if left < planned {
                 return Some(nth);
             }
@@ -172,7 +172,12 @@ impl ProgramModel {
     #[must_use]
     pub fn plan_steps_before(&self, step: usize) -> usize {
         let steps = self.steps.iter().take(step);
-        steps.map(|step| step.actions().count()).sum()
+        steps.map(TeachStep::plan_steps).sum()
+    }
+
+    /// Number of steps of the plan that each step becomes, in one pass over the program.
+    pub fn plan_steps(&self) -> impl Iterator<Item = usize> + '_ {
+        self.steps.iter().map(TeachStep::plan_steps)
     }
 
     /// True if the step reaches the same place by the same path from anywhere. Always true for the

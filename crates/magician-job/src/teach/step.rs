@@ -31,6 +31,11 @@ impl TeachStep {
             .chain(pause)
     }
 
+    /// Returns the number of plan steps of this step.
+    pub(super) fn plan_steps(&self) -> usize {
+        self.actions().count()
+    }
+
     /// Adds an action of a plan to this step; false if it does not fit.
     pub(super) fn takes(&mut self, action: &Action) -> bool {
         let fresh = self.pause == 0;

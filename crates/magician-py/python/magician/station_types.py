@@ -260,6 +260,7 @@ __all__ = [
     "Stood",
     "StopEvent",
     "Surface",
+    "SurfaceChangedNotification",
     "SurfaceCornerParams",
     "SurfaceCornerResult",
     "SurfaceGetParams",
@@ -337,20 +338,20 @@ __all__ = [
 
 
 class State(TypedDict):
-    """Latest state of an arm."""
+    """The state of an arm, as it was read last."""
 
     t: float
-    """Time of the reading, by the station's clock, Unix seconds."""
+    """When the pose was read, by the station's clock, Unix seconds."""
     arm: str
     """Name of the arm."""
     x: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     y: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     z: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     r: float
-    """Rotation of the tool, deg."""
+    """The turn of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -360,75 +361,75 @@ class State(TypedDict):
     j4: float
     """Joint 4, the tool, deg."""
     rail: Union[float, None]
-    """Position on the rail, mm; null: the arm has no rail."""
+    """Where the arm stands on its rail, mm; null: it has no rail."""
     current_index: int
-    """Queue index of the last finished command."""
+    """The command of the arm's queue that was finished last."""
     left_space: int
-    """Free places in the arm's queue; 0 if it is full, and the station waits. The size of the queue depends on the firmware; the virtual arm has 32 places, commands."""
+    """Places in the arm's queue that are free; 0: it is full, and the station waits. A queue that is empty has as many as the firmware has places, 32 in the virtual arm, commands."""
     alarms: list[int]
-    """Codes of the active alarms; `arm.alarms` explains them."""
+    """Codes of the alarms that stand; `arm.alarms` explains them."""
     link: Literal["up", "lost"]
-    """State of the line to the arm."""
+    """The line to the arm."""
     moving: bool
-    """True if the arm moves, or may move."""
+    """Whether it moves, or may."""
     homed: Union[bool, None]
-    """True if homed since power-up; false if it reported a reset and was not homed since; null: unknown: no reset was reported, and this computer saw no homing."""
+    """Whether it was homed since it was switched on; false: it says that it was reset, and was not homed since; null: not known: it says nothing of a reset, and this computer saw no homing."""
     tool: Tool
-    """State of the tools."""
+    """What its tools do."""
     speed: Union[float, None]
-    """Speed ratio of moves, percent; null: unknown: neither read nor set on this connection."""
+    """Share of the set speed of moves, percent; null: not known: it was neither read nor set since the line was found."""
     pins: list[Pin]
-    """Pins watched by subscribers of the arm."""
+    """The pins that some subscriber of the arm has asked for; none otherwise."""
     job: Union[str, None]
-    """Current job; null: no job is in progress."""
+    """The job that it is at; null: none: none was started, or the last one is over."""
     jog: Union[str, None]
-    """Current jog; null: no jog is in progress."""
+    """The jog that it is at; null: none."""
     holder: Union[Holder, None]
-    """Holder of the lease, who may move the arm; null: the arm is free."""
+    """Who has the lease, and may move it; null: nobody has it."""
 
 class Tool(TypedDict):
-    """State of the tools of an arm, derived from the commands sent to it; null means unknown."""
+    """What the tools of an arm do, by the commands that went to it; null is not known."""
 
     name: Union[Literal["none", "suction", "gripper", "pen", "laser"], None]
-    """Mounted tool; null: unknown, or no named tool has this tip."""
+    """The tool that is mounted; null: not known, or its tip is that of no tool with a name."""
     bias: Union[list[float], None]
-    """Offset of the tip from the flange, x, y, z, mm; null: unknown."""
+    """Its tip from the flange, x, y, z, mm; null: not known."""
     suction: Union[bool, None]
-    """True if the suction cup is on; null: unknown."""
+    """Whether the suction cup is on; null: not known."""
     gripper: Union[Literal["open", "closed", "off"], None]
-    """State of the gripper; off: its pump is off; null: unknown."""
+    """The gripper; off: its pump is off; null: not known."""
     laser: Union[bool, None]
-    """True if the laser may burn by the last known command; null: unknown."""
+    """Whether the laser may burn: the last command that is known lets it; null: not known."""
 
 class Pin(TypedDict):
-    """Level of a watched pin."""
+    """The level of a pin that is watched."""
 
     kind: Literal["input", "output", "analog"]
-    """Kind of reading."""
+    """How it is read."""
     address: int
-    """EIO address, 1 to 20."""
+    """Its EIO address, 1 to 20."""
     value: int
-    """0 or 1; for an analog input counts, 4095 at 3.3 V."""
+    """0 or 1; of an analog input counts, 4095 at 3.3 V."""
 
 class Holder(TypedDict):
-    """Session that holds the lease of an arm."""
+    """A session that has the lease of an arm."""
 
     session: str
-    """Id of the session."""
+    """Its id."""
     name: str
-    """Name of the session."""
+    """What it calls itself."""
 
 class Pose(TypedDict):
-    """Pose of an arm."""
+    """Where an arm is."""
 
     x: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     y: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     z: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     r: float
-    """Rotation of the tool, deg."""
+    """The turn of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -439,96 +440,98 @@ class Pose(TypedDict):
     """Joint 4, the tool, deg."""
 
 class LibraryUse(TypedDict):
-    """Use of the library of programs."""
+    """Room in the library of programs."""
 
     programs: int
     """Number of programs."""
     bytes: int
-    """Total size, bytes."""
+    """Their bytes, bytes."""
 
 class Stood(TypedDict):
-    """Arm at standstill after a stop."""
+    """An arm that stands after a stop."""
 
     arm: str
-    """Name of the arm."""
+    """Its name."""
     stood: bool
-    """True if two consecutive readings were equal."""
+    """True: two readings were equal."""
     pose: Pose
-    """Pose of the arm."""
+    """Where it stands."""
 
 class Lease(TypedDict):
-    """Granted lease."""
+    """A lease that was given."""
 
     arm: str
     """Name of the arm."""
     lease: str
-    """Id, for `lease.renew` and `lease.release`."""
+    """Its id, for `lease.renew` and `lease.release`."""
     ttl_s: float
-    """Lease timeout: the lease ends if the holder sends nothing for this long, s."""
+    """It ends when its holder says nothing for so long, s."""
 
 class Session(TypedDict):
-    """Session of the station."""
+    """A session of the station."""
 
     session: str
-    """Id of the session."""
+    """Its id."""
     name: str
-    """Name of the session."""
+    """What it calls itself."""
     role: Literal["viewer", "student", "teacher"]
-    """Role of the session."""
+    """What it may do."""
     leases: list[str]
-    """Arms whose lease it holds."""
+    """The arms whose lease it has."""
     since: float
-    """Begin of the session, Unix seconds."""
+    """When it said hello, Unix seconds."""
 
 class Job(TypedDict):
-    """Job, in progress or finished."""
+    """A job, also one that is over."""
 
     job: str
-    """Id, never reused."""
+    """Its id, never used twice."""
     arm: str
     """Name of the arm."""
     title: Union[str, None]
-    """Title of the program; null: not read yet, or no title."""
+    """What its program is called; null: it is not read yet, or has no title."""
     state: Literal["queued", "checking", "running", "pausing", "paused", "stopping", "done", "stopped", "failed", "interrupted"]
-    """State; from `done` on the job has ended."""
+    """What it does; from `done` on it is over."""
     step: int
-    """Finished steps of loop `loop`; the pair never decreases."""
+    """Steps of loop `loop` that the arm has finished; the pair never goes back."""
     steps: Union[int, None]
-    """Steps of one loop; null: not read yet."""
+    """Steps of one loop; null: it is not read yet."""
     first_step: Union[int, None]
-    """First step, from 1; null: not read yet."""
+    """The step that it began with, from 1; null: it is not read yet."""
     loops: int
-    """Number of repetitions; 0 until stopped."""
+    """How often it is done; 0 until it is stopped."""
     loop: int
-    """Current loop, from 1."""
+    """The loop under way, from 1."""
     seconds_left: Union[float, None]
-    """Estimated time left, s; null: unknown, or unlimited."""
+    """How long the rest takes, s; null: not known, or without end."""
     drawn_mm: Union[float, None]
-    """Drawn or burnt length, mm; null: not done."""
+    """Length of what it drew or burnt, mm; null: it is not done."""
     travel_mm: Union[float, None]
-    """Length of travel moves, mm; null: not done."""
+    """Length of the moves between, mm; null: it is not done."""
     started: Union[float, None]
-    """Start time, Unix seconds; null: queued."""
+    """When it began, Unix seconds; null: it waits in the queue."""
     ended: Union[float, None]
-    """End time, Unix seconds; null: not ended."""
+    """When it was over, Unix seconds; null: it is not over."""
     holder: Union[Holder, None]
-    """Owner of the job; null: unknown."""
+    """Whose it is; null: not known."""
     part: Union[int, None]
-    """Next part, from 1; null: not waiting between parts."""
+    """The part that comes next, from 1; null: it does not wait between parts."""
     reason: Union[Literal["person", "part", "program", "stopped", "yes", "restart", "unkept"], None]
-    """Of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was started anew, and `unkept`: the disk could not store its start, `job.resume` lets both go on; null: neither paused nor held back."""
+    """Of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was started anew, and `unkept`: the disk did not take its start, `job.resume` lets both go on; null: neither."""
     text: Union[str, None]
-    """Instruction for the person at the arm before the job continues; null: no instruction."""
+    """What the person at the arm is to do before it goes on; null: nothing is said."""
     place: Union[int, None]
-    """Place in the queue of its arm, from 1; null: not queued."""
+    """Its place in the queue of its arm, from 1; null: it does not wait."""
     error: Union[JobError, None]
-    """Cause of the failure or interruption; null: not failed."""
+    """Why it failed or was interrupted; null: it has not failed."""
     notes: Union[list[Note], None]
-    """Outputs left switched on, and grips of a virtual arm that picked nothing up; null: no notes."""
+    """What it has left switched on, and grips of a virtual arm that took nothing; null: nothing."""
+    digest: Union[str, None]
+    """What of its program the check found, as `job.check` answers it; null: not read yet."""
 
 class _JobError(TypedDict):
     message: str
-    """Cause, as a sentence."""
+    """What is wrong, in a sentence."""
 
 _JobErrorWords = TypedDict(
     "_JobErrorWords",
@@ -536,78 +539,80 @@ _JobErrorWords = TypedDict(
 )
 
 class JobError(_JobErrorWords, _JobError, total=False):
-    """Cause of a failed job: `data` of the error, and its message."""
+    """Why a job failed: `data` of the error, and its message."""
 
     kind: str
-    """Kind from the table of errors."""
+    """A kind of the table of errors."""
     code: str
-    """Identity of the error: programs decide by it, not by the message."""
+    """Which error it is: programs decide by it, never by the message."""
     param: str
-    """Name of the invalid parameter."""
+    """The parameter that is wrong."""
     row: int
-    """Invalid row of `teach.plan`, from 1."""
+    """The row of `teach.plan` that is wrong, from 1."""
     method: str
-    """Method that helps, or that is concerned."""
+    """The method that helps, or that is meant."""
     command: str
-    """Command of the protocol."""
+    """The command of the protocol."""
     danger: Literal["laser", "arm"]
-    """Danger that `yes` confirms."""
+    """What `yes` is needed for."""
     step: int
-    """Step of the program, from 1."""
+    """The step of a program, from 1."""
     value: float
-    """Requested value."""
+    """What was asked for."""
     limit: float
-    """Limit of the value, or of the number."""
+    """What is possible, or how many there may be."""
     unit: str
-    """Unit of both."""
+    """The unit of both."""
     fence: str
-    """Bound of the fence that would be crossed."""
+    """The part of the fence that it would break."""
     to: int
-    """Last index or step in doubt."""
+    """The last index or step in doubt."""
     remedies: list[Remedy]
-    """Possible remedies."""
+    """What to do about it."""
     template: str
-    """Message with the names of its values in braces: key for translations."""
+    """The sentence with the names of its values in braces: its identity in other languages."""
     values: list[SentenceValue]
-    """Values in the template."""
+    """The values in the sentence."""
     report: Report
-    """Result of the check of the program."""
+    """What the check of a program found."""
+    digest: str
+    """The digest of the program as it is now."""
     expected: Pose
-    """Expected pose."""
+    """Where the arm should stand."""
     pose: Pose
-    """Current pose."""
+    """Where it stands."""
     arm: str
-    """Arm that is frozen, or reserved by the schedule."""
+    """The arm that is frozen, or that the schedule keeps."""
     until: Union[float, None]
-    """End of the reservation, Unix time, s; null: unknown."""
+    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
     arms: list[Stood]
-    """Arms that stand nevertheless."""
+    """The arms that stand all the same."""
     role: Literal["viewer", "student", "teacher"]
-    """Role of the session."""
+    """The role of the session."""
     needs: Literal["viewer", "student", "teacher"]
-    """Required role."""
+    """The role that is needed."""
     may: list[Literal["owner", "holder", "teacher"]]
-    """Who may change a queued job: its owner, the holder of the lease, a teacher."""
+    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
     wait_s: float
-    """Time until codes are accepted again, s."""
+    """How long wrong codes have to wait, s."""
     quota: LibraryUse
-    """Quota of the library."""
+    """The quota of the library that is used up."""
     used: LibraryUse
-    """Used part of the quota."""
+    """What is used of it."""
     holder: Union[Holder, None]
-    """Holder of the lease; null: the arm is free."""
+    """Who has the lease; null: nobody has it."""
     free_in_s: float
-    """Time until the lease of a holder without a socket ends, s."""
+    """When the lease of a holder without a socket ends, s."""
     reason: Literal["unkept"]
-    """The disk could not store it."""
+    """The disk did not take it."""
     by: Union[str, None]
-    """Session that stopped it; null: not stopped by a session."""
+    """Whose stop it was; null: not a session's."""
     job: str
-    """Job that has the arm."""
+    """The job that has the arm."""
     jog: str
-    """Jog that has the arm."""
+    """The jog that has the arm."""
     recording: str
-    """Recording in progress."""
+    """The recording that is under way."""
 
 _ErrorDataWords = TypedDict(
     "_ErrorDataWords",
@@ -615,150 +620,152 @@ _ErrorDataWords = TypedDict(
 )
 
 class ErrorData(_ErrorDataWords, total=False):
-    """`data` of an error. Its members depend on the kind: see the table of errors."""
+    """`data` of an error. Which members there are depends on its kind: see the table of errors."""
 
     kind: str
-    """Kind from the table of errors."""
+    """A kind of the table of errors."""
     code: str
-    """Identity of the error: programs decide by it, not by the message."""
+    """Which error it is: programs decide by it, never by the message."""
     param: str
-    """Name of the invalid parameter."""
+    """The parameter that is wrong."""
     row: int
-    """Invalid row of `teach.plan`, from 1."""
+    """The row of `teach.plan` that is wrong, from 1."""
     method: str
-    """Method that helps, or that is concerned."""
+    """The method that helps, or that is meant."""
     command: str
-    """Command of the protocol."""
+    """The command of the protocol."""
     danger: Literal["laser", "arm"]
-    """Danger that `yes` confirms."""
+    """What `yes` is needed for."""
     step: int
-    """Step of the program, from 1."""
+    """The step of a program, from 1."""
     value: float
-    """Requested value."""
+    """What was asked for."""
     limit: float
-    """Limit of the value, or of the number."""
+    """What is possible, or how many there may be."""
     unit: str
-    """Unit of both."""
+    """The unit of both."""
     fence: str
-    """Bound of the fence that would be crossed."""
+    """The part of the fence that it would break."""
     to: int
-    """Last index or step in doubt."""
+    """The last index or step in doubt."""
     remedies: list[Remedy]
-    """Possible remedies."""
+    """What to do about it."""
     template: str
-    """Message with the names of its values in braces: key for translations."""
+    """The sentence with the names of its values in braces: its identity in other languages."""
     values: list[SentenceValue]
-    """Values in the template."""
+    """The values in the sentence."""
     report: Report
-    """Result of the check of the program."""
+    """What the check of a program found."""
+    digest: str
+    """The digest of the program as it is now."""
     expected: Pose
-    """Expected pose."""
+    """Where the arm should stand."""
     pose: Pose
-    """Current pose."""
+    """Where it stands."""
     arm: str
-    """Arm that is frozen, or reserved by the schedule."""
+    """The arm that is frozen, or that the schedule keeps."""
     until: Union[float, None]
-    """End of the reservation, Unix time, s; null: unknown."""
+    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
     arms: list[Stood]
-    """Arms that stand nevertheless."""
+    """The arms that stand all the same."""
     role: Literal["viewer", "student", "teacher"]
-    """Role of the session."""
+    """The role of the session."""
     needs: Literal["viewer", "student", "teacher"]
-    """Required role."""
+    """The role that is needed."""
     may: list[Literal["owner", "holder", "teacher"]]
-    """Who may change a queued job: its owner, the holder of the lease, a teacher."""
+    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
     wait_s: float
-    """Time until codes are accepted again, s."""
+    """How long wrong codes have to wait, s."""
     quota: LibraryUse
-    """Quota of the library."""
+    """The quota of the library that is used up."""
     used: LibraryUse
-    """Used part of the quota."""
+    """What is used of it."""
     holder: Union[Holder, None]
-    """Holder of the lease; null: the arm is free."""
+    """Who has the lease; null: nobody has it."""
     free_in_s: float
-    """Time until the lease of a holder without a socket ends, s."""
+    """When the lease of a holder without a socket ends, s."""
     reason: Literal["unkept"]
-    """The disk could not store it."""
+    """The disk did not take it."""
     by: Union[str, None]
-    """Session that stopped it; null: not stopped by a session."""
+    """Whose stop it was; null: not a session's."""
     job: str
-    """Job that has the arm."""
+    """The job that has the arm."""
     jog: str
-    """Jog that has the arm."""
+    """The jog that has the arm."""
     recording: str
-    """Recording in progress."""
+    """The recording that is under way."""
 
 class Remedy(TypedDict, total=False):
-    """Remedy for an error: one of `action`, `option`, `without` and `system`."""
+    """Something that can be done about an error, one of `action`, `option`, `without` and `system`."""
 
     action: str
-    """Action, such as `home`, `clear-alarms`."""
+    """What to do, such as `home`, `clear-alarms`."""
     option: str
-    """Option to set."""
+    """An option to give."""
     value: Union[float, bool, str, list[float]]
-    """Value of the option; without it the user chooses one."""
+    """Its value; the person chooses it where there is none."""
     without: str
-    """Option to leave out."""
+    """An option to leave out."""
     system: str
-    """Shell command for the station's machine."""
+    """A command for a shell of the station's machine."""
     effect: str
-    """Effect."""
+    """What comes of it."""
 
 class _SentenceValue(TypedDict):
     name: str
-    """Name in the template."""
+    """Its name in the template."""
 
 class SentenceValue(_SentenceValue, total=False):
-    """Value in a template: one of `text`, `option` and `template`."""
+    """A value in a sentence, one of `text`, `option` and `template`."""
 
     text: str
-    """Number or quotation, as printed."""
+    """A number or a quotation, as it is printed."""
     option: str
-    """Name of an option, which a client may translate."""
+    """An option by its name, which a client calls as it likes."""
     template: str
-    """Nested template."""
+    """Words that are a sentence of their own."""
     values: list[SentenceValue]
-    """Values of the nested template."""
+    """The values in those."""
 
 class TurnsArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """Id of the job."""
+    """The job."""
     title: Union[str, None]
-    """Title; null: no title."""
+    """Its title; null: it has none."""
     person: Union[str, None]
-    """Owner; null: a teacher."""
+    """Its owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
 
 class TurnsArmsItemSlot(TypedDict):
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
 
     who: list[str]
-    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """End, Unix time, s; null: unlimited."""
+    """When it ends, Unix time, s; null: it has no end."""
 
 class TurnsArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Name of the arm."""
+    """Its name."""
     person: Union[str, None]
-    """Person whose turn it is; null: no turn."""
+    """Whose turn it is; null: nobody's."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
+    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
     left_s: Union[float, None]
-    """Time left in the turn, s; null: unlimited, or no turn."""
+    """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
-    """True if a teacher has frozen the arm."""
+    """Whether a teacher has frozen the arm."""
     jobs: list[TurnsArmsItemJobsItem]
-    """Jobs queued for the arm, in order."""
+    """The jobs that wait for the arm, in order."""
     slot: Union[TurnsArmsItemSlot, None]
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
     free_at: Union[float, None]
-    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
 _TurnsQueueItemWords = TypedDict(
     "_TurnsQueueItemWords",
@@ -769,65 +776,65 @@ class TurnsQueueItem(_TurnsQueueItemWords):
     """Part of a message."""
 
     place: int
-    """Place, from 1."""
+    """From 1."""
     person: str
-    """Person that waits."""
+    """Who waits."""
     arms: list[str]
-    """Acceptable arms."""
+    """The arms that will do."""
     missed: bool
-    """True if a turn came while the person was away."""
+    """Whether a turn came while the person was not there."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class Turns(TypedDict):
-    """Turns and queue of a class."""
+    """Whose turn it is in a class, and who waits."""
 
     turn_s: Union[float, None]
-    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
+    """How long a turn is; 0 without end, s; null: there are no turns."""
     arms: list[TurnsArmsItem]
-    """Arms of the station."""
+    """The arms of the station."""
     queue: list[TurnsQueueItem]
-    """Waiting persons, in order."""
+    """Who waits, in order."""
 
 class TurnListArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """Id of the job."""
+    """The job."""
     title: Union[str, None]
-    """Title; null: no title."""
+    """Its title; null: it has none."""
     person: Union[str, None]
-    """Owner; null: a teacher."""
+    """Its owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
 
 class TurnListArmsItemSlot(TypedDict):
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
 
     who: list[str]
-    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """End, Unix time, s; null: unlimited."""
+    """When it ends, Unix time, s; null: it has no end."""
 
 class TurnListArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Name of the arm."""
+    """Its name."""
     person: Union[str, None]
-    """Person whose turn it is; null: no turn."""
+    """Whose turn it is; null: nobody's."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
+    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
     left_s: Union[float, None]
-    """Time left in the turn, s; null: unlimited, or no turn."""
+    """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
-    """True if a teacher has frozen the arm."""
+    """Whether a teacher has frozen the arm."""
     jobs: list[TurnListArmsItemJobsItem]
-    """Jobs queued for the arm, in order."""
+    """The jobs that wait for the arm, in order."""
     slot: Union[TurnListArmsItemSlot, None]
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
     free_at: Union[float, None]
-    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
 _TurnListQueueItemWords = TypedDict(
     "_TurnListQueueItemWords",
@@ -838,86 +845,86 @@ class TurnListQueueItem(_TurnListQueueItemWords):
     """Part of a message."""
 
     place: int
-    """Place, from 1."""
+    """From 1."""
     person: str
-    """Person that waits."""
+    """Who waits."""
     arms: list[str]
-    """Acceptable arms."""
+    """The arms that will do."""
     missed: bool
-    """True if a turn came while the person was away."""
+    """Whether a turn came while the person was not there."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class TurnListYou(TypedDict):
-    """The caller."""
+    """Who asks."""
 
     person: Union[str, None]
-    """Name under which the caller takes turns; null: none."""
+    """The name under which the asker takes turns; null: none."""
     arms: list[str]
-    """Arms meant by `turn.join` without `arm`."""
+    """The arms that `turn.join` without `arm` means."""
 
 class _TurnList(TypedDict):
     turn_s: Union[float, None]
-    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
+    """How long a turn is; 0 without end, s; null: there are no turns."""
     arms: list[TurnListArmsItem]
-    """Arms of the station."""
+    """The arms of the station."""
     queue: list[TurnListQueueItem]
-    """Waiting persons, in order."""
+    """Who waits, in order."""
 
 class TurnList(_TurnList, total=False):
-    """Turns, with the caller's own part."""
+    """Turns, and what they are for the asker."""
 
     you: TurnListYou
-    """The caller."""
+    """Who asks."""
 
 class _ClientName(TypedDict):
     name: str
-    """Name, 1 to 80 characters."""
+    """What it is called, 1 to 80 characters."""
 
 class ClientName(_ClientName, total=False):
-    """Client program that begins a session."""
+    """The program that says hello."""
 
     version: str
-    """Version, up to 80 characters."""
+    """Its version, up to 80 characters."""
 
 class Pupil(TypedDict):
-    """Sign-in of a pupil."""
+    """A pupil of the class who signs in."""
 
     name: str
-    """Name of the pupil."""
+    """The name."""
     code: str
-    """Code of the pupil."""
+    """The pupil's code."""
 
 class _ExpectedArm(TypedDict):
     arm: str
-    """Name of the arm."""
+    """Its name."""
 
 class ExpectedArm(_ExpectedArm, total=False):
-    """Arm expected on a site."""
+    """An arm that is expected on a site."""
 
     machine: str
-    """Machine of its station."""
+    """The machine of its station."""
 
 class PinAddress(TypedDict):
-    """Pin to watch."""
+    """A pin to watch."""
 
     kind: Literal["input", "output", "analog"]
-    """Kind of reading."""
+    """How it is read."""
     address: int
-    """EIO address, 1 to 20."""
+    """Its EIO address, 1 to 20."""
 
 class _Laser(TypedDict):
     on: bool
-    """True to switch it on."""
+    """Whether it burns."""
 
 class Laser(_Laser, total=False):
-    """Command for the laser."""
+    """What the laser is to do."""
 
     power: float
-    """0 to 100; while the arm stands only 100 is possible, less is `unsupported`, percent."""
+    """0 to 100; a laser that stands burns at 100 or not at all: less is `unsupported`, percent."""
 
 class Box(TypedDict):
-    """Axis-aligned box."""
+    """A box with sides along the axes."""
 
     x: list[float]
     """Least and most, mm."""
@@ -927,112 +934,112 @@ class Box(TypedDict):
     """Least and most, mm."""
 
 class Fence(TypedDict):
-    """Bounds of an arm: position, speed and laser power."""
+    """Where an arm may be, how fast, and how strong its laser."""
 
     floor: Union[float, None]
-    """Smallest z of the tip, mm; null: no bound."""
+    """The least z of the tip, mm; null: no bound."""
     box: Union[Box, None]
-    """Box that the tip must stay in; null: no bound."""
+    """Where the tip has to be; null: no bound."""
     keep_out: list[Box]
-    """Boxes that the tip must not enter."""
+    """Where it must not be."""
     speed: Union[float, None]
-    """Highest speed, mm/s; null: no bound."""
+    """The highest speed, mm/s; null: no bound."""
     power: Union[float, None]
-    """Highest power of the laser, percent; null: no bound."""
+    """The highest power of the laser, percent; null: no bound."""
 
 class FenceChange(TypedDict, total=False):
-    """Members of a fence to change; null removes the bound."""
+    """The members of a fence that become something else; null takes the bound away."""
 
     floor: Union[float, None]
-    """Smallest z of the tip, mm; null: no bound."""
+    """The least z of the tip, mm; null: no bound."""
     box: Union[Box, None]
-    """Box that the tip must stay in; null: no bound."""
+    """Where the tip has to be; null: no bound."""
     keep_out: Union[list[Box], None]
-    """Boxes that the tip must not enter; null: no box."""
+    """Where it must not be; null: nowhere."""
     speed: Union[float, None]
-    """Highest speed, mm/s; null: no bound."""
+    """The highest speed, mm/s; null: no bound."""
     power: Union[float, None]
-    """Highest power of the laser, percent; null: no bound."""
+    """The highest power of the laser, percent; null: no bound."""
 
 class _Surface(TypedDict):
     height: float
-    """Z of the surface at x = y = 0, as the arm reports it when the tool touches, mm."""
+    """The z that the arm reports where the tool touches it, at x = y = 0, mm."""
 
 class Surface(_Surface, total=False):
-    """Work surface of a plan."""
+    """The surface that a plan works on."""
 
     slope: list[float]
-    """Slope in x and in y, mm per mm; default level."""
+    """How much higher it is for each mm in x and in y; level without it."""
 
 class MeasuredSurface(TypedDict):
-    """Measured work surface of an arm."""
+    """What is known of the work surface under an arm."""
 
     touches: int
-    """Number of touches; 0 if nothing was measured."""
+    """How many touches it comes from; 0 while nothing is known."""
     plane: Union[Plane, None]
-    """Surface; null: nothing measured."""
+    """The surface; null: nothing is known."""
     residual: Union[float, None]
-    """Largest distance of a touch from the plane, mm; null: nothing measured."""
+    """The largest distance of a touch from it, mm; null: nothing is known."""
     corners: list[Literal["lower-left", "lower-right", "upper-left"]]
-    """Corners measured so far of an incomplete sheet."""
+    """Corners that were taken of a sheet that is not complete."""
     sheet: Union[MeasuredSheet, None]
-    """Sheet of paper; null: no sheet."""
+    """The sheet of paper; null: none was measured."""
 
 class Plane(TypedDict):
-    """Plane through a point."""
+    """A plane, by a place of it."""
 
     at: list[float]
-    """X and y of the point, mm."""
+    """X and y of the place, mm."""
     z: float
-    """Z at the point, as the arm reports it when the tool touches, mm."""
+    """The z that the arm reports where the tool touches it there, mm."""
     slope_x: float
-    """Slope in x, mm per mm."""
+    """How much higher it is for each mm in x."""
     slope_y: float
-    """Slope in y, mm per mm."""
+    """How much higher it is for each mm in y."""
 
 class MeasuredSheet(TypedDict):
-    """Position of a sheet of paper."""
+    """A sheet of paper as it lies before the arm."""
 
     corner: list[float]
-    """X and y of its lower left corner, as its reader sees it, mm."""
+    """X and y of its lower left corner, for its reader, mm."""
     rotation: float
-    """Angle from the arm's X to its lower edge, deg."""
+    """From the arm's X to its lower edge, deg."""
     size: Union[list[float], None]
-    """Width and height, mm; null: unknown."""
+    """Width and height, mm; null: not known."""
     outline: list[list[float]]
-    """Four corners, counterclockwise from the lower left one, mm."""
+    """Its four corners, from the lower left one against the clock, mm."""
 
 class Row(TypedDict):
-    """Row of the table of a plan: target, action of the tool, waiting time."""
+    """A row of the table of a plan: where the arm goes, what its tool does there, how long it stays."""
 
     name: str
-    """Name of the row."""
+    """What the row is called."""
     motion: Union[PlanStep, None]
-    """Step as in plan files; null: the arm stays."""
+    """A step as in plan files; null: it stays where it is."""
     gripper: Union[Literal["off", "open", "close"], None]
-    """Action of the gripper; null: unchanged."""
+    """What the gripper does; null: nothing."""
     suction: Union[bool, None]
-    """Action of the suction cup; null: unchanged."""
+    """The suction cup; null: nothing."""
     wait: Union[float, None]
-    """Waiting time, s; null: no wait."""
+    """How long it stays, s; null: not at all."""
 
 class GivenRow(TypedDict, total=False):
-    """Row for `teach.plan`: as Row, but null members may be missing."""
+    """A row for `teach.plan`: as Row, and a member that is null may be missing."""
 
     name: str
-    """Name of the row."""
+    """What the row is called."""
     motion: Union[PlanStep, None]
-    """Step as in plan files; null: the arm stays."""
+    """A step as in plan files; null: it stays where it is."""
     gripper: Union[Literal["off", "open", "close"], None]
-    """Action of the gripper; null: unchanged."""
+    """What the gripper does; null: nothing."""
     suction: Union[bool, None]
-    """Action of the suction cup; null: unchanged."""
+    """The suction cup; null: nothing."""
     wait: Union[float, None]
-    """Waiting time, s; null: no wait."""
+    """How long it stays, s; null: not at all."""
 
 class _StateChange(TypedDict):
     t: float
-    """Time of the reading, by the station's clock, Unix seconds."""
+    """When the pose was read, by the station's clock, Unix seconds."""
 
 class StateChange(_StateChange, total=False):
     """A State, or what of it is other than in the last one: each member that is there takes the place of the one before, whole."""
@@ -1040,13 +1047,13 @@ class StateChange(_StateChange, total=False):
     arm: str
     """Name of the arm."""
     x: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     y: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     z: float
-    """Position of the tool tip, mm."""
+    """The tip of the tool, mm."""
     r: float
-    """Rotation of the tool, deg."""
+    """The turn of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -1056,83 +1063,83 @@ class StateChange(_StateChange, total=False):
     j4: float
     """Joint 4, the tool, deg."""
     rail: Union[float, None]
-    """Position on the rail, mm; null: the arm has no rail."""
+    """Where the arm stands on its rail, mm; null: it has no rail."""
     current_index: int
-    """Queue index of the last finished command."""
+    """The command of the arm's queue that was finished last."""
     left_space: int
-    """Free places in the arm's queue; 0 if it is full, and the station waits. The size of the queue depends on the firmware; the virtual arm has 32 places, commands."""
+    """Places in the arm's queue that are free; 0: it is full, and the station waits. A queue that is empty has as many as the firmware has places, 32 in the virtual arm, commands."""
     alarms: list[int]
-    """Codes of the active alarms; `arm.alarms` explains them."""
+    """Codes of the alarms that stand; `arm.alarms` explains them."""
     link: Literal["up", "lost"]
-    """State of the line to the arm."""
+    """The line to the arm."""
     moving: bool
-    """True if the arm moves, or may move."""
+    """Whether it moves, or may."""
     homed: Union[bool, None]
-    """True if homed since power-up; false if it reported a reset and was not homed since; null: unknown: no reset was reported, and this computer saw no homing."""
+    """Whether it was homed since it was switched on; false: it says that it was reset, and was not homed since; null: not known: it says nothing of a reset, and this computer saw no homing."""
     tool: Tool
-    """State of the tools."""
+    """What its tools do."""
     speed: Union[float, None]
-    """Speed ratio of moves, percent; null: unknown: neither read nor set on this connection."""
+    """Share of the set speed of moves, percent; null: not known: it was neither read nor set since the line was found."""
     pins: list[Pin]
-    """Pins watched by subscribers of the arm."""
+    """The pins that some subscriber of the arm has asked for; none otherwise."""
     job: Union[str, None]
-    """Current job; null: no job is in progress."""
+    """The job that it is at; null: none: none was started, or the last one is over."""
     jog: Union[str, None]
-    """Current jog; null: no jog is in progress."""
+    """The jog that it is at; null: none."""
     holder: Union[Holder, None]
-    """Holder of the lease, who may move the arm; null: the arm is free."""
+    """Who has the lease, and may move it; null: nobody has it."""
 
 class AlarmRaisedEvent(TypedDict):
-    """An alarm became active."""
+    """An alarm stands."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["alarm-raised"]
     code: int
-    """Code of the alarm; `arm.alarms` explains active alarms."""
+    """Of the alarm; `arm.alarms` explains those that stand."""
 
 class AlarmClearedEvent(TypedDict):
-    """An alarm was cleared."""
+    """An alarm does not stand any more."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["alarm-cleared"]
     code: int
-    """Code of the alarm; `arm.alarms` explains active alarms."""
+    """Of the alarm; `arm.alarms` explains those that stand."""
 
 class CommandFinishedEvent(TypedDict):
-    """The arm finished commands of its queue."""
+    """The arm has finished commands of its queue."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["command-finished"]
     index: int
-    """Queue index of the last one."""
+    """The last one."""
 
 class UnaccountedEvent(TypedDict):
-    """The arm finished commands that this station did not send."""
+    """The arm's queue went on by commands that this station did not send."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["unaccounted"]
     index: int
-    """Queue index of the last one."""
+    """The last one."""
 
 class LinkLostEvent(TypedDict):
     """The line to the arm broke."""
@@ -1140,9 +1147,9 @@ class LinkLostEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["link-lost"]
 
 class LinkFoundEvent(TypedDict):
@@ -1151,34 +1158,34 @@ class LinkFoundEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["link-found"]
 
 class ResetEvent(TypedDict):
-    """The arm was reset or switched on: its queue is empty, and its settings have power-up values."""
+    """The arm was reset or switched on: its queue is empty, and its settings are those of power-up."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["reset"]
 
 class MissedEvent(TypedDict):
-    """The station could not keep up and dropped events."""
+    """The station could not follow: so many events were dropped."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["missed"]
     count: int
-    """Number of dropped events."""
+    """How many."""
 
 class HandTriggerEvent(TypedDict):
     """The unlock key was released while `teach.guide` is on."""
@@ -1186,87 +1193,87 @@ class HandTriggerEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["hand-trigger"]
     step: PlanStep
-    """Step to the position of the arm."""
+    """A step that leads to where the arm was put."""
 
 class StopEvent(TypedDict):
-    """The arm was stopped. Further stops within 50 ms are not reported."""
+    """The arm was stopped. Stops within 50 ms of one that was told are not."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["stop"]
     by: Union[str, None]
-    """Session that stopped it; null: stopped by the end of a lease."""
+    """Whose stop; null: the end of a lease."""
 
 class LeaseEvent(TypedDict):
-    """The holder of the lease changed."""
+    """The lease has another holder."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["lease"]
     holder: Union[Holder, None]
-    """Current holder; null: the arm is free."""
+    """Who has it now; null: nobody has it."""
 
 class JobEvent(TypedDict):
-    """The state of a job changed."""
+    """A job has another state."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["job"]
     job: str
-    """Id of the job."""
+    """Which one."""
     state: Literal["queued", "checking", "running", "pausing", "paused", "stopping", "done", "stopped", "failed", "interrupted"]
-    """State of the job."""
+    """Its state."""
 
 class _JogEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["jog"]
     jog: str
-    """Id of the jog."""
+    """Which one."""
 
 class JogEvent(_JogEvent, total=False):
-    """A jog began (`axis`) or ended (`why`)."""
+    """A jog began (`axis`) or is over (`why`)."""
 
     axis: Literal["x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-", "j4+", "j4-", "l+", "l-"]
-    """Axis and direction, at the beginning."""
+    """Where it goes, at its beginning."""
     why: Literal["released", "not-kept", "stopped", "lease", "link", "replaced", "limit"]
-    """Reason of the end: stopped by its session, or the session ended; hold time expired; the arm was stopped; the lease ended; the line broke; replaced by another jog of the session; a limit or the fence was reached."""
+    """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
 
 class RecordingSavedEvent(TypedDict):
-    """The last minutes were saved to a file because of an alarm."""
+    """An alarm had the last minutes written into a file."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["recording-saved"]
     name: str
-    """File name, for GET /api/v1/recordings/{name}."""
+    """The file, for GET /api/v1/recordings/{name}."""
     bytes: int
-    """Size of the file."""
+    """Its length."""
 
 class RecordingLostEvent(TypedDict):
     """A recording ended because its file could not be written."""
@@ -1274,14 +1281,14 @@ class RecordingLostEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Sequence number at this arm, from 1, for `events.since`."""
+    """Its number at this arm, from 1, for `events.since`."""
     t: float
-    """Time, by the station's clock, Unix seconds."""
+    """When it happened, by the station's clock, Unix seconds."""
     event: Literal["recording-lost"]
     name: str
-    """File name, for GET /api/v1/recordings/{name}."""
+    """The file, for GET /api/v1/recordings/{name}."""
     message: str
-    """Cause."""
+    """Why."""
 
 class Setup(TypedDict, total=False):
     """How a program is drawn or engraved."""
@@ -1742,6 +1749,7 @@ class Report(_Report, total=False):
     placed: ReportPlaced
     notes: list[Note]
     preview: Preview
+    digest: str
 
 class Bounds(TypedDict):
     """Part of a message."""
@@ -1877,21 +1885,21 @@ class Class(_Class, total=False):
 
 class _SessionHelloParams(TypedDict):
     client: ClientName
-    """Client program: `name`, and optionally `version`."""
+    """The program: `name`, and `version` if it has one."""
 
 class SessionHelloParams(_SessionHelloParams, total=False):
     """Parameters of a method."""
 
     token: str
-    """Token of the station."""
+    """A token of the station."""
     pupil: Pupil
-    """Sign-in of a pupil: `name` and `code`; replaces a token."""
+    """A pupil of the class signs in: `name` and `code`; instead of a token."""
     pin: str
-    """Teacher's PIN of the class, on this machine only; replaces a token."""
+    """The teacher's PIN of the class, on this machine; instead of a token."""
     resume: str
-    """Secret of a session to resume, from an earlier answer."""
+    """The secret of a session whose socket has ended."""
     role: Literal["viewer", "student", "teacher"]
-    """Upper limit for the role of the session, below that of its token."""
+    """The most that the session may do, where the token allows more."""
 
 class SessionHelloResultLimits(TypedDict):
     """Part of a message."""
@@ -2040,7 +2048,7 @@ class ArmStateParams(TypedDict, total=False):
 
 class _ArmSubscribeParams(TypedDict):
     rate: int
-    """States per second."""
+    """States a second."""
 
 class ArmSubscribeParams(_ArmSubscribeParams, total=False):
     """Parameters of a method."""
@@ -2048,7 +2056,7 @@ class ArmSubscribeParams(_ArmSubscribeParams, total=False):
     arm: str
     """Name of the arm."""
     frame: Literal["json", "binary"]
-    """Encoding of the states; default json."""
+    """The form of the states; json unless given."""
     pins: list[PinAddress]
     """Pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)."""
 
@@ -2075,7 +2083,7 @@ class ArmGetParams(_ArmGetParams, total=False):
     arm: str
     """Name of the arm."""
     query: Fields
-    """Fields of the query."""
+    """What the reading is asked for, by field."""
 
 class _ArmSetParams(TypedDict):
     command: str
@@ -2089,7 +2097,7 @@ class ArmSetParams(_ArmSetParams, total=False):
     fields: Fields
     """Its fields."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class _ArmEnqueueParams(TypedDict):
     command: str
@@ -2103,7 +2111,7 @@ class ArmEnqueueParams(_ArmEnqueueParams, total=False):
     fields: Fields
     """Its fields."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class ArmEnqueueResult(TypedDict):
     """Result of a method."""
@@ -2112,7 +2120,7 @@ class ArmEnqueueResult(TypedDict):
 
 class _ArmMoveParams(TypedDict):
     to: list[float]
-    """Target: x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one."""
+    """X, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one."""
 
 class ArmMoveParams(_ArmMoveParams, total=False):
     """Parameters of a method."""
@@ -2120,13 +2128,13 @@ class ArmMoveParams(_ArmMoveParams, total=False):
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
-    """Path; default joint."""
+    """The path; joint unless given."""
     frame: Literal["xyz", "joints"]
-    """Coordinates of `to`; default xyz."""
+    """What `to` counts in; xyz unless given."""
     relative: bool
-    """Interprets `to` relative to the current position."""
+    """Whether `to` counts from where the arm stands."""
     wait: bool
-    """Answers only after the motion; default true."""
+    """Whether the answer comes when the arm is there; yes unless given."""
 
 class ArmMoveResultItem(TypedDict):
     """Part of a message."""
@@ -2139,7 +2147,7 @@ class ArmHomeParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class ArmClearAlarmsParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2147,7 +2155,7 @@ class ArmClearAlarmsParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class ArmToolParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2155,15 +2163,15 @@ class ArmToolParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """Mounted tool, or offset of its tip from the flange (mm)."""
+    """The tool that is mounted, or its tip from the flange (mm)."""
     suction: bool
-    """Switches the suction cup."""
+    """The suction cup."""
     gripper: Literal["open", "closed", "off"]
-    """State of the gripper."""
+    """The gripper."""
     laser: Laser
-    """Laser: `on`, and `power` (percent), which must be 100 while the arm stands."""
+    """The laser: `on`, and `power` (percent), which is 100 where it stands."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class ArmSpeedParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2171,9 +2179,9 @@ class ArmSpeedParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     percent: float
-    """Speed ratio of moves and jogs; alternatively `row`."""
+    """Share of the set speeds of moves and jogs; or `row`."""
     row: str
-    """Command of the protocol that sets speeds."""
+    """A command of the protocol that holds speeds."""
     fields: Fields
     """Its fields."""
 
@@ -2214,7 +2222,7 @@ class ArmFenceParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     set: Union[FenceChange, None]
-    """Members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent); null removes a bound, or all; needs the role teacher."""
+    """The members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers."""
 
 class ArmFenceResult(TypedDict):
     """Result of a method."""
@@ -2266,7 +2274,7 @@ class ArmModelResult(TypedDict):
 
 class _EventsSinceParams(TypedDict):
     seq: int
-    """Sequence number of the last known event; 0 for all."""
+    """The last event that is known; 0 for all."""
 
 class EventsSinceParams(_EventsSinceParams, total=False):
     """Parameters of a method."""
@@ -2286,19 +2294,19 @@ class LeaseAcquireParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     wait_s: float
-    """Longest wait for the lease, s; default 0. Refused with -32002 when the time is over."""
+    """How long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002."""
 
 class LeaseRenewParams(TypedDict):
     """Parameters of a method."""
 
     lease: str
-    """Id of the lease."""
+    """The lease."""
 
 class LeaseReleaseParams(TypedDict):
     """Parameters of a method."""
 
     lease: str
-    """Id of the lease."""
+    """The lease."""
 
 class LeaseAskParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2306,7 +2314,7 @@ class LeaseAskParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     message: str
-    """Message for the holder."""
+    """A sentence for the holder."""
 
 class _LeaseAskResult(TypedDict):
     granted: bool
@@ -2319,9 +2327,9 @@ class LeaseAskResult(_LeaseAskResult, total=False):
 
 class _LeaseAnswerParams(TypedDict):
     session: str
-    """Session that asked."""
+    """The session that asks."""
     grant: bool
-    """True to pass the lease on."""
+    """Whether it gets the lease."""
 
 class LeaseAnswerParams(_LeaseAnswerParams, total=False):
     """Parameters of a method."""
@@ -2337,7 +2345,7 @@ class LeaseTakeParams(TypedDict, total=False):
 
 class _JogStartParams(TypedDict):
     axis: Literal["x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-", "j4+", "j4-", "l+", "l-"]
-    """Axis, joint or rail, with direction."""
+    """Axis, joint or rail, and the direction."""
 
 class JogStartParams(_JogStartParams, total=False):
     """Parameters of a method."""
@@ -2345,9 +2353,9 @@ class JogStartParams(_JogStartParams, total=False):
     arm: str
     """Name of the arm."""
     keep_ms: int
-    """Hold time, ms: the jog stops if `jog.keep` does not renew it; default 250."""
+    """How long it goes on without being kept up, ms; 250 unless given."""
     percent: float
-    """Speed ratio of the jog."""
+    """Share of the set jog speed."""
 
 class JogStartResult(TypedDict):
     """Result of a method."""
@@ -2366,7 +2374,7 @@ class JogStopParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     jog: str
-    """Id of the jog; default: the current jog of the arm."""
+    """The jog; that of the arm unless given."""
 
 class JogStopResult(TypedDict):
     """Result of a method."""
@@ -2378,7 +2386,7 @@ class _JogStepParams(TypedDict):
     axis: Literal["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"]
     """Axis, joint or rail."""
     by: float
-    """Signed distance, mm or deg."""
+    """How far, with its sign: mm or deg."""
 
 class JogStepParams(_JogStepParams, total=False):
     """Parameters of a method."""
@@ -2386,9 +2394,9 @@ class JogStepParams(_JogStepParams, total=False):
     arm: str
     """Name of the arm."""
     frame: Literal["base", "tool"]
-    """Frame of x and y: the base, or rotated by r; default base."""
+    """The frame of x and y: base, or turned by r; base unless given."""
     percent: float
-    """Speed ratio of the move."""
+    """Share of the set speeds of moves."""
 
 class JobCheckParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2396,17 +2404,17 @@ class JobCheckParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     program: str
-    """Name of a program in the library; alternatively `text` or `data`."""
+    """A program of the library; or `text`, or `data`."""
     text: str
-    """Content of the program as text; alternatively `data`."""
+    """The program as text; or `data`."""
     data: str
-    """Content of the program in base64; alternatively `text`."""
+    """The program's bytes in base64; or `text`."""
     format: str
-    """Format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
+    """Its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
     setup: Setup
-    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
+    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
     preview: bool
-    """Adds `preview`, the expected result: `{strokes: [{points, height, part, power, reachable}], travels}`, at most 20,000 points each; `part` is a number of `parts`, or null; `power` of the laser in percent, 100 for ink."""
+    """Whether `preview` has what it leaves: `{strokes: [{points, height, part, power, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null; `power` of the laser in percent, 100 of ink."""
 
 _JobStartParamsWords = TypedDict(
     "_JobStartParamsWords",
@@ -2419,33 +2427,35 @@ class JobStartParams(_JobStartParamsWords, total=False):
     arm: str
     """Name of the arm."""
     program: str
-    """Name of a program in the library; alternatively `text` or `data`."""
+    """A program of the library; or `text`, or `data`."""
     text: str
-    """Content of the program as text; alternatively `data`."""
+    """The program as text; or `data`."""
     data: str
-    """Content of the program in base64; alternatively `text`."""
+    """The program's bytes in base64; or `text`."""
     format: str
-    """Format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
+    """Its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
     setup: Setup
-    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
+    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
     loops: int
-    """Number of repetitions; 0 repeats until stopped; default 1."""
+    """How often; 0 until it is stopped, 1 unless given."""
     keep: bool
-    """Lets the commands in the arm's queue finish first."""
+    """Whether what is in the queue is done first."""
     require_homed: bool
-    """Refuses an arm that has not been homed."""
+    """Whether an arm that was not homed is refused."""
     unhomed: bool
-    """Accepts an arm not known to be homed: it may act in the wrong place."""
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
     on_lost: Literal["pause", "stop", "continue"]
-    """Action when the lease ends; default pause, or continue if the caller has no session."""
+    """What becomes of it when the lease ends; pause unless given, continue without a session."""
     queue: bool
-    """Queues the job, without the lease, until the arm has no job and no turn of others; it is then checked again."""
+    """Whether it waits, without the lease, until the arm is free of jobs and of others' turns; then it is checked again."""
     after_check: bool
-    """Answers only after the check; default true."""
+    """Whether the answer comes when the check is over; yes unless given."""
     key: str
-    """Idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm."""
+    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys."""
+    digest: str
+    """The `digest` of the check that a person has seen: it starts nothing, with -32009, if the program, or the preset that `setup` names, has changed since."""
 
 class JobStartResult(TypedDict):
     """Result of a method."""
@@ -2456,7 +2466,7 @@ class JobGetParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """Id of the job."""
+    """The job."""
 
 class JobListParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2473,27 +2483,27 @@ class JobPauseParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """Id of the job."""
+    """The job."""
 
 class _JobResumeParams(TypedDict):
     job: str
-    """Id of the job."""
+    """The job."""
 
 class JobResumeParams(_JobResumeParams, total=False):
     """Parameters of a method."""
 
     approach: bool
-    """Approaches the drawing safely, because the arm may have been moved; default true."""
+    """Whether the arm may have been moved since; yes unless given."""
     overlap: float
-    """Length of a burnt line to burn again before the point of interruption, mm; default 0."""
+    """How far before the place where the light of a burn went out it begins, along its line, mm; 0 unless given."""
     yes: bool
-    """Confirms a dangerous command, or one that may burn."""
+    """That it is meant: for what is dangerous or may burn."""
 
 class JobStopParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """Id of the job."""
+    """The job."""
 
 class JobHistoryParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2501,9 +2511,9 @@ class JobHistoryParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     skip: int
-    """Number of newest jobs to skip; default 0."""
+    """So many of the newest are left out; 0 unless given."""
     limit: int
-    """Largest number of jobs to return; default 50."""
+    """So many at most; 50 unless given."""
 
 class JobHistoryResultTotals(TypedDict):
     """Part of a message."""
@@ -2528,27 +2538,29 @@ class JobReorderParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """Id of the job."""
+    """The job."""
     position: int
-    """New `place`, from 1; larger values mean the last place."""
+    """Its new `place`, from 1; more than there are is the last."""
 
 class JobDeleteParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """Id of the job."""
+    """The job."""
 
 class _ProgramPutParams(TypedDict):
     name: str
-    """Name of the program."""
+    """The program."""
 
 class ProgramPutParams(_ProgramPutParams, total=False):
     """Parameters of a method."""
 
     text: str
-    """Content of the program as text; alternatively `data`."""
+    """The program as text; or `data`."""
     data: str
-    """Content of the program in base64; alternatively `text`."""
+    """The program's bytes in base64; or `text`."""
+    replace: bool
+    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
 
 class ProgramPutResult(TypedDict):
     """Result of a method."""
@@ -2576,7 +2588,7 @@ class ProgramGetParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """Name of the program."""
+    """The program."""
 
 class ProgramGetResult(TypedDict):
     """Result of a method."""
@@ -2587,15 +2599,17 @@ class ProgramGetResult(TypedDict):
 
 class _ProgramConvertParams(TypedDict):
     name: str
-    """Name of the program."""
+    """The program."""
     to: str
-    """Name of the new program; its extension selects the format: .plan.json, .playback, .svg, .png, .csv."""
+    """The name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv."""
 
 class ProgramConvertParams(_ProgramConvertParams, total=False):
     """Parameters of a method."""
 
     setup: Setup
-    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
+    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
+    replace: bool
+    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
 
 class ProgramConvertResultNotesItem(TypedDict):
     """Part of a message."""
@@ -2619,13 +2633,13 @@ class ProgramConvertResult(_ProgramConvertResultWords):
 
 class _ProgramOptionsParams(TypedDict):
     format: str
-    """Format, as in `program.list`."""
+    """A format, as `program.list` has it."""
 
 class ProgramOptionsParams(_ProgramOptionsParams, total=False):
     """Parameters of a method."""
 
     all: bool
-    """Lists all applicable options, not only the usual ones."""
+    """Whether all options come that count for it, not only the usual ones."""
 
 class ProgramOptionsResult(TypedDict):
     """Result of a method."""
@@ -2636,21 +2650,21 @@ class ProgramDeleteParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """Name of the program."""
+    """The program."""
 
 class _PresetSaveParams(TypedDict):
     name: str
-    """Name of the preset: letters, digits, - and _."""
+    """The preset: letters, digits, - and _."""
 
 class PresetSaveParams(_PresetSaveParams, total=False):
     """Parameters of a method."""
 
     setup: Setup
-    """Options of the preset, as for `job.check`; alternatively `text`."""
+    """What it says, as `job.check` takes it; or `text`."""
     note: str
-    """Note for users of the preset; with `setup`."""
+    """What is told to people who use it; beside `setup`."""
     text: str
-    """Preset file, TOML; alternatively `setup`."""
+    """A file of a preset, TOML; or `setup`."""
 
 class PresetListParams(TypedDict):
     """Parameters of a method."""
@@ -2664,13 +2678,13 @@ class PresetShowParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """Name of the preset: letters, digits, - and _."""
+    """The preset: letters, digits, - and _."""
 
 class PresetRemoveParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """Name of the preset: letters, digits, - and _."""
+    """The preset: letters, digits, - and _."""
 
 class SurfaceTouchParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2678,15 +2692,15 @@ class SurfaceTouchParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     add: bool
-    """Adds this touch to the earlier ones; from three touches on the surface is a tilted plane."""
+    """Adds the touch to those before: from three on the plane through them is tilted as the table is."""
     forget: bool
-    """Forgets the measured surface and sheet instead of measuring."""
+    """Forgets what was measured, a sheet as well, instead of taking it."""
     unhomed: bool
-    """Accepts an arm not known to be homed: it may act in the wrong place."""
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class _SurfaceCornerParams(TypedDict):
     corner: Literal["lower-left", "lower-right", "upper-left"]
-    """Corner of the sheet, as its reader sees it."""
+    """Which one it is, for the reader of the paper."""
 
 class SurfaceCornerParams(_SurfaceCornerParams, total=False):
     """Parameters of a method."""
@@ -2694,7 +2708,7 @@ class SurfaceCornerParams(_SurfaceCornerParams, total=False):
     arm: str
     """Name of the arm."""
     unhomed: bool
-    """Accepts an arm not known to be homed: it may act in the wrong place."""
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class SurfaceGetParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2708,9 +2722,9 @@ class TeachCaptureParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
-    """Path to the step; default joint."""
+    """How the step is reached; joint unless given."""
     unhomed: bool
-    """Accepts an arm not known to be homed: it may act in the wrong place."""
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class TeachCaptureResult(TypedDict):
     """Result of a method."""
@@ -2719,7 +2733,7 @@ class TeachCaptureResult(TypedDict):
 
 class _TeachGuideParams(TypedDict):
     on: bool
-    """True to begin; ends with the lease as well."""
+    """Whether it tells; it ends with the lease as well."""
 
 class TeachGuideParams(_TeachGuideParams, total=False):
     """Parameters of a method."""
@@ -2727,7 +2741,7 @@ class TeachGuideParams(_TeachGuideParams, total=False):
     arm: str
     """Name of the arm."""
     unhomed: bool
-    """Accepts an arm not known to be homed: it may act in the wrong place."""
+    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
 
 class TeachRowsParams(TypedDict):
     """Parameters of a method."""
@@ -2747,9 +2761,9 @@ class TeachOutputParams(TypedDict):
     """Parameters of a method."""
 
     address: int
-    """EIO address of the pin."""
+    """The pin."""
     high: bool
-    """True for high."""
+    """Its level."""
 
 class TeachOutputResult(TypedDict):
     """Result of a method."""
@@ -2758,17 +2772,17 @@ class TeachOutputResult(TypedDict):
 
 class _TeachPlanParams(TypedDict):
     rows: list[GivenRow]
-    """Rows, as from `teach.rows`."""
+    """As `teach.rows` has them."""
 
 class TeachPlanParams(_TeachPlanParams, total=False):
     """Parameters of a method."""
 
     title: str
-    """Title of the plan."""
+    """What the plan is called."""
     tool: Union[Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]], None]
-    """Tool whose tip reaches the points."""
+    """The tool whose tip is at the points."""
     surface: Union[Surface, None]
-    """Work surface, as in plan files."""
+    """The surface that it works on, as in plan files."""
 
 class TeachPlanResult(TypedDict):
     """Result of a method."""
@@ -2782,7 +2796,7 @@ class WorldLookParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     mark: str
-    """`mark` of an earlier answer: `drawing` and `strokes` are null while the drawing is unchanged."""
+    """The `mark` of an earlier look: while the drawing is the same, `drawing` and `strokes` are null."""
 
 class WorldLookResultObjectsItem(TypedDict):
     """Part of a message."""
@@ -2856,11 +2870,11 @@ class WorldPressParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     long: bool
-    """Holds the key, which homes the arm."""
+    """Whether the key is held: it homes the arm."""
 
 class _WorldUnlockParams(TypedDict):
     held: bool
-    """True to hold, false to release."""
+    """Whether it is held."""
 
 class WorldUnlockParams(_WorldUnlockParams, total=False):
     """Parameters of a method."""
@@ -2870,7 +2884,7 @@ class WorldUnlockParams(_WorldUnlockParams, total=False):
 
 class _WorldUnplugParams(TypedDict):
     plugged: bool
-    """True to plug in, false to unplug."""
+    """Whether the cable is in."""
 
 class WorldUnplugParams(_WorldUnplugParams, total=False):
     """Parameters of a method."""
@@ -2880,7 +2894,7 @@ class WorldUnplugParams(_WorldUnplugParams, total=False):
 
 class _WorldGuideParams(TypedDict):
     joints: list[float]
-    """Target joint angles, deg; clamped to the limits."""
+    """Where the joints are bent to, deg, as far as they go."""
 
 class WorldGuideParams(_WorldGuideParams, total=False):
     """Parameters of a method."""
@@ -2905,9 +2919,9 @@ class WorldScenarioResult(TypedDict):
 
 class _WorldPlaceParams(TypedDict):
     name: str
-    """Name of the object."""
+    """The object."""
     at: list[float]
-    """X, y, z of the centre of its underside, mm; it falls onto the surface below."""
+    """X, y, z of the middle of its underside, mm; it falls onto what is below."""
 
 class WorldPlaceParams(_WorldPlaceParams, total=False):
     """Parameters of a method."""
@@ -2931,13 +2945,13 @@ class WorldInputParams(_WorldInputParams, total=False):
     arm: str
     """Name of the arm."""
     level: bool
-    """True for high; alternatively `value`."""
+    """Whether it is high; or `value`."""
     value: int
-    """Voltage in counts, 4095 at 3.3 V; alternatively `level`."""
+    """Its voltage in counts, 4095 at 3.3 V."""
 
 class _WorldFaultParams(TypedDict):
     fault: Literal["alarm", "slip", "reset"]
-    """Fault: an alarm, a slipping joint, or a reset of the controller."""
+    """An alarm, a joint that slips, or a reset of the controller."""
 
 class WorldFaultParams(_WorldFaultParams, total=False):
     """Parameters of a method."""
@@ -2947,9 +2961,9 @@ class WorldFaultParams(_WorldFaultParams, total=False):
     alarm: int
     """Code of the alarm."""
     joint: int
-    """Slipping joint; default 1."""
+    """The joint that slips; 1 unless given."""
     degrees: float
-    """Angle of the slip, deg."""
+    """By how much, deg."""
 
 class RecordStartParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2957,7 +2971,7 @@ class RecordStartParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     rate: int
-    """Readings per second; default 20."""
+    """Readings a second; 20 unless given."""
 
 class RecordStartResult(TypedDict):
     """Result of a method."""
@@ -2979,7 +2993,7 @@ class RecordStopResult(TypedDict):
 
 class _RecordSaveLastParams(TypedDict):
     seconds: float
-    """Length of the recording, s."""
+    """How far back, s."""
 
 class RecordSaveLastParams(_RecordSaveLastParams, total=False):
     """Parameters of a method."""
@@ -2994,13 +3008,13 @@ class RecordSaveLastResult(TypedDict):
 
 class _MotionForwardParams(TypedDict):
     joints: list[float]
-    """Joint angles, deg."""
+    """The joints, deg."""
 
 class MotionForwardParams(_MotionForwardParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
+    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionForwardResult(TypedDict):
     """Result of a method."""
@@ -3018,7 +3032,7 @@ class MotionInverseParams(_MotionInverseParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
+    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionInverseResult(TypedDict):
     """Result of a method."""
@@ -3030,13 +3044,13 @@ class MotionInverseResult(TypedDict):
 
 class _MotionReachParams(TypedDict):
     z: float
-    """Height of the tip, mm."""
+    """The height of the tip, mm."""
 
 class MotionReachParams(_MotionReachParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
+    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
 
 class MotionReachResult(TypedDict):
     """Result of a method."""
@@ -3047,19 +3061,19 @@ class ClassSetParams(TypedDict, total=False):
     """Parameters of a method."""
 
     text: str
-    """Class file, TOML; empty text ends the class; alternatively `names`."""
+    """A class file, TOML; empty text ends the class; or `names`."""
     names: list[str]
-    """Pupils of a class without groups; all other rules are kept; alternatively `text`."""
+    """The pupils of a class without groups, whose other rules are those of the class before; or `text`."""
     arms: list[str]
-    """With `names`: arms available to the pupils; default all."""
+    """With `names`: the arms that they may have; all unless given."""
     turn_s: int
-    """With `names`: length of a turn, s; 0 for unlimited turns; default unchanged."""
+    """With `names`: how long a turn is, s, 0 for turns without end; as before unless given."""
     offset: str
-    """With `names`: offset of local time from UTC, such as `+01:00`; default unchanged."""
+    """With `names`: how far the clock on the wall is from UTC, such as `+01:00`; as before unless given."""
     use_codes: bool
-    """Replaces existing codes and PIN by those of the file."""
+    """That the codes and the PIN of the file count where the class before has others."""
     elsewhere: bool
-    """Accepts arms of other stations of the site; otherwise an unknown arm is an error."""
+    """That arms which this station has not are other stations' of its site, not mistakes."""
 
 class ClassGetParams(TypedDict):
     """Parameters of a method."""
@@ -3068,13 +3082,13 @@ class ClassCodesParams(TypedDict, total=False):
     """Parameters of a method."""
 
     pupils: list[str]
-    """Names of pupils; default all."""
+    """Whose; of all unless given."""
 
 class ClassFreezeParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arms: list[str]
-    """Names of arms; default all."""
+    """Names of arms; all unless given."""
 
 class ClassFreezeResult(TypedDict):
     """Result of a method."""
@@ -3085,7 +3099,7 @@ class ClassFreeParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arms: list[str]
-    """Names of arms; default all."""
+    """Names of arms; all unless given."""
 
 class ClassFreeResult(TypedDict):
     """Result of a method."""
@@ -3096,19 +3110,19 @@ class ClassSendParams(TypedDict, total=False):
     """Parameters of a method."""
 
     program: str
-    """Name of a program in the library; alternatively `text` or `data`."""
+    """A program of the library; or `text`, or `data`."""
     text: str
-    """Content of the program as text; alternatively `data`."""
+    """The program as text; or `data`."""
     data: str
-    """Content of the program in base64; alternatively `text`."""
+    """The program's bytes in base64; or `text`."""
     format: str
-    """Format, as in `job.start`."""
+    """Its type, as in `job.start`."""
     setup: Setup
-    """Options, as in `job.start`."""
+    """How it is drawn or engraved, as in `job.start`."""
     arms: list[str]
-    """Names of arms; default all."""
+    """Names of arms; all unless given."""
     yes: bool
-    """Confirms that it may burn."""
+    """That it may burn."""
 
 class ClassSendResultJobsItem(TypedDict):
     """Part of a message."""
@@ -3148,23 +3162,23 @@ class TurnJoinParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """Name of the arm; default: any arm of the group, or any arm."""
+    """The arm; without it any of the group's, or any at all."""
     group: str
-    """Group whose arms are requested; default: the pupil's group."""
+    """The group whose arms are meant; the pupil's own unless given."""
 
 class TurnLeaveParams(TypedDict, total=False):
     """Parameters of a method."""
 
     person: str
-    """Person, for teachers; default: the caller."""
+    """Whose, for a teacher; the asker's own unless given."""
 
 class TurnEndParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """Name of the arm; alternatively `arms`."""
+    """The arm; or `arms`."""
     arms: list[str]
-    """Names of arms; default all."""
+    """Names of arms; all unless given."""
 
 class TurnEndResult(TypedDict):
     """Result of a method."""
@@ -3175,9 +3189,9 @@ class TurnNextParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """Name of the arm; alternatively `arms`."""
+    """The arm; or `arms`."""
     arms: list[str]
-    """Names of arms; default all."""
+    """Names of arms; all unless given."""
 
 class TurnNextResult(TypedDict):
     """Result of a method."""
@@ -3188,17 +3202,17 @@ class TurnListParams(TypedDict, total=False):
     """Parameters of a method."""
 
     group: str
-    """As for `turn.join`: selects the arms in `you`."""
+    """As for `turn.join`: whose arms are told in `you`."""
 
 class _ScheduleSetParams(TypedDict):
     text: str
-    """Schedule, TOML; empty text removes all limits."""
+    """A schedule, TOML; empty text lets everybody in at any time."""
 
 class ScheduleSetParams(_ScheduleSetParams, total=False):
     """Parameters of a method."""
 
     elsewhere: bool
-    """Accepts arms of other stations of the site; otherwise an unknown arm is an error."""
+    """That arms which this station has not are other stations' of its site, not mistakes."""
 
 _ScheduleSetResultSlotsItemWords = TypedDict(
     "_ScheduleSetResultSlotsItemWords",
@@ -3257,7 +3271,7 @@ class SiteExpectParams(TypedDict):
     """Parameters of a method."""
 
     arms: list[ExpectedArm]
-    """All expected arms, at most 10,000."""
+    """All arms that are expected from now on, 10,000 at most."""
 
 class SiteExpectResult(TypedDict):
     """Result of a method."""
@@ -3276,7 +3290,7 @@ class LeaseChangedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     holder: Union[Holder, None]
-    """Current holder; null: the arm is free."""
+    """Who has it now; null: nobody has it."""
 
 class LeaseAskedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3284,11 +3298,11 @@ class LeaseAskedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     session: str
-    """Session that asks, for `lease.answer`."""
+    """Who asks, for `lease.answer`."""
     name: str
-    """Name of the session."""
+    """What it calls itself."""
     message: Union[str, None]
-    """Message of the session; null: no message."""
+    """Its sentence; null: it says nothing."""
 
 class LeaseQueueNotification(TypedDict):
     """Parameters of a notification."""
@@ -3296,13 +3310,13 @@ class LeaseQueueNotification(TypedDict):
     arm: str
     """Name of the arm."""
     place: int
-    """Place in the queue, from 1."""
+    """Its place, from 1."""
 
 class JobChangedNotification(TypedDict):
     """Parameters of a notification."""
 
     job: Job
-    """The whole job, as from `job.get`."""
+    """All of it, as `job.get` answers it."""
 
 class JogEndedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3310,63 +3324,71 @@ class JogEndedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     jog: str
-    """Id of the jog."""
+    """Which one."""
     why: Literal["released", "not-kept", "stopped", "lease", "link", "replaced", "limit"]
-    """Reason of the end: stopped by its session, or the session ended; hold time expired; the arm was stopped; the lease ended; the line broke; replaced by another jog of the session; a limit or the fence was reached."""
+    """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
+
+class SurfaceChangedNotification(TypedDict):
+    """Parameters of a notification."""
+
+    arm: str
+    """Name of the arm."""
+    surface: MeasuredSurface
+    """All that is known, as `surface.get` answers it."""
 
 class ArmStateNotification(TypedDict):
     """Parameters of a notification."""
 
     subscription: int
-    """Id of the subscription of this socket."""
+    """Of which subscription of this socket."""
     state: StateChange
-    """Changes to merge into the last state."""
+    """What is to be merged into the last state."""
 
 class ServerEndingNotification(TypedDict):
     """Parameters of a notification."""
 
     left_s: float
-    """Time left, s."""
+    """How long it is until then, s."""
 
 class TurnChangedNotificationArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """Id of the job."""
+    """The job."""
     title: Union[str, None]
-    """Title; null: no title."""
+    """Its title; null: it has none."""
     person: Union[str, None]
-    """Owner; null: a teacher."""
+    """Its owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
+    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
 
 class TurnChangedNotificationArmsItemSlot(TypedDict):
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
 
     who: list[str]
-    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
+    """Who may have the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """End, Unix time, s; null: unlimited."""
+    """When it ends, Unix time, s; null: it has no end."""
 
 class TurnChangedNotificationArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Name of the arm."""
+    """Its name."""
     person: Union[str, None]
-    """Person whose turn it is; null: no turn."""
+    """Whose turn it is; null: nobody's."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
+    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
     left_s: Union[float, None]
-    """Time left in the turn, s; null: unlimited, or no turn."""
+    """What is left of the turn, s; null: it has no end, or is nobody's."""
     frozen: bool
-    """True if a teacher has frozen the arm."""
+    """Whether a teacher has frozen the arm."""
     jobs: list[TurnChangedNotificationArmsItemJobsItem]
-    """Jobs queued for the arm, in order."""
+    """The jobs that wait for the arm, in order."""
     slot: Union[TurnChangedNotificationArmsItemSlot, None]
-    """Open slot of the schedule; null: free for all, or no slot is open."""
+    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
     free_at: Union[float, None]
-    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
+    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
 
 _TurnChangedNotificationQueueItemWords = TypedDict(
     "_TurnChangedNotificationQueueItemWords",
@@ -3377,25 +3399,25 @@ class TurnChangedNotificationQueueItem(_TurnChangedNotificationQueueItemWords):
     """Part of a message."""
 
     place: int
-    """Place, from 1."""
+    """From 1."""
     person: str
-    """Person that waits."""
+    """Who waits."""
     arms: list[str]
-    """Acceptable arms."""
+    """The arms that will do."""
     missed: bool
-    """True if a turn came while the person was away."""
+    """Whether a turn came while the person was not there."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
+    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
 
 class TurnChangedNotification(TypedDict):
     """Parameters of a notification."""
 
     turn_s: Union[float, None]
-    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
+    """How long a turn is; 0 without end, s; null: there are no turns."""
     arms: list[TurnChangedNotificationArmsItem]
-    """Arms of the station."""
+    """The arms of the station."""
     queue: list[TurnChangedNotificationQueueItem]
-    """Waiting persons, in order."""
+    """Who waits, in order."""
 
 class TurnEndingNotification(TypedDict):
     """Parameters of a notification."""
@@ -3403,9 +3425,9 @@ class TurnEndingNotification(TypedDict):
     arm: str
     """Name of the arm."""
     person: str
-    """Person whose turn it is."""
+    """Whose turn it is."""
     left_s: float
-    """Time left, s."""
+    """How long it is until then, s."""
 
 class TurnGrantedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3413,11 +3435,11 @@ class TurnGrantedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     lease: str
-    """Id of the lease, for `lease.release`."""
+    """The lease, for `lease.release`."""
     ttl_s: float
-    """Lease timeout: the lease ends if the holder sends nothing for this long, s."""
+    """It ends when its holder says nothing for so long, s."""
     left_s: Union[float, None]
-    """Time left in the turn, s; null: the turn is unlimited."""
+    """What is left of the turn, s; null: it has no end."""
 
 Event = Union[AlarmRaisedEvent, AlarmClearedEvent, CommandFinishedEvent, UnaccountedEvent, LinkLostEvent, LinkFoundEvent, ResetEvent, MissedEvent, HandTriggerEvent, StopEvent, LeaseEvent, JobEvent, JogEvent, RecordingSavedEvent, RecordingLostEvent]
 Fields = dict[str, Union[float, str, bool, list[Union[float, str, dict[str, float]]]]]

@@ -46,8 +46,10 @@ impl RpcError {
     pub const STOPPED: i32 = -32007;
     /// A teacher has frozen the arm.
     pub const FROZEN: i32 = -32008;
+    /// The program is another one than was checked.
+    pub const CHANGED: i32 = -32009;
     /// All codes.
-    pub const CODES: [i32; 14] = [
+    pub const CODES: [i32; 15] = [
         Self::PARSE,
         Self::REQUEST,
         Self::METHOD,
@@ -58,6 +60,7 @@ impl RpcError {
         Self::LEASE,
         Self::BUSY,
         Self::CHECK_FAILED,
+        Self::CHANGED,
         Self::DANGEROUS,
         Self::FROZEN,
         Self::TOO_MANY,
@@ -228,6 +231,7 @@ const fn kind(code: i32) -> Option<&'static str> {
         RpcError::CHECK_FAILED => "check-failed",
         RpcError::DANGEROUS => "dangerous",
         RpcError::FROZEN => "frozen",
+        RpcError::CHANGED => "changed",
         RpcError::TOO_MANY => "too-many",
         RpcError::STOPPED => "stopped",
         // The codes of JSON-RPC have no kind of ours.

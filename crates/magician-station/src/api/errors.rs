@@ -131,6 +131,12 @@ pub static ERRORS: &[ErrorRow] = &[
         &["report", "remedies", "step"],
     ),
     error(
+        RpcError::CHANGED,
+        "changed",
+        "the program is another one than that of the `digest`; nothing was sent",
+        &["digest"],
+    ),
+    error(
         RpcError::DANGEROUS,
         "dangerous",
         "dangerous, or may burn: requires `\"yes\": true`",
@@ -217,6 +223,7 @@ impl ErrorRow {
             RpcError::LEASE => leased || method.name.starts_with("lease."),
             RpcError::BUSY => leased || method.name.starts_with("record.") || takes("set"),
             RpcError::CHECK_FAILED => leased && (takes("setup") || takes("approach")),
+            RpcError::CHANGED => takes("digest") || method.name == "job.resume",
             RpcError::DANGEROUS => takes("yes"),
             RpcError::STOPPED | RpcError::FROZEN => leased || method.name.starts_with("lease."),
             // Codes that any method may answer with.

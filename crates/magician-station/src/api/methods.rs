@@ -48,6 +48,11 @@ const DATA: Param = may(
     PROGRAM,
     "content of the program in base64; alternatively `text`",
 );
+const REPLACE: Param = may(
+    "replace",
+    Kind::Switch,
+    "replaces a program of the same name; if false, a taken name is refused; default true",
+);
 const FORMAT: Param = may(
     "format",
     Kind::Text(20),
@@ -515,7 +520,7 @@ pub(super) const STATION: &[Method] = &[
             ),
         ],
         "Checks a program from the current position of the arm, without moving it.",
-        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`; `seconds` of a part is null if the program is not divided into parts",
+        "Report: as `run --check --json`, and `parts`, the first 256, as `run --list-parts --json`; `seconds` of a part is null if the program is not divided into parts; `digest` for `job.start`",
     ),
     method(
         "job.start",
@@ -567,7 +572,12 @@ pub(super) const STATION: &[Method] = &[
             may(
                 "key",
                 Kind::Text(64),
-                "idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm",
+                "idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm",
+            ),
+            may(
+                "digest",
+                Kind::Text(64),
+                "`digest` of the check that the user saw: refused with -32009 if the program, or the preset named in `setup`, has changed since",
             ),
         ],
         "Checks a program and runs it. The job is on the disk when this is answered.",
@@ -666,8 +676,8 @@ pub(super) const STATION: &[Method] = &[
         // Needs no lease, because the library belongs to no arm.
         "program.put",
         Student,
-        &[NAMED, TEXT, DATA],
-        "Stores a program in the library, replacing one of the same name.",
+        &[NAMED, TEXT, DATA, REPLACE],
+        "Stores a program in the library.",
         "{name, bytes}",
     ),
     method(
@@ -695,6 +705,7 @@ pub(super) const STATION: &[Method] = &[
                 "name of the new program; its extension selects the format: .plan.json, .playback, .svg, .png, .csv",
             ),
             SETUP,
+            REPLACE,
         ],
         "Converts a program to another format and stores the result.",
         "as `convert --json`",

@@ -139,6 +139,15 @@ notices! {
         ids: &[("jog", Jog)],
         params: &[ARM, is("jog", Shape::Id(Jog), "id of the jog"), JOG_WHY],
     }
+    /// What is known of the work surface has changed.
+    SurfaceChanged = "surface.changed" {
+        to: "every session",
+        when: "The work surface under an arm was touched or forgotten, a corner of a sheet was taken; or another program has measured it, which shows with the next `surface.get`.",
+        channel: "`surface.get` answers the same.",
+        arm: Some("arm"),
+        ids: EVERYBODY,
+        params: &[ARM, is("surface", Shape::Type("MeasuredSurface"), "all that is known, as `surface.get` answers it")],
+    }
     /// The state of an arm.
     ArmState = "arm.state" {
         to: "the socket that subscribed",

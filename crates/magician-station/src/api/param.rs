@@ -161,7 +161,7 @@ impl Kind {
 }
 
 /// Parameters that have passed the check of their method.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Params(Map<String, Value>);
 
 impl Params {

@@ -130,6 +130,7 @@ pub(super) const ERROR_DATA: &[Member] = &[
     )
     .optional(),
     is("report", of("Report"), "result of the check of the program").optional(),
+    is("digest", Text, "current digest of the program").optional(),
     is("expected", of("Pose"), "expected pose").optional(),
     is("pose", of("Pose"), "current pose").optional(),
     is(
@@ -435,6 +436,7 @@ pub static TYPES: &[Type] = &[
             is("place", Count, "place in the queue of its arm, from 1").null("not queued"),
             is("error", of("JobError"), "cause of the failure or interruption").null("not failed"),
             is("notes", List(&of("Note")), "outputs left switched on, and grips of a virtual arm that picked nothing up").null("no notes"),
+            is("digest", Text, "digest of its program, as from `job.check`").null("not read yet"),
         ],
     },
     Type {

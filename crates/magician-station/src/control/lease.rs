@@ -268,7 +268,7 @@ impl Control {
         } else if let Some(holder) = holder {
             let (requests, stop) = self.end_work_of(now, arm, holder.session);
             let why = WorkEnd::Lease(next);
-            // The stop switches motors off as well.
+            // The stop switches motors and the laser off as well.
             stops = stop;
             if stop || !requests.is_empty() {
                 self.effects.push_back(Effect::EndWork {
@@ -280,8 +280,9 @@ impl Control {
             }
         }
         if holder.is_some() && !stops {
-            // A motor output has no end of its own, so it stops even when the lease is given back.
-            self.effects.push_back(Effect::EndMotors { arm });
+            // Motors and the laser have no end of their own, so they end even when the lease is given
+            // back.
+            self.effects.push_back(Effect::EndUnheld { arm });
         }
         #[cfg(feature = "class")]
         if self.finishes_job(arm, end) {

@@ -144,9 +144,9 @@ pub enum Effect {
         /// The arm.
         arm: ArmId,
     },
-    /// Switch off motor outputs that the holder started, because they have no end of their own. Not
-    /// emitted together with a stop of [`EndWork`](Self::EndWork), which does the same.
-    EndMotors {
+    /// Switch off what the holder started and what has no end of its own: motor outputs and a lit
+    /// laser. Not emitted together with a stop of [`EndWork`](Self::EndWork), which does the same.
+    EndUnheld {
         /// The arm.
         arm: ArmId,
     },

@@ -89,7 +89,7 @@ async fn act(
 ) -> Result<Outcome, RpcError> {
     match act {
         ArmAct::Set(set) => {
-            // A motor or jog must not start while a laser burns: it would drag the beam.
+            // Motion of the arm must not start while a laser burns: it would drag the beam.
             if magician::sets_in_motion(&set) {
                 arm.laser().check_off().await?;
             }

@@ -12,7 +12,7 @@ use magician::commands::{EndEffectorParams, Pose};
 use magician::message;
 use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
-use magician_job::report::{self, Note};
+use magician_job::report::{self, CheckReport, Note};
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::world::{self, GripCount};
-use super::{TaskResult, Waiting, Work};
+use super::{TaskResult, Waiting, Work, switch_unheld_off};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{self, ProgramReading, Reader, ReadingArm, Source, Words};
@@ -56,9 +56,9 @@ pub(super) struct Slot {
     gives_up: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
-    /// True if no session holds the arm. Then motors that the job leaves running are switched off
-    /// when it pauses or ends.
-    owes_motors: Arc<AtomicBool>,
+    /// True if no session holds the arm. Then motors that the job leaves running, and the laser, are
+    /// switched off when it pauses or ends.
+    owes_unheld: Arc<AtomicBool>,
 }
 
 /// The running job, shared with the end of the program.
@@ -97,7 +97,7 @@ impl Slot {
             stopped: false,
             gives_up: Arc::default(),
             paused: Arc::default(),
-            owes_motors: Arc::default(),
+            owes_unheld: Arc::default(),
         }
     }
 }
@@ -105,15 +105,28 @@ impl Slot {
 /// Program that was read for a job.
 pub(super) struct ReadProgram {
     program: PreparedProgram,
+    digest: String,
     /// Report of its check, if it cannot be placed within reach.
     report: Option<Value>,
 }
 
+/// Returns the report of a check as clients get it, with the digest of the program.
+fn told(report: &CheckReport, digest: &str) -> Result<Value, RpcError> {
+    let mut report = to_value(report)?;
+    report["digest"] = json!(digest);
+    Ok(report)
+}
+
 /// Checks a program that cannot be placed, because every refusal of a program carries a report.
-async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, RpcError> {
+async fn reported(
+    arm: &Arm,
+    program: PreparedProgram,
+    digest: String,
+) -> Result<ReadProgram, RpcError> {
     if program.misfit.is_none() {
         return Ok(ReadProgram {
             program,
+            digest,
             report: None,
         });
     }
@@ -124,16 +137,20 @@ async fn reported(arm: &Arm, program: PreparedProgram) -> Result<ReadProgram, Rp
     });
     let (program, report) =
         { checked.await }.map_err(|error| RpcError::internal(error.to_string()))?;
-    let report = Some(to_value(&report?)?);
-    Ok(ReadProgram { program, report })
+    let report = Some(told(&report?, &digest)?);
+    Ok(ReadProgram {
+        program,
+        digest,
+        report,
+    })
 }
 
-/// Switches off motors that a job left running, if no session holds the arm.
-async fn pay_motors(arm: &Arm, owes: &AtomicBool) {
+/// Switches off what a job left on without an end of its own, if no session holds the arm.
+async fn end_owed(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
-        && let Err(error) = arm.motors().stop().await
+        && let Err(error) = switch_unheld_off(arm).await
     {
-        tracing::warn!(%error, "a motor may run on after the job");
+        tracing::warn!(%error, "a motor or the laser may stay on after the job");
     }
 }
 
@@ -192,7 +209,8 @@ impl Work {
         self.side.spawn(async move {
             let found = async {
                 let given_up = Notify::new();
-                let program = read(&arm, None, reader, &surface, source, None, &given_up).await?;
+                let read = read(&arm, None, reader, &surface, source, None, &given_up);
+                let (program, digest) = read.await?;
                 let kinds = program.program.kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let program = Arc::new(program);
@@ -205,7 +223,7 @@ impl Work {
                     }
                 };
                 let checked =
-                    in_turns(async move { to_value(&job::check(&program, start).await?) });
+                    in_turns(async move { told(&job::check(&program, start).await?, &digest) });
                 // Preview and check use a thread each, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
@@ -225,7 +243,7 @@ impl Work {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let surface = self.jobs_with.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
-        let unhomed = start.order.unhomed;
+        let (unhomed, checked) = (start.order.unhomed, start.order.digest.clone());
         // Stays unused if the slot belongs to another job by now.
         let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
@@ -241,7 +259,10 @@ impl Work {
             let homed = Some(&runs_on);
             let program = read(&arm, homed, reader, &surface, source, begun, &gives_up).await;
             let program = match program {
-                Ok(program) => reported(&runs_on, program).await,
+                Ok((_, digest)) if checked.is_some_and(|checked| checked != digest) => {
+                    Err(changed(&digest))
+                }
+                Ok((program, digest)) => reported(&runs_on, program, digest).await,
                 Err(error) => Err(error),
             };
             TaskResult::Program(job, program.map(Box::new))
@@ -260,7 +281,11 @@ impl Work {
         if slot.stopped {
             return self.never_began(job, "stopped", None);
         }
-        let ReadProgram { program, report } = match program {
+        let ReadProgram {
+            program,
+            digest,
+            report,
+        } = match program {
             Ok(program) => *program,
             Err(error) => return self.never_began(job, "failed", Some(error)),
         };
@@ -270,6 +295,7 @@ impl Work {
                 title: program.program.plan().title.clone(),
                 steps: program.program.plan().steps.len() as u64,
                 start: program.start,
+                digest: digest.clone(),
             },
         });
         let spec = match self.spec(&start, &program, report) {
@@ -301,7 +327,7 @@ impl Work {
             (self.report)(ArmReport::Job { job, news });
         }
         let paused = Arc::clone(&slot.paused);
-        let owes_motors = Arc::clone(&slot.owes_motors);
+        let owes_unheld = Arc::clone(&slot.owes_unheld);
         // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
@@ -321,7 +347,7 @@ impl Work {
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
-                            pay_motors(&arm, &owes_motors).await;
+                            end_owed(&arm, &owes_unheld).await;
                         }
                         let text = handle.pause_text();
                         JobNews::State(state, text.map(|text| text.to_string()))
@@ -339,8 +365,8 @@ impl Work {
                 };
                 report(ArmReport::Job { job, news });
             }
-            let mut end = Box::new(end_of(&handle.outcome().await, &program));
-            pay_motors(&arm, &owes_motors).await;
+            let mut end = Box::new(end_of(&handle.outcome().await, &program, &digest));
+            end_owed(&arm, &owes_unheld).await;
             // A stopped job may have had its pick still ahead, so grips are counted only for a
             // completed one.
             let before = (end.state == "done").then_some(grips);
@@ -459,7 +485,7 @@ impl Work {
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
         // The session that resumes the job holds the arm.
-        slot.owes_motors.store(false, Ordering::SeqCst);
+        slot.owes_unheld.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
             let resumed = async {
                 if let Err(refused) = laser
@@ -542,10 +568,10 @@ impl Work {
         })
     }
 
-    /// Marks that no session holds the arm: motors of the job end with the job.
-    pub(super) fn owe_motors(&self) {
+    /// Marks that no session holds the arm: motors and the laser go off with the end of the job.
+    pub(super) fn owe_unheld(&self) {
         if let Some(slot) = &self.job {
-            slot.owes_motors.store(true, Ordering::SeqCst);
+            slot.owes_unheld.store(true, Ordering::SeqCst);
         }
     }
 
@@ -574,6 +600,12 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
+/// Error for a program that is another one than was checked.
+fn changed(digest: &str) -> RpcError {
+    let why = message!("the program is another one than was checked; nothing was sent");
+    RpcError::new(RpcError::CHANGED, why).with("digest", digest)
+}
+
 fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
@@ -599,7 +631,7 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
         .with("pose", json!(reading::pose(&pose))))
 }
 
-/// Reads a program off the engine's task. A program that depends on where the arm stands starts
+/// Reads a program off the engine's task, and returns it with its digest. A program that depends on where the arm stands starts
 /// there, or at `begun` if it was started before. `runs_on` is the arm as it will run the program;
 /// `None` for a check.
 async fn read(
@@ -610,7 +642,7 @@ async fn read(
     source: Source,
     begun: Option<[f64; 3]>,
     gives_up: &Notify,
-) -> Result<PreparedProgram, RpcError> {
+) -> Result<(PreparedProgram, String), RpcError> {
     let mut here = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
@@ -632,7 +664,7 @@ async fn read(
             };
         }
         match read {
-            ProgramReading::Done(program) => return Ok(*program),
+            ProgramReading::Done(program, digest) => return Ok((*program, digest)),
             // Not possible after the loop above.
             ProgramReading::ToCome(_) => {}
             ProgramReading::LacksSurface(error) => {
@@ -663,7 +695,7 @@ pub(crate) async fn beside<T: Send + 'static>(
 }
 
 /// Returns the end of a job from its outcome.
-fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
+fn end_of(outcome: &JobOutcome, program: &PreparedProgram, digest: &str) -> JobEnd {
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
     match outcome {
         Ok(done) => JobEnd {
@@ -680,7 +712,7 @@ fn end_of(outcome: &JobOutcome, program: &PreparedProgram) -> JobEnd {
                 over("interrupted", Some(RpcError::from(&**fault)))
             }
             // Everything that is neither a stop nor a broken line.
-            _ => over("failed", Some(fault_of(error, program))),
+            _ => over("failed", Some(fault_of(error, program, digest))),
         },
     }
 }
@@ -692,14 +724,14 @@ fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     }
 }
 
-fn fault_of(error: &JobError, program: &PreparedProgram) -> RpcError {
+fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcError {
     let message = error.to_string();
     match &error.fault {
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
             let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
-            match to_value(&job::check_report(program, rest, report)) {
+            match told(&job::check_report(program, rest, report), digest) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }

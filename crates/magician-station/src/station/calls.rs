@@ -48,7 +48,7 @@ impl Station {
             return Self::motion_call(name, call.params).map(Handled::Now);
         }
         if matches!(name, "teach.rows" | "teach.output" | "teach.plan") {
-            return Self::teach_call(name, call.params).map(Handled::Now);
+            return self.teach_call(name, call);
         }
         if let Some(arm) = call.arm.filter(|_| name.starts_with("world.")) {
             return self.world_call(method, call, arm);
@@ -312,7 +312,7 @@ impl Station {
         kind: WorkKind,
     ) -> Result<Handled, RpcError> {
         let act = act_of(method.name, call)?;
-        self.refuse_unheld(call, &act)?;
+        self.refuse_unheld(call, arm, &act)?;
         let command = match &act {
             ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set) => Some(set),
             _ => None,
@@ -347,10 +347,10 @@ impl Station {
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
-    /// Refuses motion that would continue without a holder: a raw jog of any session, and a motor
+    /// Refuses what would go on without a holder: a raw jog of any session, and a motor or the laser
     /// if the lease ends with the call.
-    fn refuse_unheld(&self, call: &Call<'_>, act: &ArmAct) -> Result<(), RpcError> {
-        let (ArmAct::Set(set) | ArmAct::Enqueue(set)) = act else {
+    fn refuse_unheld(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<(), RpcError> {
+        let (ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set)) = act else {
             return Ok(());
         };
         // A raw jog has no keep-alive at the station.
@@ -358,12 +358,19 @@ impl Station {
             let why = "a jog that nothing holds goes on to the end of its axis: use jog.start";
             return Err(RpcError::param("command", why).with("method", "jog.start"));
         }
-        // A motor with a counted number of pulses ends by itself.
-        if matches!(set, Set::EMotor(_)) && gate::turns_motor(set) && self.is_one_shot(call) {
-            let why = "a motor runs on while the lease of its session does: use a WebSocket";
-            return Err(RpcError::request(why).with("command", set.row().set_name));
+        if !self.is_one_shot(call) {
+            return Ok(());
         }
-        Ok(())
+        // A motor with a counted number of pulses ends by itself.
+        let turns = matches!(set, Set::EMotor(_)) && gate::turns_motor(set);
+        let why = if turns {
+            "a motor runs on while the lease of its session does: use a WebSocket"
+        } else if burns(set, self.arm(arm).entry.laser_pins) {
+            "the laser stays on while the lease of its session does: use a WebSocket"
+        } else {
+            return Ok(());
+        };
+        Err(RpcError::request(why).with("command", set.row().set_name))
     }
 }
 

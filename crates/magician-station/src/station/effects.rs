@@ -116,7 +116,7 @@ impl Station {
                     },
                 );
             }
-            Effect::EndMotors { arm } => self.order(arm, ArmOrder::StopMotors),
+            Effect::EndUnheld { arm } => self.order(arm, ArmOrder::EndUnheld),
             Effect::EndWork {
                 arm,
                 requests,

@@ -91,6 +91,7 @@ impl Station {
             require_homed: params.is_on("require_homed"),
             unhomed: params.is_on("unhomed"),
             start: None,
+            digest: params.text("digest").map(str::to_owned),
         };
         let key = params.text("key");
         if key == Some("") {
@@ -428,7 +429,9 @@ impl Station {
                 title,
                 steps,
                 start,
+                digest,
             } => {
+                record.digest = Some(digest);
                 (record.title, record.steps) = (Some(title), Some(steps));
                 record.is_read = true;
                 if let Some((order, start)) = record.order.as_mut().zip(start) {

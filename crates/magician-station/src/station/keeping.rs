@@ -219,8 +219,8 @@ impl Station {
                 held.then.push(ArmOrder::StopJob(held.job));
                 false
             }
-            ArmOrder::StopMotors => {
-                held.then.push(ArmOrder::StopMotors);
+            ArmOrder::EndUnheld => {
+                held.then.push(ArmOrder::EndUnheld);
                 false
             }
             _ => false,

@@ -31,7 +31,8 @@ pub(super) enum Lengthy {
 }
 
 impl Lengthy {
-    /// True if the request computes, false if it only reads or writes.
+    /// True if the request computes, false if it only reads or writes. Conversions of taught
+    /// programs count as the latter: they are short, and should not wait behind a check.
     fn computes(&self) -> bool {
         matches!(
             self,

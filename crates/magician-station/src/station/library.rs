@@ -13,7 +13,7 @@ use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};
 use crate::job::setup_and_preset;
-use crate::library::{LibraryAct, ProgramName};
+use crate::library::{IfTaken, LibraryAct, ProgramName};
 use crate::presets::PresetAct;
 
 impl Station {
@@ -36,6 +36,11 @@ impl Station {
             "program.convert" => setup_and_preset(params.object("setup"))?,
             _ => (None, None),
         };
+        // Replacing is the default, as for PUT.
+        let if_taken = match params.switch("replace") {
+            Some(false) => IfTaken::Refuse,
+            _ => IfTaken::Replace,
+        };
         let act = match name {
             "program.list" => LibraryAct::List,
             "program.get" => LibraryAct::Get(program(call, "name")?),
@@ -51,13 +56,14 @@ impl Station {
                         return Err(RpcError::param("text", why));
                     }
                 };
-                LibraryAct::Put(program(call, "name")?, bytes)
+                LibraryAct::Put(program(call, "name")?, bytes, if_taken)
             }
             "program.convert" => LibraryAct::Convert {
                 from: program(call, "name")?,
                 to: program(call, "to")?,
                 setup,
                 preset,
+                if_taken,
             },
             _ if name.starts_with("preset.") => LibraryAct::Presets(preset_act(name, call)?),
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),

@@ -80,6 +80,7 @@ pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
 use self::state::SharedState;
 use self::store::Records;
 pub use self::store::{FileToKeep, JobsToKeep, check_jobs, damaged_jobs};
+pub use self::teach::TeachAct;
 pub use self::throttle::{Pace, Throttle};
 use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};

@@ -178,7 +178,7 @@ impl Station {
         self.order_start(arm, job, ArmOrder::StartJob(Box::new(start)));
         // No lease will end, so motors have to end with the job.
         if self.control.holder(arm).is_none() {
-            self.order(arm, ArmOrder::StopMotors);
+            self.order(arm, ArmOrder::EndUnheld);
         }
     }
 
@@ -476,6 +476,7 @@ impl Station {
                 require_homed: false,
                 unhomed: false,
                 start: None,
+                digest: None,
             };
             let name = self.arm(arm).entry.name.clone();
             // One refusal does not stop the others: each arm gets its own result.

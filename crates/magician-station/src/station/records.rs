@@ -43,6 +43,9 @@ pub(super) struct JobRecord {
     /// Notes on outputs left switched on. `None` without notes.
     #[serde(default)]
     pub(super) notes: Option<Vec<Value>>,
+    /// Digest of the program. `None` until it is read.
+    #[serde(default)]
+    pub(super) digest: Option<String>,
     /// Program and options; only in the file.
     #[serde(skip)]
     pub(super) order: Option<Arc<JobOrder>>,
@@ -146,6 +149,7 @@ impl JobRecord {
             place: None,
             error: Value::Null,
             notes: None,
+            digest: None,
             order: Some(Arc::new(order)),
             number: Some(number),
             at,
@@ -272,18 +276,12 @@ impl JobRecord {
     }
 }
 
-/// Returns a digest of an order: 128-bit FNV-1a of its JSON. The start position, which the station
-/// adds, is left out.
+/// Returns the digest of an order. The start position, which the station adds, is left out.
 pub(super) fn digest(order: &JobOrder) -> String {
     let mut order = order.clone();
     order.start = None;
     let text = serde_json::to_string(&order).unwrap_or_default();
-    // Offset basis and prime of FNV-1a for 128 bits. Only accidental reuse of a key has to be
-    // found, so a fast hash suffices.
-    let offset: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
-    let prime = 0x0100_0000_0000_0000_0000_013b;
-    let step = |hash: u128, byte: u8| (hash ^ u128::from(byte)).wrapping_mul(prime);
-    format!("{:032x}", text.bytes().fold(offset, step))
+    crate::digest::digest(text.as_bytes(), &[])
 }
 
 /// Record in the form of the file.

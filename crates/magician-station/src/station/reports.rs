@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::calls::line_lost;
 use super::{Awaited, Station};
-use crate::api::{ArmEvent, RpcError};
+use crate::api::{ArmEvent, Notice, RpcError};
 use crate::control::{ArmId, JogEnd, RequestId};
 use crate::order::{ArmReport, Outcome, jog_end};
 
@@ -44,6 +44,10 @@ impl Station {
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
             ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
             ArmReport::Event { event, fields } => self.event(now, arm, event, fields),
+            ArmReport::Surface(surface) => {
+                let params = json!({"arm": self.arm(arm).entry.name, "surface": surface});
+                self.notify_all(Notice::SurfaceChanged, &params);
+            }
             ArmReport::Link(up) => {
                 let place = self.arm_mut(arm);
                 let was = std::mem::replace(&mut place.link, up);

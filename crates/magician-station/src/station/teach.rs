@@ -8,9 +8,11 @@ use magician_program::{Action, Diagnostic, Plan};
 use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled};
+use super::lengthy::Lengthy;
 use super::{Awaited, Station};
 use crate::api::{Params, RpcError};
 use crate::control::{ArmId, WorkKind};
+use crate::library::LibraryAct;
 use crate::order::ArmOrder;
 
 /// Members of a row that are also the only member of a step in a plan.
@@ -44,12 +46,38 @@ impl Station {
         Ok(Handled::Later(call.request, Awaited::Arm(arm)))
     }
 
-    pub(super) fn teach_call(name: &str, params: &Params) -> Result<Value, RpcError> {
-        match name {
-            "teach.rows" => rows(params),
-            "teach.output" => output(params),
-            "teach.plan" => plan(params),
-            _ => Err(RpcError::internal(format!("{name} does nothing"))),
+    pub(super) fn teach_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let params = Box::new(call.params.clone());
+        let act = match name {
+            "teach.output" => return output(call.params).map(Handled::Now),
+            "teach.rows" => TeachAct::Rows(params),
+            "teach.plan" => TeachAct::Plan(params),
+            _ => return Err(RpcError::internal(format!("{name} does nothing"))),
+        };
+        // Programs of a megabyte take longer than a stop may wait.
+        self.in_turn(
+            call,
+            Lengthy::Library(call.grant.role, LibraryAct::Teach(act)),
+        )
+    }
+}
+
+/// Conversion between a plan and the rows of a page, with the parameters of its method.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum TeachAct {
+    /// Rows of a plan.
+    Rows(Box<Params>),
+    /// Plan of rows.
+    Plan(Box<Params>),
+}
+
+impl TeachAct {
+    /// Returns the answer. May take long.
+    pub(crate) fn carry_out(self) -> Result<Value, RpcError> {
+        match self {
+            Self::Rows(params) => rows(&params),
+            Self::Plan(params) => plan(&params),
         }
     }
 }
@@ -63,11 +91,10 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
     let file = file(&program)?;
     let mut steps = file["steps"].as_array().into_iter().flatten();
     let mut rows = Vec::new();
-    for (nth, step) in program.steps().iter().enumerate() {
+    for (step, count) in program.steps().iter().zip(program.plan_steps()) {
         let mut row = json!({
             "name": step.name, "motion": null, "gripper": null, "suction": null, "wait": null
         });
-        let count = program.plan_steps_before(nth + 1) - program.plan_steps_before(nth);
         for planned in steps.by_ref().take(count) {
             let mut planned = planned.as_object().cloned().unwrap_or_default();
             // The name belongs to the row, which may have several steps.
@@ -159,7 +186,11 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
         }
     }
     let program = ProgramModel::of_steps(read.title, read.tool, read.surface, steps);
-    let first = (0..rows.len()).map(|nth| program.plan_steps_before(nth));
+    let first = program.plan_steps().scan(0, |before, count| {
+        let first = *before;
+        *before += count;
+        Some(first)
+    });
     Ok(json!({"plan": file(&program)?, "first": first.collect::<Vec<_>>()}))
 }
 

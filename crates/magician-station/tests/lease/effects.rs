@@ -10,7 +10,7 @@ impl Model {
     pub(crate) fn end_doing(&mut self, arm: ArmId, ended: &[RequestId]) -> Checked {
         let arm = &mut self.arms[arm.0 as usize];
         arm.queue.clear();
-        arm.motor = None;
+        arm.unheld = None;
         for doing in std::mem::take(&mut arm.doing) {
             must(ended.contains(&doing.request), "a stop ends all requests")?;
             // The request counted as a sign of life until now.
@@ -51,7 +51,7 @@ impl Model {
                     let bound = model.doing.iter().any(|doing| !doing.free);
                     let bound = bound || model.queue.iter().any(|(_, free)| !free);
                     must(
-                        !bound && model.jog.is_none() && model.motor.is_none(),
+                        !bound && model.jog.is_none() && model.unheld.is_none(),
                         "the arm is stopped before the next holder is told",
                     )?;
                     let in_turn = model.line.first() == Some(&request);
@@ -107,8 +107,8 @@ impl Model {
                 let over = self.arms[arm.0 as usize].jog.take_if(|one| one.id == jog);
                 must(over.is_some(), "a jog that ends was under way")
             }
-            Effect::EndMotors { arm } => {
-                self.arms[arm.0 as usize].motor = None;
+            Effect::EndUnheld { arm } => {
+                self.arms[arm.0 as usize].unheld = None;
                 Ok(())
             }
             Effect::EndWork {

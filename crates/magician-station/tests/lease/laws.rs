@@ -53,8 +53,8 @@ impl Model {
             )?;
         }
         must(
-            arm.motor.is_none() || holder == arm.motor,
-            "a motor belongs to the holder",
+            arm.unheld.is_none() || holder == arm.unheld,
+            "what has no end of its own belongs to the holder",
         )?;
         if let Some(jog) = &arm.jog {
             must(holder == Some(jog.session), "a jog belongs to the holder")?;
@@ -138,8 +138,8 @@ impl Model {
     fn check_stopped(&self, id: ArmId, before: &Self) -> Checked {
         let arm = self.arm(id);
         let runs = matches!(arm.job, Some((_, JobPhase::Active)));
-        let turns = arm.motor.is_some();
-        let moves = turns || arm.jog.is_some() || !arm.doing.is_empty() || !arm.queue.is_empty();
+        let is_on = arm.unheld.is_some();
+        let moves = is_on || arm.jog.is_some() || !arm.doing.is_empty() || !arm.queue.is_empty();
         must(!moves && !runs, "after a stop nothing moves")?;
         must(arm.lease == before.arm(id).lease, "a stop leaves the lease")
     }

@@ -38,8 +38,8 @@ pub(crate) enum Event {
     StartJog(SessionId, ArmId),
     KeepJog(SessionId, ArmId),
     StopJog(SessionId, ArmId),
-    /// The holder starts a motor.
-    Turn(SessionId, ArmId),
+    /// The holder starts a motor or lights the laser.
+    SwitchOn(SessionId, ArmId),
     StartJob(SessionId, ArmId, OnLost),
     PauseJob(SessionId, ArmId),
     EndJob(ArmId),
@@ -95,8 +95,8 @@ pub(crate) struct Arm {
     /// Sessions with commands in the queue, and true if those are free.
     pub(crate) queue: BTreeSet<(SessionId, bool)>,
     pub(crate) jog: Option<Jogging>,
-    /// Session that started a motor.
-    pub(crate) motor: Option<SessionId>,
+    /// Session that switched on what has no end of its own: a motor or the laser.
+    pub(crate) unheld: Option<SessionId>,
     pub(crate) job: Option<(OnLost, JobPhase)>,
     /// Waiting requests by arrival.
     pub(crate) line: Vec<RequestId>,
@@ -200,8 +200,8 @@ impl Model {
         }
         if holds {
             out.push(Release(id, at));
-            if arm.motor.is_none() {
-                out.push(Turn(id, at));
+            if arm.unheld.is_none() {
+                out.push(SwitchOn(id, at));
             }
         }
         // One at a time suffices. Without the lease they are refused.
@@ -280,7 +280,7 @@ impl Explored for Model {
         for arm in &self.arms {
             arm.lease.map(|(session, _)| session).hash(&mut hasher);
             (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
-            arm.motor.hash(&mut hasher);
+            arm.unheld.hash(&mut hasher);
             let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
             jog.hash(&mut hasher);
         }

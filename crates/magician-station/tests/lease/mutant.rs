@@ -39,8 +39,8 @@ pub(crate) enum Bug {
     NumberTwice,
     /// A wait that is over is not answered.
     WaitWithoutEnd,
-    /// Motors keep running after a lease is given back.
-    MotorOutlivesLease,
+    /// A motor or the laser stays on after a lease is given back.
+    UnheldOutlivesLease,
 }
 
 /// Each bug, and the invariant that it breaks first.
@@ -65,7 +65,10 @@ pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::JogOutlivesSocket, "a jog ends with its socket"),
     (Bug::NumberTwice, "a number is used once"),
     (Bug::WaitWithoutEnd, "a request is answered in time"),
-    (Bug::MotorOutlivesLease, "a motor belongs to the holder"),
+    (
+        Bug::UnheldOutlivesLease,
+        "what has no end of its own belongs to the holder",
+    ),
 ];
 
 /// Methods of [`Control`], with at most one bug.
@@ -253,7 +256,7 @@ impl Mutant {
                     Some(Bug::JogOutlivesLease),
                 )
                 | (Effect::EndWork { .. }, Some(Bug::MotionGoesOn))
-                | (Effect::EndMotors { .. }, Some(Bug::MotorOutlivesLease)) => {}
+                | (Effect::EndUnheld { .. }, Some(Bug::UnheldOutlivesLease)) => {}
                 (Effect::EndJog { .. }, Some(Bug::JogOutlivesSocket))
                 | (Effect::Denied { .. }, Some(Bug::WaiterForgotten | Bug::WaitWithoutEnd))
                     if self.wrong => {}

@@ -55,7 +55,7 @@ impl Model {
             | StartJog(session, arm)
             | KeepJog(session, arm)
             | StopJog(session, arm)
-            | Turn(session, arm)
+            | SwitchOn(session, arm)
             | StartJob(session, arm, _)
             | PauseJob(session, arm)
             | Stop(session, arm) => (Some(session), Some(arm)),
@@ -141,13 +141,13 @@ impl Model {
                 let jog = self.arm(arm).jog.as_ref().ok_or("a jog")?.id;
                 self.control.control.stop_jog(jog);
             }
-            Turn(session, arm) => {
+            SwitchOn(session, arm) => {
                 let (request, kind) = (self.request(session, arm, None), WorkKind::Queued);
                 let begun = self.control.begin(now, session, arm, request, kind).is_ok();
                 self.began(session, arm, begun, request)?;
                 if begun {
-                    // Answered at once; the motor keeps running.
-                    self.arms[arm.0 as usize].motor = Some(session);
+                    // Answered at once; the motor or laser stays on.
+                    self.arms[arm.0 as usize].unheld = Some(session);
                     self.arms[arm.0 as usize].queue.insert((session, false));
                     self.control.control.finish(now, arm, request);
                     self.requests.remove(&request);

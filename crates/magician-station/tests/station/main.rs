@@ -16,6 +16,7 @@ mod life;
 mod limits;
 #[cfg(feature = "link")]
 mod link;
+mod lit;
 mod messages;
 mod motors;
 mod moves;

@@ -1,4 +1,5 @@
-//! Motor outputs: they have no end of their own, so they end with the lease and with a stop.
+//! Motor outputs and a lit laser: they have no end of their own, so they end with the lease and with
+//! a stop.
 
 use std::time::Duration;
 
@@ -37,23 +38,117 @@ async fn stop_switches_a_motor_off() {
     assert!(!turns(&bench));
 }
 
+/// Requests that switch on what has no end of its own, by the method.
+fn unheld() -> [(&'static str, Vec<(&'static str, serde_json::Value)>); 5] {
+    let set = |command: &str, fields: serde_json::Value| {
+        let params = json!({"command": command, "fields": fields, "yes": true});
+        ("arm.set", params)
+    };
+    let function = |address, multiplex| {
+        let fields = json!({"address": address, "multiplex": multiplex});
+        set("IOMultiplexing", fields)
+    };
+    let lit = json!({"enable_ctrl": 1, "on": 1});
+    [
+        ("a motor", vec![("arm.set", motor(1000))]),
+        (
+            "the laser",
+            vec![("arm.tool", json!({"laser": {"on": true}, "yes": true}))],
+        ),
+        (
+            "the laser by its command",
+            vec![set("SetEndEffectorLaser", lit)],
+        ),
+        (
+            "a level on a pin",
+            vec![
+                function(2, 1),
+                set("IODO", json!({"address": 2, "level": 1})),
+            ],
+        ),
+        (
+            "pulses on a pin",
+            vec![
+                function(4, 2),
+                set(
+                    "IOPWM",
+                    json!({"address": 4, "frequency": 1000, "duty_cycle": 50}),
+                ),
+            ],
+        ),
+    ]
+}
+
+/// True if the arm itself has a motor, the laser or one of the laser's pins on.
+fn is_on(bench: &LocalStation) -> bool {
+    let pins = bench.arms[0].with(|arm| arm.pins());
+    let high = [2, 4].map(|address: usize| &pins[address - 1]);
+    let high = high.iter().any(|pin| pin.level || pin.duty_cycle > 0.0);
+    turns(bench) || bench.arms[0].state().laser || high
+}
+
 #[tokio::test(start_paused = true)]
-async fn motor_ends_with_the_lease_that_is_released_taken_or_left() {
-    for end in 0..3 {
+async fn what_has_no_end_of_its_own_goes_off_with_every_end_of_a_lease() {
+    let ends = ["released", "at once", "taken", "granted", "left", "silent"];
+    let unheld = unheld();
+    for ((what, requests), end) in unheld.iter().flat_map(|on| ends.map(|end| (on, end))) {
         let bench = LocalStation::new(1).await;
-        let (mut anna, lease) = turning(&bench).await;
-        let mut teacher = bench.join_as("T", magician_station::Role::Teacher).await;
-        match end {
-            0 => drop(anna.ok("lease.release", json!({"lease": lease})).await),
-            1 => drop(teacher.ok("lease.take", json!({})).await),
-            _ => {
-                drop(anna);
-                teacher.listen(Duration::from_secs(6)).await;
+        let mut anna = bench.join_as("Anna", magician_station::Role::Teacher).await;
+        let mut ben = bench.join_as("Ben", magician_station::Role::Teacher).await;
+        let lease = anna.lease().await;
+        // A release that follows at once must not overtake the requests.
+        let at_once = end == "at once";
+        for (method, params) in requests {
+            if at_once {
+                anna.send(method, params.clone());
+            } else {
+                anna.ok(method, params.clone()).await;
             }
         }
-        sleep(Duration::from_millis(100)).await;
-        assert!(!turns(&bench), "end {end}");
+        assert!(at_once || is_on(&bench), "{what}");
+        match end {
+            "released" | "at once" => {
+                anna.ok("lease.release", json!({"lease": lease})).await;
+            }
+            "taken" => drop(ben.ok("lease.take", json!({})).await),
+            "granted" => {
+                let asked = ben.send("lease.ask", json!({}));
+                anna.listen(Duration::from_millis(10)).await;
+                let session = anna.noticed("lease.asked")[0]["session"].clone();
+                let grant = json!({"session": session, "grant": true});
+                anna.ok("lease.answer", grant).await;
+                ben.answer(asked).await.unwrap();
+            }
+            "left" => {
+                drop(anna);
+                ben.listen(Duration::from_secs(6)).await;
+            }
+            _ => ben.listen(Duration::from_secs(6)).await,
+        }
+        sleep(Duration::from_millis(200)).await;
+        assert!(!is_on(&bench), "{what}, {end}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn post_switches_nothing_on_that_has_no_end_of_its_own() {
+    let bench = LocalStation::new(1).await;
+    let path = json!({"command": "CPLECmd", "yes": true, "fields": {
+        "cp_mode": 1, "x": 220, "y": 0, "z": 0, "velocity_or_power": 50}});
+    let path = ("a path", vec![("arm.enqueue", path)]);
+    for (what, requests) in unheld().into_iter().chain([path]) {
+        let mut refused = false;
+        for (method, params) in requests {
+            let answer = bench.once(method, params).await;
+            refused = answer["error"]["code"] == json!(-32600);
+        }
+        sleep(Duration::from_millis(200)).await;
+        assert!(refused && !is_on(&bench), "{what}");
+    }
+    // Switching off is permitted to all.
+    let off = json!({"laser": {"on": false}});
+    let answer = bench.once("arm.tool", off).await;
+    assert!(answer.get("error").is_none(), "{answer}");
 }
 
 #[tokio::test(start_paused = true)]

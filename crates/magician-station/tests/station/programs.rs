@@ -213,6 +213,70 @@ async fn a_program_is_run_by_its_name_and_made_another_file_of() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn job_with_the_digest_of_a_check_runs_what_was_checked_and_nothing_else() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let mut ben = bench.join("Ben").await;
+    anna.lease().await;
+    let name = "lines.plan.json";
+    let put = |text: String| json!({"name": name, "text": text});
+    anna.ok("program.put", put(drawing())).await;
+    let checked = anna.ok("job.check", json!({"program": name})).await["digest"].clone();
+    let start = json!({"program": name, "digest": checked});
+    // The same content under another name, or as text, is the same program.
+    let text = json!({"text": drawing()});
+    assert_eq!(anna.ok("job.check", text).await["digest"], checked);
+    // Another session replaces it.
+    let other = drawing().replace("240", "235");
+    assert_ne!(other, drawing());
+    ben.ok("program.put", put(other)).await;
+    let before = bench.arms[0].state().pose;
+    for (after_check, key) in [(true, "one"), (false, "two")] {
+        let mut start = start.clone();
+        start["after_check"] = json!(after_check);
+        start["key"] = json!(key);
+        let error = match anna.call("job.start", start).await {
+            Ok(job) => until(&mut anna, &job["job"], "failed").await["error"].clone(),
+            Err(error) => {
+                assert_eq!(error["code"], json!(-32009), "{error}");
+                error["data"].clone()
+            }
+        };
+        assert_eq!(error["kind"], json!("changed"), "{error}");
+        assert_ne!(error["digest"], checked);
+    }
+    assert_eq!(bench.arms[0].state().pose, before);
+    anna.ok("program.put", put(drawing())).await;
+    let job = anna.ok("job.start", start).await["job"].clone();
+    let done = until(&mut anna, &job, "done").await;
+    assert_eq!(done["digest"], checked);
+}
+
+#[tokio::test(start_paused = true)]
+async fn program_that_must_not_be_replaced_stays() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let put = |name: &str, text: &str| json!({"name": name, "text": text, "replace": false});
+    anna.ok("program.put", put("lines.plan.json", &drawing()))
+        .await;
+    anna.ok("program.put", put("lines.csv", "mine")).await;
+    let convert = json!({"name": "lines.plan.json", "to": "lines.csv"});
+    let mut kept = convert.clone();
+    kept["replace"] = json!(false);
+    for (method, params, param) in [
+        ("program.put", put("lines.csv", "yours"), "name"),
+        ("program.convert", kept, "to"),
+    ] {
+        let refused = anna.call(method, params).await.unwrap_err();
+        let found = (&refused["code"], &refused["data"]["param"]);
+        assert_eq!(found, (&json!(-32602), &json!(param)), "{refused}");
+        assert_eq!(bench.shelf.bytes("lines.csv"), b"mine");
+    }
+    anna.ok("program.convert", convert).await;
+    assert_ne!(bench.shelf.bytes("lines.csv"), b"mine");
+}
+
+#[tokio::test(start_paused = true)]
 async fn checks_take_turns_and_hold_up_no_stop() {
     let bench = LocalStation::new(1).await;
     let mut checkers = Vec::new();

@@ -245,3 +245,46 @@ async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
         "{job}"
     );
 }
+
+#[tokio::test(start_paused = true)]
+async fn every_change_of_the_surface_is_told_to_every_session_once() {
+    let bench = LocalStation::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let mut ben = bench.join_as("Ben", Role::Viewer).await;
+    anna.ok("lease.acquire", json!({})).await;
+    let mut told = 0;
+    let at = |x: f64, y: f64| ("arm.move", json!({"to": [x, y, -52.5, 0]}));
+    let corner = |name: &str| ("surface.corner", json!({"corner": name}));
+    for (method, params) in [
+        at(220.0, 30.0),
+        ("surface.touch", json!({})),
+        // The same place again changes nothing.
+        ("surface.touch", json!({})),
+        at(260.0, -30.0),
+        ("surface.touch", json!({"add": true})),
+        ("surface.touch", json!({"forget": true})),
+        ("arm.tool", json!({"tool": "pen"})),
+        at(280.0, -70.0),
+        corner("lower-left"),
+        at(280.0, 70.0),
+        corner("lower-right"),
+        at(200.0, -70.0),
+        corner("upper-left"),
+        ("surface.touch", json!({"forget": true})),
+    ] {
+        let before = anna.ok("surface.get", json!({})).await;
+        anna.ok(method, params.clone()).await;
+        let after = anna.ok("surface.get", json!({})).await;
+        ben.listen(std::time::Duration::from_millis(10)).await;
+        let notices = ben.noticed("surface.changed");
+        let news = usize::from(before != after);
+        assert_eq!(notices.len(), told + news, "{method} {params}");
+        told = notices.len();
+        if news > 0 {
+            let shown = json!({"arm": "arm", "surface": after});
+            assert_eq!(**notices.last().unwrap(), shown, "{method} {params}");
+        }
+    }
+    assert_eq!(told, 7);
+    assert_eq!(anna.noticed("surface.changed").len(), told);
+}

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_station::ArmOrder;
+use magician_station::{ArmOrder, LibraryAct};
 use serde_json::{Value, json};
 
 use crate::bare::BareStation;
@@ -184,4 +184,21 @@ fn the_end_of_a_lease_ends_what_a_hand_teaches_only_where_it_does() {
     assert_eq!(ended(&[true]), 1);
     assert_eq!(ended(&[true, true]), 1);
     assert_eq!(ended(&[true, false]), 0);
+}
+
+#[test]
+fn conversion_of_a_program_runs_beside_the_station_and_not_behind_a_check() {
+    let mut bare = BareStation::new();
+    let anna = bare.join("Anna");
+    bare.ask(anna, "job.check", &json!({"text": plan().to_string()}));
+    for (method, params) in [
+        ("teach.rows", json!({"plan": plan()})),
+        ("teach.plan", json!({"rows": []})),
+    ] {
+        bare.ask(anna, method, &params);
+        let order = bare.station.poll_library().expect(method);
+        assert!(matches!(order.act, LibraryAct::Teach(_)), "{method}");
+        bare.station
+            .library_done(bare.now, order.request, Ok(json!({})));
+    }
 }

@@ -276,7 +276,8 @@ impl Arm {
     /// Under a [fence](super::Options::fence) the jog stops before it.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs, and while
+    /// the laser is on ([`Laser::check_off`](super::Laser::check_off));
     /// [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the arm's fence
     /// ([`Options::fence`](super::Options::fence)) leaves no room, else as [`set`](Self::set). If
     /// the jog may have begun all the same, its stop is sent.
@@ -293,6 +294,11 @@ impl Arm {
         let stops = self.stops();
         let deadline = self.deadline();
         options.check()?;
+        let silent = || Error::new(ErrorCode::NoAnswer, message!("no answer"));
+        // Here, so that it holds for jogs of all kinds and front ends. Costs no frame while the
+        // state of the laser is known.
+        let dark = timeout_at(deadline, self.laser().check_off()).await;
+        dark.unwrap_or_else(|_| Err(silent()))?;
         let in_pieces = self.inner.options.bounded_jogs;
         let fenced = self.fence().is_some_and(|fence| fence.bounds_motion());
         if fenced && !in_pieces && self.moving() {
@@ -343,8 +349,7 @@ impl Arm {
             Err(_) => return Err(Error::stuck()),
         }
         // The request expires with this call, so a jog that has not begun by then never does.
-        let silent = Error::new(ErrorCode::NoAnswer, message!("no answer"));
-        self.answer_or(silent, answer, &frame, deadline).await?;
+        self.answer_or(silent(), answer, &frame, deadline).await?;
         Ok(jog)
     }
 }

@@ -249,7 +249,7 @@ impl Life {
                 | ArmOrder::KeepJog(_)
                 | ArmOrder::Guide { request: None, .. }
                 | ArmOrder::EndJog(_)
-                | ArmOrder::StopMotors
+                | ArmOrder::EndUnheld
                 | ArmOrder::Watch { .. } => continue,
                 _ => {}
             }

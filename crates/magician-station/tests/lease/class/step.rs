@@ -244,7 +244,7 @@ impl Model {
                 self.sockets.insert(session, (socket, false));
                 Ok(())
             }
-            Effect::Turns | Effect::TurnEnding { .. } | Effect::EndMotors { .. } => Ok(()),
+            Effect::Turns | Effect::TurnEnding { .. } | Effect::EndUnheld { .. } => Ok(()),
             other => Err(format!("unknown effect {other:?}")),
         }
     }
