@@ -822,7 +822,7 @@ export type Class = {
 };
 
 export interface Methods {
-  /** Begins the session. The first message of a socket, once. */
+  /** Begins a session. Must be the first message on a socket, and is sent once. */
   "session.hello": {
     params: {
       client: ClientName;
@@ -847,7 +847,7 @@ export interface Methods {
       };
     };
   };
-  /** The sessions of the station. */
+  /** Lists the sessions of the station. */
   "session.list": {
     params: {
     };
@@ -855,7 +855,7 @@ export interface Methods {
       sessions: Session[];
     };
   };
-  /** The station itself. */
+  /** Returns facts about the station. */
   "server.info": {
     params: {
     };
@@ -869,7 +869,7 @@ export interface Methods {
       features: string[];
     };
   };
-  /** The arms of the station. */
+  /** Lists the arms of the station. */
   "arm.list": {
     params: {
     };
@@ -889,7 +889,7 @@ export interface Methods {
       }>;
     };
   };
-  /** Identity and state of an arm. */
+  /** Returns identity and state of an arm. */
   "arm.info": {
     params: {
       arm?: string;
@@ -911,7 +911,7 @@ export interface Methods {
       fence: Fence | null;
     };
   };
-  /** What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command. */
+  /** Describes the pins, sensors and steppers of an arm by the protocol's table, for clients that know no command. */
   "arm.io": {
     params: {
       arm?: string;
@@ -945,14 +945,14 @@ export interface Methods {
       }>;
     };
   };
-  /** The state, read not longer ago than 100 ms. */
+  /** Returns the state, at most 100 ms old. */
   "arm.state": {
     params: {
       arm?: string;
     };
     result: State;
   };
-  /** Sends the state again and again, the newest one when several are due. */
+  /** Subscribes to the state. If several states are due, only the newest is sent. */
   "arm.subscribe": {
     params: {
       arm?: string;
@@ -973,7 +973,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Reads a value of the protocol. */
+  /** Reads a value by a command of the protocol. */
   "arm.get": {
     params: {
       arm?: string;
@@ -982,7 +982,7 @@ export interface Methods {
     };
     result: Fields;
   };
-  /** Sends a command that acts at once. */
+  /** Sends a command that takes effect immediately. */
   "arm.set": {
     params: {
       arm?: string;
@@ -1004,7 +1004,7 @@ export interface Methods {
       index: number;
     };
   };
-  /** Moves the arm, checked first. */
+  /** Moves the arm, after a check of the motion. */
   "arm.move": {
     params: {
       arm?: string;
@@ -1026,7 +1026,7 @@ export interface Methods {
     };
     result: State;
   };
-  /** Clears the alarms, which releases the queue. */
+  /** Clears all alarms, which releases the queue. */
   "arm.clear_alarms": {
     params: {
       arm?: string;
@@ -1034,7 +1034,7 @@ export interface Methods {
     };
     result: State;
   };
-  /** Chooses the tool, or has it do something. One of the parameters beside `arm` and `yes`. */
+  /** Selects or operates the tool. Takes exactly one parameter besides `arm` and `yes`. */
   "arm.tool": {
     params: {
       arm?: string;
@@ -1046,7 +1046,7 @@ export interface Methods {
     };
     result: State;
   };
-  /** Sets the speed of moves and jogs as a whole, also of a job that runs, or one setting of speeds. */
+  /** Sets the speed ratio of moves and jogs, also of a running job, or one speed setting. */
   "arm.speed": {
     params: {
       arm?: string;
@@ -1056,7 +1056,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** The alarms that stand, with cause and remedy. */
+  /** Lists the active alarms with cause and remedy. */
   "arm.alarms": {
     params: {
       arm?: string;
@@ -1071,7 +1071,7 @@ export interface Methods {
       }>;
     };
   };
-  /** Stops an arm, or all; never needs the lease, and lifts no pen. */
+  /** Stops an arm, or all arms. Never needs the lease, and does not lift the pen. */
   "arm.stop": {
     params: {
       arm?: string;
@@ -1080,7 +1080,7 @@ export interface Methods {
       arms: Stood[];
     };
   };
-  /** The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way. */
+  /** Returns or changes the fence of an arm. Motion that crosses the fence is refused as `unreachable`. A change ends motion in progress. */
   "arm.fence": {
     params: {
       arm?: string;
@@ -1090,7 +1090,7 @@ export interface Methods {
       fence: Fence | null;
     };
   };
-  /** The arm as a chain of links, its limits and its tool, for pages that draw it. */
+  /** Returns the arm as a chain of links, its limits and its tool, for clients that draw it. */
   "arm.model": {
     params: {
       arm?: string;
@@ -1122,7 +1122,7 @@ export interface Methods {
       };
     };
   };
-  /** Earlier events of an arm, 1000 at most. */
+  /** Lists past events of an arm, at most 1000. */
   "events.since": {
     params: {
       arm?: string;
@@ -1133,7 +1133,7 @@ export interface Methods {
       seq: number;
     };
   };
-  /** Asks for the lease of an arm: the right to move it. */
+  /** Acquires the lease of an arm: the exclusive right to move it. */
   "lease.acquire": {
     params: {
       arm?: string;
@@ -1141,21 +1141,21 @@ export interface Methods {
     };
     result: Lease;
   };
-  /** Says that its holder is there; any message does. */
+  /** Keeps the lease alive (so does any message). */
   "lease.renew": {
     params: {
       lease: string;
     };
     result: null;
   };
-  /** Gives it back; answered in the same way if it has ended already. What the arm has queued goes on; a jog, stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
+  /** Gives the lease back. Succeeds also if the lease has already ended. Queued commands continue; a jog, the stepper motors and the belt are stopped, and a job pauses unless its `on_lost` says otherwise. */
   "lease.release": {
     params: {
       lease: string;
     };
     result: null;
   };
-  /** Asks the holder for the lease. Without an answer in 20 s it is granted. */
+  /** Asks the holder for the lease. Granted if the holder does not answer within 20 s. */
   "lease.ask": {
     params: {
       arm?: string;
@@ -1167,7 +1167,7 @@ export interface Methods {
       ttl_s?: number;
     };
   };
-  /** Answers a session that asks. */
+  /** Answers a session that asked for the lease. */
   "lease.answer": {
     params: {
       arm?: string;
@@ -1176,14 +1176,14 @@ export interface Methods {
     };
     result: null;
   };
-  /** Takes the lease away from its holder, at once. */
+  /** Takes the lease from its holder immediately. */
   "lease.take": {
     params: {
       arm?: string;
     };
     result: Lease;
   };
-  /** Jogs until it is stopped, or is not kept up. */
+  /** Jogs the arm until the jog is stopped or its hold time expires. */
   "jog.start": {
     params: {
       arm?: string;
@@ -1195,14 +1195,14 @@ export interface Methods {
       jog: string;
     };
   };
-  /** Keeps a jog up. A notification: it has no answer. */
+  /** Renews the hold time of a jog. Sent as a notification, without an answer. */
   "jog.keep": {
     params: {
       jog: string;
     };
     result: null;
   };
-  /** Stops a jog, also one whose `jog.start` is not answered yet. */
+  /** Stops a jog, including one whose `jog.start` has not been answered yet. */
   "jog.stop": {
     params: {
       arm?: string;
@@ -1213,7 +1213,7 @@ export interface Methods {
       pose: Pose;
     };
   };
-  /** Moves by a step, checked first. */
+  /** Moves by a step, after a check of the motion. */
   "jog.step": {
     params: {
       arm?: string;
@@ -1224,7 +1224,7 @@ export interface Methods {
     };
     result: State;
   };
-  /** Checks a program from where the arm stands; nothing moves. */
+  /** Checks a program from the current position of the arm, without moving it. */
   "job.check": {
     params: {
       arm?: string;
@@ -1237,7 +1237,7 @@ export interface Methods {
     };
     result: Report;
   };
-  /** Checks a program and runs it. What is answered is on the disk. */
+  /** Checks a program and runs it. The job is on the disk when this is answered. */
   "job.start": {
     params: {
       arm?: string;
@@ -1262,14 +1262,14 @@ export interface Methods {
       job: string;
     };
   };
-  /** A job, also one that is over. */
+  /** Returns a job, also a finished one. */
   "job.get": {
     params: {
       job: string;
     };
     result: Job;
   };
-  /** The last 50 jobs of an arm, the newest last. */
+  /** Lists the last 50 jobs of an arm, newest last. */
   "job.list": {
     params: {
       arm?: string;
@@ -1278,14 +1278,14 @@ export interface Methods {
       jobs: Job[];
     };
   };
-  /** Pauses a job: nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved then. */
+  /** Pauses a job: the queue of the arm is empty, the laser off, the pen up. The arm may then be moved. */
   "job.pause": {
     params: {
       job: string;
     };
     result: Job;
   };
-  /** Goes on with a job that is paused, or that ended before its end. */
+  /** Resumes a paused, stopped or interrupted job. */
   "job.resume": {
     params: {
       job: string;
@@ -1295,14 +1295,14 @@ export interface Methods {
     };
     result: Job;
   };
-  /** Stops a job, and lifts its pen; never needs the lease. */
+  /** Stops a job and lifts its pen. Never needs the lease. */
   "job.stop": {
     params: {
       job: string;
     };
     result: Job;
   };
-  /** The jobs of an arm that are kept, the newest last, and sums over all that ran. */
+  /** Lists the stored jobs of an arm, newest last, with totals over all jobs that ran. */
   "job.history": {
     params: {
       arm?: string;
@@ -1324,7 +1324,7 @@ export interface Methods {
       };
     };
   };
-  /** Gives a job that waits another place in the queue of its arm; one that waits no more is answered as it is. */
+  /** Moves a queued job to another place in the queue of its arm. No effect on a job that is no longer queued. */
   "job.reorder": {
     params: {
       job: string;
@@ -1332,14 +1332,14 @@ export interface Methods {
     };
     result: Job;
   };
-  /** Takes a job that is over out of the list. It counts in the totals all the same. */
+  /** Deletes a finished job from the list. The totals still include it. */
   "job.delete": {
     params: {
       job: string;
     };
     result: null;
   };
-  /** Keeps a program in the library. */
+  /** Stores a program in the library. */
   "program.put": {
     params: {
       name: string;
@@ -1352,7 +1352,7 @@ export interface Methods {
       bytes: number;
     };
   };
-  /** The programs of the library. */
+  /** Lists the programs of the library. */
   "program.list": {
     params: {
     };
@@ -1365,7 +1365,7 @@ export interface Methods {
       }>;
     };
   };
-  /** A program of the library; one above 700 KiB comes by GET alone. */
+  /** Returns a program of the library. Above 700 KiB use GET. */
   "program.get": {
     params: {
       name: string;
@@ -1376,7 +1376,7 @@ export interface Methods {
       data: string;
     };
   };
-  /** Makes another file of a program, and keeps it in the library. */
+  /** Converts a program to another format and stores the result. */
   "program.convert": {
     params: {
       name: string;
@@ -1396,7 +1396,7 @@ export interface Methods {
       }>;
     };
   };
-  /** What a person is asked before a program of this format is done: members of `setup`, the usual ones first. */
+  /** Lists the options for programs of a format: members of `setup`, usual ones first. */
   "program.options": {
     params: {
       format: string;
@@ -1406,14 +1406,14 @@ export interface Methods {
       options: Option[];
     };
   };
-  /** Removes a program from the library. */
+  /** Deletes a program from the library. */
   "program.delete": {
     params: {
       name: string;
     };
     result: null;
   };
-  /** Keeps options under a name; what was kept under it is replaced. It goes before one of this name that comes with this program. */
+  /** Stores options under a name, replacing a stored preset. It takes precedence over a built-in preset of the same name. */
   "preset.save": {
     params: {
       name: string;
@@ -1423,7 +1423,7 @@ export interface Methods {
     };
     result: Preset;
   };
-  /** The presets of drawing and engraving, for `setup.preset`: those that come with this program first. */
+  /** Lists the presets for `setup.preset`, built-in ones first. */
   "preset.list": {
     params: {
     };
@@ -1431,21 +1431,21 @@ export interface Methods {
       presets: Preset[];
     };
   };
-  /** What a preset says. */
+  /** Returns the options of a preset. */
   "preset.show": {
     params: {
       name: string;
     };
     result: Preset;
   };
-  /** Removes a preset that was kept; one that comes with this program stays. */
+  /** Deletes a stored preset. Built-in presets stay. */
   "preset.remove": {
     params: {
       name: string;
     };
     result: null;
   };
-  /** Takes the height of the work surface from where the tool touches it, and keeps it for drawings, engravings and what else lies on it. The arm has to stand, with the laser off. Three touches within 30 mm or nearly in line are refused. */
+  /** Measures the work surface at the point that the tool touches, and stores it for drawing and engraving. The arm must stand still with the laser off. Refuses three touches within 30 mm or nearly collinear. */
   "surface.touch": {
     params: {
       arm?: string;
@@ -1455,7 +1455,7 @@ export interface Methods {
     };
     result: MeasuredSurface;
   };
-  /** Takes a corner of a sheet of paper from where the tool touches it. With the third one the sheet is kept, with its height and tilt: drawings lie on it then, upright for its reader. Corners within 30 mm, nearly in line or without a right angle are refused, and what was taken before stays. The arm has to stand, with the laser off. */
+  /** Measures a corner of a sheet of paper at the point that the tool touches. The third corner completes the sheet with its height and tilt; drawings are then placed on it, upright for its reader. Refuses corners within 30 mm, nearly collinear, or without a right angle, and keeps the earlier state. The arm must stand still with the laser off. */
   "surface.corner": {
     params: {
       arm?: string;
@@ -1464,14 +1464,14 @@ export interface Methods {
     };
     result: MeasuredSurface;
   };
-  /** The height of the work surface that was touched. */
+  /** Returns the measured work surface. */
   "surface.get": {
     params: {
       arm?: string;
     };
     result: MeasuredSurface;
   };
-  /** A step of a program that leads to where the arm stands. */
+  /** Returns a program step to the current position of the arm. */
   "teach.capture": {
     params: {
       arm?: string;
@@ -1482,7 +1482,7 @@ export interface Methods {
       step: PlanStep;
     };
   };
-  /** Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there. */
+  /** Sends an event `hand-trigger` with a `step` to the position each time the unlock key of the arm is released. */
   "teach.guide": {
     params: {
       arm?: string;
@@ -1491,7 +1491,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays. */
+  /** Returns a plan as rows of a table: target, action of the tool and waiting time. */
   "teach.rows": {
     params: {
       plan: Plan;
@@ -1503,7 +1503,7 @@ export interface Methods {
       rows: Row[];
     };
   };
-  /** A step of a program that sets the level of an output. */
+  /** Returns a program step that sets the level of an output. */
   "teach.output": {
     params: {
       address: number;
@@ -1513,7 +1513,7 @@ export interface Methods {
       step: PlanStep;
     };
   };
-  /** The plan of rows. What is wrong names its row in `data.row`. */
+  /** Builds a plan from rows. An error names its row in `data.row`. */
   "teach.plan": {
     params: {
       title?: string;
@@ -1526,7 +1526,7 @@ export interface Methods {
       first: number[];
     };
   };
-  /** The world around a virtual arm. This and its kin are `unsupported` of other arms. */
+  /** Returns the world around a virtual arm. All `world.*` methods are `unsupported` for other arms. */
   "world.look": {
     params: {
       arm?: string;
@@ -1567,7 +1567,7 @@ export interface Methods {
       plugged: boolean;
     };
   };
-  /** The scenarios that need no file, for `world.scenario`. */
+  /** Lists the built-in scenarios for `world.scenario`. */
   "world.scenarios": {
     params: {
       arm?: string;
@@ -1580,7 +1580,7 @@ export interface Methods {
       }>;
     };
   };
-  /** Presses the key at the base: it runs the program that the arm keeps, or stops it. */
+  /** Presses the key at the base, which runs or stops the program stored in the arm. */
   "world.press": {
     params: {
       arm?: string;
@@ -1588,7 +1588,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Holds or releases the unlock key: while it is held the arm can be guided. */
+  /** Holds or releases the unlock key. While held, the arm can be guided by hand. */
   "world.unlock": {
     params: {
       arm?: string;
@@ -1596,7 +1596,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Pulls the cable, or plugs it in again. */
+  /** Unplugs the cable, or plugs it in again. */
   "world.unplug": {
     params: {
       arm?: string;
@@ -1604,7 +1604,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Moves the arm by hand, while the unlock key is held. */
+  /** Moves the arm by hand while the unlock key is held. */
   "world.guide": {
     params: {
       arm?: string;
@@ -1612,7 +1612,7 @@ export interface Methods {
     };
     result: State;
   };
-  /** Switches the arm off, and on again in the world of a scenario. */
+  /** Power-cycles the arm in the world of a scenario. */
   "world.scenario": {
     params: {
       arm?: string;
@@ -1622,7 +1622,7 @@ export interface Methods {
       objects: string[];
     };
   };
-  /** Puts an object somewhere, by hand. */
+  /** Moves an object by hand. */
   "world.place": {
     params: {
       arm?: string;
@@ -1631,14 +1631,14 @@ export interface Methods {
     };
     result: null;
   };
-  /** Lays a new sheet of paper: what pen and laser have left so far is gone. Refused while a job is under way. */
+  /** Replaces the paper by a new sheet, which removes all marks of pen and laser. Refused while a job is in progress. */
   "world.paper": {
     params: {
       arm?: string;
     };
     result: null;
   };
-  /** Drives an input from outside: from now on it reads this. */
+  /** Drives an input from outside with a constant level or voltage. */
   "world.input": {
     params: {
       arm?: string;
@@ -1648,7 +1648,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Lets something go wrong, also while a job runs. */
+  /** Injects a fault, also while a job runs. */
   "world.fault": {
     params: {
       arm?: string;
@@ -1659,7 +1659,7 @@ export interface Methods {
     };
     result: null;
   };
-  /** Records an arm into a file, until `record.stop`. */
+  /** Records an arm to a file until `record.stop`. */
   "record.start": {
     params: {
       arm?: string;
@@ -1669,7 +1669,7 @@ export interface Methods {
       name: string;
     };
   };
-  /** Ends the recording of an arm. */
+  /** Ends a recording. */
   "record.stop": {
     params: {
       arm?: string;
@@ -1680,7 +1680,7 @@ export interface Methods {
       bytes: number;
     };
   };
-  /** Writes what is kept of an arm's last minutes into a file: readings, what passed on its line, and what happened. */
+  /** Saves the last minutes of an arm to a file: readings, frames on the line, and events. */
   "record.save_last": {
     params: {
       arm?: string;
@@ -1690,7 +1690,7 @@ export interface Methods {
       name: string;
     };
   };
-  /** The pose of joints, by the arm's geometry. */
+  /** Computes the pose of joint angles (forward kinematics). */
   "motion.forward": {
     params: {
       joints: number[];
@@ -1703,7 +1703,7 @@ export interface Methods {
       r: number;
     };
   };
-  /** The joints of a pose; refused where the arm does not get there. */
+  /** Computes the joint angles of a pose (inverse kinematics). Refused if the pose is out of reach. */
   "motion.inverse": {
     params: {
       pose: number[];
@@ -1716,7 +1716,7 @@ export interface Methods {
       j4: number;
     };
   };
-  /** What the tip reaches at a height. */
+  /** Computes the reachable area at a height. */
   "motion.reach": {
     params: {
       z: number;
@@ -1726,7 +1726,7 @@ export interface Methods {
       outlines: number[][][];
     };
   };
-  /** Gives the station a class, in the place of the one before. Pupils who were in it keep their codes, whatever the file says, and so does the teacher the PIN; the others get one. */
+  /** Replaces the class. Pupils keep their codes and the teacher keeps the PIN, whatever the file says; new pupils get a code. */
   "class.set": {
     params: {
       text?: string;
@@ -1739,20 +1739,20 @@ export interface Methods {
     };
     result: Class;
   };
-  /** The class: its rules and pupils. */
+  /** Returns the class: its rules and pupils. */
   "class.get": {
     params: {
     };
     result: Class;
   };
-  /** Makes new codes: pupils who signed in with an old code have to sign in again. */
+  /** Generates new codes. Pupils signed in with an old code must sign in again. */
   "class.codes": {
     params: {
       pupils?: string[];
     };
     result: Class;
   };
-  /** Stops arms: a job pauses where its step ends within a second, and ends elsewhere, at once if it burns (`job.resume` goes on with both); the rest ends, and the laser is off. Nobody but a teacher moves them until `class.free`; the time of turns stands. */
+  /** Stops and freezes arms. A job pauses if its step ends within a second; otherwise, or if it burns, it is stopped (`job.resume` continues both). Other motion ends, and the laser is off. Until `class.free` only teachers can move these arms, and the clocks of turns stand. */
   "class.freeze": {
     params: {
       arms?: string[];
@@ -1761,7 +1761,7 @@ export interface Methods {
       arms: string[];
     };
   };
-  /** Lets arms be moved again. */
+  /** Unfreezes arms. */
   "class.free": {
     params: {
       arms?: string[];
@@ -1770,7 +1770,7 @@ export interface Methods {
       arms: string[];
     };
   };
-  /** Puts a program to arms: it begins where the arm is free, and waits in the arm's queue elsewhere. */
+  /** Starts a program on each free arm, and queues it on the others. */
   "class.send": {
     params: {
       program?: string;
@@ -1790,7 +1790,7 @@ export interface Methods {
       }>;
     };
   };
-  /** What pupils have made: their jobs that are done. As a page: GET /api/v1/class/results.html. */
+  /** Lists the finished jobs of pupils. As a page: GET /api/v1/class/results.html. */
   "class.results": {
     params: {
     };
@@ -1808,7 +1808,7 @@ export interface Methods {
       }>;
     };
   };
-  /** Joins the queue for a turn, of persons and not of sockets: a page that is loaded anew has lost nothing. Who has a turn, or waits for the same arms, keeps it. A teacher needs none. */
+  /** Joins the queue for a turn. The queue holds persons, not sockets: reloading a page loses nothing. No effect for a person who has a turn or already waits for the same arms. Teachers need no turn. */
   "turn.join": {
     params: {
       arm?: string;
@@ -1816,14 +1816,14 @@ export interface Methods {
     };
     result: TurnList;
   };
-  /** Gives turn and place up. */
+  /** Gives up turn and place. */
   "turn.leave": {
     params: {
       person?: string;
     };
     result: null;
   };
-  /** Ends the turn at an arm, at some, or at all: its person has no place any more, and the next who waits gets the arm. What moves stops as at any end of a turn. */
+  /** Ends the turn on one, several or all arms. Its person loses the place, and the next one in the queue gets the arm. Motion stops as at any end of a turn. */
   "turn.end": {
     params: {
       arm?: string;
@@ -1833,7 +1833,7 @@ export interface Methods {
       arms: string[];
     };
   };
-  /** Passes the turn at an arm, at some, or at all, to the next who waits for it: the person who had it gets the last place of the queue. Refused for `arm` where nobody who is there waits; of others such an arm is left out. */
+  /** Passes the turn on one, several or all arms to the next person in the queue; the former person gets the last place. With `arm` it is refused if no signed-in person waits; otherwise such arms are skipped. */
   "turn.next": {
     params: {
       arm?: string;
@@ -1843,14 +1843,14 @@ export interface Methods {
       arms: string[];
     };
   };
-  /** Whose turn it is, and who waits. */
+  /** Lists turns and queue. */
   "turn.list": {
     params: {
       group?: string;
     };
     result: TurnList;
   };
-  /** Says who may have the lease of which arm when, by the station's own clock. An arm that is in no slot is free at any time. */
+  /** Sets who may acquire which arm when, by the station's clock. An arm without slots is free at any time. */
   "schedule.set": {
     params: {
       text: string;
@@ -1869,7 +1869,7 @@ export interface Methods {
       error: string | null;
     };
   };
-  /** The schedule. */
+  /** Returns the schedule. */
   "schedule.get": {
     params: {
     };
@@ -1886,7 +1886,7 @@ export interface Methods {
       error: string | null;
     };
   };
-  /** The arms that this station expects on its site. */
+  /** Lists the arms that this station expects on its site. */
   "site.roster": {
     params: {
     };
@@ -1894,7 +1894,7 @@ export interface Methods {
       arms: ExpectedArm[];
     };
   };
-  /** Replaces the roster: whatever is asked of all arms of the site names those of the roster that are missing. */
+  /** Replaces the roster. Requests to all arms of the site report arms of the roster that are missing. */
   "site.expect": {
     params: {
       arms: ExpectedArm[];
@@ -1907,52 +1907,52 @@ export interface Methods {
 
 /** What a station tells by itself: parameters by notification. */
 export interface Notifications {
-  /** A session came, went, or got or lost a lease. Five times a second at most: the list is the newest one. */
+  /** A session began or ended, or acquired or lost a lease. At most five times per second, with the latest list. */
   "session.changed": {
     sessions: Session[];
   };
-  /** The lease of an arm was given, given back, taken or lost. */
+  /** The lease of an arm was granted, given back, taken or lost. */
   "lease.changed": {
     arm: string;
     holder: Holder | null;
   };
-  /** Another session asks for it by `lease.ask`. Answer by `lease.answer`; without an answer it passes after 20 s. A session that asks again meanwhile is told once, and one answer is for all that it asked. */
+  /** Another session called `lease.ask`. Reply with `lease.answer`; without a reply the lease passes after 20 s. Repeated questions of one session are sent once, and one reply answers all of them. */
   "lease.asked": {
     arm: string;
     session: string;
     name: string;
     message: string | null;
   };
-  /** It waits for a lease by `lease.acquire` with `wait_s`: at once, and whenever the queue has moved; its place may be the same as before. */
+  /** The session waits for a lease by `lease.acquire` with `wait_s`: sent at once and whenever the queue moves, even if its place is unchanged. */
   "lease.queue": {
     arm: string;
     place: number;
   };
-  /** A job has another state, at once; its progress, ten times a second at most; its place in the queue, five times a second at most: it is the newest one. */
+  /** The state of a job changed (sent at once), its progress (at most ten times per second), or its place in the queue (at most five times per second). Carries the latest values. */
   "job.changed": {
     job: Job;
   };
-  /** A jog is over. The stop has gone out to the arm; it may still come to rest. */
+  /** A jog ended. The stop was sent to the arm, which may still be decelerating. */
   "jog.ended": {
     arm: string;
     jog: string;
     why: "released" | "not-kept" | "stopped" | "lease" | "link" | "replaced" | "limit";
   };
-  /** The work surface under an arm was touched or forgotten, a corner of a sheet was taken; or another program has measured it, which shows with the next `surface.get`. */
+  /** The work surface of an arm was measured or forgotten, or a corner of a sheet was measured. A measurement by another program is noticed at the next `surface.get`. */
   "surface.changed": {
     arm: string;
     surface: MeasuredSurface;
   };
-  /** As often as `arm.subscribe` asks for, the newest state when several are due; at once when job, jog or holder change, and once when the line is lost. */
+  /** At the rate of `arm.subscribe`, with the latest state if several are due; immediately when job, jog or holder change; once when the line is lost. */
   "arm.state": {
     subscription: number;
     state: StateChange;
   };
-  /** The station begins to end, and to each session that says hello after that. Who holds an arm stops it within 1 s (`arm.stop`), lifts its pen and gives the lease back. */
+  /** The station begins to end; also sent to sessions that begin afterwards. Holders should stop their arm within 1 s (`arm.stop`), lift the pen and give the lease back. */
   "server.ending": {
     left_s: number;
   };
-  /** A turn began or ended, somebody joined or left the queue, an arm was frozen or freed, a class was set. */
+  /** A turn began or ended, a person joined or left the queue, an arm was frozen or freed, or a class was set. */
   "turn.changed": {
     turn_s: number | null;
     arms: Array<{
@@ -1982,19 +1982,19 @@ export interface Notifications {
       from: number | null;
     }>;
   };
-  /** A turn ends in 60 s, and in 10 s. */
+  /** 60 s and 10 s before the end of a turn. */
   "turn.ending": {
     arm: string;
     person: string;
     left_s: number;
   };
-  /** Its turn begins, or goes on after a teacher had the arm: it has the lease from now on. */
+  /** A turn begins, or continues after a teacher had the arm. The session holds the lease from now on. */
   "turn.granted": {
     arm: string;
     lease: string;
     ttl_s: number;
     left_s: number | null;
   };
-  /** Something happened: see the table of events. */
+  /** An event occurred; see the table of events. */
   "arm.event": Event;
 }

@@ -338,20 +338,20 @@ __all__ = [
 
 
 class State(TypedDict):
-    """The state of an arm, as it was read last."""
+    """Latest state of an arm."""
 
     t: float
-    """When the pose was read, by the station's clock, Unix seconds."""
+    """Time of the reading, by the station's clock, Unix seconds."""
     arm: str
     """Name of the arm."""
     x: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     y: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     z: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     r: float
-    """The turn of the tool, deg."""
+    """Rotation of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -361,75 +361,75 @@ class State(TypedDict):
     j4: float
     """Joint 4, the tool, deg."""
     rail: Union[float, None]
-    """Where the arm stands on its rail, mm; null: it has no rail."""
+    """Position on the rail, mm; null: the arm has no rail."""
     current_index: int
-    """The command of the arm's queue that was finished last."""
+    """Queue index of the last finished command."""
     left_space: int
-    """Places in the arm's queue that are free; 0: it is full, and the station waits. A queue that is empty has as many as the firmware has places, 32 in the virtual arm, commands."""
+    """Free places in the arm's queue; 0 if it is full, and the station waits. The size of the queue depends on the firmware; the virtual arm has 32 places, commands."""
     alarms: list[int]
-    """Codes of the alarms that stand; `arm.alarms` explains them."""
+    """Codes of the active alarms; `arm.alarms` explains them."""
     link: Literal["up", "lost"]
-    """The line to the arm."""
+    """State of the line to the arm."""
     moving: bool
-    """Whether it moves, or may."""
+    """True if the arm moves, or may move."""
     homed: Union[bool, None]
-    """Whether it was homed since it was switched on; false: it says that it was reset, and was not homed since; null: not known: it says nothing of a reset, and this computer saw no homing."""
+    """True if homed since power-up; false if it reported a reset and was not homed since; null: unknown: no reset was reported, and this computer saw no homing."""
     tool: Tool
-    """What its tools do."""
+    """State of the tools."""
     speed: Union[float, None]
-    """Share of the set speed of moves, percent; null: not known: it was neither read nor set since the line was found."""
+    """Speed ratio of moves, percent; null: unknown: neither read nor set on this connection."""
     pins: list[Pin]
-    """The pins that some subscriber of the arm has asked for; none otherwise."""
+    """Pins watched by subscribers of the arm."""
     job: Union[str, None]
-    """The job that it is at; null: none: none was started, or the last one is over."""
+    """Current job; null: no job is in progress."""
     jog: Union[str, None]
-    """The jog that it is at; null: none."""
+    """Current jog; null: no jog is in progress."""
     holder: Union[Holder, None]
-    """Who has the lease, and may move it; null: nobody has it."""
+    """Holder of the lease, who may move the arm; null: the arm is free."""
 
 class Tool(TypedDict):
-    """What the tools of an arm do, by the commands that went to it; null is not known."""
+    """State of the tools of an arm, derived from the commands sent to it; null means unknown."""
 
     name: Union[Literal["none", "suction", "gripper", "pen", "laser"], None]
-    """The tool that is mounted; null: not known, or its tip is that of no tool with a name."""
+    """Mounted tool; null: unknown, or no named tool has this tip."""
     bias: Union[list[float], None]
-    """Its tip from the flange, x, y, z, mm; null: not known."""
+    """Offset of the tip from the flange, x, y, z, mm; null: unknown."""
     suction: Union[bool, None]
-    """Whether the suction cup is on; null: not known."""
+    """True if the suction cup is on; null: unknown."""
     gripper: Union[Literal["open", "closed", "off"], None]
-    """The gripper; off: its pump is off; null: not known."""
+    """State of the gripper; off: its pump is off; null: unknown."""
     laser: Union[bool, None]
-    """Whether the laser may burn: the last command that is known lets it; null: not known."""
+    """True if the laser may burn by the last known command; null: unknown."""
 
 class Pin(TypedDict):
-    """The level of a pin that is watched."""
+    """Level of a watched pin."""
 
     kind: Literal["input", "output", "analog"]
-    """How it is read."""
+    """Kind of reading."""
     address: int
-    """Its EIO address, 1 to 20."""
+    """EIO address, 1 to 20."""
     value: int
-    """0 or 1; of an analog input counts, 4095 at 3.3 V."""
+    """0 or 1; for an analog input counts, 4095 at 3.3 V."""
 
 class Holder(TypedDict):
-    """A session that has the lease of an arm."""
+    """Session that holds the lease of an arm."""
 
     session: str
-    """Its id."""
+    """Id of the session."""
     name: str
-    """What it calls itself."""
+    """Name of the session."""
 
 class Pose(TypedDict):
-    """Where an arm is."""
+    """Pose of an arm."""
 
     x: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     y: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     z: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     r: float
-    """The turn of the tool, deg."""
+    """Rotation of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -440,98 +440,98 @@ class Pose(TypedDict):
     """Joint 4, the tool, deg."""
 
 class LibraryUse(TypedDict):
-    """Room in the library of programs."""
+    """Use of the library of programs."""
 
     programs: int
     """Number of programs."""
     bytes: int
-    """Their bytes, bytes."""
+    """Total size, bytes."""
 
 class Stood(TypedDict):
-    """An arm that stands after a stop."""
+    """Arm at standstill after a stop."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     stood: bool
-    """True: two readings were equal."""
+    """True if two consecutive readings were equal."""
     pose: Pose
-    """Where it stands."""
+    """Pose of the arm."""
 
 class Lease(TypedDict):
-    """A lease that was given."""
+    """Granted lease."""
 
     arm: str
     """Name of the arm."""
     lease: str
-    """Its id, for `lease.renew` and `lease.release`."""
+    """Id, for `lease.renew` and `lease.release`."""
     ttl_s: float
-    """It ends when its holder says nothing for so long, s."""
+    """Lease timeout: the lease ends if the holder sends nothing for this long, s."""
 
 class Session(TypedDict):
-    """A session of the station."""
+    """Session of the station."""
 
     session: str
-    """Its id."""
+    """Id of the session."""
     name: str
-    """What it calls itself."""
+    """Name of the session."""
     role: Literal["viewer", "student", "teacher"]
-    """What it may do."""
+    """Role of the session."""
     leases: list[str]
-    """The arms whose lease it has."""
+    """Arms whose lease it holds."""
     since: float
-    """When it said hello, Unix seconds."""
+    """Begin of the session, Unix seconds."""
 
 class Job(TypedDict):
-    """A job, also one that is over."""
+    """Job, in progress or finished."""
 
     job: str
-    """Its id, never used twice."""
+    """Id, never reused."""
     arm: str
     """Name of the arm."""
     title: Union[str, None]
-    """What its program is called; null: it is not read yet, or has no title."""
+    """Title of the program; null: not read yet, or no title."""
     state: Literal["queued", "checking", "running", "pausing", "paused", "stopping", "done", "stopped", "failed", "interrupted"]
-    """What it does; from `done` on it is over."""
+    """State; from `done` on the job has ended."""
     step: int
-    """Steps of loop `loop` that the arm has finished; the pair never goes back."""
+    """Finished steps of loop `loop`; the pair never decreases."""
     steps: Union[int, None]
-    """Steps of one loop; null: it is not read yet."""
+    """Steps of one loop; null: not read yet."""
     first_step: Union[int, None]
-    """The step that it began with, from 1; null: it is not read yet."""
+    """First step, from 1; null: not read yet."""
     loops: int
-    """How often it is done; 0 until it is stopped."""
+    """Number of repetitions; 0 until stopped."""
     loop: int
-    """The loop under way, from 1."""
+    """Current loop, from 1."""
     seconds_left: Union[float, None]
-    """How long the rest takes, s; null: not known, or without end."""
+    """Estimated time left, s; null: unknown, or unlimited."""
     drawn_mm: Union[float, None]
-    """Length of what it drew or burnt, mm; null: it is not done."""
+    """Drawn or burnt length, mm; null: not done."""
     travel_mm: Union[float, None]
-    """Length of the moves between, mm; null: it is not done."""
+    """Length of travel moves, mm; null: not done."""
     started: Union[float, None]
-    """When it began, Unix seconds; null: it waits in the queue."""
+    """Start time, Unix seconds; null: queued."""
     ended: Union[float, None]
-    """When it was over, Unix seconds; null: it is not over."""
+    """End time, Unix seconds; null: not ended."""
     holder: Union[Holder, None]
-    """Whose it is; null: not known."""
+    """Owner of the job; null: unknown."""
     part: Union[int, None]
-    """The part that comes next, from 1; null: it does not wait between parts."""
+    """Next part, from 1; null: not waiting between parts."""
     reason: Union[Literal["person", "part", "program", "stopped", "yes", "restart", "unkept"], None]
-    """Of a `paused` job: `person`: somebody asked for it, or the lease ended; `part`: a part is done; `program`: the program says so. Of a `queued` job that does not begin by itself: `stopped`: the arm was stopped, `job.resume` lets it go on; `yes`: it may burn or is dangerous, and waits for `job.resume` with `yes` by who may; `restart`: the station was started anew, and `unkept`: the disk did not take its start, `job.resume` lets both go on; null: neither."""
+    """For a `paused` job: `person`: on request, or because the lease ended; `part`: a part is done; `program`: the program asks for it. For a `queued` job that does not start by itself: `stopped`: the arm was stopped; `yes`: it may burn or is dangerous, and needs `job.resume` with `yes`; `restart`: the station was restarted; `unkept`: the disk could not store its start. `job.resume` continues all of them; null: neither paused nor held back."""
     text: Union[str, None]
-    """What the person at the arm is to do before it goes on; null: nothing is said."""
+    """Instruction for the person at the arm before the job continues; null: no instruction."""
     place: Union[int, None]
-    """Its place in the queue of its arm, from 1; null: it does not wait."""
+    """Place in the queue of its arm, from 1; null: not queued."""
     error: Union[JobError, None]
-    """Why it failed or was interrupted; null: it has not failed."""
+    """Cause of the failure or interruption; null: not failed."""
     notes: Union[list[Note], None]
-    """What it has left switched on, and grips of a virtual arm that took nothing; null: nothing."""
+    """Outputs left switched on, and grips of a virtual arm that picked nothing up; null: no notes."""
     digest: Union[str, None]
-    """What of its program the check found, as `job.check` answers it; null: not read yet."""
+    """Digest of its program, as from `job.check`; null: not read yet."""
 
 class _JobError(TypedDict):
     message: str
-    """What is wrong, in a sentence."""
+    """Cause, as a sentence."""
 
 _JobErrorWords = TypedDict(
     "_JobErrorWords",
@@ -539,80 +539,80 @@ _JobErrorWords = TypedDict(
 )
 
 class JobError(_JobErrorWords, _JobError, total=False):
-    """Why a job failed: `data` of the error, and its message."""
+    """Cause of a failed job: `data` of the error, and its message."""
 
     kind: str
-    """A kind of the table of errors."""
+    """Kind from the table of errors."""
     code: str
-    """Which error it is: programs decide by it, never by the message."""
+    """Identity of the error: programs decide by it, not by the message."""
     param: str
-    """The parameter that is wrong."""
+    """Name of the invalid parameter."""
     row: int
-    """The row of `teach.plan` that is wrong, from 1."""
+    """Invalid row of `teach.plan`, from 1."""
     method: str
-    """The method that helps, or that is meant."""
+    """Method that helps, or that is concerned."""
     command: str
-    """The command of the protocol."""
+    """Command of the protocol."""
     danger: Literal["laser", "arm"]
-    """What `yes` is needed for."""
+    """Danger that `yes` confirms."""
     step: int
-    """The step of a program, from 1."""
+    """Step of the program, from 1."""
     value: float
-    """What was asked for."""
+    """Requested value."""
     limit: float
-    """What is possible, or how many there may be."""
+    """Limit of the value, or of the number."""
     unit: str
-    """The unit of both."""
+    """Unit of both."""
     fence: str
-    """The part of the fence that it would break."""
+    """Bound of the fence that would be crossed."""
     to: int
-    """The last index or step in doubt."""
+    """Last index or step in doubt."""
     remedies: list[Remedy]
-    """What to do about it."""
+    """Possible remedies."""
     template: str
-    """The sentence with the names of its values in braces: its identity in other languages."""
+    """Message with the names of its values in braces: key for translations."""
     values: list[SentenceValue]
-    """The values in the sentence."""
+    """Values in the template."""
     report: Report
-    """What the check of a program found."""
+    """Result of the check of the program."""
     digest: str
-    """The digest of the program as it is now."""
+    """Current digest of the program."""
     expected: Pose
-    """Where the arm should stand."""
+    """Expected pose."""
     pose: Pose
-    """Where it stands."""
+    """Current pose."""
     arm: str
-    """The arm that is frozen, or that the schedule keeps."""
+    """Arm that is frozen, or reserved by the schedule."""
     until: Union[float, None]
-    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
+    """End of the reservation, Unix time, s; null: unknown."""
     arms: list[Stood]
-    """The arms that stand all the same."""
+    """Arms that stand nevertheless."""
     role: Literal["viewer", "student", "teacher"]
-    """The role of the session."""
+    """Role of the session."""
     needs: Literal["viewer", "student", "teacher"]
-    """The role that is needed."""
+    """Required role."""
     may: list[Literal["owner", "holder", "teacher"]]
-    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
+    """Who may change a queued job: its owner, the holder of the lease, a teacher."""
     wait_s: float
-    """How long wrong codes have to wait, s."""
+    """Time until codes are accepted again, s."""
     quota: LibraryUse
-    """The quota of the library that is used up."""
+    """Quota of the library."""
     used: LibraryUse
-    """What is used of it."""
+    """Used part of the quota."""
     holder: Union[Holder, None]
-    """Who has the lease; null: nobody has it."""
+    """Holder of the lease; null: the arm is free."""
     free_in_s: float
-    """When the lease of a holder without a socket ends, s."""
+    """Time until the lease of a holder without a socket ends, s."""
     reason: Literal["unkept"]
-    """The disk did not take it."""
+    """The disk could not store it."""
     by: Union[str, None]
-    """Whose stop it was; null: not a session's."""
+    """Session that stopped it; null: not stopped by a session."""
     job: str
-    """The job that has the arm."""
+    """Job that has the arm."""
     jog: str
-    """The jog that has the arm."""
+    """Jog that has the arm."""
     recording: str
-    """The recording that is under way."""
+    """Recording in progress."""
 
 _ErrorDataWords = TypedDict(
     "_ErrorDataWords",
@@ -620,152 +620,152 @@ _ErrorDataWords = TypedDict(
 )
 
 class ErrorData(_ErrorDataWords, total=False):
-    """`data` of an error. Which members there are depends on its kind: see the table of errors."""
+    """`data` of an error. Its members depend on the kind: see the table of errors."""
 
     kind: str
-    """A kind of the table of errors."""
+    """Kind from the table of errors."""
     code: str
-    """Which error it is: programs decide by it, never by the message."""
+    """Identity of the error: programs decide by it, not by the message."""
     param: str
-    """The parameter that is wrong."""
+    """Name of the invalid parameter."""
     row: int
-    """The row of `teach.plan` that is wrong, from 1."""
+    """Invalid row of `teach.plan`, from 1."""
     method: str
-    """The method that helps, or that is meant."""
+    """Method that helps, or that is concerned."""
     command: str
-    """The command of the protocol."""
+    """Command of the protocol."""
     danger: Literal["laser", "arm"]
-    """What `yes` is needed for."""
+    """Danger that `yes` confirms."""
     step: int
-    """The step of a program, from 1."""
+    """Step of the program, from 1."""
     value: float
-    """What was asked for."""
+    """Requested value."""
     limit: float
-    """What is possible, or how many there may be."""
+    """Limit of the value, or of the number."""
     unit: str
-    """The unit of both."""
+    """Unit of both."""
     fence: str
-    """The part of the fence that it would break."""
+    """Bound of the fence that would be crossed."""
     to: int
-    """The last index or step in doubt."""
+    """Last index or step in doubt."""
     remedies: list[Remedy]
-    """What to do about it."""
+    """Possible remedies."""
     template: str
-    """The sentence with the names of its values in braces: its identity in other languages."""
+    """Message with the names of its values in braces: key for translations."""
     values: list[SentenceValue]
-    """The values in the sentence."""
+    """Values in the template."""
     report: Report
-    """What the check of a program found."""
+    """Result of the check of the program."""
     digest: str
-    """The digest of the program as it is now."""
+    """Current digest of the program."""
     expected: Pose
-    """Where the arm should stand."""
+    """Expected pose."""
     pose: Pose
-    """Where it stands."""
+    """Current pose."""
     arm: str
-    """The arm that is frozen, or that the schedule keeps."""
+    """Arm that is frozen, or reserved by the schedule."""
     until: Union[float, None]
-    """Until when the schedule keeps it, Unix time, s; null: it is not known."""
+    """End of the reservation, Unix time, s; null: unknown."""
     arms: list[Stood]
-    """The arms that stand all the same."""
+    """Arms that stand nevertheless."""
     role: Literal["viewer", "student", "teacher"]
-    """The role of the session."""
+    """Role of the session."""
     needs: Literal["viewer", "student", "teacher"]
-    """The role that is needed."""
+    """Required role."""
     may: list[Literal["owner", "holder", "teacher"]]
-    """Who may change a job that waits: its owner, the holder of the lease, a teacher."""
+    """Who may change a queued job: its owner, the holder of the lease, a teacher."""
     wait_s: float
-    """How long wrong codes have to wait, s."""
+    """Time until codes are accepted again, s."""
     quota: LibraryUse
-    """The quota of the library that is used up."""
+    """Quota of the library."""
     used: LibraryUse
-    """What is used of it."""
+    """Used part of the quota."""
     holder: Union[Holder, None]
-    """Who has the lease; null: nobody has it."""
+    """Holder of the lease; null: the arm is free."""
     free_in_s: float
-    """When the lease of a holder without a socket ends, s."""
+    """Time until the lease of a holder without a socket ends, s."""
     reason: Literal["unkept"]
-    """The disk did not take it."""
+    """The disk could not store it."""
     by: Union[str, None]
-    """Whose stop it was; null: not a session's."""
+    """Session that stopped it; null: not stopped by a session."""
     job: str
-    """The job that has the arm."""
+    """Job that has the arm."""
     jog: str
-    """The jog that has the arm."""
+    """Jog that has the arm."""
     recording: str
-    """The recording that is under way."""
+    """Recording in progress."""
 
 class Remedy(TypedDict, total=False):
-    """Something that can be done about an error, one of `action`, `option`, `without` and `system`."""
+    """Remedy for an error: one of `action`, `option`, `without` and `system`."""
 
     action: str
-    """What to do, such as `home`, `clear-alarms`."""
+    """Action, such as `home`, `clear-alarms`."""
     option: str
-    """An option to give."""
+    """Option to set."""
     value: Union[float, bool, str, list[float]]
-    """Its value; the person chooses it where there is none."""
+    """Value of the option; without it the user chooses one."""
     without: str
-    """An option to leave out."""
+    """Option to leave out."""
     system: str
-    """A command for a shell of the station's machine."""
+    """Shell command for the station's machine."""
     effect: str
-    """What comes of it."""
+    """Effect."""
 
 class _SentenceValue(TypedDict):
     name: str
-    """Its name in the template."""
+    """Name in the template."""
 
 class SentenceValue(_SentenceValue, total=False):
-    """A value in a sentence, one of `text`, `option` and `template`."""
+    """Value in a template: one of `text`, `option` and `template`."""
 
     text: str
-    """A number or a quotation, as it is printed."""
+    """Number or quotation, as printed."""
     option: str
-    """An option by its name, which a client calls as it likes."""
+    """Name of an option, which a client may translate."""
     template: str
-    """Words that are a sentence of their own."""
+    """Nested template."""
     values: list[SentenceValue]
-    """The values in those."""
+    """Values of the nested template."""
 
 class TurnsArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """The job."""
+    """Id of the job."""
     title: Union[str, None]
-    """Its title; null: it has none."""
+    """Title; null: no title."""
     person: Union[str, None]
-    """Its owner; null: a teacher."""
+    """Owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
 
 class TurnsArmsItemSlot(TypedDict):
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
 
     who: list[str]
-    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """When it ends, Unix time, s; null: it has no end."""
+    """End, Unix time, s; null: unlimited."""
 
 class TurnsArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     person: Union[str, None]
-    """Whose turn it is; null: nobody's."""
+    """Person whose turn it is; null: no turn."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
+    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
     left_s: Union[float, None]
-    """What is left of the turn, s; null: it has no end, or is nobody's."""
+    """Time left in the turn, s; null: unlimited, or no turn."""
     frozen: bool
-    """Whether a teacher has frozen the arm."""
+    """True if a teacher has frozen the arm."""
     jobs: list[TurnsArmsItemJobsItem]
-    """The jobs that wait for the arm, in order."""
+    """Jobs queued for the arm, in order."""
     slot: Union[TurnsArmsItemSlot, None]
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
     free_at: Union[float, None]
-    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
+    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
 
 _TurnsQueueItemWords = TypedDict(
     "_TurnsQueueItemWords",
@@ -776,65 +776,65 @@ class TurnsQueueItem(_TurnsQueueItemWords):
     """Part of a message."""
 
     place: int
-    """From 1."""
+    """Place, from 1."""
     person: str
-    """Who waits."""
+    """Person that waits."""
     arms: list[str]
-    """The arms that will do."""
+    """Acceptable arms."""
     missed: bool
-    """Whether a turn came while the person was not there."""
+    """True if a turn came while the person was away."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
+    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
 
 class Turns(TypedDict):
-    """Whose turn it is in a class, and who waits."""
+    """Turns and queue of a class."""
 
     turn_s: Union[float, None]
-    """How long a turn is; 0 without end, s; null: there are no turns."""
+    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
     arms: list[TurnsArmsItem]
-    """The arms of the station."""
+    """Arms of the station."""
     queue: list[TurnsQueueItem]
-    """Who waits, in order."""
+    """Waiting persons, in order."""
 
 class TurnListArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """The job."""
+    """Id of the job."""
     title: Union[str, None]
-    """Its title; null: it has none."""
+    """Title; null: no title."""
     person: Union[str, None]
-    """Its owner; null: a teacher."""
+    """Owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
 
 class TurnListArmsItemSlot(TypedDict):
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
 
     who: list[str]
-    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """When it ends, Unix time, s; null: it has no end."""
+    """End, Unix time, s; null: unlimited."""
 
 class TurnListArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     person: Union[str, None]
-    """Whose turn it is; null: nobody's."""
+    """Person whose turn it is; null: no turn."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
+    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
     left_s: Union[float, None]
-    """What is left of the turn, s; null: it has no end, or is nobody's."""
+    """Time left in the turn, s; null: unlimited, or no turn."""
     frozen: bool
-    """Whether a teacher has frozen the arm."""
+    """True if a teacher has frozen the arm."""
     jobs: list[TurnListArmsItemJobsItem]
-    """The jobs that wait for the arm, in order."""
+    """Jobs queued for the arm, in order."""
     slot: Union[TurnListArmsItemSlot, None]
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
     free_at: Union[float, None]
-    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
+    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
 
 _TurnListQueueItemWords = TypedDict(
     "_TurnListQueueItemWords",
@@ -845,86 +845,86 @@ class TurnListQueueItem(_TurnListQueueItemWords):
     """Part of a message."""
 
     place: int
-    """From 1."""
+    """Place, from 1."""
     person: str
-    """Who waits."""
+    """Person that waits."""
     arms: list[str]
-    """The arms that will do."""
+    """Acceptable arms."""
     missed: bool
-    """Whether a turn came while the person was not there."""
+    """True if a turn came while the person was away."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
+    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
 
 class TurnListYou(TypedDict):
-    """Who asks."""
+    """The caller."""
 
     person: Union[str, None]
-    """The name under which the asker takes turns; null: none."""
+    """Name under which the caller takes turns; null: none."""
     arms: list[str]
-    """The arms that `turn.join` without `arm` means."""
+    """Arms meant by `turn.join` without `arm`."""
 
 class _TurnList(TypedDict):
     turn_s: Union[float, None]
-    """How long a turn is; 0 without end, s; null: there are no turns."""
+    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
     arms: list[TurnListArmsItem]
-    """The arms of the station."""
+    """Arms of the station."""
     queue: list[TurnListQueueItem]
-    """Who waits, in order."""
+    """Waiting persons, in order."""
 
 class TurnList(_TurnList, total=False):
-    """Turns, and what they are for the asker."""
+    """Turns, with the caller's own part."""
 
     you: TurnListYou
-    """Who asks."""
+    """The caller."""
 
 class _ClientName(TypedDict):
     name: str
-    """What it is called, 1 to 80 characters."""
+    """Name, 1 to 80 characters."""
 
 class ClientName(_ClientName, total=False):
-    """The program that says hello."""
+    """Client program that begins a session."""
 
     version: str
-    """Its version, up to 80 characters."""
+    """Version, up to 80 characters."""
 
 class Pupil(TypedDict):
-    """A pupil of the class who signs in."""
+    """Sign-in of a pupil."""
 
     name: str
-    """The name."""
+    """Name of the pupil."""
     code: str
-    """The pupil's code."""
+    """Code of the pupil."""
 
 class _ExpectedArm(TypedDict):
     arm: str
-    """Its name."""
+    """Name of the arm."""
 
 class ExpectedArm(_ExpectedArm, total=False):
-    """An arm that is expected on a site."""
+    """Arm expected on a site."""
 
     machine: str
-    """The machine of its station."""
+    """Machine of its station."""
 
 class PinAddress(TypedDict):
-    """A pin to watch."""
+    """Pin to watch."""
 
     kind: Literal["input", "output", "analog"]
-    """How it is read."""
+    """Kind of reading."""
     address: int
-    """Its EIO address, 1 to 20."""
+    """EIO address, 1 to 20."""
 
 class _Laser(TypedDict):
     on: bool
-    """Whether it burns."""
+    """True to switch it on."""
 
 class Laser(_Laser, total=False):
-    """What the laser is to do."""
+    """Command for the laser."""
 
     power: float
-    """0 to 100; a laser that stands burns at 100 or not at all: less is `unsupported`, percent."""
+    """0 to 100; while the arm stands only 100 is possible, less is `unsupported`, percent."""
 
 class Box(TypedDict):
-    """A box with sides along the axes."""
+    """Axis-aligned box."""
 
     x: list[float]
     """Least and most, mm."""
@@ -934,112 +934,112 @@ class Box(TypedDict):
     """Least and most, mm."""
 
 class Fence(TypedDict):
-    """Where an arm may be, how fast, and how strong its laser."""
+    """Bounds of an arm: position, speed and laser power."""
 
     floor: Union[float, None]
-    """The least z of the tip, mm; null: no bound."""
+    """Smallest z of the tip, mm; null: no bound."""
     box: Union[Box, None]
-    """Where the tip has to be; null: no bound."""
+    """Box that the tip must stay in; null: no bound."""
     keep_out: list[Box]
-    """Where it must not be."""
+    """Boxes that the tip must not enter."""
     speed: Union[float, None]
-    """The highest speed, mm/s; null: no bound."""
+    """Highest speed, mm/s; null: no bound."""
     power: Union[float, None]
-    """The highest power of the laser, percent; null: no bound."""
+    """Highest power of the laser, percent; null: no bound."""
 
 class FenceChange(TypedDict, total=False):
-    """The members of a fence that become something else; null takes the bound away."""
+    """Members of a fence to change; null removes the bound."""
 
     floor: Union[float, None]
-    """The least z of the tip, mm; null: no bound."""
+    """Smallest z of the tip, mm; null: no bound."""
     box: Union[Box, None]
-    """Where the tip has to be; null: no bound."""
+    """Box that the tip must stay in; null: no bound."""
     keep_out: Union[list[Box], None]
-    """Where it must not be; null: nowhere."""
+    """Boxes that the tip must not enter; null: no box."""
     speed: Union[float, None]
-    """The highest speed, mm/s; null: no bound."""
+    """Highest speed, mm/s; null: no bound."""
     power: Union[float, None]
-    """The highest power of the laser, percent; null: no bound."""
+    """Highest power of the laser, percent; null: no bound."""
 
 class _Surface(TypedDict):
     height: float
-    """The z that the arm reports where the tool touches it, at x = y = 0, mm."""
+    """Z of the surface at x = y = 0, as the arm reports it when the tool touches, mm."""
 
 class Surface(_Surface, total=False):
-    """The surface that a plan works on."""
+    """Work surface of a plan."""
 
     slope: list[float]
-    """How much higher it is for each mm in x and in y; level without it."""
+    """Slope in x and in y, mm per mm; default level."""
 
 class MeasuredSurface(TypedDict):
-    """What is known of the work surface under an arm."""
+    """Measured work surface of an arm."""
 
     touches: int
-    """How many touches it comes from; 0 while nothing is known."""
+    """Number of touches; 0 if nothing was measured."""
     plane: Union[Plane, None]
-    """The surface; null: nothing is known."""
+    """Surface; null: nothing measured."""
     residual: Union[float, None]
-    """The largest distance of a touch from it, mm; null: nothing is known."""
+    """Largest distance of a touch from the plane, mm; null: nothing measured."""
     corners: list[Literal["lower-left", "lower-right", "upper-left"]]
-    """Corners that were taken of a sheet that is not complete."""
+    """Corners measured so far of an incomplete sheet."""
     sheet: Union[MeasuredSheet, None]
-    """The sheet of paper; null: none was measured."""
+    """Sheet of paper; null: no sheet."""
 
 class Plane(TypedDict):
-    """A plane, by a place of it."""
+    """Plane through a point."""
 
     at: list[float]
-    """X and y of the place, mm."""
+    """X and y of the point, mm."""
     z: float
-    """The z that the arm reports where the tool touches it there, mm."""
+    """Z at the point, as the arm reports it when the tool touches, mm."""
     slope_x: float
-    """How much higher it is for each mm in x."""
+    """Slope in x, mm per mm."""
     slope_y: float
-    """How much higher it is for each mm in y."""
+    """Slope in y, mm per mm."""
 
 class MeasuredSheet(TypedDict):
-    """A sheet of paper as it lies before the arm."""
+    """Position of a sheet of paper."""
 
     corner: list[float]
-    """X and y of its lower left corner, for its reader, mm."""
+    """X and y of its lower left corner, as its reader sees it, mm."""
     rotation: float
-    """From the arm's X to its lower edge, deg."""
+    """Angle from the arm's X to its lower edge, deg."""
     size: Union[list[float], None]
-    """Width and height, mm; null: not known."""
+    """Width and height, mm; null: unknown."""
     outline: list[list[float]]
-    """Its four corners, from the lower left one against the clock, mm."""
+    """Four corners, counterclockwise from the lower left one, mm."""
 
 class Row(TypedDict):
-    """A row of the table of a plan: where the arm goes, what its tool does there, how long it stays."""
+    """Row of the table of a plan: target, action of the tool, waiting time."""
 
     name: str
-    """What the row is called."""
+    """Name of the row."""
     motion: Union[PlanStep, None]
-    """A step as in plan files; null: it stays where it is."""
+    """Step as in plan files; null: the arm stays."""
     gripper: Union[Literal["off", "open", "close"], None]
-    """What the gripper does; null: nothing."""
+    """Action of the gripper; null: unchanged."""
     suction: Union[bool, None]
-    """The suction cup; null: nothing."""
+    """Action of the suction cup; null: unchanged."""
     wait: Union[float, None]
-    """How long it stays, s; null: not at all."""
+    """Waiting time, s; null: no wait."""
 
 class GivenRow(TypedDict, total=False):
-    """A row for `teach.plan`: as Row, and a member that is null may be missing."""
+    """Row for `teach.plan`: as Row, but null members may be missing."""
 
     name: str
-    """What the row is called."""
+    """Name of the row."""
     motion: Union[PlanStep, None]
-    """A step as in plan files; null: it stays where it is."""
+    """Step as in plan files; null: the arm stays."""
     gripper: Union[Literal["off", "open", "close"], None]
-    """What the gripper does; null: nothing."""
+    """Action of the gripper; null: unchanged."""
     suction: Union[bool, None]
-    """The suction cup; null: nothing."""
+    """Action of the suction cup; null: unchanged."""
     wait: Union[float, None]
-    """How long it stays, s; null: not at all."""
+    """Waiting time, s; null: no wait."""
 
 class _StateChange(TypedDict):
     t: float
-    """When the pose was read, by the station's clock, Unix seconds."""
+    """Time of the reading, by the station's clock, Unix seconds."""
 
 class StateChange(_StateChange, total=False):
     """A State, or what of it is other than in the last one: each member that is there takes the place of the one before, whole."""
@@ -1047,13 +1047,13 @@ class StateChange(_StateChange, total=False):
     arm: str
     """Name of the arm."""
     x: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     y: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     z: float
-    """The tip of the tool, mm."""
+    """Position of the tool tip, mm."""
     r: float
-    """The turn of the tool, deg."""
+    """Rotation of the tool, deg."""
     j1: float
     """Joint 1, the base, deg."""
     j2: float
@@ -1063,83 +1063,83 @@ class StateChange(_StateChange, total=False):
     j4: float
     """Joint 4, the tool, deg."""
     rail: Union[float, None]
-    """Where the arm stands on its rail, mm; null: it has no rail."""
+    """Position on the rail, mm; null: the arm has no rail."""
     current_index: int
-    """The command of the arm's queue that was finished last."""
+    """Queue index of the last finished command."""
     left_space: int
-    """Places in the arm's queue that are free; 0: it is full, and the station waits. A queue that is empty has as many as the firmware has places, 32 in the virtual arm, commands."""
+    """Free places in the arm's queue; 0 if it is full, and the station waits. The size of the queue depends on the firmware; the virtual arm has 32 places, commands."""
     alarms: list[int]
-    """Codes of the alarms that stand; `arm.alarms` explains them."""
+    """Codes of the active alarms; `arm.alarms` explains them."""
     link: Literal["up", "lost"]
-    """The line to the arm."""
+    """State of the line to the arm."""
     moving: bool
-    """Whether it moves, or may."""
+    """True if the arm moves, or may move."""
     homed: Union[bool, None]
-    """Whether it was homed since it was switched on; false: it says that it was reset, and was not homed since; null: not known: it says nothing of a reset, and this computer saw no homing."""
+    """True if homed since power-up; false if it reported a reset and was not homed since; null: unknown: no reset was reported, and this computer saw no homing."""
     tool: Tool
-    """What its tools do."""
+    """State of the tools."""
     speed: Union[float, None]
-    """Share of the set speed of moves, percent; null: not known: it was neither read nor set since the line was found."""
+    """Speed ratio of moves, percent; null: unknown: neither read nor set on this connection."""
     pins: list[Pin]
-    """The pins that some subscriber of the arm has asked for; none otherwise."""
+    """Pins watched by subscribers of the arm."""
     job: Union[str, None]
-    """The job that it is at; null: none: none was started, or the last one is over."""
+    """Current job; null: no job is in progress."""
     jog: Union[str, None]
-    """The jog that it is at; null: none."""
+    """Current jog; null: no jog is in progress."""
     holder: Union[Holder, None]
-    """Who has the lease, and may move it; null: nobody has it."""
+    """Holder of the lease, who may move the arm; null: the arm is free."""
 
 class AlarmRaisedEvent(TypedDict):
-    """An alarm stands."""
+    """An alarm became active."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["alarm-raised"]
     code: int
-    """Of the alarm; `arm.alarms` explains those that stand."""
+    """Code of the alarm; `arm.alarms` explains active alarms."""
 
 class AlarmClearedEvent(TypedDict):
-    """An alarm does not stand any more."""
+    """An alarm was cleared."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["alarm-cleared"]
     code: int
-    """Of the alarm; `arm.alarms` explains those that stand."""
+    """Code of the alarm; `arm.alarms` explains active alarms."""
 
 class CommandFinishedEvent(TypedDict):
-    """The arm has finished commands of its queue."""
+    """The arm finished commands of its queue."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["command-finished"]
     index: int
-    """The last one."""
+    """Queue index of the last one."""
 
 class UnaccountedEvent(TypedDict):
-    """The arm's queue went on by commands that this station did not send."""
+    """The arm finished commands that this station did not send."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["unaccounted"]
     index: int
-    """The last one."""
+    """Queue index of the last one."""
 
 class LinkLostEvent(TypedDict):
     """The line to the arm broke."""
@@ -1147,9 +1147,9 @@ class LinkLostEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["link-lost"]
 
 class LinkFoundEvent(TypedDict):
@@ -1158,34 +1158,34 @@ class LinkFoundEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["link-found"]
 
 class ResetEvent(TypedDict):
-    """The arm was reset or switched on: its queue is empty, and its settings are those of power-up."""
+    """The arm was reset or switched on: its queue is empty, and its settings have power-up values."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["reset"]
 
 class MissedEvent(TypedDict):
-    """The station could not follow: so many events were dropped."""
+    """The station could not keep up and dropped events."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["missed"]
     count: int
-    """How many."""
+    """Number of dropped events."""
 
 class HandTriggerEvent(TypedDict):
     """The unlock key was released while `teach.guide` is on."""
@@ -1193,87 +1193,87 @@ class HandTriggerEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["hand-trigger"]
     step: PlanStep
-    """A step that leads to where the arm was put."""
+    """Step to the position of the arm."""
 
 class StopEvent(TypedDict):
-    """The arm was stopped. Stops within 50 ms of one that was told are not."""
+    """The arm was stopped. Further stops within 50 ms are not reported."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["stop"]
     by: Union[str, None]
-    """Whose stop; null: the end of a lease."""
+    """Session that stopped it; null: stopped by the end of a lease."""
 
 class LeaseEvent(TypedDict):
-    """The lease has another holder."""
+    """The holder of the lease changed."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["lease"]
     holder: Union[Holder, None]
-    """Who has it now; null: nobody has it."""
+    """Current holder; null: the arm is free."""
 
 class JobEvent(TypedDict):
-    """A job has another state."""
+    """The state of a job changed."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["job"]
     job: str
-    """Which one."""
+    """Id of the job."""
     state: Literal["queued", "checking", "running", "pausing", "paused", "stopping", "done", "stopped", "failed", "interrupted"]
-    """Its state."""
+    """State of the job."""
 
 class _JogEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["jog"]
     jog: str
-    """Which one."""
+    """Id of the jog."""
 
 class JogEvent(_JogEvent, total=False):
-    """A jog began (`axis`) or is over (`why`)."""
+    """A jog began (`axis`) or ended (`why`)."""
 
     axis: Literal["x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-", "j4+", "j4-", "l+", "l-"]
-    """Where it goes, at its beginning."""
+    """Axis and direction, at the beginning."""
     why: Literal["released", "not-kept", "stopped", "lease", "link", "replaced", "limit"]
-    """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
+    """Reason of the end: stopped by its session, or the session ended; hold time expired; the arm was stopped; the lease ended; the line broke; replaced by another jog of the session; a limit or the fence was reached."""
 
 class RecordingSavedEvent(TypedDict):
-    """An alarm had the last minutes written into a file."""
+    """The last minutes were saved to a file because of an alarm."""
 
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["recording-saved"]
     name: str
-    """The file, for GET /api/v1/recordings/{name}."""
+    """File name, for GET /api/v1/recordings/{name}."""
     bytes: int
-    """Its length."""
+    """Size of the file."""
 
 class RecordingLostEvent(TypedDict):
     """A recording ended because its file could not be written."""
@@ -1281,14 +1281,14 @@ class RecordingLostEvent(TypedDict):
     arm: str
     """Name of the arm."""
     seq: int
-    """Its number at this arm, from 1, for `events.since`."""
+    """Sequence number at this arm, from 1, for `events.since`."""
     t: float
-    """When it happened, by the station's clock, Unix seconds."""
+    """Time, by the station's clock, Unix seconds."""
     event: Literal["recording-lost"]
     name: str
-    """The file, for GET /api/v1/recordings/{name}."""
+    """File name, for GET /api/v1/recordings/{name}."""
     message: str
-    """Why."""
+    """Cause."""
 
 class Setup(TypedDict, total=False):
     """How a program is drawn or engraved."""
@@ -1885,21 +1885,21 @@ class Class(_Class, total=False):
 
 class _SessionHelloParams(TypedDict):
     client: ClientName
-    """The program: `name`, and `version` if it has one."""
+    """Client program: `name`, and optionally `version`."""
 
 class SessionHelloParams(_SessionHelloParams, total=False):
     """Parameters of a method."""
 
     token: str
-    """A token of the station."""
+    """Token of the station."""
     pupil: Pupil
-    """A pupil of the class signs in: `name` and `code`; instead of a token."""
+    """Sign-in of a pupil: `name` and `code`; replaces a token."""
     pin: str
-    """The teacher's PIN of the class, on this machine; instead of a token."""
+    """Teacher's PIN of the class, on this machine only; replaces a token."""
     resume: str
-    """The secret of a session whose socket has ended."""
+    """Secret of a session to resume, from an earlier answer."""
     role: Literal["viewer", "student", "teacher"]
-    """The most that the session may do, where the token allows more."""
+    """Upper limit for the role of the session, below that of its token."""
 
 class SessionHelloResultLimits(TypedDict):
     """Part of a message."""
@@ -2048,7 +2048,7 @@ class ArmStateParams(TypedDict, total=False):
 
 class _ArmSubscribeParams(TypedDict):
     rate: int
-    """States a second."""
+    """States per second."""
 
 class ArmSubscribeParams(_ArmSubscribeParams, total=False):
     """Parameters of a method."""
@@ -2056,7 +2056,7 @@ class ArmSubscribeParams(_ArmSubscribeParams, total=False):
     arm: str
     """Name of the arm."""
     frame: Literal["json", "binary"]
-    """The form of the states; json unless given."""
+    """Encoding of the states; default json."""
     pins: list[PinAddress]
     """Pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)."""
 
@@ -2083,7 +2083,7 @@ class ArmGetParams(_ArmGetParams, total=False):
     arm: str
     """Name of the arm."""
     query: Fields
-    """What the reading is asked for, by field."""
+    """Fields of the query."""
 
 class _ArmSetParams(TypedDict):
     command: str
@@ -2097,7 +2097,7 @@ class ArmSetParams(_ArmSetParams, total=False):
     fields: Fields
     """Its fields."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class _ArmEnqueueParams(TypedDict):
     command: str
@@ -2111,7 +2111,7 @@ class ArmEnqueueParams(_ArmEnqueueParams, total=False):
     fields: Fields
     """Its fields."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class ArmEnqueueResult(TypedDict):
     """Result of a method."""
@@ -2120,7 +2120,7 @@ class ArmEnqueueResult(TypedDict):
 
 class _ArmMoveParams(TypedDict):
     to: list[float]
-    """X, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one."""
+    """Target: x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one."""
 
 class ArmMoveParams(_ArmMoveParams, total=False):
     """Parameters of a method."""
@@ -2128,13 +2128,13 @@ class ArmMoveParams(_ArmMoveParams, total=False):
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
-    """The path; joint unless given."""
+    """Path; default joint."""
     frame: Literal["xyz", "joints"]
-    """What `to` counts in; xyz unless given."""
+    """Coordinates of `to`; default xyz."""
     relative: bool
-    """Whether `to` counts from where the arm stands."""
+    """Interprets `to` relative to the current position."""
     wait: bool
-    """Whether the answer comes when the arm is there; yes unless given."""
+    """Answers only after the motion; default true."""
 
 class ArmMoveResultItem(TypedDict):
     """Part of a message."""
@@ -2147,7 +2147,7 @@ class ArmHomeParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class ArmClearAlarmsParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2155,7 +2155,7 @@ class ArmClearAlarmsParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class ArmToolParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2163,15 +2163,15 @@ class ArmToolParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """The tool that is mounted, or its tip from the flange (mm)."""
+    """Mounted tool, or offset of its tip from the flange (mm)."""
     suction: bool
-    """The suction cup."""
+    """Switches the suction cup."""
     gripper: Literal["open", "closed", "off"]
-    """The gripper."""
+    """State of the gripper."""
     laser: Laser
-    """The laser: `on`, and `power` (percent), which is 100 where it stands."""
+    """Laser: `on`, and `power` (percent), which must be 100 while the arm stands."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class ArmSpeedParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2179,9 +2179,9 @@ class ArmSpeedParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     percent: float
-    """Share of the set speeds of moves and jogs; or `row`."""
+    """Speed ratio of moves and jogs; alternatively `row`."""
     row: str
-    """A command of the protocol that holds speeds."""
+    """Command of the protocol that sets speeds."""
     fields: Fields
     """Its fields."""
 
@@ -2222,7 +2222,7 @@ class ArmFenceParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     set: Union[FenceChange, None]
-    """The members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers."""
+    """Members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent); null removes a bound, or all; needs the role teacher."""
 
 class ArmFenceResult(TypedDict):
     """Result of a method."""
@@ -2274,7 +2274,7 @@ class ArmModelResult(TypedDict):
 
 class _EventsSinceParams(TypedDict):
     seq: int
-    """The last event that is known; 0 for all."""
+    """Sequence number of the last known event; 0 for all."""
 
 class EventsSinceParams(_EventsSinceParams, total=False):
     """Parameters of a method."""
@@ -2294,19 +2294,19 @@ class LeaseAcquireParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     wait_s: float
-    """How long to wait for it, s; 0 unless given: then, and when the time is over, it is refused with -32002."""
+    """Longest wait for the lease, s; default 0. Refused with -32002 when the time is over."""
 
 class LeaseRenewParams(TypedDict):
     """Parameters of a method."""
 
     lease: str
-    """The lease."""
+    """Id of the lease."""
 
 class LeaseReleaseParams(TypedDict):
     """Parameters of a method."""
 
     lease: str
-    """The lease."""
+    """Id of the lease."""
 
 class LeaseAskParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2314,7 +2314,7 @@ class LeaseAskParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     message: str
-    """A sentence for the holder."""
+    """Message for the holder."""
 
 class _LeaseAskResult(TypedDict):
     granted: bool
@@ -2327,9 +2327,9 @@ class LeaseAskResult(_LeaseAskResult, total=False):
 
 class _LeaseAnswerParams(TypedDict):
     session: str
-    """The session that asks."""
+    """Session that asked."""
     grant: bool
-    """Whether it gets the lease."""
+    """True to pass the lease on."""
 
 class LeaseAnswerParams(_LeaseAnswerParams, total=False):
     """Parameters of a method."""
@@ -2345,7 +2345,7 @@ class LeaseTakeParams(TypedDict, total=False):
 
 class _JogStartParams(TypedDict):
     axis: Literal["x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-", "j4+", "j4-", "l+", "l-"]
-    """Axis, joint or rail, and the direction."""
+    """Axis, joint or rail, with direction."""
 
 class JogStartParams(_JogStartParams, total=False):
     """Parameters of a method."""
@@ -2353,9 +2353,9 @@ class JogStartParams(_JogStartParams, total=False):
     arm: str
     """Name of the arm."""
     keep_ms: int
-    """How long it goes on without being kept up, ms; 250 unless given."""
+    """Hold time, ms: the jog stops if `jog.keep` does not renew it; default 250."""
     percent: float
-    """Share of the set jog speed."""
+    """Speed ratio of the jog."""
 
 class JogStartResult(TypedDict):
     """Result of a method."""
@@ -2374,7 +2374,7 @@ class JogStopParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     jog: str
-    """The jog; that of the arm unless given."""
+    """Id of the jog; default: the current jog of the arm."""
 
 class JogStopResult(TypedDict):
     """Result of a method."""
@@ -2386,7 +2386,7 @@ class _JogStepParams(TypedDict):
     axis: Literal["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"]
     """Axis, joint or rail."""
     by: float
-    """How far, with its sign: mm or deg."""
+    """Signed distance, mm or deg."""
 
 class JogStepParams(_JogStepParams, total=False):
     """Parameters of a method."""
@@ -2394,9 +2394,9 @@ class JogStepParams(_JogStepParams, total=False):
     arm: str
     """Name of the arm."""
     frame: Literal["base", "tool"]
-    """The frame of x and y: base, or turned by r; base unless given."""
+    """Frame of x and y: the base, or rotated by r; default base."""
     percent: float
-    """Share of the set speeds of moves."""
+    """Speed ratio of the move."""
 
 class JobCheckParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2404,17 +2404,17 @@ class JobCheckParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     program: str
-    """A program of the library; or `text`, or `data`."""
+    """Name of a program in the library; alternatively `text` or `data`."""
     text: str
-    """The program as text; or `data`."""
+    """Content of the program as text; alternatively `data`."""
     data: str
-    """The program's bytes in base64; or `text`."""
+    """Content of the program in base64; alternatively `text`."""
     format: str
-    """Its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
+    """Format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
     setup: Setup
-    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
+    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
     preview: bool
-    """Whether `preview` has what it leaves: `{strokes: [{points, height, part, power, reachable}], travels}`, of no more than 20,000 points each; `part` is the number of one of `parts`, or null; `power` of the laser in percent, 100 of ink."""
+    """Adds `preview`, the expected result: `{strokes: [{points, height, part, power, reachable}], travels}`, at most 20,000 points each; `part` is a number of `parts`, or null; `power` of the laser in percent, 100 for ink."""
 
 _JobStartParamsWords = TypedDict(
     "_JobStartParamsWords",
@@ -2427,35 +2427,35 @@ class JobStartParams(_JobStartParamsWords, total=False):
     arm: str
     """Name of the arm."""
     program: str
-    """A program of the library; or `text`, or `data`."""
+    """Name of a program in the library; alternatively `text` or `data`."""
     text: str
-    """The program as text; or `data`."""
+    """Content of the program as text; alternatively `data`."""
     data: str
-    """The program's bytes in base64; or `text`."""
+    """Content of the program in base64; alternatively `text`."""
     format: str
-    """Its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
+    """Format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid."""
     setup: Setup
-    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
+    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
     loops: int
-    """How often; 0 until it is stopped, 1 unless given."""
+    """Number of repetitions; 0 repeats until stopped; default 1."""
     keep: bool
-    """Whether what is in the queue is done first."""
+    """Lets the commands in the arm's queue finish first."""
     require_homed: bool
-    """Whether an arm that was not homed is refused."""
+    """Refuses an arm that has not been homed."""
     unhomed: bool
-    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
+    """Accepts an arm not known to be homed: it may act in the wrong place."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
     on_lost: Literal["pause", "stop", "continue"]
-    """What becomes of it when the lease ends; pause unless given, continue without a session."""
+    """Action when the lease ends; default pause, or continue if the caller has no session."""
     queue: bool
-    """Whether it waits, without the lease, until the arm is free of jobs and of others' turns; then it is checked again."""
+    """Queues the job, without the lease, until the arm has no job and no turn of others; it is then checked again."""
     after_check: bool
-    """Whether the answer comes when the check is over; yes unless given."""
+    """Answers only after the check; default true."""
     key: str
-    """A name of the caller's choice, such as a UUID: a second start with the same key starts nothing and answers as the first, also by a later server; with another program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` it is refused. Each arm has its keys."""
+    """Idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm."""
     digest: str
-    """The `digest` of the check that a person has seen: it starts nothing, with -32009, if the program, or the preset that `setup` names, has changed since."""
+    """`digest` of the check that the user saw: refused with -32009 if the program, or the preset named in `setup`, has changed since."""
 
 class JobStartResult(TypedDict):
     """Result of a method."""
@@ -2466,7 +2466,7 @@ class JobGetParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """The job."""
+    """Id of the job."""
 
 class JobListParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2483,27 +2483,27 @@ class JobPauseParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """The job."""
+    """Id of the job."""
 
 class _JobResumeParams(TypedDict):
     job: str
-    """The job."""
+    """Id of the job."""
 
 class JobResumeParams(_JobResumeParams, total=False):
     """Parameters of a method."""
 
     approach: bool
-    """Whether the arm may have been moved since; yes unless given."""
+    """Approaches the drawing safely, because the arm may have been moved; default true."""
     overlap: float
-    """How far before the place where the light of a burn went out it begins, along its line, mm; 0 unless given."""
+    """Length of a burnt line to burn again before the point of interruption, mm; default 0."""
     yes: bool
-    """That it is meant: for what is dangerous or may burn."""
+    """Confirms a dangerous command, or one that may burn."""
 
 class JobStopParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """The job."""
+    """Id of the job."""
 
 class JobHistoryParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2511,9 +2511,9 @@ class JobHistoryParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     skip: int
-    """So many of the newest are left out; 0 unless given."""
+    """Number of newest jobs to skip; default 0."""
     limit: int
-    """So many at most; 50 unless given."""
+    """Largest number of jobs to return; default 50."""
 
 class JobHistoryResultTotals(TypedDict):
     """Part of a message."""
@@ -2538,29 +2538,29 @@ class JobReorderParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """The job."""
+    """Id of the job."""
     position: int
-    """Its new `place`, from 1; more than there are is the last."""
+    """New `place`, from 1; larger values mean the last place."""
 
 class JobDeleteParams(TypedDict):
     """Parameters of a method."""
 
     job: str
-    """The job."""
+    """Id of the job."""
 
 class _ProgramPutParams(TypedDict):
     name: str
-    """The program."""
+    """Name of the program."""
 
 class ProgramPutParams(_ProgramPutParams, total=False):
     """Parameters of a method."""
 
     text: str
-    """The program as text; or `data`."""
+    """Content of the program as text; alternatively `data`."""
     data: str
-    """The program's bytes in base64; or `text`."""
+    """Content of the program in base64; alternatively `text`."""
     replace: bool
-    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
+    """Replaces a program of the same name; if false, a taken name is refused; default true."""
 
 class ProgramPutResult(TypedDict):
     """Result of a method."""
@@ -2588,7 +2588,7 @@ class ProgramGetParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """The program."""
+    """Name of the program."""
 
 class ProgramGetResult(TypedDict):
     """Result of a method."""
@@ -2599,17 +2599,17 @@ class ProgramGetResult(TypedDict):
 
 class _ProgramConvertParams(TypedDict):
     name: str
-    """The program."""
+    """Name of the program."""
     to: str
-    """The name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv."""
+    """Name of the new program; its extension selects the format: .plan.json, .playback, .svg, .png, .csv."""
 
 class ProgramConvertParams(_ProgramConvertParams, total=False):
     """Parameters of a method."""
 
     setup: Setup
-    """How it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset that says the rest; without it the program is run as it is."""
+    """Options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged."""
     replace: bool
-    """Whether a program that has this name already is replaced, or the request refused; yes unless given."""
+    """Replaces a program of the same name; if false, a taken name is refused; default true."""
 
 class ProgramConvertResultNotesItem(TypedDict):
     """Part of a message."""
@@ -2633,13 +2633,13 @@ class ProgramConvertResult(_ProgramConvertResultWords):
 
 class _ProgramOptionsParams(TypedDict):
     format: str
-    """A format, as `program.list` has it."""
+    """Format, as in `program.list`."""
 
 class ProgramOptionsParams(_ProgramOptionsParams, total=False):
     """Parameters of a method."""
 
     all: bool
-    """Whether all options come that count for it, not only the usual ones."""
+    """Lists all applicable options, not only the usual ones."""
 
 class ProgramOptionsResult(TypedDict):
     """Result of a method."""
@@ -2650,21 +2650,21 @@ class ProgramDeleteParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """The program."""
+    """Name of the program."""
 
 class _PresetSaveParams(TypedDict):
     name: str
-    """The preset: letters, digits, - and _."""
+    """Name of the preset: letters, digits, - and _."""
 
 class PresetSaveParams(_PresetSaveParams, total=False):
     """Parameters of a method."""
 
     setup: Setup
-    """What it says, as `job.check` takes it; or `text`."""
+    """Options of the preset, as for `job.check`; alternatively `text`."""
     note: str
-    """What is told to people who use it; beside `setup`."""
+    """Note for users of the preset; with `setup`."""
     text: str
-    """A file of a preset, TOML; or `setup`."""
+    """Preset file, TOML; alternatively `setup`."""
 
 class PresetListParams(TypedDict):
     """Parameters of a method."""
@@ -2678,13 +2678,13 @@ class PresetShowParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """The preset: letters, digits, - and _."""
+    """Name of the preset: letters, digits, - and _."""
 
 class PresetRemoveParams(TypedDict):
     """Parameters of a method."""
 
     name: str
-    """The preset: letters, digits, - and _."""
+    """Name of the preset: letters, digits, - and _."""
 
 class SurfaceTouchParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2692,15 +2692,15 @@ class SurfaceTouchParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     add: bool
-    """Adds the touch to those before: from three on the plane through them is tilted as the table is."""
+    """Adds this touch to the earlier ones; from three touches on the surface is a tilted plane."""
     forget: bool
-    """Forgets what was measured, a sheet as well, instead of taking it."""
+    """Forgets the measured surface and sheet instead of measuring."""
     unhomed: bool
-    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
+    """Accepts an arm not known to be homed: it may act in the wrong place."""
 
 class _SurfaceCornerParams(TypedDict):
     corner: Literal["lower-left", "lower-right", "upper-left"]
-    """Which one it is, for the reader of the paper."""
+    """Corner of the sheet, as its reader sees it."""
 
 class SurfaceCornerParams(_SurfaceCornerParams, total=False):
     """Parameters of a method."""
@@ -2708,7 +2708,7 @@ class SurfaceCornerParams(_SurfaceCornerParams, total=False):
     arm: str
     """Name of the arm."""
     unhomed: bool
-    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
+    """Accepts an arm not known to be homed: it may act in the wrong place."""
 
 class SurfaceGetParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2722,9 +2722,9 @@ class TeachCaptureParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     by: Literal["joint", "linear", "jump"]
-    """How the step is reached; joint unless given."""
+    """Path to the step; default joint."""
     unhomed: bool
-    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
+    """Accepts an arm not known to be homed: it may act in the wrong place."""
 
 class TeachCaptureResult(TypedDict):
     """Result of a method."""
@@ -2733,7 +2733,7 @@ class TeachCaptureResult(TypedDict):
 
 class _TeachGuideParams(TypedDict):
     on: bool
-    """Whether it tells; it ends with the lease as well."""
+    """True to begin; ends with the lease as well."""
 
 class TeachGuideParams(_TeachGuideParams, total=False):
     """Parameters of a method."""
@@ -2741,7 +2741,7 @@ class TeachGuideParams(_TeachGuideParams, total=False):
     arm: str
     """Name of the arm."""
     unhomed: bool
-    """Takes an arm that is not known to be homed: perhaps in the wrong place."""
+    """Accepts an arm not known to be homed: it may act in the wrong place."""
 
 class TeachRowsParams(TypedDict):
     """Parameters of a method."""
@@ -2761,9 +2761,9 @@ class TeachOutputParams(TypedDict):
     """Parameters of a method."""
 
     address: int
-    """The pin."""
+    """EIO address of the pin."""
     high: bool
-    """Its level."""
+    """True for high."""
 
 class TeachOutputResult(TypedDict):
     """Result of a method."""
@@ -2772,17 +2772,17 @@ class TeachOutputResult(TypedDict):
 
 class _TeachPlanParams(TypedDict):
     rows: list[GivenRow]
-    """As `teach.rows` has them."""
+    """Rows, as from `teach.rows`."""
 
 class TeachPlanParams(_TeachPlanParams, total=False):
     """Parameters of a method."""
 
     title: str
-    """What the plan is called."""
+    """Title of the plan."""
     tool: Union[Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]], None]
-    """The tool whose tip is at the points."""
+    """Tool whose tip reaches the points."""
     surface: Union[Surface, None]
-    """The surface that it works on, as in plan files."""
+    """Work surface, as in plan files."""
 
 class TeachPlanResult(TypedDict):
     """Result of a method."""
@@ -2796,7 +2796,7 @@ class WorldLookParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     mark: str
-    """The `mark` of an earlier look: while the drawing is the same, `drawing` and `strokes` are null."""
+    """`mark` of an earlier answer: `drawing` and `strokes` are null while the drawing is unchanged."""
 
 class WorldLookResultObjectsItem(TypedDict):
     """Part of a message."""
@@ -2870,11 +2870,11 @@ class WorldPressParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     long: bool
-    """Whether the key is held: it homes the arm."""
+    """Holds the key, which homes the arm."""
 
 class _WorldUnlockParams(TypedDict):
     held: bool
-    """Whether it is held."""
+    """True to hold, false to release."""
 
 class WorldUnlockParams(_WorldUnlockParams, total=False):
     """Parameters of a method."""
@@ -2884,7 +2884,7 @@ class WorldUnlockParams(_WorldUnlockParams, total=False):
 
 class _WorldUnplugParams(TypedDict):
     plugged: bool
-    """Whether the cable is in."""
+    """True to plug in, false to unplug."""
 
 class WorldUnplugParams(_WorldUnplugParams, total=False):
     """Parameters of a method."""
@@ -2894,7 +2894,7 @@ class WorldUnplugParams(_WorldUnplugParams, total=False):
 
 class _WorldGuideParams(TypedDict):
     joints: list[float]
-    """Where the joints are bent to, deg, as far as they go."""
+    """Target joint angles, deg; clamped to the limits."""
 
 class WorldGuideParams(_WorldGuideParams, total=False):
     """Parameters of a method."""
@@ -2919,9 +2919,9 @@ class WorldScenarioResult(TypedDict):
 
 class _WorldPlaceParams(TypedDict):
     name: str
-    """The object."""
+    """Name of the object."""
     at: list[float]
-    """X, y, z of the middle of its underside, mm; it falls onto what is below."""
+    """X, y, z of the centre of its underside, mm; it falls onto the surface below."""
 
 class WorldPlaceParams(_WorldPlaceParams, total=False):
     """Parameters of a method."""
@@ -2945,13 +2945,13 @@ class WorldInputParams(_WorldInputParams, total=False):
     arm: str
     """Name of the arm."""
     level: bool
-    """Whether it is high; or `value`."""
+    """True for high; alternatively `value`."""
     value: int
-    """Its voltage in counts, 4095 at 3.3 V."""
+    """Voltage in counts, 4095 at 3.3 V; alternatively `level`."""
 
 class _WorldFaultParams(TypedDict):
     fault: Literal["alarm", "slip", "reset"]
-    """An alarm, a joint that slips, or a reset of the controller."""
+    """Fault: an alarm, a slipping joint, or a reset of the controller."""
 
 class WorldFaultParams(_WorldFaultParams, total=False):
     """Parameters of a method."""
@@ -2961,9 +2961,9 @@ class WorldFaultParams(_WorldFaultParams, total=False):
     alarm: int
     """Code of the alarm."""
     joint: int
-    """The joint that slips; 1 unless given."""
+    """Slipping joint; default 1."""
     degrees: float
-    """By how much, deg."""
+    """Angle of the slip, deg."""
 
 class RecordStartParams(TypedDict, total=False):
     """Parameters of a method."""
@@ -2971,7 +2971,7 @@ class RecordStartParams(TypedDict, total=False):
     arm: str
     """Name of the arm."""
     rate: int
-    """Readings a second; 20 unless given."""
+    """Readings per second; default 20."""
 
 class RecordStartResult(TypedDict):
     """Result of a method."""
@@ -2993,7 +2993,7 @@ class RecordStopResult(TypedDict):
 
 class _RecordSaveLastParams(TypedDict):
     seconds: float
-    """How far back, s."""
+    """Length of the recording, s."""
 
 class RecordSaveLastParams(_RecordSaveLastParams, total=False):
     """Parameters of a method."""
@@ -3008,13 +3008,13 @@ class RecordSaveLastResult(TypedDict):
 
 class _MotionForwardParams(TypedDict):
     joints: list[float]
-    """The joints, deg."""
+    """Joint angles, deg."""
 
 class MotionForwardParams(_MotionForwardParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
+    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
 
 class MotionForwardResult(TypedDict):
     """Result of a method."""
@@ -3032,7 +3032,7 @@ class MotionInverseParams(_MotionInverseParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
+    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
 
 class MotionInverseResult(TypedDict):
     """Result of a method."""
@@ -3044,13 +3044,13 @@ class MotionInverseResult(TypedDict):
 
 class _MotionReachParams(TypedDict):
     z: float
-    """The height of the tip, mm."""
+    """Height of the tip, mm."""
 
 class MotionReachParams(_MotionReachParams, total=False):
     """Parameters of a method."""
 
     tool: Union[Literal["none", "suction", "gripper", "pen", "laser"], list[float]]
-    """The tool whose tip is meant, or its tip from the flange (mm); none unless given."""
+    """Tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none."""
 
 class MotionReachResult(TypedDict):
     """Result of a method."""
@@ -3061,19 +3061,19 @@ class ClassSetParams(TypedDict, total=False):
     """Parameters of a method."""
 
     text: str
-    """A class file, TOML; empty text ends the class; or `names`."""
+    """Class file, TOML; empty text ends the class; alternatively `names`."""
     names: list[str]
-    """The pupils of a class without groups, whose other rules are those of the class before; or `text`."""
+    """Pupils of a class without groups; all other rules are kept; alternatively `text`."""
     arms: list[str]
-    """With `names`: the arms that they may have; all unless given."""
+    """With `names`: arms available to the pupils; default all."""
     turn_s: int
-    """With `names`: how long a turn is, s, 0 for turns without end; as before unless given."""
+    """With `names`: length of a turn, s; 0 for unlimited turns; default unchanged."""
     offset: str
-    """With `names`: how far the clock on the wall is from UTC, such as `+01:00`; as before unless given."""
+    """With `names`: offset of local time from UTC, such as `+01:00`; default unchanged."""
     use_codes: bool
-    """That the codes and the PIN of the file count where the class before has others."""
+    """Replaces existing codes and PIN by those of the file."""
     elsewhere: bool
-    """That arms which this station has not are other stations' of its site, not mistakes."""
+    """Accepts arms of other stations of the site; otherwise an unknown arm is an error."""
 
 class ClassGetParams(TypedDict):
     """Parameters of a method."""
@@ -3082,13 +3082,13 @@ class ClassCodesParams(TypedDict, total=False):
     """Parameters of a method."""
 
     pupils: list[str]
-    """Whose; of all unless given."""
+    """Names of pupils; default all."""
 
 class ClassFreezeParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arms: list[str]
-    """Names of arms; all unless given."""
+    """Names of arms; default all."""
 
 class ClassFreezeResult(TypedDict):
     """Result of a method."""
@@ -3099,7 +3099,7 @@ class ClassFreeParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arms: list[str]
-    """Names of arms; all unless given."""
+    """Names of arms; default all."""
 
 class ClassFreeResult(TypedDict):
     """Result of a method."""
@@ -3110,19 +3110,19 @@ class ClassSendParams(TypedDict, total=False):
     """Parameters of a method."""
 
     program: str
-    """A program of the library; or `text`, or `data`."""
+    """Name of a program in the library; alternatively `text` or `data`."""
     text: str
-    """The program as text; or `data`."""
+    """Content of the program as text; alternatively `data`."""
     data: str
-    """The program's bytes in base64; or `text`."""
+    """Content of the program in base64; alternatively `text`."""
     format: str
-    """Its type, as in `job.start`."""
+    """Format, as in `job.start`."""
     setup: Setup
-    """How it is drawn or engraved, as in `job.start`."""
+    """Options, as in `job.start`."""
     arms: list[str]
-    """Names of arms; all unless given."""
+    """Names of arms; default all."""
     yes: bool
-    """That it may burn."""
+    """Confirms that it may burn."""
 
 class ClassSendResultJobsItem(TypedDict):
     """Part of a message."""
@@ -3162,23 +3162,23 @@ class TurnJoinParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """The arm; without it any of the group's, or any at all."""
+    """Name of the arm; default: any arm of the group, or any arm."""
     group: str
-    """The group whose arms are meant; the pupil's own unless given."""
+    """Group whose arms are requested; default: the pupil's group."""
 
 class TurnLeaveParams(TypedDict, total=False):
     """Parameters of a method."""
 
     person: str
-    """Whose, for a teacher; the asker's own unless given."""
+    """Person, for teachers; default: the caller."""
 
 class TurnEndParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """The arm; or `arms`."""
+    """Name of the arm; alternatively `arms`."""
     arms: list[str]
-    """Names of arms; all unless given."""
+    """Names of arms; default all."""
 
 class TurnEndResult(TypedDict):
     """Result of a method."""
@@ -3189,9 +3189,9 @@ class TurnNextParams(TypedDict, total=False):
     """Parameters of a method."""
 
     arm: str
-    """The arm; or `arms`."""
+    """Name of the arm; alternatively `arms`."""
     arms: list[str]
-    """Names of arms; all unless given."""
+    """Names of arms; default all."""
 
 class TurnNextResult(TypedDict):
     """Result of a method."""
@@ -3202,17 +3202,17 @@ class TurnListParams(TypedDict, total=False):
     """Parameters of a method."""
 
     group: str
-    """As for `turn.join`: whose arms are told in `you`."""
+    """As for `turn.join`: selects the arms in `you`."""
 
 class _ScheduleSetParams(TypedDict):
     text: str
-    """A schedule, TOML; empty text lets everybody in at any time."""
+    """Schedule, TOML; empty text removes all limits."""
 
 class ScheduleSetParams(_ScheduleSetParams, total=False):
     """Parameters of a method."""
 
     elsewhere: bool
-    """That arms which this station has not are other stations' of its site, not mistakes."""
+    """Accepts arms of other stations of the site; otherwise an unknown arm is an error."""
 
 _ScheduleSetResultSlotsItemWords = TypedDict(
     "_ScheduleSetResultSlotsItemWords",
@@ -3271,7 +3271,7 @@ class SiteExpectParams(TypedDict):
     """Parameters of a method."""
 
     arms: list[ExpectedArm]
-    """All arms that are expected from now on, 10,000 at most."""
+    """All expected arms, at most 10,000."""
 
 class SiteExpectResult(TypedDict):
     """Result of a method."""
@@ -3290,7 +3290,7 @@ class LeaseChangedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     holder: Union[Holder, None]
-    """Who has it now; null: nobody has it."""
+    """Current holder; null: the arm is free."""
 
 class LeaseAskedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3298,11 +3298,11 @@ class LeaseAskedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     session: str
-    """Who asks, for `lease.answer`."""
+    """Session that asks, for `lease.answer`."""
     name: str
-    """What it calls itself."""
+    """Name of the session."""
     message: Union[str, None]
-    """Its sentence; null: it says nothing."""
+    """Message of the session; null: no message."""
 
 class LeaseQueueNotification(TypedDict):
     """Parameters of a notification."""
@@ -3310,13 +3310,13 @@ class LeaseQueueNotification(TypedDict):
     arm: str
     """Name of the arm."""
     place: int
-    """Its place, from 1."""
+    """Place in the queue, from 1."""
 
 class JobChangedNotification(TypedDict):
     """Parameters of a notification."""
 
     job: Job
-    """All of it, as `job.get` answers it."""
+    """The whole job, as from `job.get`."""
 
 class JogEndedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3324,9 +3324,9 @@ class JogEndedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     jog: str
-    """Which one."""
+    """Id of the jog."""
     why: Literal["released", "not-kept", "stopped", "lease", "link", "replaced", "limit"]
-    """Why it ended: its session stopped it or went away; it was not kept up; a stop of the arm came; the lease ended; the line broke; the same session began another one; the arm came to a limit or to its fence."""
+    """Reason of the end: stopped by its session, or the session ended; hold time expired; the arm was stopped; the lease ended; the line broke; replaced by another jog of the session; a limit or the fence was reached."""
 
 class SurfaceChangedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3334,61 +3334,61 @@ class SurfaceChangedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     surface: MeasuredSurface
-    """All that is known, as `surface.get` answers it."""
+    """Measured surface, as from `surface.get`."""
 
 class ArmStateNotification(TypedDict):
     """Parameters of a notification."""
 
     subscription: int
-    """Of which subscription of this socket."""
+    """Id of the subscription of this socket."""
     state: StateChange
-    """What is to be merged into the last state."""
+    """Changes to merge into the last state."""
 
 class ServerEndingNotification(TypedDict):
     """Parameters of a notification."""
 
     left_s: float
-    """How long it is until then, s."""
+    """Time left, s."""
 
 class TurnChangedNotificationArmsItemJobsItem(TypedDict):
     """Part of a message."""
 
     job: str
-    """The job."""
+    """Id of the job."""
     title: Union[str, None]
-    """Its title; null: it has none."""
+    """Title; null: no title."""
     person: Union[str, None]
-    """Its owner; null: a teacher."""
+    """Owner; null: a teacher."""
     reason: Union[Literal["yes", "stopped", "restart", "unkept", "frozen", "schedule", "turn", "busy", "lost"], None]
-    """What keeps it: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is; schedule: no slot of its owner is open; turn: somebody else's; busy: something moves the arm or has its lease; lost: the arm is; null: the jobs in front of it alone."""
+    """Reason for waiting: yes, stopped, restart, unkept as in `job.get`; frozen: the arm is frozen; schedule: no slot of its owner is open; turn: another person's turn; busy: the arm moves, or its lease is taken; lost: the line to the arm is lost; null: only the jobs before it."""
 
 class TurnChangedNotificationArmsItemSlot(TypedDict):
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
 
     who: list[str]
-    """Who may have the arm: pupils, groups, tokens, or teacher."""
+    """Who may acquire the arm: pupils, groups, tokens, or teacher."""
     until: Union[float, None]
-    """When it ends, Unix time, s; null: it has no end."""
+    """End, Unix time, s; null: unlimited."""
 
 class TurnChangedNotificationArmsItem(TypedDict):
     """Part of a message."""
 
     arm: str
-    """Its name."""
+    """Name of the arm."""
     person: Union[str, None]
-    """Whose turn it is; null: nobody's."""
+    """Person whose turn it is; null: no turn."""
     state: Union[Literal["running", "kept", "suspended"], None]
-    """Kept: for somebody who is not there; suspended: a teacher has the arm; null: nobody's turn."""
+    """Kept: the person is away; suspended: a teacher has the arm; null: no turn."""
     left_s: Union[float, None]
-    """What is left of the turn, s; null: it has no end, or is nobody's."""
+    """Time left in the turn, s; null: unlimited, or no turn."""
     frozen: bool
-    """Whether a teacher has frozen the arm."""
+    """True if a teacher has frozen the arm."""
     jobs: list[TurnChangedNotificationArmsItemJobsItem]
-    """The jobs that wait for the arm, in order."""
+    """Jobs queued for the arm, in order."""
     slot: Union[TurnChangedNotificationArmsItemSlot, None]
-    """The slot of the schedule that is open; null: anybody may have the arm, or none is open."""
+    """Open slot of the schedule; null: free for all, or no slot is open."""
     free_at: Union[float, None]
-    """When the next slot begins, Unix time, s; null: the arm may be had now, or no slot is known."""
+    """Begin of the next slot, Unix time, s; null: available now, or no slot is known."""
 
 _TurnChangedNotificationQueueItemWords = TypedDict(
     "_TurnChangedNotificationQueueItemWords",
@@ -3399,25 +3399,25 @@ class TurnChangedNotificationQueueItem(_TurnChangedNotificationQueueItemWords):
     """Part of a message."""
 
     place: int
-    """From 1."""
+    """Place, from 1."""
     person: str
-    """Who waits."""
+    """Person that waits."""
     arms: list[str]
-    """The arms that will do."""
+    """Acceptable arms."""
     missed: bool
-    """Whether a turn came while the person was not there."""
+    """True if a turn came while the person was away."""
     reason: Union[Literal["schedule", "frozen", "away"], None]
-    """What keeps it: no slot of the person is open, all its arms are frozen, or the person is not there; null: those in front of it alone."""
+    """Reason for waiting: no slot of the person is open, all acceptable arms are frozen, or the person is away; null: only the persons before it."""
 
 class TurnChangedNotification(TypedDict):
     """Parameters of a notification."""
 
     turn_s: Union[float, None]
-    """How long a turn is; 0 without end, s; null: there are no turns."""
+    """Length of a turn; 0 for unlimited turns, s; null: there are no turns."""
     arms: list[TurnChangedNotificationArmsItem]
-    """The arms of the station."""
+    """Arms of the station."""
     queue: list[TurnChangedNotificationQueueItem]
-    """Who waits, in order."""
+    """Waiting persons, in order."""
 
 class TurnEndingNotification(TypedDict):
     """Parameters of a notification."""
@@ -3425,9 +3425,9 @@ class TurnEndingNotification(TypedDict):
     arm: str
     """Name of the arm."""
     person: str
-    """Whose turn it is."""
+    """Person whose turn it is."""
     left_s: float
-    """How long it is until then, s."""
+    """Time left, s."""
 
 class TurnGrantedNotification(TypedDict):
     """Parameters of a notification."""
@@ -3435,11 +3435,11 @@ class TurnGrantedNotification(TypedDict):
     arm: str
     """Name of the arm."""
     lease: str
-    """The lease, for `lease.release`."""
+    """Id of the lease, for `lease.release`."""
     ttl_s: float
-    """It ends when its holder says nothing for so long, s."""
+    """Lease timeout: the lease ends if the holder sends nothing for this long, s."""
     left_s: Union[float, None]
-    """What is left of the turn, s; null: it has no end."""
+    """Time left in the turn, s; null: the turn is unlimited."""
 
 Event = Union[AlarmRaisedEvent, AlarmClearedEvent, CommandFinishedEvent, UnaccountedEvent, LinkLostEvent, LinkFoundEvent, ResetEvent, MissedEvent, HandTriggerEvent, StopEvent, LeaseEvent, JobEvent, JogEvent, RecordingSavedEvent, RecordingLostEvent]
 Fields = dict[str, Union[float, str, bool, list[Union[float, str, dict[str, float]]]]]

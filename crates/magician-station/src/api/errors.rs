@@ -133,7 +133,7 @@ pub static ERRORS: &[ErrorRow] = &[
     error(
         RpcError::CHANGED,
         "changed",
-        "the program is another one than that of the `digest`; nothing was sent",
+        "the program differs from that of `digest`; nothing was sent",
         &["digest"],
     ),
     error(

@@ -139,14 +139,14 @@ notices! {
         ids: &[("jog", Jog)],
         params: &[ARM, is("jog", Shape::Id(Jog), "id of the jog"), JOG_WHY],
     }
-    /// What is known of the work surface has changed.
+    /// The measured work surface has changed.
     SurfaceChanged = "surface.changed" {
         to: "every session",
-        when: "The work surface under an arm was touched or forgotten, a corner of a sheet was taken; or another program has measured it, which shows with the next `surface.get`.",
-        channel: "`surface.get` answers the same.",
+        when: "The work surface of an arm was measured or forgotten, or a corner of a sheet was measured. A measurement by another program is noticed at the next `surface.get`.",
+        channel: "`surface.get` returns the same.",
         arm: Some("arm"),
         ids: EVERYBODY,
-        params: &[ARM, is("surface", Shape::Type("MeasuredSurface"), "all that is known, as `surface.get` answers it")],
+        params: &[ARM, is("surface", Shape::Type("MeasuredSurface"), "measured surface, as from `surface.get`")],
     }
     /// The state of an arm.
     ArmState = "arm.state" {
