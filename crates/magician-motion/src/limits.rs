@@ -183,7 +183,7 @@ impl Limits {
     /// # Errors
     ///
     /// [`MotionError::Limit`] for the first bound violated, in the order of [`Bound::ALL`];
-    /// [`Unreachable::NotFinite`](crate::Unreachable::NotFinite) for angles that are not numbers.
+    /// [`Unreachable::NotFinite`](crate::Unreachable::NotFinite) for NaN or infinite angles.
     pub fn check(&self, joints: &JointAngles) -> Result<(), MotionError> {
         if !joints.is_finite() {
             return Err(crate::Unreachable::NotFinite.into());

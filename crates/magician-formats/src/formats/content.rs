@@ -129,8 +129,8 @@ fn is_hpgl(text: &str) -> bool {
         && rest.contains(';')
 }
 
-/// True if the first line that is not a comment consists of words of a letter and a number, one of
-/// them a G or an M.
+/// True if the first line, comments aside, consists of words of a letter and a number, one of them
+/// a G or an M.
 fn is_gcode(text: &str) -> bool {
     let mut lines = text
         .lines()

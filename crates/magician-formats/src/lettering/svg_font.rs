@@ -123,7 +123,7 @@ impl SvgFont {
         })
     }
 
-    /// True if some of its own glyphs have single lines.
+    /// True if some glyphs of this font itself, not of its fallback, have single lines.
     pub(crate) fn is_single_line(&self) -> bool {
         self.single_line
     }

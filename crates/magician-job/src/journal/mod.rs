@@ -79,7 +79,7 @@ pub trait Journal: Send {
     /// Returns the checkpoint of an earlier job with the same key.
     ///
     /// # Errors
-    /// [`JournalError`] if there is none, or it cannot be read.
+    /// [`JournalError`] without such a checkpoint, or if it cannot be read.
     fn left(&self) -> Result<Checkpoint, JournalError>;
 
     /// Stores a checkpoint.

@@ -30,7 +30,7 @@ pub(super) struct Beginning {
 
 /// Receiver of readings.
 pub(super) trait Sink: Send {
-    /// Writes a reading; `tool` is the one that its pose refers to.
+    /// Writes a reading; its pose refers to `tool`.
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError>;
     /// Writes an event at time `t`, s.
     fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError>;

@@ -217,7 +217,7 @@ async fn alarms<A: Attendant>(
             "unknown: this computer saw no homing since power-up, and the arm does not report it"
         }
     };
-    // A note, because an arm that is not homed works; only its positions are off.
+    // Only a note: an arm not homed works, but its positions are off.
     let finding = Finding::note("homed", finding).advise([
         Part::from(Action::Home),
         " corrects its positions; it moves through much of its range".into(),

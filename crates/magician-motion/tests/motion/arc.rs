@@ -281,7 +281,7 @@ fn points_where_the_arm_cannot_be_are_refused_before_anything_moves() {
             Err(MotionError::Limit { .. })
         ));
     }
-    // J4 is checked at the target only: the arc has no rotation of its own at `via`.
+    // J4 is checked at the target only: the arc has no separate rotation at `via`.
     let turned = |pose: Pose| Pose { r: 200.0, ..pose };
     let other = Pose::new(220.0, 30.0, 20.0, 0.0);
     assert!(matches!(

@@ -31,7 +31,7 @@ impl Machine<'_> {
         VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
-    /// Evaluates the block in an input; `None` if there is none.
+    /// Evaluates the block in an input; `None` if the input is empty.
     pub(super) fn value(
         &mut self,
         block: &Block,

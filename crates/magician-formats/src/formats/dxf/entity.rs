@@ -203,7 +203,7 @@ impl<'p> Pen<'p> {
         let mut level = None;
         let mut flat = true;
         for vertex in vertices {
-            // A control vertex of a spline; the curve has vertices of its own.
+            // A control vertex of a spline; the curve has separate vertices.
             if vertex.integer(70)? & 16 != 0 {
                 continue;
             }

@@ -238,7 +238,7 @@ impl Plotter<'_> {
                     at = [at[0] + down[0], at[1] + down[1]];
                 }
                 '\r' => {
-                    // Rows that are not left-aligned are placed one by one.
+                    // Centred and right-aligned rows are placed one by one.
                     let next = rows.get(row as usize + 1).copied().unwrap_or_default();
                     let [x, y] = self.shifted(&cell, next, origin, forth);
                     let back = [0, 1].map(|side| start[side] - from[side]);
