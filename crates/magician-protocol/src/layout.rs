@@ -22,7 +22,7 @@ pub struct Field {
     pub name: &'static str,
     /// Type on the wire.
     pub ty: FieldType,
-    /// Unit, or a word for a value that is not a quantity (`flag`, `enum`).
+    /// Unit, or a word for a value without one (`flag`, `enum`).
     pub unit: &'static str,
     /// Accepted values.
     pub range: Range,

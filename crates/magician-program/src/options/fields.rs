@@ -45,7 +45,7 @@ impl fmt::Display for OptionError {
 impl std::error::Error for OptionError {}
 
 impl Need {
-    /// As `Display`, as part of a message.
+    /// Same text as `Display`, as part of a message.
     fn in_words(&self) -> Message {
         let name = OptionName(self.name);
         match self.values {
@@ -83,7 +83,7 @@ impl SetupOptions {
         Ok(options)
     }
 
-    /// As [`from_fields`](Self::from_fields), for options that others will complete
+    /// Like [`from_fields`](Self::from_fields), for options that others will complete
     /// ([`or`](Self::or)). Contradictions are not checked yet; [`check`](Self::check) does that
     /// later.
     ///
@@ -178,7 +178,7 @@ impl SetupOptions {
             .collect()
     }
 
-    /// Returns these options without those that `over` effectively replaces: options of the other
+    /// Returns these options without any that `over` effectively replaces: options of the other
     /// kind of work, options that contradict one in `over`, and options whose partner `over`
     /// changes or drops.
     pub(super) fn agreeing_with(&self, over: &Self) -> Self {
@@ -265,7 +265,7 @@ impl SetupOptions {
     }
 }
 
-/// One member for each option; null or false if it is not set.
+/// Serialises one member for each option; null or false if the option is not set.
 impl Serialize for SetupOptions {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let values = self.values().into_iter().map(|(row, value)| {

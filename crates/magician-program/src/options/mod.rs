@@ -86,7 +86,7 @@ words! {
     Dither = "dither",
 }
 
-/// Defaults from the settings, for options that are not given.
+/// Defaults from the settings, for omitted options.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SetupDefaults {

@@ -46,7 +46,7 @@ pub struct OptionSpec {
     pub usual: bool,
     /// Purpose, in one sentence.
     pub about: &'static str,
-    /// Further sentences, where there is room for them; empty if there are none.
+    /// Further sentences, where there is room for them; may be empty.
     #[serde(skip)]
     pub detail: &'static str,
     /// Purpose of switching it off; empty if it is no switch that is on by default.
@@ -101,7 +101,7 @@ impl Need {
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum OptionKind {
-    /// One of several words.
+    /// A word from a list of choices.
     Choice,
     /// A number.
     Number,
@@ -168,7 +168,7 @@ impl OptionGroup {
 pub enum DefaultValue {
     /// A number.
     Number(f64),
-    /// One of the choices.
+    /// A word from the choices.
     Word(&'static str),
     /// On or off.
     Switch(bool),

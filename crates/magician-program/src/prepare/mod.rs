@@ -37,7 +37,7 @@ pub struct PrepareRequest {
     pub preset_note: Option<Diagnostic>,
     /// Pause at the end of each iteration, ms.
     pub rest: u32,
-    /// Defaults for options that are not given.
+    /// Defaults for omitted options.
     pub defaults: SetupDefaults,
     /// Fence of the arm.
     pub fence: Option<Fence>,

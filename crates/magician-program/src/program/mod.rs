@@ -195,7 +195,7 @@ impl Program {
         Err(Diagnostic::of_file(message))
     }
 
-    /// One command of each kind, which is all that `Arm::preflight_for` needs to know what to read
+    /// Returns one command of each kind, from which `Arm::preflight_for` finds out what to read
     /// from an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
@@ -212,7 +212,7 @@ impl Program {
         self.remaining_within(from, None, start)
     }
 
-    /// As [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
+    /// Like [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
     /// step moves straight through `at`, it continues from there, otherwise it starts over.
     /// [`RemainingProgram::goes_on`] computes step and place.
     ///
@@ -234,7 +234,7 @@ impl Program {
         at_once(self.key_in_turns(&AtOnce))
     }
 
-    /// As [`key`](Self::key), yielding to other tasks between slices.
+    /// Like [`key`](Self::key), yielding to other tasks between slices.
     pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
         // FNV-1a, 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;

@@ -15,7 +15,7 @@ const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
 /// Sampling distance along a line, in pen widths.
 const STEP: f64 = 0.5;
 
-/// One layer of hatching.
+/// Layer of hatching.
 struct Hatching {
     /// Darkness above which the layer is drawn, 0 to 1.
     darker_than: f64,

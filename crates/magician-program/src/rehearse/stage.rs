@@ -31,7 +31,7 @@ const FARTHEST_TABLE: f64 = 1000.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RehearseOptions {
-    /// Tool on the arm. Default: the plan's tool, or the one that its steps need.
+    /// Tool on the arm. Default: the plan's tool, or the tool that its steps need.
     pub tool: Option<Tool>,
     /// z reported by the arm when its tool touches the table, mm. Default: the plan's surface, or
     /// where its pen draws.
@@ -77,13 +77,13 @@ impl RehearseOptions {
 /// arm is homed and stands at its home point, or above the table if its tool would be inside the
 /// table there.
 ///
-/// A plan with rail positions gets an arm on a rail. A plan without a tool gets the one that its
+/// A plan with rail positions gets an arm on a rail. A plan without a tool gets the tool that its
 /// steps need: a laser for burning, a cup or gripper for handling, else a pen. A tilted surface
 /// becomes a table at its highest point, with a tool that is compliant enough to reach the lowest.
 ///
 /// # Errors
-/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table height that is not finite
-/// or out of range.
+/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table height that is NaN,
+/// infinite or out of range.
 pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error> {
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;

@@ -74,7 +74,7 @@ impl Setup {
             };
             let scale = self.scale_of(format, &content)?;
             let size = content.longest_side();
-            // Nothing larger can be drawn, so no finer chords are needed.
+            // The arm can draw no larger than this, so no finer chords are needed.
             let scale = if size > 0.0 {
                 scale.min(LARGEST / size)
             } else {

@@ -182,7 +182,7 @@ impl Setup {
         let mut content = self.followed(format, content)?;
         let file = content.take_curves();
         let prepared = self.prepared(format, content)?;
-        // Fitting may reduce it so much that the arm would see an arc as a point.
+        // After a large reduction the arm would see an arc as a point.
         let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
         match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
             Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
@@ -308,7 +308,7 @@ impl Setup {
             }
         }
         let ShrinkResult { made, passes } = straight?;
-        // Plans and points may be within reach where they are; G-code has a zero of its own.
+        // Plans and points may be within reach where they are; G-code has its own zero.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made

@@ -192,7 +192,7 @@ impl Holder {
         z - self.surface.at([x, y])
     }
 
-    /// Nearest position that is not below the surface.
+    /// Nearest position on or above the surface.
     fn raised(&mut self, free: Point) -> Point {
         let above = self.above(free);
         if above >= -ROUNDING || !above.is_finite() {

@@ -70,14 +70,14 @@ impl Page {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaidPage {
     page: Page,
-    /// Its middle, in the arm's x and y, mm.
+    /// Middle of the page, in the arm's x and y, mm.
     at: [f64; 2],
-    /// Direction of its lower edge, degrees from the arm's X towards its Y.
+    /// Direction of the lower edge, degrees from the arm's X towards its Y.
     rotation: f64,
 }
 
 impl LaidPage {
-    /// Its corners: lower left, lower right, and counter-clockwise.
+    /// Corners of the page, counter-clockwise from the lower left.
     pub(super) fn corners(&self) -> [[f64; 2]; 4] {
         let half = self.page.paper.size().map(|side| side / 2.0);
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|sides| {

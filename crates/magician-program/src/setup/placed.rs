@@ -1,7 +1,7 @@
 //! Placement of a program in its own coordinates: size, middle and height are those of what it
 //! draws.
 //!
-//! Coordinates of such a program count from a zero of its own, often the corner of a machine.
+//! Coordinates of such a program count from the program's own zero, often the corner of a machine.
 //! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
 //! travel by moves that the arm can reach (`guide`).
 
@@ -27,13 +27,13 @@ pub(super) const ROUNDED: f64 = 1.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Frame {
-    /// Its own if it is drawn or engraved, or if any option about its place was given (a middle, a
-    /// page, a surface, fitting); otherwise the arm's.
+    /// The program's own frame if it is drawn or engraved, or if any option about its place was
+    /// given (a middle, a page, a surface, fitting); otherwise the arm's frame.
     #[default]
     Default,
-    /// Its own: the program is placed.
+    /// The program's own frame: the program is placed.
     Own,
-    /// The arm's, unchanged.
+    /// The arm's frame: the program is not moved.
     Arm,
 }
 

@@ -56,7 +56,7 @@ impl Outline {
         at_once(Self::with_travels(plan, start, most, &AtOnce)).0
     }
 
-    /// As [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
+    /// Like [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
     /// points. Yields to other tasks between slices.
     pub async fn with_travels(
         plan: &Plan,

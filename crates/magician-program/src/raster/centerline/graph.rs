@@ -17,7 +17,7 @@ pub(super) struct Node {
 /// Line between two nodes, or a loop.
 #[derive(Clone, Debug)]
 pub(super) struct Branch {
-    /// Its nodes; `None` for a loop without a node.
+    /// Nodes at the ends; `None` for a loop without a node.
     pub(super) ends: Option<[usize; 2]>,
     pub(super) points: Vec<[f64; 2]>,
 }
