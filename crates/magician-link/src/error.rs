@@ -51,7 +51,7 @@ impl ErrorCode {
 pub struct LinkError {
     /// Number.
     pub code: ErrorCode,
-    /// What is wrong, as a sentence.
+    /// Explanation of the error, a sentence.
     pub message: String,
 }
 

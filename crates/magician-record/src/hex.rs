@@ -66,8 +66,8 @@ impl Parser {
     /// Reads further text and appends its bytes to `bytes`.
     ///
     /// # Errors
-    /// [`HexError::Letter`] for any other character, [`HexError::Odd`] for a group with an odd
-    /// number of digits.
+    /// [`HexError::Letter`] for a character that hex text cannot contain, [`HexError::Odd`] for a
+    /// group with an odd number of digits.
     pub fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
         for letter in text {
             match char::from(*letter).to_digit(16) {

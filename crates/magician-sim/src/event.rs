@@ -179,11 +179,11 @@ pub(crate) struct Log {
     not_simulated: NotSimulated,
 }
 
-/// Counts the commands that are not simulated.
+/// Counts the commands without a simulation.
 #[derive(Clone, Debug, Default)]
 struct NotSimulated {
     count: u64,
-    /// One bit for each id that has been reported.
+    /// Bit set of the reported ids.
     told: [u64; 4],
 }
 
@@ -216,7 +216,7 @@ impl Log {
         self.pushed += 1;
     }
 
-    /// Counts a command that is not simulated, and logs it if its row is new.
+    /// Counts a command without a simulation, and logs it if its row is new.
     pub(crate) fn not_simulated(&mut self, row: &'static Row) {
         if self.not_simulated.count(row.id) {
             self.push(Event::NotSimulated { row });

@@ -40,7 +40,7 @@ const BACKLOG: usize = 4096;
 ///
 /// An [`Observer`] ([`observe`](Self::observe)) changes nothing, unless it wants more than 100,000
 /// instants in one leap of the arm's clock (half an hour at 50 a second). Then pending requests are
-/// read before the leap continues, and a clock that is not at full speed falls behind.
+/// read before the leap continues, and a clock below full speed falls behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};

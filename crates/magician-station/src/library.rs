@@ -145,7 +145,7 @@ impl LibraryUse {
     }
 }
 
-/// How far each role may fill a library.
+/// Limits up to which each role may fill a library.
 ///
 /// Files do not record who stored them, so a quota is a fill level and not a share: students may
 /// fill the library up to their level, and the room above it is reserved for teachers.
@@ -558,7 +558,7 @@ pub(crate) fn wrong(error: LibraryError) -> RpcError {
     }
 }
 
-/// Returns the folder of the library as JSON. Null if there is none.
+/// Returns the folder of the library as JSON. Null without a folder.
 pub(crate) fn folder_of(store: &dyn ProgramStore) -> Value {
     let folder: Option<PathBuf> = store.folder().map(Path::to_owned);
     folder.map_or(Value::Null, |folder| json!(folder.display().to_string()))

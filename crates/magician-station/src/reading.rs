@@ -84,7 +84,7 @@ pub struct ArmReading {
     pub pins: Vec<(&'static str, u8, u16)>,
 }
 
-/// What the station adds to a reading.
+/// Members that the station adds to a reading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StateContext {
     /// Time of the pose, Unix seconds.

@@ -279,7 +279,7 @@ struct Files {
 
 struct Open {
     file: Box<dyn RecordingFile>,
-    /// Readings that are not written yet.
+    /// Readings still to be written.
     samples: Vec<Sample>,
     /// Time of the last flush, Unix seconds.
     flushed: f64,

@@ -63,7 +63,7 @@ pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
 }
 
 /// Writes a file in an existing directory, completely or not at all: a full disk leaves the old
-/// file, and nothing beside it. A target that is not a regular file (a pipe, a device) is written
+/// file, and nothing beside it. A target other than a regular file (a pipe, a device) is written
 /// directly.
 ///
 /// # Errors

@@ -58,8 +58,8 @@ pub struct InterruptedJob {
 pub enum JournalError {
     /// No job of this program was interrupted at this arm.
     Nothing,
-    /// As `Nothing`, but jobs of other programs were interrupted, newest first. The same file with
-    /// another placement or other options is another program.
+    /// Like `Nothing`, but jobs of other programs were interrupted, newest first. The same file
+    /// with another placement or other options is another program.
     Others(Vec<InterruptedJob>),
     /// The journal exists but cannot be read: another version wrote it, or it is damaged.
     Unreadable {

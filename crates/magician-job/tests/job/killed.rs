@@ -103,7 +103,7 @@ pub(super) async fn killed(
     killed_with(program, speed, before, |spec| spec).await
 }
 
-/// As `killed`, for a job started in a given way.
+/// Like `killed`, for a job started in a given way.
 async fn killed_with(
     program: &Program,
     speed: u8,

@@ -131,7 +131,7 @@ impl Device {
         moved
     }
 
-    /// Brakes the running motion. One that brakes already continues to do so.
+    /// Brakes the running motion. A motion already braking continues to do so.
     pub(super) fn brake(&mut self) {
         if let Some(start) = self.view().plan_brake() {
             // Its queued command finishes when the arm stands, but the laser is off at once.

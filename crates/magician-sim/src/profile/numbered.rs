@@ -47,7 +47,8 @@ fn name(first: &str, number: u32) -> String {
     kept + &end
 }
 
-/// Counts up the digits at the end of a serial number, or appends the number if there are none.
+/// Counts up the digits at the end of a serial number, or appends the number if it ends without
+/// digits.
 fn serial(first: &str, number: u32, further: u32) -> String {
     let text = first.trim_end_matches(|digit: char| digit.is_ascii_digit());
     let digits = &first[text.len()..];

@@ -71,7 +71,7 @@ impl Ink {
         self.until = self.until.max(now);
     }
 
-    /// Draws the part of a path that is not drawn yet.
+    /// Draws the remaining part of a path.
     pub(super) fn follow(
         &mut self,
         scenario: &Scenario,

@@ -1,4 +1,4 @@
-//! State of a world that is not empty.
+//! State of a world with contents.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::scenario::{Action, Scenario, SensorKind};
 mod arm;
 mod events;
 
-/// State of a world that is not empty.
+/// State of a world with contents.
 #[derive(Clone, Debug)]
 pub(super) struct WorldState {
     scenario: Arc<Scenario>,

@@ -322,7 +322,7 @@ pub(super) async fn upgrade(
     Ok(socket)
 }
 
-/// Returns the error for an HTTP status that is not a success, with the station's explanation.
+/// Returns the error for an HTTP status other than success, with the station's explanation.
 pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> ClientError {
     let body = body.map(String::from_utf8_lossy).unwrap_or_default();
     let why = match body.trim() {

@@ -22,8 +22,8 @@ pub trait Served: Clone + Send + Sync + 'static {
         token: Option<String>,
     ) -> impl Future<Output = Option<Self::Client>> + Send;
 
-    /// Carries out one request in a session of its own. `None` for a notification, which has no
-    /// answer. Dropping the future ends the session.
+    /// Carries out one request in its own session. `None` for a notification, which has no answer.
+    /// Dropping the future ends the session.
     fn call(
         &self,
         peer: Peer,

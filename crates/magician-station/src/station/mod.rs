@@ -661,7 +661,7 @@ impl Station {
         #[cfg(feature = "class")]
         {
             self.put_fences();
-            // Starting a job has effects of its own, so control is settled again.
+            // Starting a job has further effects, so control is settled again.
             if self.begin_queued(now) {
                 return self.settle(now);
             }
@@ -741,7 +741,7 @@ impl Station {
         (epoch == self.config.epoch && self.text_id(mark, number) == text).then_some(number)
     }
 
-    /// Returns the part of an arm's state that is not in its reading.
+    /// Returns the part of an arm's state that its reading lacks.
     fn beside(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
         StateContext {

@@ -44,7 +44,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
     });
     let seen = ben.ok("arm.fence", json!({})).await;
     assert_eq!(seen, json!({"fence": whole}));
-    // Members that are not named stay.
+    // Other members stay.
     let faster = anna.ok("arm.fence", json!({"set": {"speed": 130.0}})).await;
     assert_eq!(faster["fence"]["keep_out"], keep_out);
     assert_eq!(faster["fence"]["box"], within);

@@ -77,8 +77,8 @@ pub struct Options {
     ///
     /// The check is that of [`Preflight::fence`](crate::preflight::Preflight::fence), starting
     /// where the arm will be by then. Motion that cannot be checked is refused: commands of other
-    /// programs in the queue, and programs downloaded into the arm. A fence costs reads before each
-    /// motion; without one there are none.
+    /// programs in the queue, and programs downloaded into the arm. A fence costs additional reads
+    /// before each motion.
     ///
     /// It covers only what this connection sends: not other programs, not hands and keys on the
     /// arm, and not the braking distance of a stop. This is a convenience, not a safety function.

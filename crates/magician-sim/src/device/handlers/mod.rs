@@ -124,8 +124,8 @@ magician_protocol::for_each_writable!(apply);
 
 /// Makes the handlers of a parameter set with a read and a write expression.
 ///
-/// `if` names the assumption of a value that was never set. `beyond` and `capped` tell values above
-/// a ceiling: stored as sent, or stored as the ceiling (model section 6).
+/// `if` names the assumption of a value that was never set. `beyond` and `capped` select the
+/// treatment of values above a ceiling: stored as sent, or stored as the ceiling (model section 6).
 macro_rules! parameter {
     (
         $layout:ident: $assumption:ident,

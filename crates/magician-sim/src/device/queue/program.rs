@@ -1,8 +1,8 @@
 //! The hosts' queue, and the stored program that takes its place while it runs (document 1.19.4,
 //! model section 12).
 //!
-//! A running program has a queue of its own, filled a little ahead from the flash. It is swapped
-//! with the hosts' queue, so everything that looks at waiting commands, above all continuous paths,
+//! A running program has a separate queue, filled a little ahead from the flash. It is swapped with
+//! the hosts' queue, so everything that looks at waiting commands, above all continuous paths,
 //! works for both. Meanwhile the hosts' queue accepts commands and waits.
 
 use std::sync::Arc;
