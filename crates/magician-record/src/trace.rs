@@ -261,7 +261,7 @@ impl Stream {
                 cut(&mut self.held, &mut self.start, end);
             }
         }
-        // What the deframer has passed belongs to no frame and is due as a packet.
+        // Bytes that the deframer has passed belong to no frame and are due as a packet.
         cut(&mut self.held, &mut self.start, self.deframer.offset());
         written
     }

@@ -318,7 +318,7 @@ impl Search<'_> {
         best
     }
 
-    /// Returns the better of the best place so far and another.
+    /// Returns the better of the current best place and another.
     fn better(
         &self,
         area: Area,

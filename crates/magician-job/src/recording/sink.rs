@@ -34,7 +34,7 @@ pub(super) trait Sink: Send {
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError>;
     /// Writes an event at time `t`, s.
     fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError>;
-    /// Makes everything written so far survive a crash of this program.
+    /// Makes all data written up to now survive a crash of this program.
     fn flush(&mut self) -> Result<(), RecordError>;
     /// Completes the file; returns the number of steps if it is a program.
     fn finish(&mut self) -> Result<Option<usize>, RecordError>;

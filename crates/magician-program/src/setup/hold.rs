@@ -118,7 +118,7 @@ impl Holder {
             Action::Path { to } => return Ok(self.path(to)),
             Action::Burn { to, .. } => self.point(to),
             Action::Arc { via, to } => return Ok(self.arc(via, to)),
-            // Where homing ends is up to the arm's settings.
+            // The arm's settings determine the end of homing.
             Action::Home => self.at = None,
             Action::Command(command) => return self.command(command),
             // Waits, tools and markers do not move the arm.

@@ -56,7 +56,7 @@ pub(super) struct PathTracer {
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
-    /// Where the pen came down without a line so far, and its colour.
+    /// Point where the pen came down but has not drawn a line yet, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
     /// Length drawn since it came down, mm; the end of a descent draws a little.
     inked: f64,

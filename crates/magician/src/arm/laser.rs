@@ -169,7 +169,7 @@ impl Laser<'_> {
                 };
                 answered(self.arm.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
             }
-            // As an input the pin drives nothing.
+            // A pin used as an input drives no laser.
             Some(_) => Some(false),
         };
         Ok(high)

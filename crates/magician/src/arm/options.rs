@@ -114,7 +114,7 @@ impl Default for Options {
             // Choice: room for several retransmissions, and a person at a prompt still waits this
             // long.
             timeout: Duration::from_secs(3),
-            // It is not known if a real controller takes several queued commands back to back (goal
+            // Unknown: a real controller may not take several queued commands back to back (goal
             // H2).
             window: 1,
             probe: true,

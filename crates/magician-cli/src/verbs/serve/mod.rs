@@ -102,16 +102,16 @@ pub(crate) struct Serve {
     shown: Shown,
 }
 
-/// How the page is shown once connections are accepted.
+/// Way to show the page once the station accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Shown {
     #[default]
     No,
-    /// Its address is printed.
+    /// The command prints the address.
     AsAddress,
     /// In the system's browser.
     InBrowser,
-    /// In a window of its own; the station ends when it is closed.
+    /// In a separate window. Closing the window ends the station.
     InWindow,
 }
 
