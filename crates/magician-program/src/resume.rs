@@ -379,9 +379,9 @@ impl Checkpoint {
 
     /// Place to resume at, once nothing of the run waits in the arm's queue.
     ///
-    /// `seen` is the arm's report, if it can be asked. `stands_after` returns if the arm stands
-    /// where a number of finished steps leaves it; `None` if unknown. The arm counts commands, and
-    /// `numbering` maps them to steps.
+    /// `seen` is the arm's report, if it can be asked. `stands_after` returns true if the arm
+    /// stands where a number of finished steps leaves it, `None` if unknown. The arm counts
+    /// commands, and `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
         &self,
@@ -566,7 +566,8 @@ fn counts_from(current: u64) -> u64 {
     current.max(1)
 }
 
-/// The arm counts a step that was cut short as finished; only its pose shows the difference.
+/// Place to resume at for an exact count. The arm counts a step that was cut short as finished;
+/// only its pose shows the difference.
 #[must_use]
 pub fn resume_point_at(
     finished: u64,
@@ -583,7 +584,7 @@ fn is_zero(mm: &f64) -> bool {
     *mm == 0.0
 }
 
-/// Repeats a single step in doubt; more of them are for a person to decide.
+/// Repeats a single step in doubt. With more steps in doubt, a person has to decide.
 fn in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),

@@ -38,7 +38,7 @@ pub const FIELDS: [&str; 23] = [
     "holder",
 ];
 
-/// State of the tools, as far as known. Each `None` is unknown.
+/// State of the tools. `None` means unknown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolReading {
     /// Name of the mounted tool, if the offset of the tip is that of a known tool.

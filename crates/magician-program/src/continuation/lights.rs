@@ -126,7 +126,8 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Lines of the slots up to `last`, none before `lead`. `course` is at the first of all slots.
+    /// Collects the motions of the last slots up to `last`, from `lead` on. `course` is the state
+    /// before the first slot.
     pub(crate) fn of(
         course: &mut Preflight,
         slots: impl Iterator<Item = Option<Set>>,

@@ -16,7 +16,7 @@ use crate::{Action, Plan, Tool};
 
 /// Compliance of a tool beyond the height range of its surface, mm.
 const GIVE: f64 = 3.0;
-/// Largest compliance of a tool, mm: below that, a surface is not touched.
+/// Largest compliance of a tool, mm. Parts of the surface further down are not touched.
 const MOST_GIVE: f64 = 100.0;
 /// Smallest start height of a tool above the table, mm.
 const CLEAR: f64 = 20.0;
@@ -27,7 +27,7 @@ const AT_SURFACE: f64 = 1e-3;
 /// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
 const FARTHEST_TABLE: f64 = 1000.0;
 
-/// Options of a rehearsal, for what the plan does not say itself.
+/// Options of a rehearsal that the plan itself leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RehearseOptions {
@@ -134,7 +134,7 @@ pub fn start_of(arm: &Controller) -> Preflight {
 /// Start state for a check that holds for the arm of a [`stage`], without creating one.
 ///
 /// # Errors
-/// As [`stage`].
+/// Same as [`stage`].
 pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
     let tool = tool_of(plan, options);
     let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);

@@ -133,7 +133,8 @@ impl LaidPage {
         }))
     }
 
-    /// Notes on the place of the page, and on what of a plan (repeated on a grid) is not on it.
+    /// Notes on the place of the page, and on the parts of a plan (repeated on a grid) that lie off
+    /// it.
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
@@ -260,7 +261,7 @@ impl Setup {
         setup.placement.at = Some(at);
         if self.has_page(content, page.paper) {
             setup.placement.keeps_page = true;
-            // After a turn it would not be on the page.
+            // A turned drawing would not lie on the page.
             setup.placement.turn = false;
         }
         Ok((setup, Some(self.laid_page(page, at))))

@@ -139,7 +139,7 @@ impl Outlines {
     ) {
         let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
-        // A pen coming down draws slightly above the height of its line already.
+        // A descending pen already draws slightly above the height of its line.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
         self.arrived = true;

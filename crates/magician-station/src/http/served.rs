@@ -14,8 +14,9 @@ pub trait Served: Clone + Send + Sync + 'static {
     /// Client of this server.
     type Client: ServedClient;
 
-    /// Connects a client with the token of its request. Waits until clients that came just before
-    /// have had their time to say hello. `None` if all sessions are in use.
+    /// Connects a client with the token of its request. Waits until clients that connected just
+    /// before have sent their hello, or their time for it is over. `None` if all sessions are in
+    /// use.
     fn admit(
         &self,
         peer: Peer,

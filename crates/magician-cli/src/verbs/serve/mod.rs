@@ -483,7 +483,7 @@ impl Serve {
         station.flush().await;
         drop(station);
         for arm in arms {
-            // Nor must an arm that does not answer.
+            // A silent arm must not delay it either.
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));

@@ -12,8 +12,8 @@ const FULL_SCALE: u16 = 4095;
 
 /// State of an EIO pin at an instant (model section 13).
 ///
-/// Settings stay and read back whatever the pin does. They take effect only while the pin has the
-/// function that puts them out.
+/// Settings are stored and read back regardless of the pin's function. A setting takes effect only
+/// while the pin has the function that uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PinState {
