@@ -216,7 +216,7 @@ impl TouchedCorners {
     /// Returns the sheet, or `None` while a corner is missing.
     ///
     /// # Errors
-    /// Those of [`Sheet::touched`].
+    /// Same as [`Sheet::touched`].
     pub fn sheet(&self) -> Result<Option<Sheet>, Diagnostic> {
         match self.0 {
             [Some(origin), Some(right), Some(up)] => Sheet::touched([origin, right, up]).map(Some),

@@ -33,9 +33,9 @@ pub type FileAnswer = Result<Preparation, PrepareError>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WireError {
-    /// Written by another build.
+    /// Error: bytes of another build.
     OtherBuild,
-    /// Truncated or damaged.
+    /// Error: truncated or damaged bytes.
     Malformed,
 }
 
@@ -174,7 +174,7 @@ pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer,
 /// Like [`answer_from`], yielding to other tasks between slices.
 ///
 /// # Errors
-/// As [`answer_from`].
+/// Same as [`answer_from`].
 pub async fn answer_in_turns(
     request: &PrepareRequest,
     bytes: &[u8],
@@ -409,7 +409,7 @@ impl Wire for Fence {
     }
 }
 
-/// Largest nesting of messages that keep their templates. Deeper input is refused, so that none
+/// Largest nesting of messages that keep their templates. Deeper input is refused, so that no input
 /// exhausts the stack.
 const DEEPEST_MESSAGE: usize = 8;
 

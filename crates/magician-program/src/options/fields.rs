@@ -22,7 +22,7 @@ pub struct OptionError {
     pub key: String,
     /// Reason, in a sentence that names the option.
     pub message: Message,
-    /// Missing option that this one needs, if that is the reason.
+    /// Option that is needed and missing, if that is the reason.
     pub needs: Option<Need>,
 }
 
@@ -154,7 +154,7 @@ impl SetupOptions {
         let mut read = Self::default();
         for (row, value) in self.values() {
             match value {
-                // Not expressible in JSON, but set by our own code and therefore valid.
+                // The value has no JSON form, but only our own code sets it, so it is valid.
                 Some(_) if from_file && row.name == "font" => {}
                 Some(_) if by_file && row.name == "work" => {}
                 // JSON has no form for NaN and infinity.

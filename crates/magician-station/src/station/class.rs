@@ -270,11 +270,11 @@ impl Station {
         }
     }
 
-    /// Returns true if a hello contains the teacher's PIN. It must not contain a pupil or a token
-    /// then.
+    /// Returns true if a hello contains the teacher's PIN. Such a hello must not contain a pupil or
+    /// a token.
     ///
     /// # Errors
-    /// As [`try_pin`](Self::try_pin).
+    /// Same as [`try_pin`](Self::try_pin).
     pub(super) fn teacher_signs_in(
         &mut self,
         now: HostInstant,

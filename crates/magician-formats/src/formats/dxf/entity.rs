@@ -11,7 +11,8 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// Draws an entity, or notes why not. `vertices` are those of a POLYLINE.
+/// Draws an entity, or adds a note with the reason why it is not drawn. `vertices` are those of a
+/// POLYLINE.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
