@@ -6,7 +6,7 @@ use crate::{ArmModel, JointAngles, MotionError};
 /// a motor step.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
-/// One side of one joint limit.
+/// Lower or upper bound of a joint limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bound {
     /// Base, negative side.

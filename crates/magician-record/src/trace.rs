@@ -223,7 +223,7 @@ fn pad(block: &mut Vec<u8>) {
     block.resize(block.len().next_multiple_of(4), 0);
 }
 
-/// One direction of a link, cut into packets.
+/// Direction of a link, cut into packets.
 #[derive(Default)]
 struct Stream {
     deframer: Deframer,

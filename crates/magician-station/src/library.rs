@@ -367,7 +367,8 @@ pub(crate) fn bytes_of(
     let (_, mut from) = store.open(name)?;
     let mut bytes = Vec::new();
     let read = { from.by_ref() }
-        // One byte more than the limit shows that a program is longer without reading all of it.
+        // Reading one byte more than the limit shows that a program is too long without reading all
+        // of it.
         .take(LARGEST_PROGRAM + 1)
         .read_to_end(&mut bytes);
     match read {

@@ -415,8 +415,8 @@ async fn connect(
             Place::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
-                // Nothing outside the browser could stop a jog that runs on the arm's own, so use
-                // bounded jogs.
+                // A jog that the arm runs by itself could not be stopped from outside the browser,
+                // so use bounded jogs.
                 let options = usual.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {

@@ -378,7 +378,7 @@ impl WholeFile {
             return Err(io::Error::other("it was not written to its end"));
         }
         if self.grows && !self.state.has_bytes.load(Ordering::Relaxed) {
-            // Nothing was written; dropping it keeps the old file.
+            // No data was written; dropping the writer keeps the old file.
             return Ok(());
         }
         let named = self.take_name();

@@ -38,8 +38,8 @@ impl Stream {
             moves |= entry.item.time > 0;
             count += 1;
         }
-        // Nothing follows: a path gets its dark end, and a switched laser stays as the caller left
-        // it.
+        // End of the stream: a path gets its dark end, and a switched laser stays as the caller
+        // left it.
         if self.ended {
             return Some(count + self.seal(from, count));
         }

@@ -77,7 +77,7 @@ impl Work {
                 }
                 self.shared.tell(JobEvent::Waits(Waits::Nothing));
             }
-            // Nothing of the dead run may follow once the arm is started again.
+            // Commands of the dead run must not follow once the arm is started again.
             arm.queue().clear().await?;
         }
         self.check_ready().await?;

@@ -42,7 +42,7 @@ impl Diagnosis {
         let (pose, index) = {
             let mut at = to.count("timing answers", 2 * count);
             let pose = round_trips::<Pose>(arm, count, &mut at).await?;
-            // One progress count for both kinds.
+            // Both kinds share a progress count.
             let more = |done| at(count + done);
             let index = round_trips::<QueuedCmdCurrentIndex>(arm, count, more).await?;
             (pose, index)
@@ -198,7 +198,7 @@ async fn alarms<A: Attendant>(
                 Part::from(Action::Home),
                 " homes it, which clears the alarm".into(),
             ]),
-            // Nothing has to be done before clearing it.
+            // The alarm can be cleared without further steps.
             (false, _) | (true, "") => {
                 finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
             }

@@ -36,7 +36,7 @@ struct Row {
 
 #[derive(Clone, Debug, PartialEq)]
 enum When {
-    /// One span, Unix seconds.
+    /// A single span, Unix seconds.
     Once(i64, i64),
     /// Weekdays, numbered from Thursday as 0, and seconds of the local day.
     Weekly(Vec<i64>, i64, i64),

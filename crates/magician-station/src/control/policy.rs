@@ -59,7 +59,7 @@ impl Control {
         if self.class.rules.is_none() {
             return true;
         }
-        // Nobody in particular cannot take turns.
+        // Turns need a known person.
         let Some(person) = *person else {
             return false;
         };

@@ -376,7 +376,7 @@ impl Station {
                 // Evicted and not released: motion of a session that becomes a viewer has to stop.
                 self.control.evict(now, arm);
             }
-            // Its waits and questions end too. The session itself stays as a viewer.
+            // The waits and questions of the session end too. The session itself stays as a viewer.
             self.control.leave(now, session);
             if self.sessions[&session].socket.is_some() {
                 self.control.rejoin(now, session);

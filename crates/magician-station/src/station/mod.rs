@@ -282,7 +282,7 @@ struct ArmPlace {
     watched: (Option<u32>, Vec<magician::Pin>),
 }
 
-/// One or more arms, shared by many clients.
+/// Station: one or more arms, shared by many clients.
 ///
 /// A listener passes in what clients send ([`open`](Self::open), [`receive`](Self::receive),
 /// [`close`](Self::close)) and sends what [`poll_send`](Self::poll_send) returns for each socket.
@@ -534,7 +534,7 @@ impl Station {
             }
         }
         self.forget_turns();
-        // Its subscriptions are gone as well, so some arms can be read less often.
+        // The subscriptions of the session are gone as well, so some arms can be read less often.
         self.watch_anew();
         self.settle(now);
     }

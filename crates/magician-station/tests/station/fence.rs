@@ -137,7 +137,7 @@ async fn a_jog_stops_before_it() {
     anna.ok("arm.fence", floor(-20.0)).await;
     let jog = json!({"axis": "z-", "keep_ms": 1000});
     let jog = anna.ok("jog.start", jog).await["jog"].clone();
-    // It cannot be changed during a jog.
+    // The fence cannot be changed during a jog.
     let busy = anna.call("arm.fence", floor(-60.0)).await.unwrap_err();
     assert_eq!(
         (&busy["code"], &busy["data"]["jog"]),

@@ -223,7 +223,8 @@ impl Queues {
     pub(crate) fn change(&mut self) -> Option<bool> {
         match &self.run {
             Run::Due => {
-                // Its indices count lines from 1 and are never reported to hosts.
+                // Indices of the program's queue count lines from 1 and are never reported to
+                // hosts.
                 let program = Queue::new(AHEAD, 1, true);
                 self.run = Run::On(Box::new(Pass {
                     hosts: std::mem::replace(&mut self.active, program),
