@@ -114,7 +114,7 @@ fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
 /// margin.
 ///
 /// # Errors
-/// Those of [`decode`].
+/// Same as [`decode`].
 pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
     if let Some((order, mark)) = wide(bytes) {
         let text = of_wide(bytes.get(mark..).unwrap_or_default(), order)?;

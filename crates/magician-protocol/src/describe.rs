@@ -146,7 +146,7 @@ impl<'a> Description<'a> {
     /// that fits with a deviation.
     ///
     /// # Errors
-    /// As [`describe`], for the direction from the host.
+    /// Same as [`describe`], for the direction from the host.
     pub fn guess(frame: &Frame<'a>) -> Result<Self, DecodeError> {
         let request = describe(frame, Direction::Request);
         let reply = describe(frame, Direction::Reply);

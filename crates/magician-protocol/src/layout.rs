@@ -194,7 +194,7 @@ impl LayoutInfo {
     /// skipped.
     ///
     /// # Errors
-    /// As [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
+    /// Same as [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
     /// neither form.
     pub fn values<'a>(&self, params: &'a [u8]) -> Result<Fields<'a>, DecodeError> {
         let normalised = self.normalise(params.len())?;

@@ -153,7 +153,7 @@ impl Artwork {
     /// anyway, and the reason is returned.
     ///
     /// # Errors
-    /// Those of [`placed`](Self::placed), except for artwork that does not fit.
+    /// Same as [`placed`](Self::placed), except for artwork that does not fit.
     pub fn laid(
         &self,
         layout: &Layout,

@@ -165,7 +165,7 @@ impl SvgFont {
 /// Reads the first font of a file.
 ///
 /// # Errors
-/// Those of [`SvgFont::of`], and a [`Diagnostic`] if the file has no font.
+/// Same as [`SvgFont::of`], and a [`Diagnostic`] if the file has no font.
 #[cfg(feature = "font-files")]
 pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     let document = super::files::document(text)?;

@@ -150,7 +150,7 @@ impl SavedSettings {
     /// restored again.
     ///
     /// # Errors
-    /// As [`Arm::set`], at the first setting that the arm refuses; the remaining ones are not
+    /// Same as [`Arm::set`], at the first setting that the arm refuses; the remaining ones are not
     /// restored.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
         let restoring = Restoring {

@@ -103,7 +103,7 @@ impl Picture {
     /// the frame.
     ///
     /// # Errors
-    /// Those of [`svg_lines`](super::svg_lines).
+    /// Same as [`svg_lines`](super::svg_lines).
     pub fn of_svg(
         frame: PixelGrid,
         svg: &[u8],

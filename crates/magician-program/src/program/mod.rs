@@ -207,7 +207,7 @@ impl Program {
     /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// As [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
+    /// Same as [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }
@@ -217,7 +217,7 @@ impl Program {
     /// [`RemainingProgram::goes_on`] computes step and place.
     ///
     /// # Errors
-    /// As [`remaining`](Self::remaining).
+    /// Same as [`remaining`](Self::remaining).
     pub fn remaining_within(
         &self,
         from: u64,
