@@ -187,7 +187,7 @@ impl Runner {
     ///
     /// Everything in flight in either direction is lost on every link, including partial frames and
     /// pending replies, and so are all bytes until the cable is [plugged](Self::plug) in again. The
-    /// arm continues with what it has.
+    /// arm continues with the commands that it has.
     pub fn unplug(&mut self) {
         self.controller
             .inject(ExternalEvent::Cable { plugged: false });
@@ -355,7 +355,7 @@ impl Runner {
                 // Any byte restarts the inter-byte timeout (E04: 50 ms).
                 link.silent = Some(at + INTER_BYTE_TIMEOUT);
             }
-            // No bytes are due, so the silence is.
+            // No bytes are due, so the inter-byte timeout is.
             None => {
                 observer.silence(controller.now(), id);
                 controller.expire(id);

@@ -19,7 +19,7 @@ pub(super) struct Beginning {
     pub(super) rate: f64,
     /// Largest distance between a program and the motion, mm.
     pub(super) tolerance: f64,
-    /// Tool that poses refer to at first.
+    /// Tool to which the first poses refer.
     pub(super) tool: Tool,
     pub(super) counts_steps: bool,
     /// True if a CSV file gets a line of units.

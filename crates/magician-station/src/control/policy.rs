@@ -26,7 +26,7 @@ pub enum QueuedChange {
     Stop,
     /// Move it within the queue.
     Reorder,
-    /// Let it continue after a stop. Only its owner knows why it was stopped.
+    /// Let the job continue after a stop. Only its owner knows why it was stopped.
     Resume,
 }
 

@@ -256,7 +256,7 @@ impl Arm {
         &self.inner.shared.name
     }
 
-    /// Returns the line statistics so far and the number of places in the arm's queue.
+    /// Returns the current line statistics and the number of places in the arm's queue.
     ///
     /// # Errors
     /// [`ErrorKind::Closed`] if the connection has ended.
