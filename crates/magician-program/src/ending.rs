@@ -17,8 +17,8 @@ use crate::{Depths, Plan, RemainingProgram, Surface};
 /// plan.push(Action::Path { to: [240.0, 0.0, -50.0] }, Origin::NONE);
 /// let ending = Ending { lift: 10.0, ..Ending::default() };
 /// assert_eq!(ending.after_stop(&plan), Some(10.0));
-/// // The remaining lift after the plan's own last steps. assert_eq!(ending.after_done(&plan,
-/// [240.0, 0.0, -44.0]), Some(4.0));
+/// // The remaining lift after the plan's own last steps.
+/// assert_eq!(ending.after_done(&plan, [240.0, 0.0, -44.0]), Some(4.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ending {

@@ -93,9 +93,10 @@ impl Engrave {
     }
 
     /// Returns the frames of an image of this size (mm): its outline, and the area that the tool
-    /// crosses, which is wider by the overscan. They are placed like a drawing; [`Grid::of_frame`]
-    /// returns the resulting position of the image. With a page of the image's size the image is
-    /// aligned with the corners of a sheet.
+    /// crosses, which is wider by the overscan.
+    ///
+    /// They are placed like a drawing; [`Grid::of_frame`] returns the resulting position of the
+    /// image. With a page of the image's size the image is aligned with the corners of a sheet.
     ///
     /// The overscan does not shrink with an image that is scaled to fit; [`placed`](Self::placed)
     /// accounts for that.
