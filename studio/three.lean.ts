@@ -1,6 +1,6 @@
 // Removes from three.js what the page's pictures never use: headsets, reflections of surroundings,
 // and the shaders of physical materials. three.js is one file, so a bundler cannot do this. Its
-// version is pinned, and a text that is not found fails the build.
+// version is pinned, and the build fails if a text is missing.
 import type { Plugin } from "vite";
 
 const HEADSET =

@@ -101,7 +101,7 @@ fn service_worker(
         files.insert(name, bytes);
     }
     let mut digest = Sha256::new();
-    // The template too: a changed worker must replace the one that browsers have installed.
+    // Include the template: a changed worker must replace the worker that browsers have installed.
     digest.update(template);
     for (name, bytes) in &files {
         digest.update(name);

@@ -95,7 +95,7 @@ static CLAUSES: LazyLock<Regex> = LazyLock::new(|| Regex::new(CLAUSE).expect("a 
 struct Counts {
     lines: usize,
     hits: [usize; SYMPTOMS.len()],
-    /// Doc comments, and those that begin with a clause.
+    /// Doc comments, and doc comments that begin with a clause.
     docs: usize,
     clauses: usize,
     /// Lines of code outside of tests, and of comments among them.

@@ -332,8 +332,8 @@ pub(crate) enum Verb {
 }
 
 impl Verb {
-    /// True if the verb works on the raw bytes of its own line, or creates arms itself, so that a
-    /// station is of no use to it.
+    /// True if the verb works on the raw bytes of a line, or creates arms itself, and thus has no
+    /// use for a station.
     fn needs_a_line(&self) -> bool {
         matches!(
             self,

@@ -31,7 +31,7 @@ struct Flood {
     left: u32,
     /// Lines suppressed in the period.
     held: u64,
-    /// Last of them.
+    /// Last suppressed line of the period.
     last: String,
 }
 
@@ -39,7 +39,7 @@ struct Flood {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Held {
     pub(crate) count: u64,
-    /// Last of them.
+    /// Last suppressed line.
     pub(crate) last: String,
     /// Time in which they came, s.
     pub(crate) seconds: u64,

@@ -53,7 +53,7 @@
 //! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | expects these active alarms |
 //! | `happens ..` | external event of a virtual arm: `key short`, `key long`, `unlock press`, `unlock release`, `guide J1 J2 J3 J4`, `slip JOINT DEGREES`, `alarm CODE`, `reset` |
 //! | `sees laser=30 ..` | expects these outputs of a virtual arm: `laser` percent, `suction`, `gripper`, `holding` 0 or 1, `pulses0`, `pulses1` |
-//! | `link 1` | continues as another host, on a link of its own; 0 is the first |
+//! | `link 1` | continues as another host, on a separate link; 0 is the first |
 //!
 //! A field is compared with `=`, `!=`, `<`, `<=`, `>`, `>=`. `x=200+-0.01` has a tolerance; without
 //! one the number must be the nearest that the wire can represent. Arrays are written `0,45,_,0`,

@@ -167,7 +167,7 @@ impl Suite {
         pattern.map(String::as_str)
     }
 
-    /// Returns the cases that match a pattern in `only` (all if it is empty), except those that
+    /// Returns the cases that match a pattern in `only` (all if it is empty), except cases that
     /// match one in `skip`.
     #[must_use]
     pub fn select(&self, only: &[String], skip: &[String]) -> Vec<&Case> {

@@ -216,7 +216,7 @@ impl TouchedCorners {
     /// Returns the sheet, or `None` while a corner is missing.
     ///
     /// # Errors
-    /// Those of [`Sheet::touched`].
+    /// Same as [`Sheet::touched`].
     pub fn sheet(&self) -> Result<Option<Sheet>, Diagnostic> {
         match self.0 {
             [Some(origin), Some(right), Some(up)] => Sheet::touched([origin, right, up]).map(Some),
@@ -316,7 +316,7 @@ fn round(value: f64, parts: f64) -> f64 {
     libm::round(value * parts) / parts + 0.0
 }
 
-/// Returns the plane through three points that are not in line.
+/// Returns the plane through three non-collinear points.
 fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
     let (u, v) = (minus(q, p), minus(s, p));
     let det = u[0] * v[1] - u[1] * v[0];

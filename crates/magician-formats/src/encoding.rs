@@ -19,7 +19,7 @@ use crate::{Diagnostic, DiagnosticCode, Lines};
 /// page behind other header variables, so one line is not enough.
 const HEAD: usize = 4096;
 
-/// Handling of bytes that are not UTF-8 and have no declared encoding.
+/// Handling of bytes that are neither UTF-8 nor in a declared encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Otherwise {
     /// Decode as Windows-1252, the legacy encoding of Western Europe.
@@ -114,7 +114,7 @@ fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
 /// margin.
 ///
 /// # Errors
-/// Those of [`decode`].
+/// Same as [`decode`].
 pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
     if let Some((order, mark)) = wide(bytes) {
         let text = of_wide(bytes.get(mark..).unwrap_or_default(), order)?;

@@ -10,9 +10,9 @@
 //! * [`read`](fn@read) parses a file of any [`Format`]. Each step and stroke of the content knows
 //!   its place in the file ([`Origin`]). Whatever was left out becomes a note; a file that cannot
 //!   be read is a [`Diagnostic`] with its place. No input panics.
-//! * [`Plan`], [`Artwork`] and `Raster` are plain values. A [`Plan`] has a file format of its own
-//!   and can be moved, scaled, rotated and repeated. An [`Artwork`] can be ordered, filled and
-//!   placed in front of the arm ([`artwork`], [`fill`], [`Reach`]).
+//! * [`Plan`], [`Artwork`] and `Raster` are plain values. A [`Plan`] has its own file format and
+//!   can be moved, scaled, rotated and repeated. An [`Artwork`] can be ordered, filled and placed
+//!   in front of the arm ([`artwork`], [`fill`], [`Reach`]).
 //! * [`lettering`] sets text in lines.
 //!
 //! | feature | what it reads |

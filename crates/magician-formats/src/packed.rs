@@ -16,7 +16,7 @@ pub(crate) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Di
     }
     let mut unpacked = Vec::new();
     MultiGzDecoder::new(bytes)
-        // One byte above the limit shows that the file exceeds it, however large it would unpack.
+        // Reading one byte above the limit shows that the file exceeds it, whatever its full size.
         .take(largest as u64 + 1)
         .read_to_end(&mut unpacked)
         .map_err(|error| {

@@ -3,9 +3,9 @@
 //! Anybody can connect to a listener and then send nothing, or a byte a second. A listener that
 //! waits for such a connection locks out users who want to stop an arm. So places are earned by
 //! behaviour and not by order of arrival: a connection that has not sent a complete request is a
-//! *stranger*; strangers have few places of their own, and the one that has been silent longest
-//! gives way to a new one at once. A connection that has shown a *claim* (a login, a frame) gives
-//! way to no stranger. Connections from this machine have places that others cannot use up.
+//! *stranger*; strangers have few places, and the stranger silent for longest gives way to a new
+//! one at once. A connection that has shown a *claim* (a login, a frame) gives way to no stranger.
+//! Connections from this machine have places that others cannot use up.
 //!
 //! [`AdmissionTable`] decides this for all listeners: those of the virtual arm and the proxy, HTTP
 //! and WebSockets of a station, and the link. It has no clock and does no I/O: the listener reports

@@ -21,7 +21,7 @@ pub enum JobState {
     Running,
     /// The command in progress runs to its end, and the pen goes up.
     Pausing,
-    /// Nothing waits in the arm, the laser is off, the pen is up. The arm may be moved.
+    /// Laser off, pen up, no commands waiting in the arm. The arm may be moved.
     Paused {
         /// Reason of the pause.
         reason: PauseReason,

@@ -1,4 +1,4 @@
-//! Files that users name: written completely or not at all, and never over one that is being read.
+//! Files that users name: written completely or not at all, and never over a file being read.
 
 use std::fmt;
 use std::io;

@@ -304,7 +304,7 @@ impl JobHandle {
         let _ = self.0.requests.send(Request::Stop);
     }
 
-    /// As [`stop`](Self::stop), but the pen stays where it is: for a stop of the arm, after which
+    /// Like [`stop`](Self::stop), but the pen stays where it is: for a stop of the arm, after which
     /// nothing may move. The settings are restored.
     pub fn halt(&self) {
         self.0.shared.halted.store(true, Ordering::SeqCst);

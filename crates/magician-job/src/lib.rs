@@ -52,8 +52,8 @@
 //! With the feature `record` a `recording::Recorder` records what an arm does, moved by a job, by
 //! hand or by another program: as readings, or as a program that repeats the motion.
 //!
-//! Errors and outcomes are data. No sentence in this crate tells a person what to type: each front
-//! end words that itself.
+//! Errors and outcomes are data. No sentence in this crate contains a command to type: each front
+//! end adds its own.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

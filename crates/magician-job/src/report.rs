@@ -323,7 +323,7 @@ pub struct Note {
     /// Text without the remedy, as data.
     #[serde(flatten)]
     pub sentence: SentenceReport,
-    /// Advice that is not a remedy, as data.
+    /// Advice other than a remedy, as data.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub help: Option<SentenceReport>,
     /// Line in the file.

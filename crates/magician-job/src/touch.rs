@@ -125,8 +125,8 @@ fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
     (mounted.z - draws.z).abs() < SAME_HEIGHT
 }
 
-/// Work surface stored in the settings file; `None` if there is none. A sheet takes precedence over
-/// a plane.
+/// Work surface stored in the settings file; `None` if absent. A sheet takes precedence over a
+/// plane.
 ///
 /// # Errors
 /// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read.

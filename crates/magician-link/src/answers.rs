@@ -405,7 +405,7 @@ impl Link {
         match set {
             None => {
                 let value = fields.get(name).and_then(Value::as_f64).unwrap_or_default();
-                // One byte, as a real arm answers it.
+                // A real arm answers with one byte.
                 let value = value.round().clamp(0.0, 255.0) as u8;
                 self.answer(asked, &Ok(json!({"type": kind as u8, "value": value})));
             }

@@ -388,7 +388,7 @@ impl Link {
         name: &str,
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
-        // `SetRCmd` has no command of its own. It is carried out as a move, with the same options.
+        // The protocol has no command for `SetRCmd`: send a move with the same options.
         let turned = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
         let manner = Manner::of(turned, params)?;
         let r = { params.get("r") }

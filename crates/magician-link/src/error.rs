@@ -51,7 +51,7 @@ impl ErrorCode {
 pub struct LinkError {
     /// Number.
     pub code: ErrorCode,
-    /// What is wrong, as a sentence.
+    /// Explanation of the error, a sentence.
     pub message: String,
 }
 
@@ -95,7 +95,7 @@ impl LinkError {
             (-32600 | -32601 | -32603 | -32700, _) => ErrorCode::INTERNAL,
             (_, "port") => ErrorCode::LINE_LOST,
             (_, "closed") => ErrorCode::CLOSED,
-            // It is unknown whether the arm took the command, so it is not sent again.
+            // The arm may have taken the command, so it is not sent again.
             (_, "timeout" | "uncertain") => ErrorCode::NO_ANSWER,
             (_, "queue-full") => ErrorCode::QUEUE_FULL,
             // Everything else: the arm cannot or must not do it.

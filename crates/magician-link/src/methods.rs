@@ -83,7 +83,7 @@ pub enum VirtualAnswer {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Refused {
-    /// It changes or restarts the firmware.
+    /// Changes or restarts the firmware.
     Firmware,
 }
 

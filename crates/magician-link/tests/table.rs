@@ -27,7 +27,8 @@ fn each_call_is_the_row_of_its_id_and_has_a_way_to_be_answered() {
     for method in methods() {
         let name = &method.name;
         match row(method) {
-            // One command has two ids, because reading and clearing alarms are separate calls.
+            // A command of DobotLink has two ids here, because reading and clearing alarms are
+            // separate calls.
             Some(row) => assert!(
                 row.id == method.id || (row.id, method.id) == (21, 20),
                 "{name}"

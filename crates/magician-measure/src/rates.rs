@@ -66,7 +66,7 @@ impl Timed {
 /// Reads a value `count` times in a row. `tick` is called after each with the number done.
 ///
 /// # Errors
-/// As [`Arm::get`]; a retransmitted request is no error.
+/// Same as [`Arm::get`]; a retransmitted request is no error.
 pub async fn round_trips<T: Readable<Query = NoArgs>>(
     arm: &Arm,
     count: u64,
@@ -88,7 +88,7 @@ pub async fn round_trips<T: Readable<Query = NoArgs>>(
 /// Reads a value repeatedly for a time.
 ///
 /// # Errors
-/// As [`Arm::get`].
+/// Same as [`Arm::get`].
 pub async fn reads<T: Readable<Query = NoArgs>>(arm: &Arm, time: Duration) -> Result<Rate> {
     let begun = Instant::now();
     let mut rate = Rate::default();

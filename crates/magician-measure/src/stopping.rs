@@ -30,7 +30,7 @@ const PHASE: f64 = 0.618_033_988_749_895;
 /// the path speeds are restored at the end. `tick` is called after each stop with the number done.
 ///
 /// # Errors
-/// As [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].
+/// Same as [`Arm::connect`], [`Arm::run`] and [`Arm::stop`].
 pub async fn stops(
     target: &Target,
     options: Options,

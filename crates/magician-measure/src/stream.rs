@@ -110,7 +110,7 @@ impl Looks {
 /// `pause` blocks the thread for the given time.
 ///
 /// # Errors
-/// As [`Arm::run`].
+/// Same as [`Arm::run`].
 pub async fn streamed(
     arm: &Arm,
     ring: Ring,

@@ -461,7 +461,7 @@ mod tests {
         let without = after(&[space.into(), jog_ratio(0.0)]);
         assert!(without.jog(JogAxis::Z, &MODEL.ceilings).is_err());
         assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);
-        // As the arm stores it.
+        // Store the setting as the arm would.
         let mut stored = MotionSettings::default();
         stored.note_stored(&space.into(), &MODEL.ceilings);
         assert_eq!(stored.jog_coordinate.velocity, [40.0, 50.0, 300.0, 20.0]);

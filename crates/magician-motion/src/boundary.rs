@@ -182,7 +182,7 @@ impl Cut {
     fn point(&self, at: f64) -> Point {
         let ([s0, s1, s2], [g0, g1, g2]) = (self.square, self.sum);
         let root = libm::sqrt((s0 + at * (s1 + at * s2)).max(0.0));
-        // Where the root vanishes its slope is unbounded; only the sign of the slope is used.
+        // If the root vanishes, its slope is unbounded; only the sign of the slope is used.
         let root_slope = if self.turns_at(at) {
             0.0
         } else {

@@ -23,7 +23,7 @@ impl Moments {
         }
     }
 
-    /// Adds a time. Values that are not positive and finite are ignored.
+    /// Adds a time. Only positive finite values count; others are ignored.
     pub(crate) fn add(&mut self, time: f64) {
         if time > 0.0
             && time.is_finite()

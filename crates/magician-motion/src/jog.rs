@@ -233,8 +233,8 @@ impl Planner {
     /// deg/s2).
     ///
     /// A limit may stop it earlier. If the deceleration is not positive, the arm stops at once. A
-    /// motion that is not a jog stops as in [`brake`](Self::brake), with this deceleration for
-    /// every joint. The geometry is that of the jog.
+    /// motion other than a jog stops as in [`brake`](Self::brake), with this deceleration for every
+    /// joint. The geometry is that of the jog.
     #[must_use]
     pub fn jog_stop(&self, jog: &Trajectory, at_us: u64, deceleration: f64) -> Plan {
         let from = jog.sample(at_us);

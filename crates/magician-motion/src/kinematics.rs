@@ -132,8 +132,8 @@ impl From<[f64; 4]> for Pose {
 }
 
 impl Geometry {
-    /// Returns the pose of the tool at these joint angles. Angles that are not finite yield a pose
-    /// that is not finite.
+    /// Returns the pose of the tool at these joint angles. NaN or infinite angles yield a NaN or
+    /// infinite pose.
     #[must_use]
     pub fn forward(&self, joints: &JointAngles) -> Pose {
         let (sin1, cos1) = sin_cos(joints.j1);
@@ -152,7 +152,7 @@ impl Geometry {
     ///
     /// # Errors
     ///
-    /// [`MotionError::Unreachable`] if there are none: too far, too near, or not a finite number.
+    /// [`MotionError::Unreachable`] if the pose is too far, too near, NaN or infinite.
     pub fn inverse(&self, pose: &Pose) -> Result<JointAngles, MotionError> {
         if !pose.is_finite() {
             return Err(Unreachable::NotFinite.into());
@@ -163,7 +163,7 @@ impl Geometry {
     /// True if the tool can be at a position (x, y, z; mm) within these limits, at any rotation.
     #[must_use]
     pub fn reaches(&self, [x, y, z]: [f64; 3], limits: &Limits) -> bool {
-        // Any r will do, so take the one that puts J4 near the middle of its range.
+        // Any r will do, so take the r with J4 near the middle of its range.
         let r = libm::atan2(y, x).to_degrees();
         self.inverse_within(&Pose::new(x, y, z, r), limits).is_ok()
     }

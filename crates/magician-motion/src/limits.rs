@@ -6,7 +6,7 @@ use crate::{ArmModel, JointAngles, MotionError};
 /// a motor step.
 pub const LIMIT_TOLERANCE: f64 = 1e-9;
 
-/// One side of one joint limit.
+/// Lower or upper bound of a joint limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Bound {
     /// Base, negative side.
@@ -183,7 +183,7 @@ impl Limits {
     /// # Errors
     ///
     /// [`MotionError::Limit`] for the first bound violated, in the order of [`Bound::ALL`];
-    /// [`Unreachable::NotFinite`](crate::Unreachable::NotFinite) for angles that are not numbers.
+    /// [`Unreachable::NotFinite`](crate::Unreachable::NotFinite) for NaN or infinite angles.
     pub fn check(&self, joints: &JointAngles) -> Result<(), MotionError> {
         if !joints.is_finite() {
             return Err(crate::Unreachable::NotFinite.into());

@@ -1,4 +1,4 @@
-//! One segment of a motion: path and velocity profile together.
+//! Segment of a motion: path and velocity profile together.
 
 use crate::arc_segment::ArcSegment;
 use crate::joint_segment::JointSegment;

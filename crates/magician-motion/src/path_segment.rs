@@ -112,7 +112,7 @@ impl PathSegment {
         )
     }
 
-    /// True if both ends are so far within the limits that no point between them can be beyond.
+    /// True if the margins at both ends rule out that a point between them violates a limit.
     ///
     /// A link turns by at most the distance over its length times the cosine of J2 - J3, and no
     /// point is further than half the length from an end. While J2 - J3 is within its limits its

@@ -95,8 +95,8 @@ impl Planner {
 impl Trajectory {
     /// Speed of the tool along its path at a time, mm/s.
     ///
-    /// From the end on it is the exit speed of a segment, and zero for any other motion or one that
-    /// a limit ends.
+    /// From the end on: the exit speed of a segment; zero for any other motion, or if a limit ends
+    /// the motion.
     #[must_use]
     pub fn path_speed(&self, t_us: u64) -> f64 {
         match self.under_way(t_us) {
@@ -113,7 +113,7 @@ impl Trajectory {
     }
 
     /// Exit speed of a segment of a continuous path, mm/s, with which the next one begins. Zero for
-    /// any other motion, and for one that a limit ends.
+    /// any other motion, or if a limit ends the motion.
     #[must_use]
     pub fn exit_speed(&self) -> f64 {
         match self.last_segment() {

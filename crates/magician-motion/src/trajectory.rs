@@ -156,8 +156,8 @@ impl Trajectory {
         })
     }
 
-    /// Returns the bound that the motion leaves first, for limits other than those that it was
-    /// planned with; `None` if it stays within them.
+    /// Returns the bound that the motion leaves first, for limits other than those of its plan;
+    /// `None` if it stays within them.
     #[must_use]
     pub fn first_beyond(&self, limits: &crate::Limits) -> Option<MotionError> {
         self.first_crossing(limits).map(|(_, cause, _)| cause)
@@ -239,8 +239,8 @@ impl Trajectory {
         (timed.segment.end() == self.end).then_some(&timed.segment)
     }
 
-    /// Geometry for which the poses hold: the one that the motion was planned with. Later changes
-    /// of the tool bias do not apply.
+    /// Geometry with which the motion was planned, and for which its poses hold. Later changes of
+    /// the tool bias do not apply.
     #[must_use]
     pub fn geometry(&self) -> &Geometry {
         &self.geometry

@@ -247,7 +247,7 @@ impl VelocityProfile {
     /// other profile is returned unchanged.
     ///
     /// The limits of the original need not be known: a profile that cruises does so at its velocity
-    /// limit, and one that does not will not cruise when stretched either.
+    /// limit, and a profile without a cruise has none when stretched either.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
         if self.entry > 0.0 || self.exit > 0.0 {
             return *self;

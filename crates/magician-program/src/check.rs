@@ -116,7 +116,7 @@ pub struct Report {
     pub steps: usize,
     /// Number of steps of each kind, by [`Action::name`]; kinds that do not occur are absent.
     pub counts: BTreeMap<&'static str, usize>,
-    /// Duration of all steps that are not refused, on a queue that never runs empty: equal to the
+    /// Duration of all steps except refused ones, on a queue that never runs empty: equal to the
     /// virtual arm's to the microsecond. `None` if the end of a step is unknown (a trigger, homing,
     /// an unknown start).
     pub time: Option<Duration>,
@@ -227,7 +227,7 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
     at_once(check_in_turns(plan, start, &AtOnce))
 }
 
-/// As [`check`](fn@check), yielding to other tasks between slices.
+/// Like [`check`](fn@check), yielding to other tasks between slices.
 pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl Turns) -> Report {
     let mut course = CheckRun {
         arm: start.clone().summing(),
@@ -338,8 +338,8 @@ impl CheckRun {
         self.report.refuse(plan, step, error, &self.arm);
     }
 
-    /// Refuses a position on a rail that is not in use: the arm would ignore it and go to the right
-    /// pose at the wrong place.
+    /// Refuses a rail position if no rail is in use: the arm would ignore the position and take the
+    /// right pose at the wrong place.
     fn check_rail(&self, command: &Set) -> Result<(), Error> {
         let Some(l) = PtpMove::of(command).and_then(|to| to.rail) else {
             return Ok(());

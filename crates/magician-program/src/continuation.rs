@@ -82,7 +82,7 @@ impl Continuation {
         Self::within_step(plan, step, None, start)
     }
 
-    /// As [`from_step`](Self::from_step). If the step moves straight through `at`, it continues
+    /// Like [`from_step`](Self::from_step). If the step moves straight through `at`, it continues
     /// from there.
     pub(crate) fn within_step(
         whole: &Plan,

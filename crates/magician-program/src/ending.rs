@@ -17,7 +17,7 @@ use crate::{Depths, Plan, RemainingProgram, Surface};
 /// plan.push(Action::Path { to: [240.0, 0.0, -50.0] }, Origin::NONE);
 /// let ending = Ending { lift: 10.0, ..Ending::default() };
 /// assert_eq!(ending.after_stop(&plan), Some(10.0));
-/// // What its own last steps have not lifted.
+/// // The remaining lift after the plan's own last steps.
 /// assert_eq!(ending.after_done(&plan, [240.0, 0.0, -44.0]), Some(4.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,9 +65,8 @@ impl Ending {
         Some(self.lift).filter(|_| !self.stay && self.draws(plan))
     }
 
-    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm: a pen
-    /// until it is above its paper by the lift, any other tool before it is parked. `None` if it
-    /// needs no lift.
+    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm: a pen to
+    /// the lift above its paper, any other tool before parking. `None` if no lift is needed.
     #[must_use]
     pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
         let up = if self.stay {

@@ -27,7 +27,7 @@ pub struct StepCounter {
     pairs: VecDeque<(u64, u64)>,
     /// Last finished index of the arm at rest, before the first command.
     rest: Option<u64>,
-    /// Inserted commands that are not the plan's, by their number among all commands taken.
+    /// Commands inserted by the driver, by their number among all commands taken.
     inserted: VecDeque<u64>,
     /// Number of inserted commands that are no longer listed.
     forgotten: u64,
@@ -170,7 +170,8 @@ impl StepCounter {
         self.commands(current).least >= self.lead
     }
 
-    /// As [`finished`](Self::finished), in commands, including those before the first step.
+    /// Like [`finished`](Self::finished), but counts commands, including the lead before the first
+    /// step.
     pub(crate) fn commands(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.taken(current);
         StepRange {
@@ -179,7 +180,7 @@ impl StepCounter {
         }
     }
 
-    /// As [`commands`](Self::commands), including inserted ones.
+    /// Like [`commands`](Self::commands), including inserted ones.
     fn taken(&self, current: u64) -> StepRange {
         let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
         let after = self.pairs.iter().find(|(index, _)| *index > current);
@@ -210,8 +211,8 @@ impl StepCounter {
         }
     }
 
-    /// As [`finished`](Self::finished), if indices after the last known one may belong to foreign
-    /// or duplicate commands.
+    /// Like [`finished`](Self::finished), for an arm where indices after the last known one may
+    /// belong to foreign or duplicate commands.
     #[must_use]
     pub fn certain(&self, current: u64) -> StepRange {
         let span = self.finished(current);
@@ -277,7 +278,7 @@ pub struct Checkpoint {
     /// Upper bound of the length after that place that is burnt already, mm.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub twice: f64,
-    /// How the run ended; `finished` is exact then. `None` if it was interrupted.
+    /// End of the run, with which `finished` is exact. `None` if the run was interrupted.
     pub ended: Option<RunEnd>,
 }
 
@@ -328,7 +329,7 @@ pub enum DoubtReason {
     Reset,
     /// The arm has finished more commands than the run sent.
     Others,
-    /// The arm counts commands that are not steps, so its index is ambiguous.
+    /// The arm also counts commands outside the plan, so its index is ambiguous.
     Mixed,
 }
 
@@ -378,9 +379,9 @@ impl Checkpoint {
 
     /// Place to resume at, once nothing of the run waits in the arm's queue.
     ///
-    /// `seen` is the arm's report, if it can be asked. `stands_after` returns if the arm stands
-    /// where a number of finished steps leaves it; `None` if unknown. The arm counts commands, and
-    /// `numbering` maps them to steps.
+    /// `seen` is the arm's report, if it can be asked. `stands_after` returns true if the arm
+    /// stands where a number of finished steps leaves it, `None` if unknown. The arm counts
+    /// commands, and `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
         &self,
@@ -565,7 +566,8 @@ fn counts_from(current: u64) -> u64 {
     current.max(1)
 }
 
-/// The arm counts a step that was cut short as finished; its pose tells the two apart.
+/// Place to resume at for an exact count. The arm counts a step that was cut short as finished;
+/// only its pose shows the difference.
 #[must_use]
 pub fn resume_point_at(
     finished: u64,
@@ -582,7 +584,7 @@ fn is_zero(mm: &f64) -> bool {
     *mm == 0.0
 }
 
-/// Repeats a single step in doubt; more of them are for a person to decide.
+/// Repeats a single step in doubt. With more steps in doubt, a person has to decide.
 fn in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),

@@ -443,8 +443,8 @@ impl Setup {
         Ok((plan, scale))
     }
 
-    /// Tool that draws or burns: the requested one, else the usual one if it can, else the one that
-    /// the work implies. A measured bias counts as a pen.
+    /// Tool that draws or burns: the requested one, else the usual one if it can, else the tool
+    /// implied by the work. A measured bias counts as a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
         let usual = self.default_tool.filter(|usual| match usual {
             Tool::Bias(_) => implied == Tool::Pen,

@@ -1,5 +1,5 @@
-//! Cooperative computation: long work yields between slices, so that without threads an arm is
-//! still served and a stop is heard.
+//! Cooperative computation: long work yields between slices, so that even without threads the arm
+//! is still served and a stop takes effect.
 
 use std::future::Future;
 use std::pin::pin;
@@ -22,7 +22,7 @@ impl Turns for AtOnce {
     async fn give(&self) {}
 }
 
-/// Runs a computation that never waits to its end.
+/// Runs a computation to its end. The computation must never wait.
 ///
 /// ```
 /// use magician_program::turns::{AtOnce, Turns, at_once};

@@ -29,13 +29,13 @@ use codec::{Input, Wire};
 /// Result of preparing a file.
 pub type FileAnswer = Result<Preparation, PrepareError>;
 
-/// Error: bytes that are not a request or result of this build.
+/// Error: bytes other than a request or result of this build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum WireError {
-    /// Written by another build.
+    /// Error: bytes of another build.
     OtherBuild,
-    /// Truncated or damaged.
+    /// Error: truncated or damaged bytes.
     Malformed,
 }
 
@@ -134,7 +134,7 @@ impl PrepareRequest {
 }
 
 /// Prepares the file of a request and serialises the result. For anything but a request of this
-/// build it returns the identifier alone, which tells the other side what this build expects.
+/// build it returns the identifier alone, from which the other side learns what this build expects.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
     match PrepareRequest::from_bytes(request) {
@@ -171,10 +171,10 @@ pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer,
     at_once(answer_in_turns(request, bytes, &AtOnce))
 }
 
-/// As [`answer_from`], yielding to other tasks between slices.
+/// Like [`answer_from`], yielding to other tasks between slices.
 ///
 /// # Errors
-/// As [`answer_from`].
+/// Same as [`answer_from`].
 pub async fn answer_in_turns(
     request: &PrepareRequest,
     bytes: &[u8],
@@ -409,7 +409,7 @@ impl Wire for Fence {
     }
 }
 
-/// Largest nesting of messages that keep their templates. Deeper input is refused, so that none
+/// Largest nesting of messages that keep their templates. Deeper input is refused, so that no input
 /// exhausts the stack.
 const DEEPEST_MESSAGE: usize = 8;
 
@@ -462,8 +462,8 @@ fn take_message(depth: usize, input: &mut Input<'_>) -> Option<Message> {
     Some(Message::from_parts(text, template, values))
 }
 
-/// As JSON, with [`WorkOption::ByFile`] apart. A font from a file has no JSON form, and no client
-/// can name one.
+/// Encoded as JSON, except [`WorkOption::ByFile`], which is separate. A font from a file has no
+/// JSON form, and no client can name one.
 impl Wire for SetupOptions {
     fn put(&self, out: &mut Vec<u8>) {
         let by_file = self.work == Some(WorkOption::ByFile);

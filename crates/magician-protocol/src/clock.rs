@@ -103,7 +103,7 @@ instant! {
     /// assert_eq!(begun - ended, Duration::ZERO);
     /// ```
     ///
-    /// The host's clock has a type of its own:
+    /// The host's clock has a separate type:
     ///
     /// ```compile_fail
     /// # use magician_protocol::{ArmInstant, HostInstant};

@@ -142,11 +142,11 @@ fn note_ctrl(description: &mut Description<'_>, frame: &Frame<'_>, inert: bool) 
 impl<'a> Description<'a> {
     /// Explains a frame whose direction is unknown.
     ///
-    /// Takes the direction whose layout fits exactly (the host's if both do), else one that fits
-    /// with a deviation.
+    /// Takes the direction whose layout fits exactly (the host's if both do), else the direction
+    /// that fits with a deviation.
     ///
     /// # Errors
-    /// As [`describe`], for the direction from the host.
+    /// Same as [`describe`], for the direction from the host.
     pub fn guess(frame: &Frame<'a>) -> Result<Self, DecodeError> {
         let request = describe(frame, Direction::Request);
         let reply = describe(frame, Direction::Reply);

@@ -185,7 +185,7 @@ impl FrameBuf {
     /// Creates the get request of a row.
     ///
     /// # Errors
-    /// As [`FrameBuf::encode`].
+    /// Same as [`FrameBuf::encode`].
     #[inline]
     pub fn get<Q: Layout>(query: &Q, row: &Row) -> Result<Self, EncodeError> {
         Self::encode(row.id, Ctrl::GET, query)
@@ -194,7 +194,7 @@ impl FrameBuf {
     /// Creates the frame of a set or an action; `ctrl` selects immediate or queued.
     ///
     /// # Errors
-    /// As [`FrameBuf::encode`].
+    /// Same as [`FrameBuf::encode`].
     #[inline]
     pub fn set(set: &Set, ctrl: Ctrl) -> Result<Self, EncodeError> {
         #[cfg(feature = "counters")]

@@ -22,7 +22,7 @@ pub struct Field {
     pub name: &'static str,
     /// Type on the wire.
     pub ty: FieldType,
-    /// Unit, or a word for a value that is not a quantity (`flag`, `enum`).
+    /// Unit, or a word for a value without one (`flag`, `enum`).
     pub unit: &'static str,
     /// Accepted values.
     pub range: Range,
@@ -194,7 +194,7 @@ impl LayoutInfo {
     /// skipped.
     ///
     /// # Errors
-    /// As [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
+    /// Same as [`normalise`](Self::normalise), and [`DecodeError::List`] for a list of outputs in
     /// neither form.
     pub fn values<'a>(&self, params: &'a [u8]) -> Result<Fields<'a>, DecodeError> {
         let normalised = self.normalise(params.len())?;

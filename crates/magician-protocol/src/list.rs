@@ -103,7 +103,7 @@ impl Wire for PoList {
         let bytes = reader.rest();
         let (entries, counted) = match (found % SIZE, bytes.split_first()) {
             (0, _) => (bytes, false),
-            // One byte beyond whole entries is a count of them, if it is the right one (E29).
+            // A byte beyond whole entries is taken as their count if it is correct (E29).
             (1, Some((count, rest))) if usize::from(*count) == rest.len() / SIZE => (rest, true),
             _ => return Err(DecodeError::List { found }),
         };

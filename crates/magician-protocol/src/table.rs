@@ -442,7 +442,7 @@ macro_rules! commands {
             /// Checks the fields selected by `wanted`.
             ///
             /// # Errors
-            /// As [`check`](Self::check).
+            /// Same as [`check`](Self::check).
             #[inline]
             pub fn check_fields(&self, wanted: impl Fn(&Field) -> bool) -> Result<(), RangeError> {
                 match self {

@@ -44,7 +44,7 @@ impl Text {
     /// The text as `str`.
     ///
     /// # Errors
-    /// If the controller sent bytes that are not UTF-8.
+    /// If the controller sent invalid UTF-8.
     pub fn as_str(&self) -> Result<&str, core::str::Utf8Error> {
         core::str::from_utf8(self.as_bytes())
     }

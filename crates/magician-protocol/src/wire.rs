@@ -322,7 +322,7 @@ pub trait Layout: Sized {
     /// Checks the fields selected by `wanted`.
     ///
     /// # Errors
-    /// As [`check`](Self::check).
+    /// Same as [`check`](Self::check).
     fn check_fields(&self, wanted: impl Fn(&Field) -> bool) -> Result<(), RangeError> {
         let _ = wanted;
         Ok(())

@@ -19,7 +19,7 @@ pub fn bytes(text: &str) -> Result<Vec<u8>, HexError> {
     Ok(bytes)
 }
 
-/// Test whether text read so far is hex: hex digits, whitespace, commas and `0x` only.
+/// Incremental test for hex text: hex digits, whitespace, commas and `0x` only.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Test {
     after_zero: bool,
@@ -66,14 +66,14 @@ impl Parser {
     /// Reads further text and appends its bytes to `bytes`.
     ///
     /// # Errors
-    /// [`HexError::Letter`] for a character that is not hex, [`HexError::Odd`] for a group with an
-    /// odd number of digits.
+    /// [`HexError::Letter`] for a character that hex text cannot contain, [`HexError::Odd`] for a
+    /// group with an odd number of digits.
     pub fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
         for letter in text {
             match char::from(*letter).to_digit(16) {
                 Some(digit) => self.digit(digit as u8, bytes),
                 None if separates(*letter) => self.finish(bytes)?,
-                // `0x` begins a group. The 0 must be a byte of its own so far: `A0x` is an error.
+                // `0x` begins a group. The 0 must begin a byte: `A0x` is an error.
                 None if matches!(letter, b'x' | b'X')
                     && self.high == Some(0)
                     && self.digits % 2 == 1 =>

@@ -162,7 +162,7 @@ pub enum Untold {
         /// Number of motions.
         motions: usize,
     },
-    /// Motions that are not a single straight line.
+    /// Motions other than a single straight line.
     Bent {
         /// Number of motions.
         motions: usize,
@@ -177,7 +177,7 @@ pub enum Untold {
         /// Number of motions.
         motions: usize,
     },
-    /// Motions beyond those that were examined.
+    /// Motions beyond the number examined.
     Left {
         /// Number of motions.
         motions: usize,
@@ -296,7 +296,7 @@ pub struct LawReport {
     pub untold: Vec<Untold>,
 }
 
-/// A profile with a motion of its own, to compare with a log.
+/// A profile with its own motion, to compare with a log.
 struct Candidate {
     name: String,
     same: Vec<&'static str>,
@@ -595,7 +595,7 @@ impl LawReport {
     }
 }
 
-/// Ratio at which the settings of power-up yield this motion, percent; `None` if there is none.
+/// Ratio at which the settings of power-up yield this motion, percent; `None` if no ratio does.
 fn ratio(along: Along, speed: Option<f64>, acceleration: f64) -> Option<f64> {
     let power_up = &ArmModel::MAGICIAN.power_up;
     let (jog, ptp) = (&power_up.jog, &power_up.speeds());

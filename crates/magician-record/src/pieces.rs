@@ -26,7 +26,7 @@ pub trait Sink {
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Self::Error>;
 
-    /// Receives a candidate that is not a frame.
+    /// Receives a candidate rejected as a frame.
     ///
     /// # Errors
     /// The sink's own error.

@@ -166,7 +166,7 @@ pub struct Replay<'a> {
     shift: Duration,
 }
 
-/// A command, a field of one, or a field of any command that is not compared.
+/// Exclusion from the comparison: a command, a field of a command, or a field of all commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Ignored {
     id: Option<u8>,
@@ -283,7 +283,7 @@ impl<'a> Replay<'a> {
         links.collect::<BTreeMap<_, _>>().into_iter().collect()
     }
 
-    /// Name of the arm's own line in the trace of a proxy; `None` if there is none.
+    /// Name of the line to the arm in the trace of a proxy; `None` in other traces.
     ///
     /// Such a trace also has the lines of the programs. Replaying both would execute everything
     /// twice.

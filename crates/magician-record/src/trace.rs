@@ -223,7 +223,7 @@ fn pad(block: &mut Vec<u8>) {
     block.resize(block.len().next_multiple_of(4), 0);
 }
 
-/// One direction of a link, cut into packets.
+/// Direction of a link, cut into packets.
 #[derive(Default)]
 struct Stream {
     deframer: Deframer,
@@ -261,7 +261,7 @@ impl Stream {
                 cut(&mut self.held, &mut self.start, end);
             }
         }
-        // What the deframer has passed belongs to no frame and is due as a packet.
+        // Bytes that the deframer has passed belong to no frame and are due as a packet.
         cut(&mut self.held, &mut self.start, self.deframer.offset());
         written
     }

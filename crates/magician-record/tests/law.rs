@@ -454,7 +454,7 @@ fn what_a_log_does_not_tell_is_said() {
         "{even:#?}"
     );
 
-    // It starts and ends during a motion.
+    // A log that starts and ends during a motion.
     let mut open = Log::of(Profile::default(), jogs).readings;
     open.samples.retain(|sample| (1.0..1.6).contains(&sample.t));
     let report = LawReport::of_samples(&open, None);

@@ -110,7 +110,8 @@ impl Controller {
         self
     }
 
-    /// Derives the serial number from `place`, so that arms at different places can be told apart.
+    /// Derives the serial number from `place`, so that arms at different places can be
+    /// distinguished.
     ///
     /// A serial number set by the profile, the flash or a host takes precedence. `number` is the
     /// arm's position among [several](crate::Identity::numbered).
@@ -256,7 +257,7 @@ impl Controller {
         self.device.queues.hosts().current()
     }
 
-    /// True while a jog runs: a motion without an end of its own.
+    /// True while a jog runs, that is, a motion without a set end.
     #[must_use]
     pub fn jogging(&self) -> bool {
         self.device.motion.is_jogging()

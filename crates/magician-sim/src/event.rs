@@ -14,7 +14,7 @@ mod words;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event {
-    /// A queued command was accepted and given this index.
+    /// A command was accepted into the queue and got this index.
     Accepted {
         /// Index in the queue's numbering.
         index: u64,
@@ -76,7 +76,7 @@ pub enum Event {
         /// Reason of the refusal.
         reason: Refusal,
     },
-    /// An alarm was raised that was not standing before.
+    /// An alarm was raised that was not active before.
     AlarmRaised {
         /// Alarm code.
         code: u8,
@@ -89,7 +89,7 @@ pub enum Event {
     },
     /// The home point is out of reach: homing ends at the default joints (model section 15a).
     HomeOutOfReach,
-    /// An alarm no longer stands.
+    /// An alarm is no longer active.
     AlarmCleared {
         /// Alarm code.
         code: u8,
@@ -179,11 +179,11 @@ pub(crate) struct Log {
     not_simulated: NotSimulated,
 }
 
-/// Counts the commands that are not simulated.
+/// Counts the commands without a simulation.
 #[derive(Clone, Debug, Default)]
 struct NotSimulated {
     count: u64,
-    /// One bit for each id that has been reported.
+    /// Bit set of the reported ids.
     told: [u64; 4],
 }
 
@@ -216,7 +216,7 @@ impl Log {
         self.pushed += 1;
     }
 
-    /// Counts a command that is not simulated, and logs it if its row is new.
+    /// Counts a command without a simulation, and logs it if its row is new.
     pub(crate) fn not_simulated(&mut self, row: &'static Row) {
         if self.not_simulated.count(row.id) {
             self.push(Event::NotSimulated { row });

@@ -90,8 +90,8 @@ struct Known {
 }
 
 impl Links {
-    /// Most peers at a time. A further peer evicts the one that has been silent longest, because
-    /// senders of datagrams never say goodbye.
+    /// Most peers at a time. A further peer evicts the peer silent for longest, because senders of
+    /// datagrams never say goodbye.
     const CAPACITY: usize = 64;
 
     /// Returns the peer, admitted if necessary, and marks it as heard last.

@@ -100,7 +100,7 @@ pub struct LineTiming {
     pub turnaround: Duration,
 }
 
-/// One direction of a line: the times at which bytes have passed, without rounding drift.
+/// Direction of a line: the times at which bytes have passed, without rounding drift.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wire {
     baud: Option<NonZeroU32>,

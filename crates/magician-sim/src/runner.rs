@@ -40,7 +40,7 @@ const BACKLOG: usize = 4096;
 ///
 /// An [`Observer`] ([`observe`](Self::observe)) changes nothing, unless it wants more than 100,000
 /// instants in one leap of the arm's clock (half an hour at 50 a second). Then pending requests are
-/// read before the leap continues, and a clock that is not at full speed falls behind.
+/// read before the leap continues, and a clock below full speed falls behind.
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
@@ -187,7 +187,7 @@ impl Runner {
     ///
     /// Everything in flight in either direction is lost on every link, including partial frames and
     /// pending replies, and so are all bytes until the cable is [plugged](Self::plug) in again. The
-    /// arm continues with what it has.
+    /// arm continues with the commands that it has.
     pub fn unplug(&mut self) {
         self.controller
             .inject(ExternalEvent::Cable { plugged: false });
@@ -355,7 +355,7 @@ impl Runner {
                 // Any byte restarts the inter-byte timeout (E04: 50 ms).
                 link.silent = Some(at + INTER_BYTE_TIMEOUT);
             }
-            // No bytes are due, so the silence is.
+            // No bytes are due, so the inter-byte timeout is.
             None => {
                 observer.silence(controller.now(), id);
                 controller.expire(id);

@@ -75,7 +75,7 @@ struct Done {
     known: Option<Known>,
     /// State after the action, if that is its outcome.
     reading: Option<crate::ArmReading>,
-    /// True if the action may have changed values that are not in every reading.
+    /// True if the action may have changed values that only some readings contain.
     stale: bool,
 }
 
@@ -196,7 +196,7 @@ impl Drop for ArmEngine {
 /// Result of a background task.
 enum TaskResult {
     Report(ArmReport),
-    /// The arm was read, on request or for values that are not in every reading.
+    /// The arm was read, on request or for values that only some readings contain.
     Read(
         RequestId,
         Result<Outcome, RpcError>,
@@ -617,7 +617,7 @@ impl Work {
         }
     }
 
-    /// Reads in the background the values that are not in every reading.
+    /// Reads in the background the values that only some readings contain.
     fn learn(&mut self) {
         self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();

@@ -10,7 +10,7 @@ use crate::api::RpcError;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Returns the fence as JSON. Null without a fence, and null for each bound that is not set.
+/// Returns the fence as JSON. Null without a fence, and null for each bound not set.
 pub(crate) fn shown(fence: Option<&Fence>) -> Value {
     let Some(fence) = fence else {
         return Value::Null;
@@ -35,12 +35,12 @@ fn sides(cuboid: Cuboid) -> Value {
 }
 
 /// Returns the fence after a change: null removes the fence, a named member replaces the old bound,
-/// members that are not named stay.
+/// other members stay.
 pub(crate) fn changed(fence: Option<Fence>, change: &Value) -> Result<Option<Fence>, RpcError> {
     let Value::Object(change) = change else {
         return Ok(None);
     };
-    // A misspelt bound must not be ignored: the client would believe in a fence that is not there.
+    // A misspelt bound must not be ignored: the client would rely on a missing fence.
     let known = ["floor", "box", "keep_out", "speed", "power"];
     if let Some(name) = change.keys().find(|name| !known.contains(&name.as_str())) {
         let name = magician_protocol::visible(name).to_string();

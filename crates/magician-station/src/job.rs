@@ -76,7 +76,7 @@ pub struct Source {
     /// Options of drawing or engraving. `None` runs the program as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<Box<SetupOptions>>,
-    /// Name of the preset that fills in options that are not given.
+    /// Name of the preset that fills in omitted options.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub preset: Option<String>,
 }
@@ -173,7 +173,7 @@ pub enum ProgramReading {
     /// The program depends on the arm's position: read it again with [`ReadingArm::stands`].
     NeedsStart,
     /// The program needs the height of its work surface, which is unknown. Kept apart from other
-    /// errors because measuring requires a homed arm: an arm that is not homed gets that error
+    /// errors because measuring requires a homed arm: an arm not homed gets the error about homing
     /// first.
     LacksSurface(RpcError),
     /// The program is being read elsewhere. Dropping the future cancels it.
@@ -560,7 +560,7 @@ pub trait JobStore: Send + Sync {
         Vec::new()
     }
 
-    /// Returns a stored text by name (a class, its schedule). `None` if there is none.
+    /// Returns a stored text by name (a class, its schedule). `None` if absent.
     ///
     /// # Errors
     /// The cause, if the text exists but cannot be read.

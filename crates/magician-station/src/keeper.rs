@@ -180,7 +180,7 @@ impl Keeper {
         }
     }
 
-    /// Waits until everything queued so far is written.
+    /// Waits until everything queued before the call is written.
     pub(crate) async fn flush(&self) {
         loop {
             // Registered before the check: a writer that finishes in between would otherwise be

@@ -146,7 +146,7 @@ impl LibraryUse {
     }
 }
 
-/// How far each role may fill a library.
+/// Limits up to which each role may fill a library.
 ///
 /// Files do not record who stored them, so a quota is a fill level and not a share: students may
 /// fill the library up to their level, and the room above it is reserved for teachers.
@@ -368,7 +368,8 @@ pub(crate) fn bytes_of(
     let (_, mut from) = store.open(name)?;
     let mut bytes = Vec::new();
     let read = { from.by_ref() }
-        // One byte more than the limit shows that a program is longer without reading all of it.
+        // Reading one byte more than the limit shows that a program is too long without reading all
+        // of it.
         .take(LARGEST_PROGRAM + 1)
         .read_to_end(&mut bytes);
     match read {
@@ -600,7 +601,7 @@ pub(crate) fn wrong(error: LibraryError) -> RpcError {
     }
 }
 
-/// Returns the folder of the library as JSON. Null if there is none.
+/// Returns the folder of the library as JSON. Null without a folder.
 pub(crate) fn folder_of(store: &dyn ProgramStore) -> Value {
     let folder: Option<PathBuf> = store.folder().map(Path::to_owned);
     folder.map_or(Value::Null, |folder| json!(folder.display().to_string()))

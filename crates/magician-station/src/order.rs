@@ -230,14 +230,14 @@ pub enum ArmRead {
     Capture {
         /// Kind of motion that leads to the step.
         by: Travel,
-        /// True to accept an arm that is not known to be homed.
+        /// True to accept an arm without a known homing.
         unhomed: bool,
     },
     /// Reply to a frame without a row in the protocol's table.
     Raw {
         /// Id of the command.
         id: u8,
-        /// Its parameters.
+        /// Parameters of the command.
         params: Vec<u8>,
     },
     /// Value of the protocol, by a get command.
@@ -273,7 +273,7 @@ pub enum ArmAct {
     Raw {
         /// Id of the command.
         id: u8,
-        /// Its parameters.
+        /// Parameters of the command.
         params: Vec<u8>,
         /// True if the frame goes to the queue.
         queued: bool,
@@ -305,7 +305,7 @@ pub enum ArmAct {
     Touch {
         /// Value to take.
         takes: Taken,
-        /// True to accept an arm that is not known to be homed.
+        /// True to accept an arm without a known homing.
         unhomed: bool,
     },
     /// Forget all measurements of the work surface.

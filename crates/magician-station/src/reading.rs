@@ -38,7 +38,7 @@ pub const FIELDS: [&str; 23] = [
     "holder",
 ];
 
-/// State of the tools, as far as known. Each `None` is unknown.
+/// State of the tools. `None` means unknown.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ToolReading {
     /// Name of the mounted tool, if the offset of the tip is that of a known tool.
@@ -84,7 +84,7 @@ pub struct ArmReading {
     pub pins: Vec<(&'static str, u8, u16)>,
 }
 
-/// What the station adds to a reading.
+/// Members that the station adds to a reading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct StateContext {
     /// Time of the pose, Unix seconds.

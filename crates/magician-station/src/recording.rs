@@ -24,7 +24,7 @@ pub(crate) const KEEPS: bool = cfg!(feature = "http");
 /// Interval of flushing, s: the most that a crash can lose.
 const FLUSH: f64 = 1.0;
 
-/// One reading, as stored in files and in the history.
+/// Reading as stored in files and in the history.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Time of the reading, Unix seconds.
@@ -279,7 +279,7 @@ struct Files {
 
 struct Open {
     file: Box<dyn RecordingFile>,
-    /// Readings that are not written yet.
+    /// Readings still to be written.
     samples: Vec<Sample>,
     /// Time of the last flush, Unix seconds.
     flushed: f64,

@@ -39,8 +39,8 @@ impl Roster {
     /// Parses a roster from JSON: `{"arms": [{"arm", "machine"}]}`.
     ///
     /// # Errors
-    /// Why the text is not a roster: it is not JSON of this form, or a name is not valid for an
-    /// arm.
+    /// The reason why the text is no roster: it is not JSON of this form, or contains an invalid
+    /// name of an arm.
     pub fn parse(text: &str) -> Result<Self, String> {
         let content: Content = serde_json::from_str(text).map_err(|error| error.to_string())?;
         Self::of(&content.arms)
@@ -49,7 +49,7 @@ impl Roster {
     /// Builds a roster from values of the form `{"arm", "machine"}`.
     ///
     /// # Errors
-    /// What is wrong with one of the values.
+    /// The fault of the first invalid value.
     pub fn of(arms: &[Value]) -> Result<Self, String> {
         let mut roster = Self::default();
         for arm in arms {

@@ -327,7 +327,7 @@ impl RunningStation {
         }
     }
 
-    /// Carries out one request in a session of its own.
+    /// Carries out one request in its own session.
     ///
     /// The session acquires the lease if the request needs it and it is free. `None` for a
     /// notification, which has no answer. Dropping the future ends the session and stops what it

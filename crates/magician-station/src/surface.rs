@@ -22,7 +22,7 @@ use crate::ArmEntry;
 use crate::api::RpcError;
 use crate::engine::beside;
 
-/// What is known of the work surface under an arm.
+/// Knowledge of the work surface under an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum KnownSurface {

@@ -70,7 +70,7 @@ pub(crate) extern "C" fn station_turn(handle: u32, now: f64) -> f64 {
     table::station_turn(handle, now)
 }
 
-/// Returns the next output as address and length; 0 if there is none.
+/// Returns the next output as address and length; 0 without further output.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn station_out(handle: u32) -> u64 {
     table::station_out(handle, place).unwrap_or(0)

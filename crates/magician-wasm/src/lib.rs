@@ -1,5 +1,5 @@
 //! `arm.wasm`: a station with its arms in one WebAssembly module, without threads, sockets, files
-//! or a clock of its own.
+//! or its own clock.
 //!
 //! A worker of a page drives it in turns. Text that a client elsewhere sends over a socket is
 //! passed to [`PageStation::rpc`] by the page.
@@ -8,7 +8,7 @@
 //!
 //! | export | effect |
 //! |---|---|
-//! | `alloc(n) -> p`, `free(p, n)` | memory for arguments; 0 if there is none left. It may be freed after the call |
+//! | `alloc(n) -> p`, `free(p, n)` | memory for arguments; 0 if out of memory. The caller may free it after the call |
 //! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 on an error, which `station_out(0)` returns |
 //! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens a session; an empty text (`n` 0) ends it and frees its number |
 //! | `station_turn(h, now) -> next` | runs everything due at `now`, us of any clock that never goes back; returns when the next turn is due, on the same clock; -1: never |
@@ -16,7 +16,7 @@
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
 //! | `file_in(h, id, p, n)` | result of reading a file; empty (`n` 0) if the reader failed |
 //! | `program_in(h, name, m, p, n) -> p << 32 \| n` | stores a program in the library directly, because messages have room for small ones only, or the preset NAME as `preset+NAME.toml`; returns the error, or 0 |
-//! | `program_out(h, name, m) -> p << 32 \| n` | returns a program; 0 if there is none |
+//! | `program_out(h, name, m) -> p << 32 \| n` | returns a program; 0 if absent |
 //!
 //! Kinds of output: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its
 //! close code (two bytes), 4 a trace, 5 a file to read: its id (four bytes), then the input of

@@ -54,7 +54,7 @@ const BUSY: f64 = 4_000.0;
 const IDLE: f64 = 20_000.0;
 /// Time after the last input or output during which something is going on, us.
 const GOING_ON: f64 = 200_000.0;
-/// Close code of WebSockets (RFC 6455) for a message that is not text.
+/// Close code of WebSockets (RFC 6455) for a message other than text.
 const NO_TEXT: u16 = 1007;
 /// Close code of WebSockets for a session beyond the limit: try again later.
 const FULL: u16 = 1013;
@@ -415,8 +415,8 @@ async fn connect(
             Place::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
-                // Nothing outside the browser could stop a jog that runs on the arm's own, so use
-                // bounded jogs.
+                // A jog that the arm runs by itself could not be stopped from outside the browser,
+                // so use bounded jogs.
                 let options = usual.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {

@@ -178,7 +178,7 @@ impl JobStore for MemoryJobs {
         Value::Null
     }
 
-    /// Nothing to save: the station itself holds the jobs, and no job survives it.
+    /// Saves nothing: the station itself holds the jobs, and no job survives it.
     fn save(&self, _: usize, _: &Value) -> io::Result<()> {
         Ok(())
     }

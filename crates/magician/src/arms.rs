@@ -131,7 +131,7 @@ pub fn load() -> Result<Vec<KnownArm>> {
 /// Reads the arms from this file, as [`load`] does.
 ///
 /// # Errors
-/// As [`load`].
+/// Same as [`load`].
 pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
     let unreadable = |why: &dyn fmt::Display| {
         Error::new(

@@ -125,7 +125,7 @@ impl Search {
     /// Searches as [`find`](Self::find) does, for programs without tokio.
     ///
     /// # Errors
-    /// As [`find`](Self::find).
+    /// Same as [`find`](Self::find).
     ///
     /// # Panics
     /// Panics within an asynchronous task; use [`find`](Self::find) there.

@@ -40,7 +40,7 @@ pub fn replace(path: &Path, text: &str) -> io::Result<()> {
 /// file systems.
 ///
 /// # Errors
-/// As [`replace`].
+/// Same as [`replace`].
 pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
     make_directory(path)?;
     let mut file = WholeFile::create(path)?;
@@ -53,7 +53,7 @@ pub fn replace_unsynced(path: &Path, text: &str) -> io::Result<()> {
 /// open.
 ///
 /// # Errors
-/// As [`replace`].
+/// Same as [`replace`].
 pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
     make_directory(path)?;
     let mut file = WholeFile::create(path)?;
@@ -63,7 +63,7 @@ pub fn replace_locked(path: &Path, text: &str) -> io::Result<File> {
 }
 
 /// Writes a file in an existing directory, completely or not at all: a full disk leaves the old
-/// file, and nothing beside it. A target that is not a regular file (a pipe, a device) is written
+/// file, and nothing beside it. A target other than a regular file (a pipe, a device) is written
 /// directly.
 ///
 /// # Errors
@@ -90,7 +90,7 @@ pub fn check_writable(path: &Path) -> io::Result<()> {
 /// Replaces a file that only its owner may read, on systems that know owners.
 ///
 /// # Errors
-/// As [`replace`].
+/// Same as [`replace`].
 pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
     make_directory(path)?;
     rewrite_private(path, text)
@@ -99,7 +99,7 @@ pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
 /// Replaces a private file in an existing directory.
 ///
 /// # Errors
-/// As [`replace`].
+/// Same as [`replace`].
 pub(crate) fn rewrite_private(path: &Path, text: &str) -> io::Result<()> {
     let mut file = WholeFile::create_private(path)?;
     file.write_all(text.as_bytes())?;
@@ -199,7 +199,7 @@ impl WholeFile {
     /// Creates a file that only its owner may read, on systems that know owners.
     ///
     /// # Errors
-    /// As [`create`](Self::create).
+    /// Same as [`create`](Self::create).
     pub(crate) fn create_private(path: &Path) -> io::Result<Self> {
         Self::created(path, true)
     }
@@ -276,7 +276,7 @@ impl WholeFile {
     /// notified of the end of its program.
     ///
     /// # Errors
-    /// As [`grow`](Self::grow).
+    /// Same as [`grow`](Self::grow).
     pub fn grow_in_place(path: &Path) -> io::Result<Self> {
         let mut growing = Self::grow(path)?;
         growing.at_once = true;
@@ -354,7 +354,7 @@ impl WholeFile {
     /// Finishes the file and returns it, still open, and locked if it was.
     ///
     /// # Errors
-    /// As [`finish`](Self::finish).
+    /// Same as [`finish`](Self::finish).
     pub fn finish_open(mut self) -> io::Result<File> {
         self.end()?;
         self.file.try_clone()
@@ -378,7 +378,7 @@ impl WholeFile {
             return Err(io::Error::other("it was not written to its end"));
         }
         if self.grows && !self.state.has_bytes.load(Ordering::Relaxed) {
-            // Nothing was written; dropping it keeps the old file.
+            // No data was written; dropping the writer keeps the old file.
             return Ok(());
         }
         let named = self.take_name();

@@ -72,8 +72,8 @@ impl RawLine {
     /// Opens as [`open`](Self::open) does, with faults or a trace.
     ///
     /// # Errors
-    /// As [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if the
-    /// target does not support these faults.
+    /// Same as [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if
+    /// the target does not support these faults.
     pub async fn open_with(target: &Target, options: LineOptions) -> Result<Self> {
         Self::go(Route::to(target), options).await
     }
@@ -81,7 +81,7 @@ impl RawLine {
     /// Opens the line to a virtual arm of the caller.
     ///
     /// # Errors
-    /// As [`open_with`](Self::open_with).
+    /// Same as [`open_with`](Self::open_with).
     #[cfg(feature = "sim")]
     pub async fn simulated(
         arm: impl Into<crate::VirtualArm>,
@@ -120,7 +120,7 @@ impl RawLine {
     /// adapter under any name, or an error.
     ///
     /// # Errors
-    /// As [`open`](Self::open); it may be tried again then.
+    /// Same as [`open`](Self::open); it may be tried again then.
     pub async fn reopen(&mut self) -> Result<()> {
         // Releases the port before it is opened again.
         self.transport = None;
@@ -134,7 +134,7 @@ impl RawLine {
     /// Opens a serial port at another baud rate, to find out if another device is there.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
+    /// Same as [`open`](Self::open).
     #[cfg(feature = "lines")]
     pub async fn open_at(path: &str, baud: u32) -> Result<Self> {
         Ok(Self {
@@ -189,7 +189,7 @@ impl RawLine {
     /// Sends bytes from the front of `bytes`; returns their number.
     ///
     /// # Errors
-    /// As [`send`](Self::send).
+    /// Same as [`send`](Self::send).
     pub fn poll_send(&mut self, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
         let Some(transport) = &mut self.transport else {
             return Poll::Ready(Err(self.gone()));
@@ -210,7 +210,7 @@ impl RawLine {
     /// Writes arrived bytes to `bytes`; returns their number.
     ///
     /// # Errors
-    /// As [`receive`](Self::receive).
+    /// Same as [`receive`](Self::receive).
     pub(crate) fn poll_receive(
         &mut self,
         cx: &mut Context<'_>,

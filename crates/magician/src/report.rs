@@ -135,7 +135,7 @@ impl ArmInfo {
     /// Reads identity and state.
     ///
     /// # Errors
-    /// As [`Arm::get`].
+    /// Same as [`Arm::get`].
     pub async fn read(arm: &Arm) -> Result<Self> {
         let version = arm.get::<DeviceVersion>().await?;
         let numbers = [
@@ -204,7 +204,7 @@ impl AlarmReport {
     /// Reads the active alarms.
     ///
     /// # Errors
-    /// As [`Arm::get`].
+    /// Same as [`Arm::get`].
     pub async fn read(arm: &Arm) -> Result<Self> {
         let alarms = arm.alarms().await?;
         let tool_unknown = arm.front_end().tool_is_unknown(&alarms).await?;

@@ -57,7 +57,7 @@ struct StreamLoop {
     tick: u64,
     next: u64,
     line: VecDeque<FrameBuf>,
-    /// One frame in this many is lost.
+    /// Loses one frame in this many.
     loss: u64,
     frames: u64,
     told: u64,

@@ -13,7 +13,7 @@ use magician::{Act, Arm, Error, Options, RawLine, Target, blocking};
 use tokio::sync::oneshot;
 
 const URL: &str = "http://127.0.0.1:8910/";
-/// Environment variable that makes this program the one that opens: its targets, one per line.
+/// Environment variable that makes this program open these targets, one per line.
 const TARGETS: &str = "MAGICIAN_TEST_TARGETS";
 
 /// Creates the file of a station with these ports, run by this process.

@@ -34,7 +34,7 @@ export const why = computed(() => {
 async function ready(): Promise<boolean> {
   if (store.backend.value === "none") connectSim();
   if (!(await until(() => store.isUp.value && store.state.value !== null, PATIENCE))) throw new Error(t("why.lost"));
-  // The page takes control of its own arm automatically.
+  // The page takes control of its arm automatically.
   if (store.backend.value !== "sim" && store.lease.value === "free") await take();
   return (await until(() => store.lease.value === "mine", SOON)) && store.why.value === null;
 }

@@ -18,8 +18,8 @@ struct Tally {
     faults: u64,
     /// Frames that were not decoded, including the damaged one.
     lost: u64,
-    /// Largest number of good frames behind the damaged one that were not decoded, in cases without
-    /// an invented frame.
+    /// Largest number of good frames lost behind a damaged frame, in cases without an invented
+    /// frame.
     worst: usize,
     /// Frames that were decoded but not sent: the checksum matches, so nothing can detect them.
     invented: u64,

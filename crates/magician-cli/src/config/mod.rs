@@ -1,8 +1,8 @@
 //! The user's settings file, as `magician config` shows and edits it.
 //!
-//! Flags override environment variables, which override the file; what none of them sets has a
-//! default. Edits keep the rest of the file as it is, and an edit that would make the file invalid
-//! is refused before it is written.
+//! Flags override environment variables, which override the file; a setting without any of them has
+//! its default. Edits keep the rest of the file as it is, and an edit that would make the file
+//! invalid is refused before it is written.
 
 pub(crate) mod arms;
 mod keys;
@@ -203,7 +203,7 @@ impl Config {
 /// Values of a file and its arms.
 type Values = (Vec<(&'static str, String)>, Vec<KnownArm>);
 
-/// Parses and checks a file, or returns where it is wrong.
+/// Parses and checks a file, or returns its fault.
 fn check(text: &str) -> Result<Values, Diagnostic> {
     let lines = Lines::new(text);
     let file = DeTable::parse(text).map_err(|error| {

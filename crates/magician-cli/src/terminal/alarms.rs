@@ -31,7 +31,7 @@ pub(crate) fn alarm_lines(
     let mut lines: Vec<Line<'static>> = Vec::new();
     for (nth, alarm) in all.into_iter().enumerate() {
         let last = nth + 1 == count;
-        // One line is kept free for the count of alarms left out.
+        // Keep a line free for the count of alarms left out.
         let fits = lines.len() + alarm.len() + usize::from(!last) <= room;
         if !fits && nth > 0 {
             lines.push(Line::styled(

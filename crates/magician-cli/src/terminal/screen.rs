@@ -30,7 +30,7 @@ static LISTENS: AtomicBool = AtomicBool::new(false);
 
 /// Output of others to stderr while the picture is shown.
 static LOG: Mutex<Vec<u8>> = Mutex::new(Vec::new());
-/// Largest part of it that is kept, bytes.
+/// Largest part of that output that is kept, bytes.
 const LOG_KEPT: usize = 1 << 16;
 
 /// Size assumed for a terminal that does not report one, in columns and rows.

@@ -94,7 +94,7 @@ impl Laser {
             arm.set_any(&build::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
-            // Whatever ended the wait, the laser is switched off before the result is reported.
+            // Switch the laser off before reporting the result, however the wait ended.
             let dark = arm.laser().switch_off().await;
             end?;
             dark?;

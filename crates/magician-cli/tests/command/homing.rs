@@ -1,4 +1,4 @@
-//! Arm that is not known to be homed: what each front end refuses, and how that ends.
+//! Arm without a known homing: the refusals of each front end, and how they end.
 #![cfg(target_os = "linux")]
 
 use std::fs;

@@ -105,7 +105,7 @@ impl<T: Target> Session<T> {
                 let got = format!("after {} it has finished {current}", seconds(elapsed));
                 return differs(finish_by(last, when), got, &[]);
             }
-            // One millisecond beyond the limit, so that being late is noticed.
+            // Wait one millisecond beyond the limit, so that a late reply is noticed.
             let left = latest.saturating_sub(elapsed) + Duration::from_millis(1);
             self.go_on(left).await?;
             waited += left.min(Duration::from_millis(10));

@@ -129,7 +129,7 @@ impl Artwork {
     }
 
     /// Converts areas to the lines that fill them, drawn before all other strokes of their part.
-    /// Areas of a part that is not filled become their outlines.
+    /// Areas of an unfilled part become their outlines.
     ///
     /// Returns the number of areas that are too small for any line.
     pub fn fill(&mut self, fill: &Fill) -> usize {

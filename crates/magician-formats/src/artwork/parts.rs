@@ -31,12 +31,12 @@ pub struct Layer {
 pub struct DrawingPart {
     /// Number, name and colour.
     pub part: Part,
-    /// True if the job pauses before it even if nothing was drawn before.
+    /// True if the job pauses before this part even if nothing was drawn before.
     pub waits: bool,
-    /// True if it is left out.
+    /// True if the part is left out.
     pub skipped: bool,
-    /// True if only other parts were requested. It is not drawn, but still counts for the placing,
-    /// so that parts drawn in separate runs fit together.
+    /// True if only other parts were requested. The part is not drawn, but still counts for the
+    /// placing, so that parts drawn in separate runs fit together.
     pub unasked: bool,
     /// Number of passes.
     pub passes: u32,
@@ -104,13 +104,13 @@ pub(crate) fn numbered<T: Clone + PartialEq>(list: &mut Vec<T>, value: &T) -> u3
 }
 
 impl DrawingPart {
-    /// True if this is its name.
+    /// True if the part has this name.
     #[must_use]
     pub fn has_name(&self, name: &str) -> bool {
         self.part.name.as_deref() == Some(name)
     }
 
-    /// True if this is its colour. False for `None`.
+    /// True if the part has this colour. False for `None`.
     #[must_use]
     pub fn has_color(&self, color: Option<Color>) -> bool {
         color.is_some() && self.part.color == color

@@ -2,7 +2,7 @@
 //!
 //! [`Placer`] mirrors, rotates and scales the artwork and finds the position of its middle: where
 //! the layout says, on the sheet, or wherever there is room within the arm's reach. If the wanted
-//! size does not fit, the largest one that does is found by bisection, and a [`FitFailure`] tells
+//! size does not fit, the largest size that fits is found by bisection, and a [`FitFailure`] tells
 //! the user which size, place or rotation would fit.
 
 use magician_host::message;
@@ -153,7 +153,7 @@ impl Artwork {
     /// anyway, and the reason is returned.
     ///
     /// # Errors
-    /// Those of [`placed`](Self::placed), except for artwork that does not fit.
+    /// Same as [`placed`](Self::placed), except for artwork that does not fit.
     pub fn laid(
         &self,
         layout: &Layout,

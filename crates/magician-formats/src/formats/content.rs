@@ -8,7 +8,7 @@ use super::Format;
 use crate::encoding;
 
 /// Bytes at the start of a file that are examined. A choice: headers and comments before the first
-/// telling line are shorter.
+/// characteristic line are shorter.
 const HEAD: usize = 4096;
 /// Magic number of gzip files (RFC 1952, section 2.3.1).
 pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
@@ -129,8 +129,8 @@ fn is_hpgl(text: &str) -> bool {
         && rest.contains(';')
 }
 
-/// True if the first line that is not a comment consists of words of a letter and a number, one of
-/// them a G or an M.
+/// True if the first line, comments aside, consists of words of a letter and a number, one of them
+/// a G or an M.
 fn is_gcode(text: &str) -> bool {
     let mut lines = text
         .lines()

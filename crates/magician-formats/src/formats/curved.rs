@@ -132,7 +132,7 @@ impl CurvedFile {
     /// Reads the file again for drawing at this scale.
     ///
     /// # Errors
-    /// Those of [`read`](fn@super::read).
+    /// Same as [`read`](fn@super::read).
     pub fn read(&self, scale: f64) -> Result<Content, Diagnostic> {
         let options = ReadOptions {
             scale,

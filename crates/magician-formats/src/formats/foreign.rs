@@ -1,4 +1,4 @@
-//! Files of other programs that are not supported, each with advice on how to convert it.
+//! Unsupported file formats of other programs, each with advice on how to convert it.
 
 use super::content;
 use crate::Diagnostic;

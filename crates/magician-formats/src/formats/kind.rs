@@ -65,8 +65,8 @@ impl Format {
         }
     }
 
-    /// File name extensions, the usual one first. Empty for text, which no extension tells from
-    /// points or G-code. `.xml` and `.json` are absent because several formats use them.
+    /// File name extensions, the usual one first. Empty for text, since points and G-code use the
+    /// same extensions. `.xml` and `.json` are absent because several formats use them.
     #[must_use]
     pub fn endings(self) -> &'static [&'static str] {
         match self {

@@ -92,7 +92,7 @@ impl Glyph {
         all
     }
 
-    /// Middle of the outermost crossings at a height, or of the whole glyph if there are none.
+    /// Middle of the outermost crossings at a height, or of the whole glyph without crossings.
     pub(super) fn middle_at(&self, height: f64) -> f64 {
         let crossings = self.crossings(height);
         match (crossings.first(), crossings.last()) {

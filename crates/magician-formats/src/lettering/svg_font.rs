@@ -123,7 +123,7 @@ impl SvgFont {
         })
     }
 
-    /// True if some of its own glyphs have single lines.
+    /// True if some glyphs of this font itself, not of its fallback, have single lines.
     pub(crate) fn is_single_line(&self) -> bool {
         self.single_line
     }
@@ -165,7 +165,7 @@ impl SvgFont {
 /// Reads the first font of a file.
 ///
 /// # Errors
-/// Those of [`SvgFont::of`], and a [`Diagnostic`] if the file has no font.
+/// Same as [`SvgFont::of`], and a [`Diagnostic`] if the file has no font.
 #[cfg(feature = "font-files")]
 pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     let document = super::files::document(text)?;

@@ -1,4 +1,4 @@
-//! Replacing a plan's speeds by those that the user asks for.
+//! Replacing a plan's speeds by speeds from the user.
 
 use magician_host::build;
 use magician_protocol::Set;

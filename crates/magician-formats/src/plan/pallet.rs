@@ -91,7 +91,7 @@ impl Plan {
     /// ```
     ///
     /// # Errors
-    /// Those of [`moved`](Self::moved), and a [`Diagnostic`] if the pallet has no positions or too
+    /// Same as [`moved`](Self::moved), and a [`Diagnostic`] if the pallet has no positions or too
     /// many.
     pub fn placed_on(&self, pallet: &Pallet) -> Result<Self, Diagnostic> {
         let Pallet {

@@ -68,7 +68,7 @@ impl Plan {
     /// rotations stay.
     ///
     /// # Errors
-    /// Those of [`moved`](Self::moved), and a factor not above 0.
+    /// Same as [`moved`](Self::moved); also a factor not above 0.
     pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
         self.resized(factor, factor, about)
     }
@@ -77,7 +77,7 @@ impl Plan {
     /// speeds and rotations stay.
     ///
     /// # Errors
-    /// Those of [`scaled`](Self::scaled).
+    /// Same as [`scaled`](Self::scaled).
     pub fn scaled_xy(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         self.resized(factor, 1.0, [x, y, 0.0])
     }
@@ -103,7 +103,7 @@ impl Plan {
     /// gripper with two jaws holds from the other side.
     ///
     /// # Errors
-    /// Those of [`moved`](Self::moved).
+    /// Same as [`moved`](Self::moved).
     pub fn mirrored(&self, x: f64) -> Result<Self, Diagnostic> {
         finite(&[x], "the line to mirror about")?;
         self.mapped(&Map {
@@ -119,7 +119,7 @@ impl Plan {
     /// laser, which are round. Relative moves rotate too.
     ///
     /// # Errors
-    /// Those of [`moved`](Self::moved).
+    /// Same as [`moved`](Self::moved).
     pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         finite(&[degrees, x, y], "the turn")?;
         self.mapped(&Map {

@@ -318,7 +318,7 @@ impl Search<'_> {
         best
     }
 
-    /// Returns the better of the best place so far and another.
+    /// Returns the better of the current best place and another.
     fn better(
         &self,
         area: Area,
@@ -442,7 +442,7 @@ mod tests {
         }
     }
 
-    /// Size and place are searched together: no larger size fits anywhere.
+    /// Size and place are searched together, so no larger size fits anywhere.
     #[test]
     fn largest_size_is_that_of_the_best_place_in_reach() {
         for [width, height] in [

@@ -16,7 +16,7 @@ pub use ways::{APPROACH, Above};
 
 /// Reach of a tool on a surface and, lifted, above it.
 ///
-/// It asks the same limits as the check before a run, so a drawing placed with it passes that
+/// It uses the same limits as the check before a run, so a drawing placed with it passes that
 /// check.
 ///
 /// ```
@@ -52,7 +52,7 @@ pub enum Fit {
     TrueSize,
     /// True size, or smaller if necessary.
     Shrink,
-    /// As large as possible.
+    /// Largest possible size.
     Fill,
 }
 
@@ -156,7 +156,7 @@ impl Reach {
     /// above it.
     ///
     /// # Errors
-    /// Those of [`contains`](Self::contains).
+    /// Same as [`contains`](Self::contains).
     pub fn contains_line(&self, from: [f64; 2], to: [f64; 2]) -> Result<(), Error> {
         self.line(from, to, 0.0)?;
         self.line(from, to, self.lift)

@@ -35,8 +35,8 @@ pub type Above = ([f64; 2], f64);
 impl Reach {
     /// Returns a position at a height above a point, from which a straight move leads to it.
     ///
-    /// It may be shifted towards the base or away from it. If there is none, the highest reachable
-    /// position above the point.
+    /// The position may be shifted towards the base or away from it. If no such position can be
+    /// reached, returns the highest reachable position above the point.
     #[must_use]
     pub fn over(&self, end: Above, height: f64) -> Above {
         let ([x, y], above) = end;
@@ -79,7 +79,7 @@ impl Reach {
     }
 
     /// Returns the corners of a way around the base, `lift` mm above the surface, with straight
-    /// moves between them. `None` if there is none.
+    /// moves between them. `None` if no such way is within reach.
     #[must_use]
     pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;

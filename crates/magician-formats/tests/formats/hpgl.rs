@@ -237,8 +237,8 @@ fn what_lies_outside_of_a_window_is_cut_off() {
 #[test]
 fn encoded_polylines_are_the_lines_that_they_stand_for() {
     let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
-    // PE in base 64 with bytes that are not UTF-8, in base 32, and with a fractional bit; then the
-    // same bytes as a program saves them that takes them for characters.
+    // PE in base 64 with bytes beyond UTF-8, in base 32, and with a fractional bit; then the same
+    // bytes as saved by a program that takes them for characters.
     let saved: String = b"IN;SP1;PE<=O\xc0_\xc1\xd3\xbf\xbf\xd4<\xd3\xbf\xc1\xbf;"
         .iter()
         .map(|byte| char::from(*byte))

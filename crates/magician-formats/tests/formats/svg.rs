@@ -271,8 +271,8 @@ fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
 
 #[test]
 fn sizes_units_and_view_boxes_are_right() {
-    // Attributes of the root element, and the position of (10, 10) of its own units: mm from the
-    // left edge, mm below the upper one.
+    // Attributes of the root element, and the position of (10, 10) in its units: mm from the left
+    // edge, mm below the upper one.
     let table = [
         (
             r#"width="100mm" height="50mm" viewBox="0 0 100 50""#,

@@ -51,25 +51,25 @@ pub fn wait_for_analog(address: u8, condition: TriggerCondition, threshold: u16)
     .into()
 }
 
-/// As [`wait_for_analog`], until the input is below the threshold.
+/// Like [`wait_for_analog`], until the input is below the threshold.
 #[must_use]
 pub fn wait_below(address: u8, threshold: u16) -> Set {
     wait_for_analog(address, TriggerCondition::EqualOrBelow, threshold)
 }
 
-/// As [`wait_for_analog`], until the input is at most the threshold.
+/// Like [`wait_for_analog`], until the input is at most the threshold.
 #[must_use]
 pub fn wait_at_most(address: u8, threshold: u16) -> Set {
     wait_for_analog(address, TriggerCondition::DifferentOrAtMost, threshold)
 }
 
-/// As [`wait_for_analog`], until the input is at least the threshold.
+/// Like [`wait_for_analog`], until the input is at least the threshold.
 #[must_use]
 pub fn wait_at_least(address: u8, threshold: u16) -> Set {
     wait_for_analog(address, TriggerCondition::AtLeast, threshold)
 }
 
-/// As [`wait_for_analog`], until the input is above the threshold.
+/// Like [`wait_for_analog`], until the input is above the threshold.
 #[must_use]
 pub fn wait_above(address: u8, threshold: u16) -> Set {
     wait_for_analog(address, TriggerCondition::Above, threshold)

@@ -35,7 +35,7 @@ pub fn jump_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::JumpXyz, [x, y, z, r])
 }
 
-/// As [`jump_to`], with a straight line across (errata E28: seen to do nothing on some firmware).
+/// Like [`jump_to`], with a straight line across (errata E28: seen to do nothing on some firmware).
 #[must_use]
 pub fn jump_line_to(x: f32, y: f32, z: f32, r: f32) -> Set {
     ptp(PtpMode::JumpMovlXyz, [x, y, z, r])
@@ -135,7 +135,7 @@ pub fn path_by(dx: f32, dy: f32, dz: f32) -> Set {
     .into()
 }
 
-/// As [`path_to`], with the laser at this power on the way, 0 to 100 percent (document 1.11.3,
+/// Like [`path_to`], with the laser at this power on the way, 0 to 100 percent (document 1.11.3,
 /// errata E32). End the path with [`laser(false)`](super::laser) or a segment of power 0.
 #[must_use]
 pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
@@ -150,7 +150,7 @@ pub fn engrave_to(x: f32, y: f32, z: f32, power: f32) -> Set {
     .into()
 }
 
-/// As [`engrave_to`], by a displacement from the end of the previous segment.
+/// Like [`engrave_to`], by a displacement from the end of the previous segment.
 #[must_use]
 pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
     let (cp_mode, velocity_or_power) = (CpMode::Relative, power);

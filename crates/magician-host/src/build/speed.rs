@@ -36,7 +36,7 @@ pub fn joint_speed(velocity: [f32; 4], acceleration: [f32; 4]) -> Set {
 pub fn line_speed(velocity: f32, acceleration: f32) -> Set {
     PtpCoordinateParams {
         xyz_velocity: velocity,
-        // One parameter less for callers, in the proportion that the arm has at power-up.
+        // Derived, to save callers a parameter: the ratio is that of the arm at power-up.
         r_velocity: velocity / 2.0,
         xyz_acceleration: acceleration,
         r_acceleration: acceleration / 2.0,

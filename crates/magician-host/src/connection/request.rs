@@ -51,7 +51,7 @@ impl Request {
     /// Requests a value.
     ///
     /// # Errors
-    /// As [`Request::raw`].
+    /// Same as [`Request::raw`].
     pub fn get<T: Readable>(query: &T::Query) -> Result<Self, EncodeError> {
         FrameBuf::get(query, T::ROW).map(Self::of)
     }
@@ -59,7 +59,7 @@ impl Request {
     /// Sets a value or performs an action, immediately.
     ///
     /// # Errors
-    /// As [`Request::raw`].
+    /// Same as [`Request::raw`].
     pub fn set<T: Writable>(value: &T) -> Result<Self, EncodeError> {
         FrameBuf::encode(T::ROW.id, Ctrl::SET, value).map(Self::of)
     }
@@ -67,7 +67,7 @@ impl Request {
     /// Queues a command in the controller.
     ///
     /// # Errors
-    /// As [`Request::raw`].
+    /// Same as [`Request::raw`].
     pub fn queued<T: Queueable>(value: &T) -> Result<Self, EncodeError> {
         FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).map(Self::of)
     }

@@ -420,7 +420,7 @@ impl Gate {
         self.motion = Motion::Rest;
     }
 
-    /// Jog in motion that is not ending. `None` without a jog.
+    /// Jog in motion, unless it is ending. `None` without a jog.
     #[must_use]
     pub fn running(&self) -> Option<JogId> {
         match self.motion {

@@ -336,7 +336,7 @@ impl Preflight {
     /// ```
     ///
     /// # Errors
-    /// As [`check`](Self::check).
+    /// Same as [`check`](Self::check).
     pub fn estimate(&self, commands: &[Set]) -> Result<Duration> {
         self.clone().sum(commands)
     }

@@ -85,7 +85,7 @@ impl Preflight {
         self.model.planner(self.now.settings.tool(), speeds)
     }
 
-    /// Notes a motion within this arm's limits but beyond those that every arm keeps.
+    /// Notes a motion within this arm's limits but beyond the limits common to all arms.
     fn note_doubt(&mut self, plan: &Result<Plan, MotionError>) {
         let certain = self.model.certain;
         if self.model.limits != certain

@@ -47,7 +47,7 @@ impl CheckedProgram {
     /// Checks a command and adds it.
     ///
     /// # Errors
-    /// As [`Preflight::check`].
+    /// Same as [`Preflight::check`].
     pub fn add(&mut self, command: &Set) -> Result<()> {
         let step = self.check.check(command)?;
         self.doubt = self.doubt.or(step.doubt);
@@ -58,8 +58,8 @@ impl CheckedProgram {
     /// Checks commands and adds them, up to the first refused one.
     ///
     /// # Errors
-    /// As [`add`](Self::add), with the [step](crate::Error::step) counted from the beginning of the
-    /// program.
+    /// Same as [`add`](Self::add), with the [step](crate::Error::step) counted from the beginning
+    /// of the program.
     pub fn extend(&mut self, commands: &[Set]) -> Result<()> {
         self.items.reserve(commands.len());
         for command in commands {
@@ -72,7 +72,7 @@ impl CheckedProgram {
     /// Checks that the program may end here.
     ///
     /// # Errors
-    /// As [`Preflight::finish`].
+    /// Same as [`Preflight::finish`].
     pub fn finish(&self) -> Result<()> {
         self.check.finish()
     }
@@ -130,7 +130,7 @@ impl Preflight {
     /// Checks a whole program, including its end, from here.
     ///
     /// # Errors
-    /// As [`check`](Self::check), with the [step](crate::Error::step), and
+    /// Same as [`check`](Self::check), with the [step](crate::Error::step), and
     /// [`finish`](Self::finish).
     pub fn program(self, commands: &[Set]) -> Result<CheckedProgram> {
         let mut program = CheckedProgram::begin(self);

@@ -15,7 +15,7 @@ pub(super) fn stops(frame: &Frame<'_>) -> bool {
     ];
     let at_once = frame.ctrl().write() && !frame.ctrl().queued();
     match Row::with_id(frame.id()) {
-        // These act at once whatever the queued bit says.
+        // Stop commands act at once whatever the queued bit says.
         Some(row) if row.sets(frame.ctrl()) && STOPS.contains(&row.id) => true,
         _ => at_once && jog(frame).is_some_and(|jog| jog.cmd == JogCommand::Stop),
     }

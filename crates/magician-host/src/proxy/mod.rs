@@ -29,8 +29,8 @@
 //!   clients. Frames with unknown ids pass.
 //! * **Disconnection.** When a client disconnects, its unsent requests are dropped except stops,
 //!   and a jog that it started is stopped (unless [`keep_going`](Settings::keep_going)). Its queued
-//!   commands are its own business. A lost line ends all waiting requests and those that arrive
-//!   meanwhile: nothing is executed later that was requested before.
+//!   commands are its own business. A lost line ends all waiting requests, and requests that arrive
+//!   before the line is back: none is executed later.
 
 mod arm;
 mod cut;

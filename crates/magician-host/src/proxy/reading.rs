@@ -47,8 +47,7 @@ impl Readings {
         });
     }
 
-    /// Reply that is not older than `fresh` and that this client has not got. `None` if no
-    /// kept reply fits.
+    /// Reply that is at most `fresh` old and new to this client. `None` if no kept reply fits.
     pub(super) fn take(
         &mut self,
         now: Micros,

@@ -177,7 +177,7 @@ impl std::error::Error for StreamFailure {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Refused {
-    /// There is no [`room`](super::Stream::room).
+    /// The stream has no [`room`](super::Stream::room).
     Full,
     /// The command cannot be queued.
     NotQueueable,

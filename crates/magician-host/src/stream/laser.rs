@@ -12,7 +12,8 @@ impl Stream {
     /// True if a command may be put in only together with the command that switches the laser off
     /// after it.
     pub(super) fn is_held(&self, entry: &Entry) -> bool {
-        // A path's laser that is not trusted to go out at rest needs a dark segment behind it.
+        // If the firmware is not trusted to switch a path's laser off at rest, a dark segment must
+        // follow.
         let path = !self.settings.dark_at_rest && path_power(&entry.item.command) != 0.0;
         entry.lit || path
     }
@@ -37,8 +38,8 @@ impl Stream {
             moves |= entry.item.time > 0;
             count += 1;
         }
-        // Nothing follows: a path gets its dark end, and a switched laser stays as the caller left
-        // it.
+        // End of the stream: a path gets its dark end, and a switched laser stays as the caller
+        // left it.
         if self.ended {
             return Some(count + self.seal(from, count));
         }

@@ -198,7 +198,7 @@ impl Stream {
     /// Accounts for all commands by the last index given, with the arm at rest.
     fn account(&mut self, current: u64, left: u32) {
         let queued = u64::from(self.credit.places.saturating_sub(left));
-        // As in `index_tracker`: after a Clear the base stands in for the current index.
+        // Same rule as in `index_tracker`: after a Clear the base stands in for the current index.
         let tail = current.max(self.base).saturating_add(queued);
         let last = self.last.unwrap_or(self.base);
         let gone = self.entries.iter().filter(|entry| !entry.is_waiting());

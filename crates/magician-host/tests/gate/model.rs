@@ -28,7 +28,7 @@ pub(crate) enum Event {
     /// A jog is requested. False if its command cannot be sent when its turn comes.
     Ask(Holder, JogDirection, bool),
     Keep(JogId),
-    /// It is kept up at its deadline, before the driver has noticed the deadline.
+    /// Kept up at its deadline, before the driver has noticed the deadline.
     KeepLate(JogId),
     /// The current jog is bounded, this many moments from now.
     Bound(JogId, Micros, JogEnd),

@@ -128,7 +128,7 @@ impl Work {
             }
         };
         let _ = timeout(AT_ONCE, restoring).await;
-        // What the arm did not take stays in the file, for the next program.
+        // Settings not taken by the arm stay in the file, for the next program.
         saved.leave();
     }
 

@@ -77,7 +77,7 @@ impl Work {
                 }
                 self.shared.tell(JobEvent::Waits(Waits::Nothing));
             }
-            // Nothing of the dead run may follow once the arm is started again.
+            // Commands of the dead run must not follow once the arm is started again.
             arm.queue().clear().await?;
         }
         self.check_ready().await?;
@@ -249,8 +249,9 @@ impl Work {
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
-        // If the arm also counts commands that are not steps, its pose may decide. Not before the
-        // first motion of the program: where the arm stood when that began is not known any more.
+        // If the arm also counts commands outside the program, its pose may decide. Not before the
+        // first motion of the program, because the position in which the arm began is no longer
+        // known.
         let doubt = checkpoint.doubt(seen, program.numbering());
         let mixed = doubt.filter(|doubt| doubt.why == DoubtReason::Mixed);
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {

@@ -132,8 +132,8 @@ struct Work {
     pace: Mutex<Pace>,
     /// Stops of the arm before the job began, which are not the job's.
     stops: u64,
-    /// True if the arm's index may skip numbers: the driver may insert commands of its own between
-    /// those of the program, and a line that duplicates frames adds some.
+    /// True if the arm's index may skip numbers: the driver may insert commands between the
+    /// program's, and a line that duplicates frames adds some.
     passes_over: bool,
     /// True if the job may switch a laser on.
     burns: bool,

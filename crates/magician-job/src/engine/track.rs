@@ -215,7 +215,7 @@ impl Track {
         self.close();
     }
 
-    /// As [`ends`](Self::ends), for an arm that was stopped at `pose`. A burn resumes a braking
+    /// Like [`ends`](Self::ends), for an arm that was stopped at `pose`. A burn resumes a braking
     /// distance before it, because where the laser went out is unknown.
     pub(super) fn ends_at(
         &mut self,

@@ -81,7 +81,7 @@ impl Default for HoldToRun {
 }
 
 impl HoldToRun {
-    /// A control that is not held; nothing is known about releases.
+    /// Creates a control at rest, without any known release.
     #[must_use]
     pub const fn new() -> Self {
         Self {

@@ -76,7 +76,7 @@ impl PendantSession {
     /// orders change; its clones may save more settings.
     ///
     /// # Errors
-    /// As [`Laser::check_off`](magician::Laser::check_off) if the laser burns; else as
+    /// Same as [`Laser::check_off`](magician::Laser::check_off) if the laser burns; else as
     /// [`Arm::get`].
     pub async fn open(arm: &Arm, saved: &SavedSettings) -> Result<(Self, Pendant)> {
         arm.laser().check_off().await?;
@@ -165,7 +165,7 @@ pub fn rail_position(arm: &Arm) -> Polled<f32> {
 /// Name given to the arm; empty if it has none, or does not report it.
 ///
 /// # Errors
-/// As [`Arm::get`], except for an arm that does not know the command.
+/// Same as [`Arm::get`], except for an arm that does not know the command.
 pub async fn device_name(arm: &Arm) -> Result<String> {
     let name = known(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
     Ok(name.unwrap_or_default())

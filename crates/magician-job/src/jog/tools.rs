@@ -31,7 +31,7 @@ impl ToolState {
     /// Reads the state from an arm. Missing or unknown outputs count as off.
     ///
     /// # Errors
-    /// As [`Arm::get`], except for an arm that does not know the commands of a tool.
+    /// Same as [`Arm::get`], except for an arm that does not know the commands of a tool.
     pub async fn read(arm: &Arm) -> Result<Self> {
         let outputs = arm.read_outputs().await?;
         Ok(Self {

@@ -58,8 +58,8 @@ pub struct InterruptedJob {
 pub enum JournalError {
     /// No job of this program was interrupted at this arm.
     Nothing,
-    /// As `Nothing`, but jobs of other programs were interrupted, newest first. The same file with
-    /// another placement or other options is another program.
+    /// Like `Nothing`, but jobs of other programs were interrupted, newest first. The same file
+    /// with another placement or other options is another program.
     Others(Vec<InterruptedJob>),
     /// The journal exists but cannot be read: another version wrote it, or it is damaged.
     Unreadable {
@@ -79,7 +79,7 @@ pub trait Journal: Send {
     /// Returns the checkpoint of an earlier job with the same key.
     ///
     /// # Errors
-    /// [`JournalError`] if there is none, or it cannot be read.
+    /// [`JournalError`] without such a checkpoint, or if it cannot be read.
     fn left(&self) -> Result<Checkpoint, JournalError>;
 
     /// Stores a checkpoint.

@@ -228,7 +228,7 @@ impl Recorder {
     /// Takes a last reading and completes the file.
     ///
     /// # Errors
-    /// [`RecordError`], also one that ended the recording before.
+    /// [`RecordError`], including an earlier error that ended the recording.
     pub async fn finish(self) -> Result<Summary, RecordError> {
         // Fails if the task has ended already; its error is returned below.
         let _ = self.stop.send(());

@@ -86,7 +86,7 @@ impl Program {
 impl Sink for Program {
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError> {
         if tool != self.tool && self.recording.length() == 0.0 {
-            // Nothing has moved yet: the changed tool applies to the whole program.
+            // No motion has been recorded yet: the changed tool applies to the whole program.
             self.tool = tool;
             self.recording = Recording::new(self.tolerance);
         }

@@ -19,7 +19,7 @@ pub(super) struct Beginning {
     pub(super) rate: f64,
     /// Largest distance between a program and the motion, mm.
     pub(super) tolerance: f64,
-    /// Tool that poses refer to at first.
+    /// Tool to which the first poses refer.
     pub(super) tool: Tool,
     pub(super) counts_steps: bool,
     /// True if a CSV file gets a line of units.
@@ -30,11 +30,11 @@ pub(super) struct Beginning {
 
 /// Receiver of readings.
 pub(super) trait Sink: Send {
-    /// Writes a reading; `tool` is the one that its pose refers to.
+    /// Writes a reading; its pose refers to `tool`.
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError>;
     /// Writes an event at time `t`, s.
     fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError>;
-    /// Makes everything written so far survive a crash of this program.
+    /// Makes all data written up to now survive a crash of this program.
     fn flush(&mut self) -> Result<(), RecordError>;
     /// Completes the file; returns the number of steps if it is a program.
     fn finish(&mut self) -> Result<Option<usize>, RecordError>;

@@ -150,7 +150,7 @@ impl SavedSettings {
     /// restored again.
     ///
     /// # Errors
-    /// As [`Arm::set`], at the first setting that the arm refuses; the remaining ones are not
+    /// Same as [`Arm::set`], at the first setting that the arm refuses; the remaining ones are not
     /// restored.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
         let restoring = Restoring {
@@ -339,7 +339,7 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
     (!serial.is_empty()).then(|| (ledger, serial.to_owned()))
 }
 
-/// As `of`, but without a request to the arm if no settings of any arm are stored.
+/// Like `of`, but without a request to the arm if no settings of any arm are stored.
 #[cfg(feature = "files")]
 async fn of_any(arm: &Arm) -> Option<(Ledger, String)> {
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));

@@ -63,7 +63,7 @@ impl TeachEditor {
     /// Replaces the target of the selected step by the pose.
     ///
     /// # Errors
-    /// As [`store`](Self::store), and as [`ProgramModel::reteach`].
+    /// Same as [`store`](Self::store), and as [`ProgramModel::reteach`].
     pub fn reteach(&mut self, pose: Option<&Pose>, still: bool) -> Result<(), TeachError> {
         self.program.reteach(standing(pose, still)?)
     }
@@ -71,7 +71,7 @@ impl TeachEditor {
     /// Makes the next stored point the end of an arc through this pose.
     ///
     /// # Errors
-    /// As [`store`](Self::store).
+    /// Same as [`store`](Self::store).
     pub fn arc_through(&mut self, pose: Option<&Pose>, still: bool) -> Result<(), TeachError> {
         self.program.arc_through(standing(pose, still)?);
         Ok(())

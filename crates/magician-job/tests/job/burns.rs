@@ -140,7 +140,7 @@ async fn resume(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> f6
     tried(arm, spec, journal).await.expect("it goes on")
 }
 
-/// As `resume`; `None` if the arm's indices leave the finished steps in doubt.
+/// Like `resume`; `None` if the arm's indices leave the finished steps in doubt.
 async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Option<f64> {
     let job = Job::start(arm, spec.start(Start::Resume), journal);
     let mut events = job.events();

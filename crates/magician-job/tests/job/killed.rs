@@ -103,7 +103,7 @@ pub(super) async fn killed(
     killed_with(program, speed, before, |spec| spec).await
 }
 
-/// As `killed`, for a job started in a given way.
+/// Like `killed`, for a job started in a given way.
 async fn killed_with(
     program: &Program,
     speed: u8,
@@ -198,8 +198,8 @@ async fn killed_job_resumes_without_lost_or_doubled_strokes_from_any_instant() {
     }
 }
 
-/// Indices may count commands that are not steps: then the pose decides, or the job says why it
-/// cannot.
+/// Indices may also count commands outside the program. Then the pose decides, or the job says why
+/// it cannot resume.
 #[tokio::test(start_paused = true)]
 async fn killed_job_whose_indices_may_be_passed_over_resumes_by_the_pose_or_says_why_not() {
     for kind in [Kind::Lines, Kind::Jumps] {

@@ -637,7 +637,7 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
             };
             job.outcome().await.expect("it goes on");
             let more = ink(&cell).1 - whole;
-            // These lines of 3 and 1 mm with right angles are followed at up to (2 * 100 mm/s2 *
+            // The arm follows these lines of 3 and 1 mm with right angles at up to (2 * 100 mm/s2 *
             // 1.5 mm)^0.5 = 17.4 mm/s: the laser went out within one period at that speed, and an
             // arm at rest within a period adds half of it.
             let period = 0.02 * 17.4;

@@ -321,7 +321,7 @@ async fn dose(
     (dose, done.seconds)
 }
 
-/// Nothing is burnt deeper: neither where the speed changes nor at corners and ends.
+/// No point is burnt deeper, neither where the speed changes nor at corners and ends.
 #[tokio::test(start_paused = true)]
 async fn what_burns_in_proportion_to_speed_is_slower_with_less_power() {
     let (full, usual) = dose(|_, _| {}).await;

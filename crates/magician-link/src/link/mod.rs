@@ -72,7 +72,7 @@ impl Asked {
     }
 }
 
-/// One connection of a program, as a session of a station.
+/// Connection of a program, as a session of a station.
 ///
 /// Messages of the program go to [`receive`](Self::receive), those of the station to
 /// [`hear`](Self::hear). Messages to send come from [`poll_station`](Self::poll_station) and
@@ -121,7 +121,7 @@ impl Link {
     /// Processes a message of the program.
     pub fn receive(&mut self, now: HostInstant, text: &str) {
         self.heard = now;
-        // Like DobotLink: text that is not JSON is not answered.
+        // DobotLink does not answer text other than JSON either.
         let Some(request) = Request::parse(text) else {
             return;
         };

@@ -141,7 +141,7 @@ impl Link {
             Err(error) => {
                 if let (WriteEnd::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
                     let others = arm.writes.iter();
-                    // Another jog may wait behind the one that failed.
+                    // Another jog may wait behind the failed jog.
                     arm.jogs &= { others }.any(|write| matches!(write.end, WriteEnd::Jog));
                 }
                 return self.answer(&write.asked, &Err(error));

@@ -42,7 +42,7 @@ impl Diagnosis {
         let (pose, index) = {
             let mut at = to.count("timing answers", 2 * count);
             let pose = round_trips::<Pose>(arm, count, &mut at).await?;
-            // One progress count for both kinds.
+            // Both kinds share a progress count.
             let more = |done| at(count + done);
             let index = round_trips::<QueuedCmdCurrentIndex>(arm, count, more).await?;
             (pose, index)
@@ -198,7 +198,7 @@ async fn alarms<A: Attendant>(
                 Part::from(Action::Home),
                 " homes it, which clears the alarm".into(),
             ]),
-            // Nothing has to be done before clearing it.
+            // The alarm can be cleared without further steps.
             (false, _) | (true, "") => {
                 finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
             }
@@ -217,7 +217,7 @@ async fn alarms<A: Attendant>(
             "unknown: this computer saw no homing since power-up, and the arm does not report it"
         }
     };
-    // A note, because an arm that is not homed works; only its positions are off.
+    // Only a note: an arm not homed works, but its positions are off.
     let finding = Finding::note("homed", finding).advise([
         Part::from(Action::Home),
         " corrects its positions; it moves through much of its range".into(),

@@ -326,7 +326,7 @@ impl Fence {
     }
 }
 
-/// One line: `floor z -60.0 mm, 2 keep-outs, at most 100.0 mm/s`.
+/// Formats the fence as one line: `floor z -60.0 mm, 2 keep-outs, at most 100.0 mm/s`.
 impl fmt::Display for Fence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut comma = "";

@@ -281,7 +281,7 @@ fn points_where_the_arm_cannot_be_are_refused_before_anything_moves() {
             Err(MotionError::Limit { .. })
         ));
     }
-    // J4 is checked at the target only: the arc has no rotation of its own at `via`.
+    // J4 is checked at the target only: the arc has no separate rotation at `via`.
     let turned = |pose: Pose| Pose { r: 200.0, ..pose };
     let other = Pose::new(220.0, 30.0, 20.0, 0.0);
     assert!(matches!(
@@ -379,7 +379,7 @@ proptest! {
             let (angle, radius, height) = ring.seen(&state.pose);
             prop_assert!((radius - ring.radius).abs() < 1e-9, "{radius} for {}", ring.radius);
             prop_assert!(height.abs() < 1e-9, "{height}");
-            // As far round as the profile says, in the sense of the three points.
+            // The angle passed agrees with the profile, in the sense of the three points.
             let ahead = sense * (angle - start) - sweep * motion.progress(t);
             let ahead = (ahead + 180.0).rem_euclid(360.0) - 180.0;
             prop_assert!(ahead.abs() < 1e-6 * (1.0 + 1.0 / ring.radius), "{ahead} of {sweep}");

@@ -65,7 +65,7 @@ fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
         let before = f64::from(tenths) * 0.1;
         let planner = Planner {
             geometry: Geometry::magician(ToolBias::new(-100.0, 20.0, 0.0)),
-            // It reaches the circle after a second.
+            // The arm reaches the circle after a second.
             speeds: Speeds {
                 linear_velocity: 300.0,
                 linear_acceleration: 2.0 * before,

@@ -348,8 +348,8 @@ proptest! {
             prop_assert_eq!(place(plan.trajectory.end()), to);
             let left = distance(place(plan.trajectory.start()), to);
             prop_assert!((plan.trajectory.progress(plan.trajectory.duration_us()) - 1.0).abs() < 1e-12 || left < 1e-9);
-            // It gains or loses what the rest allows, and ends as requested whenever it must be
-            // slower.
+            // The exit speed is the requested one, unless the rates or the remaining length do not
+            // allow that much.
             let gained = (before.path_speed(running.at_us).powi(2) + 2.0 * rates.acceleration * left).sqrt();
             prop_assert!((plan.trajectory.exit_speed() - exit.min(rates.velocity).min(gained)).abs() < 1e-6);
             for share in 0..=8u64 {

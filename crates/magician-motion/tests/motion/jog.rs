@@ -381,7 +381,7 @@ proptest! {
             prop_assert!(error <= 0.25 * back.acceleration * (step + 1e-6) * (step + 1e-6) + 1e-6, "{error}");
             (velocity, place, before) = (faster, value(jog.axis, &now), t);
         }
-        // It ends at full speed in the new direction, unless a limit or lack of room ends it
+        // The jog ends at full speed in the new direction, unless a limit or lack of room ends it
         // before.
         let last = second.velocity_along(jog.axis, second.duration_us() - 1);
         let room = (value(jog.axis, second.end()) - value(jog.axis, &start)).abs();

@@ -93,7 +93,7 @@ fn the_corners_follow_the_heights() {
         );
         let stops = stops(&planner.plan(&from, &request).expect("planned").trajectory);
         let z = |stop: Option<&Pose>| (stop.expect("a stop").z * 1e3).round() / 1e3;
-        // A leg of no length is no stop of its own: count corners from both ends.
+        // A leg of zero length adds no stop, so count corners from both ends.
         let lift = if stops.len() > 1 { z(stops.get(1)) } else { z0 };
         let descent = if stops.len() == 4 {
             z(stops.get(2))

@@ -22,8 +22,8 @@ pub(super) fn field(picture: &Picture) -> Vec<f32> {
     field
 }
 
-/// Returns the distance to the nearest inked pixel of the same column, or width plus height if
-/// there is none.
+/// Returns the distance to the nearest inked pixel of the same column, or width plus height in a
+/// column without ink.
 fn columns(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     let none = u32::try_from(width + height).unwrap_or(u32::MAX / 2);
     let mut distances = vec![none; inked.len()];

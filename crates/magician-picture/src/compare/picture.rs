@@ -17,7 +17,7 @@ pub struct PixelGrid {
 
 impl PixelGrid {
     /// Creates the frame around these points with a margin, mm, at a resolution in pixels per mm.
-    /// The resolution is reduced to keep within 16 million pixels. Points that are not finite are
+    /// The resolution is reduced to keep within 16 million pixels. NaN and infinite points are
     /// ignored.
     #[must_use]
     pub fn around(
@@ -103,7 +103,7 @@ impl Picture {
     /// the frame.
     ///
     /// # Errors
-    /// Those of [`svg_lines`](super::svg_lines).
+    /// Same as [`svg_lines`](super::svg_lines).
     pub fn of_svg(
         frame: PixelGrid,
         svg: &[u8],

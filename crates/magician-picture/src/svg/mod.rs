@@ -220,8 +220,8 @@ pub fn rim(width: &str) -> [(&str, &str); 4] {
     ]
 }
 
-/// Escapes markup. Characters that XML cannot contain, and those that change the direction of text,
-/// are shown by [`visible`].
+/// Escapes markup. Characters that XML forbids or that change the direction of text are shown by
+/// [`visible`].
 fn escape(text: impl Display, to: &mut String) {
     let _ = write!(to, "{}", markup(visible(text)));
 }

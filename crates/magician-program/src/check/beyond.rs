@@ -28,7 +28,7 @@ pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) 
     if nearest.is_nan() || nearest >= FARTHEST {
         return None;
     }
-    // Nothing nearer can be in reach, so begin at the outer circle of the arm.
+    // Begin at the outer circle of the arm, because no nearer point can be in reach.
     let mut distance = nearest.floor() + 1.0;
     while distance <= nearest + 2.0 * longest {
         let mut ring = (0..DIRECTIONS).map(|nth| {

@@ -36,7 +36,7 @@ impl Pen {
         }
     }
 
-    /// True if the laser was switched on by a command of its own, at full power.
+    /// True if the laser was switched on by a separate command, at full power.
     pub(super) fn is_lit(&self) -> bool {
         self.lit
     }

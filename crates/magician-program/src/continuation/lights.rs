@@ -18,12 +18,12 @@ use super::within::{BESIDE, StraightMove, distance, is_straight};
 /// Largest distance of a pose from a line at which it counts as on it, mm: rounding of the arm's
 /// and the plan's coordinates.
 const ON_LINE: f64 = 0.05;
-/// Slots before the current one that are searched for a pose: the arm may have finished short
-/// pieces since its last report.
+/// Number of slots before the current slot that are searched for a pose: the arm may have finished
+/// short pieces since its last report.
 const EARLIER: usize = 8;
 /// Slots searched backwards: more than the pieces of any braking distance.
 const WINDOW: usize = 400;
-/// Slots after the last one that determine the arm's speed: its queue holds no more.
+/// Number of slots after the last slot that determine the arm's speed: its queue holds no more.
 const AHEAD: usize = 32;
 /// Places on a braking distance at which the speed is evaluated.
 const BRAKING_LOOKS: f64 = 100.0;
@@ -98,7 +98,7 @@ impl Line {
         }
     }
 
-    /// As `way_before`, after a share of the line.
+    /// Like `way_before`, after a share of the line.
     fn way_after(&self, share: f64, seconds: f64) -> (f64, f64) {
         let length = self.way.length();
         let left = (1.0 - share) * length;
@@ -121,12 +121,13 @@ impl Line {
 pub(crate) struct Lines {
     /// First slot.
     first: usize,
-    /// Motion by slot; `None` for a slot that is not straight or sends nothing.
+    /// Motion by slot; `None` for a slot without a straight motion.
     lines: Vec<Option<Line>>,
 }
 
 impl Lines {
-    /// Lines of the slots up to `last`, none before `lead`. `course` is at the first of all slots.
+    /// Collects the motions of the last slots up to `last`, from `lead` on. `course` is the state
+    /// before the first slot.
     pub(crate) fn of(
         course: &mut Preflight,
         slots: impl Iterator<Item = Option<Set>>,

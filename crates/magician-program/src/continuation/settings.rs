@@ -33,7 +33,7 @@ enum Rail {
     #[default]
     Unsent,
     At(f32),
-    /// Unknown: the carriage was moved by a path from an unknown start.
+    /// Unknown, because a path from an unknown start has moved the carriage.
     Lost,
 }
 
@@ -112,7 +112,7 @@ impl Settings {
         matches!(self.rail, Rail::Lost)
     }
 
-    /// Target of the carriage on the rail, mm; `None` if it was never sent anywhere.
+    /// Target of the carriage on the rail, mm; `None` if the plan never moved the carriage.
     pub(super) fn rail(&self) -> Option<f32> {
         match self.rail {
             Rail::At(l) if self.with_rail => Some(l),

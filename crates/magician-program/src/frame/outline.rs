@@ -147,8 +147,8 @@ impl Bitmap {
         grown
     }
 
-    /// True if all neighbours have the same value: the disc around such a pixel changes nothing
-    /// that theirs do not.
+    /// True if all neighbours have the same value: the disc around such a pixel adds nothing to the
+    /// discs of its neighbours.
     fn is_within(&self, x: usize, y: usize, marked: bool) -> bool {
         let same = |x: Option<usize>, y: Option<usize>| {
             let (Some(x), Some(y)) = (x.filter(|x| *x < self.width), y) else {

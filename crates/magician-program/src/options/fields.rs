@@ -22,7 +22,7 @@ pub struct OptionError {
     pub key: String,
     /// Reason, in a sentence that names the option.
     pub message: Message,
-    /// Missing option that this one needs, if that is the reason.
+    /// Option that is needed and missing, if that is the reason.
     pub needs: Option<Need>,
 }
 
@@ -45,7 +45,7 @@ impl fmt::Display for OptionError {
 impl std::error::Error for OptionError {}
 
 impl Need {
-    /// As `Display`, as part of a message.
+    /// Same text as `Display`, as part of a message.
     fn in_words(&self) -> Message {
         let name = OptionName(self.name);
         match self.values {
@@ -83,7 +83,7 @@ impl SetupOptions {
         Ok(options)
     }
 
-    /// As [`from_fields`](Self::from_fields), for options that others will complete
+    /// Like [`from_fields`](Self::from_fields), for options that others will complete
     /// ([`or`](Self::or)). Contradictions are not checked yet; [`check`](Self::check) does that
     /// later.
     ///
@@ -154,7 +154,7 @@ impl SetupOptions {
         let mut read = Self::default();
         for (row, value) in self.values() {
             match value {
-                // Not expressible in JSON, but set by our own code and therefore valid.
+                // The value has no JSON form, but only our own code sets it, so it is valid.
                 Some(_) if from_file && row.name == "font" => {}
                 Some(_) if by_file && row.name == "work" => {}
                 // JSON has no form for NaN and infinity.
@@ -178,7 +178,7 @@ impl SetupOptions {
             .collect()
     }
 
-    /// Returns these options without those that `over` effectively replaces: options of the other
+    /// Returns these options without any that `over` effectively replaces: options of the other
     /// kind of work, options that contradict one in `over`, and options whose partner `over`
     /// changes or drops.
     pub(super) fn agreeing_with(&self, over: &Self) -> Self {
@@ -265,7 +265,7 @@ impl SetupOptions {
     }
 }
 
-/// One member for each option; null or false if it is not set.
+/// Serialises one member for each option; null or false if the option is not set.
 impl Serialize for SetupOptions {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let values = self.values().into_iter().map(|(row, value)| {

@@ -14,8 +14,9 @@ impl SetupOptions {
         self.frame.is_some() && self.work.is_none() && self.tool.is_none()
     }
 
-    /// Chooses the work that a frame traces, if neither the work nor the tool was given: what the
-    /// pen or laser set on the arm would make of the file, otherwise what the usual tool would.
+    /// Chooses the work that a frame traces, if neither the work nor the tool was given: the work
+    /// that the pen or laser set on the arm would do with the file, otherwise the work of the usual
+    /// tool.
     ///
     /// Returns a note about the choice, to be shown first; `None` if there is no frame or nothing
     /// to choose.

@@ -57,7 +57,7 @@ impl WorkOption {
         }
     }
 
-    /// Values of the option `work` with which an option of this work applies.
+    /// Values of the option `work` that make options of this work applicable.
     fn values(self) -> &'static [&'static str] {
         match self {
             Self::Draw => &["draw"],
@@ -86,7 +86,7 @@ words! {
     Dither = "dither",
 }
 
-/// Defaults from the settings, for options that are not given.
+/// Defaults from the settings, for omitted options.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct SetupDefaults {
@@ -122,7 +122,7 @@ impl SetupOptions {
         }
     }
 
-    /// Returns the setup: how the file is to be done.
+    /// Returns the setup for the file.
     #[must_use]
     pub fn setup(&self, defaults: &SetupDefaults) -> Setup {
         let usual = Marking::pen();

@@ -15,59 +15,60 @@ use crate::Format;
 
 /// Option of [`SetupOptions`]: name, kind, range, and help.
 ///
-/// Serialised, it is what a form needs to ask for the option.
+/// The serialised row contains all that a form needs to ask for the option.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct OptionSpec {
-    /// Name of its member in an object.
+    /// Name of the option, and of its member in a JSON object.
     pub name: &'static str,
-    /// Kind of its value.
+    /// Kind of the value.
     pub kind: OptionKind,
-    /// `mm`, `mm/s`, `deg`, `%`, `px`, or empty.
+    /// Unit of the value: `mm`, `mm/s`, `deg`, `%`, `px`, or empty.
     pub unit: &'static str,
     /// Words that may be chosen.
     pub choices: &'static [&'static str],
     /// Default value; `None` if it depends on something else.
     pub default: Option<DefaultValue>,
-    /// Inclusive lower bound of its numbers.
+    /// Inclusive lower bound of the numbers.
     pub least: Option<f64>,
-    /// Exclusive lower bound of its numbers.
+    /// Exclusive lower bound of the numbers.
     pub above: Option<f64>,
-    /// Inclusive upper bound of its numbers.
+    /// Inclusive upper bound of the numbers.
     pub most: Option<f64>,
-    /// Option without which it has no effect; `None` if it always applies. `work` need not be
-    /// given: the tool decides, since a laser engraves and every other tool draws.
+    /// Other option without which this one has no effect; `None` if it always applies. `work` need
+    /// not be given: the tool decides, since a laser engraves and every other tool draws.
     pub with: Option<&'static str>,
-    /// Values of that option with which it applies; if empty, that option must be on.
+    /// Values of the other option with which this one applies; if empty, the other must be on.
     pub when: &'static [&'static str],
     /// Group in forms and help.
     pub group: OptionGroup,
-    /// True if users usually set it.
+    /// True if users usually set the option.
     pub usual: bool,
     /// Purpose, in one sentence.
     pub about: &'static str,
-    /// Further sentences, where there is room for them; empty if there are none.
+    /// Further sentences, where there is room for them; may be empty.
     #[serde(skip)]
     pub detail: &'static str,
-    /// Purpose of switching it off; empty if it is no switch that is on by default.
+    /// Purpose of switching the option off; empty unless it is a switch that is on by default.
     #[serde(skip)]
     pub off: &'static str,
     /// Default as part of a sentence, where it depends on something else; empty if it does not.
     #[serde(skip)]
     pub usually: &'static str,
-    /// Accepted values as part of a sentence, where kind and range do not say it.
+    /// Accepted values as part of a sentence, if kind and range do not suffice.
     #[serde(skip)]
     pub expects: &'static str,
-    /// Placeholder of its value on a command line; empty if kind and unit say it.
+    /// Placeholder of the value on a command line; empty if it follows from kind and unit.
     #[serde(skip)]
     pub placeholder: &'static str,
-    /// Work that it belongs to, and that the other work refuses it; `None` for both.
+    /// Kind of work to which the option belongs; the other kind refuses it. `None` if it belongs to
+    /// both.
     #[serde(skip)]
     pub work: Option<WorkOption>,
-    /// Option without which it is refused.
+    /// Other option without which this one is refused.
     #[serde(skip)]
     pub needs: Option<Need>,
-    /// Options that contradict it.
+    /// Options that contradict this one.
     #[serde(skip)]
     pub contradicts: &'static [&'static str],
     #[serde(skip)]
@@ -78,18 +79,18 @@ pub struct OptionSpec {
     changes: &'static [(&'static [Format], Change)],
 }
 
-/// Option without which another one is refused.
+/// Need of an option: another one without which it is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Need {
-    /// Name of the option.
+    /// Name of the needed option.
     pub name: &'static str,
-    /// Values that are enough; if empty, any value is.
+    /// Values that suffice; if empty, any value does.
     pub values: &'static [&'static str],
 }
 
 impl Need {
-    /// True if this value of the option is enough.
+    /// True if this value of the needed option suffices.
     pub(super) fn is_met_by(&self, value: &Value) -> bool {
         let is_named = |text| self.values.is_empty() || self.values.contains(&text);
         value.as_str().is_some_and(is_named)
@@ -101,7 +102,7 @@ impl Need {
 #[serde(rename_all = "lowercase")]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum OptionKind {
-    /// One of several words.
+    /// A word from a list of choices.
     Choice,
     /// A number.
     Number,
@@ -150,7 +151,7 @@ pub enum OptionGroup {
     Laser,
     /// Motion of the pen, and lines of drawings.
     Pen,
-    /// The rest.
+    /// All other options.
     More,
 }
 
@@ -168,7 +169,7 @@ impl OptionGroup {
 pub enum DefaultValue {
     /// A number.
     Number(f64),
-    /// One of the choices.
+    /// A word from the choices.
     Word(&'static str),
     /// On or off.
     Switch(bool),
@@ -177,34 +178,34 @@ pub enum DefaultValue {
 /// Difference of an option for certain formats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// Switch without which it has no effect.
+    /// Switch without which the option has no effect.
     With(&'static str),
     /// Another default.
     Default(DefaultValue),
 }
 
 impl OptionSpec {
-    /// True if it applies to files of this format.
+    /// True if the option applies to files of this format.
     #[must_use]
     pub fn counts_for(&self, format: Format) -> bool {
         self.formats.contains(&format)
     }
 
-    /// True if users of some format usually set it.
+    /// True if users of some format usually set the option.
     #[must_use]
     pub fn is_usual(&self) -> bool {
         !self.usual_for.is_empty()
     }
 
-    /// True if it is a switch whose default depends on the format, so that either position may have
-    /// to be given.
+    /// True for a switch whose default depends on the format, so that either position may have to
+    /// be given.
     #[must_use]
     pub fn has_both_positions(&self) -> bool {
         let is_default = |(_, change): &(_, Change)| matches!(change, Change::Default(_));
         self.kind == OptionKind::Switch && self.changes.iter().any(is_default)
     }
 
-    /// True if it is a switch that is off by default.
+    /// True for a switch that is off by default.
     #[must_use]
     pub fn is_off(&self) -> bool {
         self.default == Some(DefaultValue::Switch(false))

@@ -80,10 +80,10 @@ macro_rules! setup_options {
         $about:literal, $($detail:literal,)?
         $field:ident $(as $name:literal)?: $type:ty = $spec:expr;
     )*) => {
-        /// Options for drawing, engraving and running a file. Options that are not set follow the
-        /// settings or the file. Lengths are mm, angles degrees, speeds mm/s.
+        /// Options for drawing, engraving and running a file. Unset options follow the settings or
+        /// the file. Lengths are mm, angles degrees, speeds mm/s.
         ///
-        /// In JSON each option is a member of its own name: numbers as numbers, points as arrays,
+        /// In JSON each option is a member under its name: numbers as numbers, points as arrays,
         /// switches as booleans. The rows of [`OPTIONS`](Self::OPTIONS) describe them.
         ///
         /// ```

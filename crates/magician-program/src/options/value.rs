@@ -33,7 +33,7 @@ pub(super) trait Member: Sized {
     /// Parses a JSON value.
     ///
     /// # Errors
-    /// As [`OptionValue::from_json`].
+    /// Same as [`OptionValue::from_json`].
     fn read(value: &Value) -> Result<Self, Option<Message>>;
 
     /// Returns the value as JSON; `None` if it is unset.

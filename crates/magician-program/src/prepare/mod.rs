@@ -1,8 +1,9 @@
 //! Preparation: from the bytes of a file to a program for an arm. Every front end uses this route.
 //!
 //! [`PrepareRequest::open`] reads the file, [`OpenedFile::prepare`] places its content and builds
-//! the program. The two are separate because G-code may depend on where the tool is: then preparing
-//! returns [`Preparation::NeedsStart`], the caller reads the pose from the arm, and prepares again.
+//! the program. The two are separate because G-code may depend on the position of the tool:
+//! preparing then returns [`Preparation::NeedsStart`], and the caller reads the pose from the arm
+//! and prepares again.
 
 mod opened;
 
@@ -29,15 +30,15 @@ pub struct PrepareRequest {
     pub title: String,
     /// Content of the file.
     pub bytes: Arc<[u8]>,
-    /// Options for drawing, engraving or running it.
+    /// Options for drawing, engraving or running the file.
     pub options: SetupOptions,
     /// Slope of the surface whose height the options give, mm per mm along x and y.
     pub surface_slope: [f64; 2],
-    /// Note of the preset that the options come from; shown before the notes on the file.
+    /// Note of the preset from which the options come; shown before the notes on the file.
     pub preset_note: Option<Diagnostic>,
     /// Pause at the end of each iteration, ms.
     pub rest: u32,
-    /// Defaults for options that are not given.
+    /// Defaults for omitted options.
     pub defaults: SetupDefaults,
     /// Fence of the arm.
     pub fence: Option<Fence>,
@@ -57,7 +58,7 @@ pub enum StartPosition {
     Ask,
     /// Position of the tool's tip, mm.
     At([f64; 3]),
-    /// Unknown, even to the arm.
+    /// Unknown. No pose can be read from the arm either.
     Unknown,
     /// The position of a virtual arm that is set up for the program.
     Staged,
@@ -76,9 +77,9 @@ pub enum Preparation {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PreparedProgram {
-    /// Program, set to run once.
+    /// The program, set to run once.
     pub program: Program,
-    /// Format of its file.
+    /// Format of the file.
     pub format: Format,
     /// Placement, tool, surface and speeds used.
     pub setup: Setup,
@@ -93,9 +94,9 @@ pub struct PreparedProgram {
     pub notes: Vec<Diagnostic>,
     /// Size, rotation and position. `None` if the coordinates are the arm's.
     pub placed: Option<AppliedPlacement>,
-    /// Reason why it does not fit there, if so.
+    /// Reason why the program does not fit at its place. `None` if it fits.
     pub misfit: Option<Diagnostic>,
-    /// Size in which it would fit.
+    /// Size and rotation in which the program would fit.
     pub would_fit: Option<WouldFit>,
     /// Parts as in the file, without times: layers, unless the options choose others.
     pub parts: Vec<PartSummary>,
@@ -115,7 +116,7 @@ pub enum PrepareStage {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrepareError {
-    /// Stage at which it failed.
+    /// Stage at which preparation failed.
     pub stage: PrepareStage,
     /// Problem with the file or the options.
     pub problem: Box<Diagnostic>,
@@ -273,7 +274,7 @@ impl PreparedProgram {
         self.start.is_some() && depends
     }
 
-    /// True if its coordinates are used as arm coordinates.
+    /// True if the coordinates of the file are used as arm coordinates.
     #[must_use]
     pub fn is_raw(&self) -> bool {
         self.placed.is_none() && self.misfit.is_none()

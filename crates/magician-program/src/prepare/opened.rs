@@ -46,7 +46,7 @@ struct FileRead {
 struct Start {
     /// Position of the tool's tip, mm.
     at: [f64; 3],
-    /// True if the options give it.
+    /// True if the options set the position.
     is_given: bool,
     /// Joint angles of a staged arm at that position.
     stands: Option<JointAngles>,
@@ -165,8 +165,8 @@ impl OpenedFile {
         };
         let [x, y, z] = at;
         let mut how = how;
-        // In the program's own coordinates, before it is moved: motion at the tool's position must
-        // stay there after the move. Motion only relative to it moves along.
+        // The program is shifted after reading, so subtract the shift: motion at the tool's
+        // position must stay there. If every motion depends on the start, the whole program shifts.
         how.gcode.start = Some(match &anywhere {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,
@@ -298,8 +298,8 @@ impl OpenedFile {
 }
 
 impl Start {
-    /// Number of steps that depend on the start position: up to where the plan agrees with the one
-    /// read without it.
+    /// Number of steps that depend on the start position: up to the step from which the plan agrees
+    /// with the plan read without it.
     fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());

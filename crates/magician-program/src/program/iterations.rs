@@ -20,7 +20,7 @@ impl RemainingProgram {
         at_once(self.check_in_turns(&AtOnce))
     }
 
-    /// As [`check`](Self::check), yielding to other tasks between slices.
+    /// Like [`check`](Self::check), yielding to other tasks between slices.
     pub async fn check_in_turns(&self, turns: &impl Turns) -> Report {
         let mut report = check_in_turns(&self.first, &self.told, turns).await;
         if self.follow != Some(0) && report.is_good() {

@@ -195,7 +195,7 @@ impl Program {
         Err(Diagnostic::of_file(message))
     }
 
-    /// One command of each kind, which is all that `Arm::preflight_for` needs to know what to read
+    /// Returns one command of each kind, from which `Arm::preflight_for` finds out what to read
     /// from an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
@@ -207,17 +207,17 @@ impl Program {
     /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// As [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
+    /// Same as [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }
 
-    /// As [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
+    /// Like [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
     /// step moves straight through `at`, it continues from there, otherwise it starts over.
     /// [`RemainingProgram::goes_on`] computes step and place.
     ///
     /// # Errors
-    /// As [`remaining`](Self::remaining).
+    /// Same as [`remaining`](Self::remaining).
     pub fn remaining_within(
         &self,
         from: u64,
@@ -234,7 +234,7 @@ impl Program {
         at_once(self.key_in_turns(&AtOnce))
     }
 
-    /// As [`key`](Self::key), yielding to other tasks between slices.
+    /// Like [`key`](Self::key), yielding to other tasks between slices.
     pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
         // FNV-1a, 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;

@@ -26,7 +26,7 @@ const NEAR: f64 = 0.2;
 /// Largest distance from its end of an arm that finished a step by itself, mm: rounding of the
 /// arm's and the plan's coordinates.
 const EXACT: f64 = 0.01;
-/// Largest change of a joint that is not motion, deg.
+/// Largest change of a joint that counts as standstill, deg.
 const STILL: f64 = 0.02;
 
 /// Rest of a [`Program`] from one of its steps on, for an arm in a known state: the approach to the
@@ -316,7 +316,7 @@ impl RemainingProgram {
         at_once(self.timetable_in_turns(report, &AtOnce))
     }
 
-    /// As [`timetable`](Self::timetable), yielding to other tasks between slices.
+    /// Like [`timetable`](Self::timetable), yielding to other tasks between slices.
     pub async fn timetable_in_turns(&self, report: &Report, turns: &impl Turns) -> Timetable {
         let Some(all) = report.time else {
             return Timetable::default();
@@ -335,7 +335,7 @@ impl RemainingProgram {
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// As [`timetable`](Self::timetable), with `before` sent first and `change` applied to every
+    /// Like [`timetable`](Self::timetable), with `before` sent first and `change` applied to every
     /// command. Yields to other tasks between slices.
     pub async fn timetable_with(
         &self,
@@ -344,7 +344,7 @@ impl RemainingProgram {
         change: impl Fn(Set) -> Set + Send + Sync,
         turns: &impl Turns,
     ) -> Timetable {
-        // Without a known end at full speed there is none at another speed either.
+        // An end unknown at full speed is unknown at any other speed too.
         if unchanged.left(0).is_none() {
             return Timetable::default();
         }
@@ -501,7 +501,7 @@ impl RemainingProgram {
         }
     }
 
-    /// Length burnt by the step after `steps`, mm; `None` if that is not a burning line.
+    /// Length burnt by the step after `steps`, mm; `None` unless that step burns a line.
     #[must_use]
     pub fn burn_after(&self, steps: u64) -> Option<f64> {
         let passed = self.slots_before(steps)?;

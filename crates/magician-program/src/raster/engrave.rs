@@ -20,7 +20,7 @@ use crate::{Artwork, Diagnostic, Origin, Plan, Stroke, Surface, Tool};
 pub struct Engrave {
     /// Distance of the lines, and resolution of the power along a line, mm.
     pub spacing: f64,
-    /// Smallest and largest power, percent: for the lightest grey that is not white, and for black.
+    /// Smallest and largest power, percent: for the lightest grey below white, and for black.
     pub power: [f64; 2],
     /// Conversion of grey levels to power.
     pub tone: Tone,
@@ -92,10 +92,11 @@ impl Engrave {
         known.min(self.spacing / period)
     }
 
-    /// Frames of an image of this size (mm): its own, and the one that the tool crosses, which is
-    /// wider by the overscan. They are placed like a drawing; [`Grid::of_frame`] returns the
-    /// resulting position of the image. With a page of the image's size the image is aligned with
-    /// the corners of a sheet.
+    /// Returns the frames of an image of this size (mm): its outline, and the area that the tool
+    /// crosses, which is wider by the overscan.
+    ///
+    /// They are placed like a drawing; [`Grid::of_frame`] returns the resulting position of the
+    /// image. With a page of the image's size the image is aligned with the corners of a sheet.
     ///
     /// The overscan does not shrink with an image that is scaled to fit; [`placed`](Self::placed)
     /// accounts for that.

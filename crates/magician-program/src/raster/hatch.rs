@@ -15,7 +15,7 @@ const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
 /// Sampling distance along a line, in pen widths.
 const STEP: f64 = 0.5;
 
-/// One layer of hatching.
+/// Layer of hatching.
 struct Hatching {
     /// Darkness above which the layer is drawn, 0 to 1.
     darker_than: f64,
@@ -109,8 +109,8 @@ fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]
     (from < to && from.is_finite() && to.is_finite()).then(|| [at(from), at(to)])
 }
 
-/// Stretches of a line on which the image is darker than a level. They are shortened so that the
-/// round caps of the pen ink as much as square ends at the edge would.
+/// Stretches of a line on which the image is darker than a level. They are shortened so that a
+/// stretch with the pen's round caps inks as much as one with square ends at the edge.
 fn stretches(shade: &Shade, line: [[f64; 2]; 2], level: f64, pen_width: f64) -> Vec<[f64; 2]> {
     let length = distance(line[0], line[1]);
     let count = (length / (STEP * pen_width)).ceil().max(1.0) as usize;

@@ -190,7 +190,7 @@ impl<'e> Scan<'e> {
             back.for_each(|run| self.extend(edge(run.from), run.level));
             self.extend(left - beyond, 0);
         } else {
-            // The overscan before the line is a segment of its own, so that the burn begins at full
+            // The overscan before the line is a separate segment, so that the burn begins at full
             // speed.
             self.segments.push((left - beyond, 0));
             self.segments.push((left, 0));

@@ -104,8 +104,8 @@ struct Swing {
     period: f64,
 }
 
-/// Oscillations from a straight line to one that inks everything up to the next line: first the
-/// amplitude grows, then the frequency.
+/// Oscillations with increasing ink, from a straight line to a line that inks everything up to the
+/// next: first the amplitude grows, then the frequency.
 struct Swings {
     pitch: f64,
     pen: f64,

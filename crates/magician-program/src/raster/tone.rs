@@ -117,7 +117,7 @@ fn table(make: impl Fn(u8) -> u8) -> [u8; 256] {
 /// next, 3, 5 and 1/16 to those below. Every other row runs backwards, so that no pattern leans to
 /// one side. Error passed to a transparent cell is dropped.
 fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
-    // One extra cell on either side receives the error at the edges.
+    // An extra cell on either side receives the error at the edges.
     let mut here = vec![0_i32; columns + 2];
     let mut below = here.clone();
     for (nth, row) in cells.chunks_exact_mut(columns.max(1)).enumerate() {

@@ -80,8 +80,8 @@ impl Rehearsal {
 /// ```
 ///
 /// # Errors
-/// As [`stage`], and for a command that fits no frame. A refusal by the arm is not an error but an
-/// alarm in the [`Rehearsal`].
+/// Same as [`stage`], and for a command that fits no frame. A refusal by the arm is not an error
+/// but an alarm in the [`Rehearsal`].
 pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Error> {
     let mut run = Run::on(stage(plan, options)?, options.watch);
     let mut commands = plan.commands();

@@ -16,7 +16,7 @@ use crate::{Action, Plan, Tool};
 
 /// Compliance of a tool beyond the height range of its surface, mm.
 const GIVE: f64 = 3.0;
-/// Largest compliance of a tool, mm: below that, a surface is not touched.
+/// Largest compliance of a tool, mm. Parts of the surface further down are not touched.
 const MOST_GIVE: f64 = 100.0;
 /// Smallest start height of a tool above the table, mm.
 const CLEAR: f64 = 20.0;
@@ -27,11 +27,11 @@ const AT_SURFACE: f64 = 1e-3;
 /// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
 const FARTHEST_TABLE: f64 = 1000.0;
 
-/// Options of a rehearsal, for what the plan does not say itself.
+/// Options of a rehearsal that the plan itself leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct RehearseOptions {
-    /// Tool on the arm. Default: the plan's tool, or the one that its steps need.
+    /// Tool on the arm. Default: the plan's tool, or the tool that its steps need.
     pub tool: Option<Tool>,
     /// z reported by the arm when its tool touches the table, mm. Default: the plan's surface, or
     /// where its pen draws.
@@ -77,13 +77,13 @@ impl RehearseOptions {
 /// arm is homed and stands at its home point, or above the table if its tool would be inside the
 /// table there.
 ///
-/// A plan with rail positions gets an arm on a rail. A plan without a tool gets the one that its
+/// A plan with rail positions gets an arm on a rail. A plan without a tool gets the tool that its
 /// steps need: a laser for burning, a cup or gripper for handling, else a pen. A tilted surface
 /// becomes a table at its highest point, with a tool that is compliant enough to reach the lowest.
 ///
 /// # Errors
-/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table height that is not finite
-/// or out of range.
+/// [`InvalidInput`](magician_host::ErrorKind::InvalidInput) for a table height that is NaN,
+/// infinite or out of range.
 pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error> {
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
@@ -134,7 +134,7 @@ pub fn start_of(arm: &Controller) -> Preflight {
 /// Start state for a check that holds for the arm of a [`stage`], without creating one.
 ///
 /// # Errors
-/// As [`stage`].
+/// Same as [`stage`].
 pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
     let tool = tool_of(plan, options);
     let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);

@@ -109,7 +109,7 @@ impl DepthSurvey {
 /// Heights at which a program feeds and travels.
 #[derive(Default)]
 struct Levels {
-    /// Lowest Z of a horizontal feed move, or of any feed move if there is none.
+    /// Lowest Z of a horizontal feed move, or of any feed move without a horizontal one.
     lowest: Option<f64>,
     /// Levels by height in thousandths of a millimetre.
     levels: BTreeMap<i64, Level>,

@@ -15,12 +15,13 @@ const SHADED_EFFORT: u64 = 20_000_000;
 const LARGEST: f64 = 1000.0;
 /// Accuracy of the first estimate of a fitting size, mm.
 const ROUGH: f64 = 0.1;
-/// Largest number of times that a file is read: closer chords change its size a little, which
-/// changes the chords it needs.
+/// Largest number of times that a file is read: finer chords change the size a little, which in
+/// turn changes the chords needed.
 const MOST_READINGS: usize = 4;
 
 impl Setup {
-    /// Setup with the requested width or height as a scale. An image has that size already.
+    /// Setup with the requested width or height as a scale. An image already has the requested
+    /// size.
     pub(super) fn sized(&self, content: &Content) -> Result<Self, Diagnostic> {
         let mut setup = self.clone();
         let (axis, wanted) = match self.size {
@@ -74,7 +75,7 @@ impl Setup {
             };
             let scale = self.scale_of(format, &content)?;
             let size = content.longest_side();
-            // Nothing larger can be drawn, so no finer chords are needed.
+            // The arm can draw no larger than this, so no finer chords are needed.
             let scale = if size > 0.0 {
                 scale.min(LARGEST / size)
             } else {

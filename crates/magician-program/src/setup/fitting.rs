@@ -41,11 +41,12 @@ pub struct Prepared {
     pub plan: Plan,
     /// Notes on omissions and assumptions.
     pub notes: Vec<Diagnostic>,
-    /// Placement, if it was placed.
+    /// Applied placement. `None` if the plan was not placed.
     pub placed: Option<AppliedPlacement>,
-    /// Reason why the check will refuse it there, if known before the check.
+    /// Reason why the check will refuse the plan at its place, if known before the check.
     pub misfit: Option<Diagnostic>,
-    /// Size and rotation in which it would fit there, if it does not and there is one.
+    /// Size and rotation in which the plan would fit at its place. `None` if it fits, or does not
+    /// fit in any.
     pub would_fit: Option<WouldFit>,
 }
 
@@ -59,12 +60,12 @@ pub struct AppliedPlacement {
     pub turn: f64,
     /// Middle of the drawn or burnt part, in the arm's x and y, mm.
     pub at: [f64; 2],
-    /// Corners of its page, if one was requested, in the arm's x and y, mm: the lower left one
-    /// first, then counter-clockwise.
+    /// Corners of the page, if one was requested, in the arm's x and y, mm: counter-clockwise from
+    /// the lower left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<[[f64; 2]; 4]>,
-    /// Side of the arm on which it lies, if its place was chosen and it does not fit in front. A
-    /// note says so.
+    /// Side of the arm on which the drawing lies, if fitting chose its place and it does not fit in
+    /// front. A note reports this.
     #[serde(skip)]
     pub beside: Option<Side>,
 }
@@ -92,7 +93,7 @@ impl Prepared {
     /// Returns the plan if it fits at its place.
     ///
     /// # Errors
-    /// The reason if it does not.
+    /// The reason why the plan does not fit.
     pub fn fitting(self) -> Result<Self, Diagnostic> {
         match self.misfit {
             Some(misfit) => Err(misfit),
@@ -102,7 +103,7 @@ impl Prepared {
 }
 
 impl AppliedPlacement {
-    /// True if it was made so small that the user should be asked.
+    /// True if the drawing was reduced to a size at which the user should be asked.
     ///
     /// ```
     /// # use magician_program::{Content, Format, Plan, Setup};
@@ -123,11 +124,11 @@ pub(super) struct PlacedPlan {
     /// Scale; 1 is the true size.
     pub(super) scale: f64,
     pub(super) misfit: Option<FitFailure>,
-    /// Fence that it keeps to.
+    /// Fence that the plan keeps to.
     pub(super) fence: Option<Fence>,
 }
 
-/// Largest plan that passes the check, or the first one tried if none does.
+/// Largest plan that passes the check, or the first plan tried if none passes.
 struct ShrinkResult {
     made: PlacedPlan,
     passes: bool,
@@ -138,12 +139,12 @@ impl PlacedPlan {
         report(&self.plan, self.fence)
     }
 
-    /// True if the arm can do the whole plan.
+    /// True if the arm can carry out the whole plan.
     fn passes(&self) -> bool {
         self.misfit.is_none() && self.report().is_good()
     }
 
-    /// Adds the reason why the arm cannot do it at any size.
+    /// Adds the reason why the arm cannot carry out the plan at any size.
     fn misfitting(self) -> Self {
         let report = self.report();
         let why = report.refused_steps.first().map(|refused_step| FitFailure {
@@ -182,7 +183,7 @@ impl Setup {
         let mut content = self.followed(format, content)?;
         let file = content.take_curves();
         let prepared = self.prepared(format, content)?;
-        // Fitting may reduce it so much that the arm would see an arc as a point.
+        // After a large reduction the arm would see an arc as a point.
         let scale = prepared.placed.map_or(1.0, |placed| placed.scale);
         match file.filter(|file| scale > 0.0 && file.is_unfit_for(scale)) {
             Some(file) if self.placement.fit => self.prepared(format, file.read(scale)?),
@@ -191,10 +192,10 @@ impl Setup {
         }
     }
 
-    /// Makes the plan of content whose curves are approximated closely enough.
+    /// Makes the plan. The curves of the content are already approximated closely enough.
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
-        // Depths first: which lines remain decides the size and the place.
+        // Depths first: the remaining lines determine size and place.
         let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
         let sized = setup.sized(&content)?;
         // A width or height is a scale too, which the option `scale` multiplies.
@@ -281,7 +282,7 @@ impl Setup {
         })
     }
 
-    /// Makes it as large as possible; returns the plan and its rotation.
+    /// Makes the drawing as large as possible; returns the plan and its rotation.
     fn made_to_fit(
         &self,
         format: Format,
@@ -308,7 +309,7 @@ impl Setup {
             }
         }
         let ShrinkResult { made, passes } = straight?;
-        // Plans and points may be within reach where they are; G-code has a zero of its own.
+        // Plans and points may be within reach where they are; G-code has its own zero.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made
@@ -319,8 +320,8 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    /// Places it at its size, turned by 90 degrees if only then it lies in front of the arm;
-    /// returns the plan and its rotation.
+    /// Places the drawing at its size, turned by 90 degrees if only then it lies in front of the
+    /// arm; returns the plan and its rotation.
     fn made_in_front(
         &self,
         format: Format,
@@ -347,13 +348,13 @@ impl Setup {
         }
     }
 
-    /// True if its place is chosen here: no position, sheet or page was given.
+    /// True if fitting chooses the place: no position, sheet or page was given.
     fn chooses_place(&self, content: &Content) -> bool {
         let is_placed = self.places() || !matches!(content, Content::Plan(_));
         is_placed && self.placement.at.is_none() && self.sheet.is_none()
     }
 
-    /// True if it may be turned without resizing. A given rotation is kept.
+    /// True if the drawing may be turned without resizing. A given rotation is kept.
     pub(super) fn may_turn(&self) -> bool {
         self.placement.turn && self.placement.rotate == 0.0
     }
@@ -389,7 +390,7 @@ impl Setup {
         }
         let mut setup = self.clone();
         let mut scale = first.scale;
-        // A linear search: that a smaller size passes does not follow from a larger one.
+        // A linear search, because a smaller size may fail although a larger one passes.
         while scale > LEAST_SHRUNK * first.scale {
             scale *= SHRINK;
             setup.placement.scale = scale;

@@ -118,7 +118,7 @@ impl Holder {
             Action::Path { to } => return Ok(self.path(to)),
             Action::Burn { to, .. } => self.point(to),
             Action::Arc { via, to } => return Ok(self.arc(via, to)),
-            // Where homing ends is up to the arm's settings.
+            // The arm's settings determine the end of homing.
             Action::Home => self.at = None,
             Action::Command(command) => return self.command(command),
             // Waits, tools and markers do not move the arm.
@@ -192,7 +192,7 @@ impl Holder {
         z - self.surface.at([x, y])
     }
 
-    /// Nearest position that is not below the surface.
+    /// Nearest position on or above the surface.
     fn raised(&mut self, free: Point) -> Point {
         let above = self.above(free);
         if above >= -ROUNDING || !above.is_finite() {

@@ -87,7 +87,7 @@ impl Setup {
         }
     }
 
-    /// True if placing adds lines to the file's content: those that fill its shapes.
+    /// True if placing adds lines to the file's content, to fill its shapes.
     pub(crate) fn fills(&self, content: &Content) -> bool {
         let areas = matches!(content, Content::Artwork(artwork) if !artwork.areas.is_empty());
         areas && self.framing.is_none()

@@ -70,14 +70,14 @@ impl Page {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaidPage {
     page: Page,
-    /// Its middle, in the arm's x and y, mm.
+    /// Middle of the page, in the arm's x and y, mm.
     at: [f64; 2],
-    /// Direction of its lower edge, degrees from the arm's X towards its Y.
+    /// Direction of the lower edge, degrees from the arm's X towards its Y.
     rotation: f64,
 }
 
 impl LaidPage {
-    /// Its corners: lower left, lower right, and counter-clockwise.
+    /// Corners of the page, counter-clockwise from the lower left.
     pub(super) fn corners(&self) -> [[f64; 2]; 4] {
         let half = self.page.paper.size().map(|side| side / 2.0);
         [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|sides| {
@@ -133,7 +133,8 @@ impl LaidPage {
         }))
     }
 
-    /// Notes on the place of the page, and on what of a plan (repeated on a grid) is not on it.
+    /// Notes on the place of the page, and on the parts of a plan (repeated on a grid) that lie off
+    /// it.
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
@@ -260,7 +261,7 @@ impl Setup {
         setup.placement.at = Some(at);
         if self.has_page(content, page.paper) {
             setup.placement.keeps_page = true;
-            // After a turn it would not be on the page.
+            // A turned drawing would not lie on the page.
             setup.placement.turn = false;
         }
         Ok((setup, Some(self.laid_page(page, at))))

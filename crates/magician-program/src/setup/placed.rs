@@ -1,7 +1,7 @@
-//! Placement of a program in its own coordinates: size, middle and height are those of what it
-//! draws.
+//! Placement of a program in its own coordinates: size, middle and height are those of its drawn
+//! lines.
 //!
-//! Coordinates of such a program count from a zero of its own, often the corner of a machine.
+//! Coordinates of such a program count from the program's own zero, often the corner of a machine.
 //! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
 //! travel by moves that the arm can reach (`guide`).
 
@@ -27,13 +27,13 @@ pub(super) const ROUNDED: f64 = 1.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Frame {
-    /// Its own if it is drawn or engraved, or if any option about its place was given (a middle, a
-    /// page, a surface, fitting); otherwise the arm's.
+    /// The program's own frame if it is drawn or engraved, or if any option about its place was
+    /// given (a middle, a page, a surface, fitting); otherwise the arm's frame.
     #[default]
     Default,
-    /// Its own: the program is placed.
+    /// The program's own frame: the program is placed.
     Own,
-    /// The arm's, unchanged.
+    /// The arm's frame: the program is not moved.
     Arm,
 }
 
@@ -56,7 +56,8 @@ impl Setup {
             || self.surface.is_some()
     }
 
-    /// Sets the options for reading G-code. `surface` is the one it lies on if it is not placed.
+    /// Sets the options for reading G-code. `surface` is the surface under a program that is not
+    /// placed.
     pub fn prepare(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
         gcode.lift = self.pen.lift;
         gcode.placed = self.places();
@@ -253,7 +254,7 @@ impl Setup {
         Ok((layout, size))
     }
 
-    /// Sheet that it lies on, if any.
+    /// Sheet under the drawing. `None` without a sheet, or if a position is given.
     fn sheet_in_use(&self) -> Option<Sheet> {
         self.sheet.filter(|_| self.placement.at.is_none())
     }
@@ -305,7 +306,7 @@ pub(super) fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
 struct ProgramTransform {
     mirror: bool,
     rotate: f64,
-    /// Middle of what it draws, mirrored and rotated.
+    /// Middle of the drawn lines, mirrored and rotated.
     middle: [f64; 2],
     sheet: f64,
     scale: f64,

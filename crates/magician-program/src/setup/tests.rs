@@ -318,7 +318,7 @@ fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
         work: Work::Draw(trace),
         ..Setup::default()
     };
-    // One layer at 45 degrees, lines 0.5 mm apart: as many lines as width and height allow.
+    // A layer at 45 degrees, lines 0.5 mm apart: as many lines as width and height allow.
     let lines = |setup: &Setup| {
         let made = setup.plan(Format::Image, Content::Image(image.clone()));
         let made = made.expect("a plan");

@@ -56,7 +56,7 @@ impl Outline {
         at_once(Self::with_travels(plan, start, most, &AtOnce)).0
     }
 
-    /// As [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
+    /// Like [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
     /// points. Yields to other tasks between slices.
     pub async fn with_travels(
         plan: &Plan,
@@ -139,7 +139,7 @@ impl Outlines {
     ) {
         let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
-        // A pen coming down draws slightly above the height of its line already.
+        // A descending pen already draws slightly above the height of its line.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
         self.arrived = true;

@@ -1,4 +1,4 @@
-//! Follows a plan step by step, as the tool would go.
+//! Follows a plan step by step along the way of the tool.
 
 use magician_host::preflight::Preflight;
 use magician_host::{ArmState, JointAngles, Set};
@@ -12,7 +12,7 @@ use super::{
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
-/// Tolerance for merging corners, mm: half of what can be seen of a pen line.
+/// Tolerance for merging corners, mm: half of the smallest visible deviation of a pen line.
 const FINE: f64 = 0.02;
 /// Length below which a pen has drawn a dot, mm.
 const DOT: f64 = 0.05;
@@ -31,12 +31,12 @@ const MOST_PIECES: f64 = 1000.0;
 /// Distance beyond which a position is ignored, mm.
 const FARTHEST: f64 = 10_000.0;
 
-/// Known rotation of the tool.
+/// Rotation of the tool, as far as known.
 #[derive(Clone, Copy)]
 enum Turn {
     /// Rotation seen from above.
     R(f64),
-    /// Angle of its servo.
+    /// Angle of the servo.
     J4(f64),
 }
 
@@ -56,9 +56,9 @@ pub(super) struct PathTracer {
     ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
-    /// Where the pen came down without a line so far, and its colour.
+    /// Point where the pen came down but has not drawn a line yet, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
-    /// Length drawn since it came down, mm; the end of a descent draws a little.
+    /// Length drawn since the pen came down, mm; the end of a descent draws a little.
     inked: f64,
     /// True once the plan's first position is reached: the way there leaves no mark.
     begun: bool,
@@ -409,7 +409,7 @@ impl PathTracer {
         }
     }
 
-    /// Adds a part of the motion, as shown and as counted.
+    /// Adds a part of the motion to the picture and to the lengths.
     fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let shown = match shown {
             StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
@@ -478,7 +478,7 @@ impl PathTracer {
         let kind = match (self.holds, holds) {
             (false, true) => MarkerKind::Pick,
             (true, false) => MarkerKind::Place,
-            // The tool is switched to the state it has.
+            // The command switches the tool to its present state.
             _ => return,
         };
         self.holds = holds;

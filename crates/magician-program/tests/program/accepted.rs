@@ -51,7 +51,7 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     Ok(true)
 }
 
-/// As `is_done`, from any step on where that is possible.
+/// Like `is_done`, from any step on that allows it.
 fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;

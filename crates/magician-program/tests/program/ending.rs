@@ -117,7 +117,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let (stood, steps) = stopped.expect("it was stopped");
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
-        // The ink so far is part of the drawing, up to where the arm stands.
+        // The ink up to the arm's position is part of the drawing.
         assert!(apart(&drawn, &right) < CLOSE, "{stop:?}");
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");

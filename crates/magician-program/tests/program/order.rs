@@ -359,7 +359,7 @@ fn plate_within_a_plate_is_cut_from_the_inside_out() {
     let at = |side: f64| sides.iter().position(|other| (other - side).abs() < 1e-9);
     assert!(at(8.0) < at(40.0) && at(40.0) < at(80.0), "{sides:?}");
     assert!(at(10.0) < at(50.0) && at(12.0) < at(50.0), "{sides:?}");
-    // One plate after the other.
+    // Plates are cut one after the other.
     assert!(
         at(80.0) < at(10.0).min(at(12.0)) || at(50.0) < at(8.0),
         "{sides:?}"

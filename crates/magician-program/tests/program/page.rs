@@ -11,7 +11,7 @@ use magician_program::{
 };
 use serde_json::{Value, json};
 
-/// 60 mm wide, 20 mm high, on a page of its own that does not count.
+/// 60 mm wide, 20 mm high, on its own page, which does not count.
 const SVG: &[u8] =
     b"<svg xmlns='http://www.w3.org/2000/svg' width='300mm' height='300mm' viewBox='0 0 300 300'>\
     <path d='M10 10 h60 v20 h-60 z' fill='none' stroke='black'/></svg>";
@@ -117,7 +117,7 @@ fn a_drawing_lies_with_its_middle_on_the_middle_of_the_page() {
         said,
         ["the page is 105 x 148 mm: its lower left corner at x = 187.5, y = -64.0"]
     );
-    // It is landscape, with the given size.
+    // A landscape page with the given size.
     let lies = svg(&json!({"page": "a6-landscape", "at": [240, 10]}));
     assert_near(&corners(&lies)[..2], &[[166.0, -42.5], [314.0, -42.5]]);
     let own = svg(&json!({"page": "80x40.5", "at": [240, 10], "margin": 0}));

@@ -346,7 +346,7 @@ fn a_part_has_the_pen_that_is_for_it() {
         ),
         (3, 2, 1, 6)
     );
-    // It is lifted by its own lift from its drawing height.
+    // The pen is lifted by the part's lift from the part's drawing height.
     let fine = up.iter().filter(|(part, _)| *part == 2).map(|(_, z)| *z);
     assert!(
         fine.clone().any(|z| z == 5.5) && fine.clone().all(|z| z == 1.5 || z >= 5.5),

@@ -246,7 +246,7 @@ fn sample(name: &str) {
     }
 }
 
-/// One test per sample, so that they run in parallel and are counted.
+/// Defines a test per sample, so that they run in parallel and are counted.
 macro_rules! samples {
     ($($test:ident $name:literal)*) => {
         const NAMES: &[&str] = &[$($name),*];

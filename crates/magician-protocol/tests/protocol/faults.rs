@@ -101,7 +101,7 @@ impl Stretch {
             Fault::Dropped => drop(bytes.remove(at)),
         }
         let found = deframe(&bytes);
-        // A 0xAA inserted next to a header cannot be told from the header's own byte.
+        // A 0xAA inserted next to a header is indistinguishable from the header's own byte.
         let same = |(offset, frame): &(usize, Vec<u8>), (at, bytes): &(usize, Vec<u8>)| {
             offset.abs_diff(*at) <= 1 && frame == bytes
         };

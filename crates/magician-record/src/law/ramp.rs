@@ -37,11 +37,11 @@ const MOST: usize = 20;
 /// Space in which a motion is straight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Along {
-    /// One axis of space, by index: 0 for x.
+    /// An axis of space, by index: 0 for x.
     Axis(usize),
     /// A line in space.
     Line,
-    /// The joints together; index of the one that turns furthest.
+    /// All joints together; index of the joint that turns furthest.
     Joint(usize),
 }
 

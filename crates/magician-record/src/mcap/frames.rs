@@ -12,7 +12,7 @@ use super::Micros;
 use super::file::{File, Topic};
 use super::message::Time;
 
-/// One direction of a link: its name, and its incomplete frames.
+/// Direction of a link: its name, and its incomplete frames.
 pub(super) struct FrameLine {
     pub(super) name: String,
     deframer: Deframer,

@@ -19,8 +19,8 @@ impl Replay<'_> {
     /// * The first pose, if it was read before anything was set: the arm starts there. Its tool is
     ///   the bias at which pose and joints match. If the joints reveal nothing, it is the tool of
     ///   the profile, or none if the pose is out of reach with that.
-    /// * A session that queues commands but never starts the queue follows one that did: the queue
-    ///   is running.
+    /// * A session that queues commands but never starts the queue relies on an earlier session:
+    ///   the queue is running.
     ///
     /// ```
     /// use magician_record::replay::Replay;

@@ -131,8 +131,8 @@ impl Comparer {
         apart.min(apart.wrapping_neg()) <= self.tolerances.time_ms
     }
 
-    /// Compares floats. A value that can be set must be equal bit for bit; one that can only be
-    /// read is a measurement.
+    /// Compares floats. A value that can be set must be equal bit for bit; a read-only value is a
+    /// measurement.
     fn same_float(&self, of: &Description<'_>, before: f32, now: f32) -> bool {
         let measured = of.row.set.is_none();
         let near = (before - now).abs() <= self.tolerances.measured;

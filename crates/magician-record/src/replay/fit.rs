@@ -1,8 +1,8 @@
 //! Fit of a recorded session to the periods of an arm.
 //!
 //! An arm computes in periods of its own clock, which a trace does not show. The fit tries each
-//! millisecond of a period as their start, and takes the middle of those at which the arm moves
-//! most like the recorded one.
+//! millisecond of a period as their start, and takes the middle of the best offsets, at which the
+//! arm moves most like the recorded one.
 //!
 //! The host's clock jitters, so a command may have arrived in the neighbouring period, which shifts
 //! the whole motion by a period. If the poses reveal that, the command is moved by half a period.

@@ -52,7 +52,7 @@ pub enum TraceError {
     LinkType {
         /// Number of the link.
         link: u32,
-        /// Its link type.
+        /// Link type of the capture.
         link_type: u16,
     },
 }

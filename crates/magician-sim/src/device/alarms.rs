@@ -1,8 +1,8 @@
 //! Standing alarms, and their hold on the queue (model section 4).
 //!
 //! An alarm from 0x40 on may drop by itself when its joint is back inside, but a blocking alarm has
-//! stopped the queue by then. So the hold is a latch of its own, which only a clear resets (a
-//! choice: `LatchedHold`).
+//! stopped the queue by then. So the hold is a separate latch, which only a clear resets (a choice:
+//! `LatchedHold`).
 
 use magician_protocol::{Alarm, AlarmSet};
 

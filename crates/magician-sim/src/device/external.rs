@@ -204,7 +204,7 @@ impl Device {
         self.motion.set_homed(false);
     }
 
-    /// Clamps joint angles to the limits, including that of J2 - J3. A value that is not finite is
+    /// Clamps joint angles to the limits, including that of J2 - J3. A NaN or infinite value is
     /// replaced by `before`.
     fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
         let limits = self.firmware.model.limits;

@@ -51,7 +51,7 @@ pub(crate) struct Device {
     pub(crate) now: ArmInstant,
     /// Instant of power-up or of the latest reset.
     booted: ArmInstant,
-    /// True until the links have been told of a reset.
+    /// True until the links have learnt of a reset.
     restarted: bool,
     pub(crate) firmware: Firmware,
     pub(crate) store: Store,

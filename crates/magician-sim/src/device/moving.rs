@@ -131,10 +131,11 @@ impl Device {
         moved
     }
 
-    /// Brakes the running motion. One that brakes already continues to do so.
+    /// Brakes the running motion. A motion already braking continues to do so.
     pub(super) fn brake(&mut self) {
         if let Some(start) = self.view().plan_brake() {
-            // Its queued command finishes when the arm stands, but the laser is off at once.
+            // The queued command of the motion finishes when the arm stands, but the laser is off
+            // at once.
             self.rest_here();
             self.io.tools.burn(0.0);
             let _: Completion = self.begin(start);

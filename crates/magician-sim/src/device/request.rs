@@ -18,7 +18,7 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Device {
-    /// Carries out a frame and returns its reply. An unknown id gets none (errata E09).
+    /// Carries out a frame and returns its reply. `None` for an unknown id (errata E09).
     pub(crate) fn answer(&mut self, link: LinkId, frame: &Frame<'_>) -> Option<FrameBuf> {
         if Row::with_id(frame.id()).is_none() {
             self.unknown_id(link, frame.id());
@@ -68,7 +68,7 @@ impl Device {
             return;
         }
         if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
-            // The motors are released.
+            // While the unlock key is held the motors are released, so no motion can start.
             self.record.refuse(set.row().id, Refusal::Busy);
             return;
         }
@@ -136,7 +136,7 @@ impl Device {
 
     fn unknown_id(&mut self, link: LinkId, id: u8) {
         self.record.event(Event::UnknownId { link, id });
-        // Silence is the vendor's simulator; the alarm is its defined meaning (E09).
+        // The silence follows the vendor's simulator, the alarm its own definition (E09).
         if self.record.allows(id, Assumption::UnknownId) {
             self.raise(Alarm::UndefinedInstruction);
         }

@@ -137,7 +137,7 @@ impl Device {
         if self.skip(index) {
             return;
         }
-        // A running program is not the hosts' business: it logs no indices.
+        // Hosts do not see the indices of a running program, so they are not logged.
         if !self.queues.program_runs() {
             self.record.event(Event::Started { index, id });
             // Faults of a scenario may be tied to the start of a command.

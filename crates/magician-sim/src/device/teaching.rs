@@ -61,7 +61,7 @@ impl Teaching {
             return false;
         }
         let periods = now.micros_since(self.since) / self.period;
-        // Several periods without a question make one point: reading clears it (model section 12).
+        // Several periods without a poll make one point: reading clears it (model section 12).
         let new = periods > std::mem::replace(&mut self.periods, periods);
         let due = new && is_due(settings, TeachTrigger::Periodic);
         self.new_point |= due;
@@ -72,7 +72,7 @@ impl Teaching {
         self.new_point
     }
 
-    /// Returns whether there is a point, and clears it.
+    /// Returns true if there is a point, and clears it.
     pub(crate) fn take_point(&mut self) -> bool {
         std::mem::take(&mut self.new_point)
     }

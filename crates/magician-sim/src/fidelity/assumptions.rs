@@ -1,8 +1,8 @@
-//! The list of everything that the virtual arm's behaviour rests on.
+//! List of all assumptions behind the behaviour of the virtual arm.
 //!
-//! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it
-//! decides a figure only (how long, how fast, how many, what to begin with) of something that is
-//! known, or if refusing would do the same.
+//! A choice is refused in strict mode if it decides what the arm does or answers. A choice is kept
+//! if it decides only a figure (duration, speed, number, initial value) of known behaviour, or if
+//! refusing would do the same.
 
 use super::list_assumptions;
 

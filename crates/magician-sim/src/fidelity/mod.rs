@@ -11,7 +11,7 @@ pub use assumptions::Assumption;
 
 use std::fmt;
 
-/// Confidence that the real arm behaves so.
+/// Confidence that the real arm behaves as assumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Confidence {
     /// Measured on real arms.
@@ -56,7 +56,7 @@ pub enum Strictness {
     Fact,
     /// Refused: it is a choice that decides an action or an answer.
     Refused,
-    /// Carried out although it is a choice; the text says why.
+    /// Carried out although it is a choice, for the reason in the text.
     Kept(&'static str),
 }
 
@@ -123,7 +123,7 @@ macro_rules! list_assumptions {
                 match self { $( Self::$name => stringify!($name), )+ }
             }
 
-            /// Confidence that the real arm behaves so.
+            /// Confidence that the real arm behaves as assumed.
             #[must_use]
             pub const fn confidence(self) -> $crate::fidelity::Confidence {
                 match self { $( Self::$name => $crate::fidelity::Confidence::$confidence, )+ }

@@ -27,8 +27,8 @@ impl Identity {
 /// Serial number of a virtual arm, derived from its place: the path of a pseudo-terminal or the
 /// address of a socket.
 ///
-/// A place yields the same number at each start, and another one than other places. Hosts store
-/// what they know of an arm under its serial number, so two arms must not share one.
+/// A place yields the same number at each start, and different places yield different numbers.
+/// Hosts store what they know of an arm under its serial number, so two arms must not share one.
 pub(crate) fn serial_at(place: &str) -> String {
     // FNV-1a: short, and the same on every machine and in every version.
     let hash = place.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
@@ -47,7 +47,8 @@ fn name(first: &str, number: u32) -> String {
     kept + &end
 }
 
-/// Counts up the digits at the end of a serial number, or appends the number if there are none.
+/// Counts up the digits at the end of a serial number, or appends the number if it ends without
+/// digits.
 fn serial(first: &str, number: u32, further: u32) -> String {
     let text = first.trim_end_matches(|digit: char| digit.is_ascii_digit());
     let digits = &first[text.len()..];

@@ -39,7 +39,7 @@ pub struct PowerUp {
     /// A tool given by the scenario takes precedence.
     #[serde(deserialize_with = "tool::read", serialize_with = "tool::write")]
     pub tool: ToolBias,
-    /// True if alarm 0x00 stands.
+    /// True if alarm 0x00 is active.
     pub reset_alarm: bool,
     /// True if the queue runs without a start.
     pub queue_started: bool,
@@ -183,9 +183,9 @@ impl Default for PowerUp {
         Self {
             joints: ArmModel::MAGICIAN.power_up.joints.to_array(),
             tool: ArmModel::MAGICIAN.geometry.tool,
-            // Stands after every power-up until it is cleared (model section 11).
+            // Active after every power-up until it is cleared (model section 11).
             reset_alarm: true,
-            // Nothing queued runs before the first start (E47).
+            // Queued commands do not run before the first start (E47).
             queue_started: false,
         }
     }
@@ -199,10 +199,10 @@ impl Default for QueueRules {
             // The lowest index in a captured session; the vendor's host takes a target of 0 for an
             // error.
             first_index: 2,
-            // Seen on real arms; the vendor's simulator takes no notice of alarms (model section
-            // 4).
+            // Seen on real arms; the vendor's simulator ignores alarms (model section 4).
             alarms_hold: true,
-            // As in the vendor's simulator. No arm was seen at it, so the host does not rely on it.
+            // The vendor's simulator does this. It was never observed on an arm, so the host does
+            // not rely on it.
             clear_ends_motion: true,
         }
     }

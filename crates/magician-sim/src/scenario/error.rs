@@ -19,7 +19,7 @@ pub struct ScenarioError {
     pub message: String,
 }
 
-/// One step of the path to a value in the file.
+/// Step of the path to a value in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Name(&'static str),

@@ -152,13 +152,13 @@ impl Scenario {
         self.tool
     }
 
-    /// Table; `None` if there is none.
+    /// Table; `None` if absent.
     #[must_use]
     pub fn table(&self) -> Option<&Table> {
         self.table.as_ref()
     }
 
-    /// Conveyor; `None` if there is none.
+    /// Conveyor; `None` if absent.
     #[must_use]
     pub fn conveyor(&self) -> Option<&Conveyor> {
         self.conveyor.as_ref()

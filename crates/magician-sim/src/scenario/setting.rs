@@ -45,7 +45,7 @@ pub enum ToolKind {
 pub struct Tool {
     /// Kind of the tool, which gives its bias.
     pub kind: ToolKind,
-    /// Distance that it gives way before J2 and J3 stall, mm.
+    /// Distance by which the tool gives way before J2 and J3 stall, mm.
     pub give: f64,
     /// Opening of the gripper, mm.
     pub opening: f64,

@@ -37,7 +37,7 @@ pub enum WorldEventKind {
 pub(super) struct WorldEvents(VecDeque<WorldEvent>);
 
 impl WorldEvents {
-    // As many as the controller's log, into which they are copied after each step.
+    // Same size as the controller's log, into which events are copied after each step.
     const CAPACITY: usize = 256;
 
     pub(super) fn push(&mut self, at: ArmInstant, kind: WorldEventKind) {

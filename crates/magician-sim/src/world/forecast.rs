@@ -58,7 +58,7 @@ impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
         if contacts.is_empty() && highest.is_infinite() && !carries {
             return Changes::new();
         }
-        // One set of samples for all bodies and sensors: frames are the expensive part.
+        // All bodies and sensors share a set of samples, because frames are the expensive part.
         let samples = SampleTimes::along(path.from, path.to, |at| (self.frames)(at).tool);
         let views: Vec<View> = (0..=samples.count)
             .map(|nth| samples.at(nth))

@@ -16,7 +16,7 @@ use crate::{ArmInstant, Micros};
 /// Largest deviation of the polyline from the path, mm. Well below the width of a pen stroke.
 const FLATNESS: f64 = 0.02;
 /// Height above the paper at which the pen draws, mm. Nib and paper yield, and an arm that brakes
-/// by its joints leaves its line upwards by less than this.
+/// joint by joint rises above its line by less than this.
 const AT_PAPER: f64 = 0.02;
 /// Distance up to which a new stretch continues the previous stroke, mm.
 const JOINED: f64 = 1e-3;
@@ -71,7 +71,7 @@ impl Ink {
         self.until = self.until.max(now);
     }
 
-    /// Draws the part of a path that is not drawn yet.
+    /// Draws the remaining part of a path.
     pub(super) fn follow(
         &mut self,
         scenario: &Scenario,

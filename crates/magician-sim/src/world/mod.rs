@@ -2,8 +2,8 @@
 //! events.
 //!
 //! Everything follows from the arm's time and the calls of the controller, so a run repeats itself
-//! bit for bit. The cost depends on events and not on elapsed time: the controller tells the world
-//! when a motion begins and ends, and the world tells when something is due.
+//! bit for bit. The cost depends on events and not on elapsed time: the controller announces the
+//! beginning and the end of a motion, and the world returns the time of the next event.
 
 mod belt;
 mod drawing;

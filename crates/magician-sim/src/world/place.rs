@@ -14,7 +14,8 @@ pub struct ObjectPose {
 }
 
 impl ObjectPose {
-    /// Position of something at `inner` in the frame of this.
+    /// Composes two poses: `inner` is relative to this pose, and the result to this pose's own
+    /// frame.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         let [x, y] = rotate([inner.x, inner.y], self.yaw);
         Self {
@@ -25,7 +26,7 @@ impl ObjectPose {
         }
     }
 
-    /// Position of `outer` in the frame of this: the inverse of [`then`](Self::then).
+    /// Pose of `outer` relative to this pose: the inverse of [`then`](Self::then).
     pub(crate) fn to(&self, outer: &Self) -> Self {
         let [x, y] = rotate([outer.x - self.x, outer.y - self.y], -self.yaw);
         Self {
@@ -36,7 +37,7 @@ impl ObjectPose {
         }
     }
 
-    /// A point in the frame of this.
+    /// Converts a point to coordinates relative to this pose.
     pub(crate) fn local(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         rotate([x - self.x, y - self.y], -self.yaw)
     }

@@ -15,14 +15,14 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    /// A point in the frame of the box's centre.
+    /// Converts a point to the frame of the box's centre.
     fn local(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [x, y] = self.place.local([x, y]);
         [x, y, z - self.place.z - self.size[2] / 2.0]
     }
 
     /// Position along the beam at which it enters the box: 0 at the sensor, 1 at the end of its
-    /// range. `None` if it misses.
+    /// range. `None` if the beam misses the box.
     pub(super) fn meets(&self, beam: &Beam) -> Option<f64> {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
@@ -43,8 +43,8 @@ impl Solid {
         (enters <= leaves).then_some(enters)
     }
 
-    /// Range of shifts along a direction for which the beam hits the box, mm; `None` if there is
-    /// none.
+    /// Range of shifts along a direction for which the beam hits the box, mm; `None` if the beam
+    /// misses the box at every shift.
     ///
     /// Let `u` be the position on the beam and `s` the shift. The beam's point is in the box if `u`
     /// and `s` satisfy six linear inequalities, which form a convex polygon. Its extent in `s` is

@@ -1,4 +1,4 @@
-//! State of a world that is not empty.
+//! State of a world with contents.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::scenario::{Action, Scenario, SensorKind};
 mod arm;
 mod events;
 
-/// State of a world that is not empty.
+/// State of a world with contents.
 #[derive(Clone, Debug)]
 pub(super) struct WorldState {
     scenario: Arc<Scenario>,
@@ -41,7 +41,7 @@ pub(super) struct WorldState {
     changes: Changes,
     /// For each object one bit for each sensor that has seen it.
     seen_by: Vec<u8>,
-    /// Second of two events of one instant.
+    /// Second of two events at the same instant, reported after the first.
     pending: Option<ExternalEvent>,
     ink: Ink,
     /// True while a path is under way.

@@ -72,7 +72,7 @@ impl Reach<'_> {
         match body {
             Body::Table => Some(self.scenario.table()?.footprint()),
             Body::Belt => Some(self.scenario.conveyor()?.footprint()),
-            // What the tool carries moves with it.
+            // A carried object moves with the tool.
             Body::Object(object) if self.scene.is_carried(object) => None,
             Body::Object(object) => Some(self.solid(object).top()),
         }

@@ -65,7 +65,7 @@ pub(super) fn next(
     falls.chain(sights).min_by_key(|traffic| traffic.at)
 }
 
-/// Nearest object that a sensor sees, without those that the tool carries.
+/// Nearest object that a sensor sees, without objects carried by the tool.
 pub(super) fn before(
     scenario: &Scenario,
     scene: &Scene,

@@ -16,7 +16,7 @@ pub struct WorldView<'a> {
 }
 
 impl<'a> WorldView<'a> {
-    /// Returns the object of that name; `None` if there is none.
+    /// Returns the object of that name; `None` if absent.
     #[must_use]
     pub fn object(&self, name: &str) -> Option<ObjectView<'a>> {
         self.objects().find(|object| object.name() == name)

@@ -71,7 +71,7 @@ fn half_a_circle_takes_its_length_at_the_speeds_of_point_to_point_moves() {
         velocity_ratio: 50.0,
         acceleration_ratio: 25.0,
     });
-    // These are stored without effect.
+    // The arm stores these parameters without effect.
     bench.set(&ArcParams {
         xyz_velocity: 1.0,
         r_velocity: 1.0,

@@ -137,7 +137,7 @@ fn a_driven_input_reads_what_drives_it() {
             assert_eq!(bench.arm.pins()[14].input, high);
         }
     }
-    // A pin that is not an input reads low, whatever drives it.
+    // A pin reads low unless it is an input, whatever drives it.
     bench.arm.set_input(15, true);
     multiplex(&mut bench, 15, IoFunction::DigitalOutput);
     assert!(!level(&mut bench, 15));

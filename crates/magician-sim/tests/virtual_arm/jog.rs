@@ -180,7 +180,7 @@ fn a_limit_ends_a_jog_with_its_alarm_and_the_way_back_is_open() {
         bench.rest();
         assert_eq!(bench.alarms(), [code]);
         assert_eq!(joints(&bench)[at], limit);
-        // It goes no further out.
+        // The arm goes no further out.
         bench.set(&jog(true, command(axis, positive)));
         assert_eq!((bench.rest(), bench.alarms()), (0, vec![code]));
         assert_eq!(joints(&bench)[at], limit);

@@ -282,7 +282,7 @@ fn outputs_count_the_carriages_way_where_the_arm_rests() {
         assert!(high(&bench) && bench.state().moving, "{joint}");
         bench.rest();
     }
-    // Nothing moves, so it switches at once.
+    // The arm stands still, so it switches at once.
     arm::output(&mut bench, 18, false);
     bench.enqueue(&command(30.0, 600.0));
     assert!(high(&bench));
@@ -395,7 +395,7 @@ fn a_jog_comes_to_rest_at_the_ends() {
     assert!(!bench.state().moving);
     jog(&mut bench, JogCommand::RailMinus);
     bench.pass(10 * SECOND + SECOND / 2);
-    // It slows down already; a stop takes it no further than the end.
+    // The rail is already slowing down; a stop takes it no further than the end.
     jog(&mut bench, JogCommand::Stop);
     bench.rest();
     near(place(&mut bench), 0.0);

@@ -78,7 +78,7 @@ impl SiteApi {
     }
 
     /// Restarts the listener on the same port with the newest list of revoked certificates. All
-    /// connections are closed; machines that are not revoked connect again.
+    /// connections are closed; all machines but the revoked ones connect again.
     pub(super) fn renew(self: &Arc<Self>) {
         let api = Arc::clone(self);
         self.runtime.spawn(async move {

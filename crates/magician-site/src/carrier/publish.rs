@@ -127,7 +127,8 @@ impl Told {
                 self.subscription = None;
                 self.with(StateTelling::rest);
             }
-            // Nothing changes, or the reply to a subscription is outstanding: it calls this again.
+            // Either no change, or the reply to a subscription is outstanding and will call this
+            // again.
             _ => {}
         }
     }

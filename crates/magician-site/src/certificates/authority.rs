@@ -188,7 +188,7 @@ impl Authority {
     /// Identity of this machine.
     ///
     /// # Errors
-    /// Those of [`Identity::open`].
+    /// Same as [`Identity::open`].
     pub fn identity(&self) -> Result<Identity, CertificateError> {
         let identity = Identity::open(self.folder.path())?;
         identity

@@ -147,7 +147,7 @@ impl Identity {
     /// did not revoke. The server name of a connection is the name of the machine.
     ///
     /// # Errors
-    /// Those of [`server`](Self::server).
+    /// Same as [`server`](Self::server).
     pub fn client(&self) -> Result<Arc<ClientConfig>, CertificateError> {
         let list = self.list().as_ref().map(RevocationList::to_der);
         let own = (self.0.certificate.clone(), self.0.key.clone_key());

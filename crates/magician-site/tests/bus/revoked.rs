@@ -34,7 +34,7 @@ async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
     tell_revoked("lab".parse().unwrap(), Some(&config), &identity)
         .await
         .unwrap();
-    // Its session ends and cannot be opened again. Other machines reconnect.
+    // The session of the revoked machine ends and cannot be opened again. Other machines reconnect.
     let ended = async { while !matches!(channel.receive().await, FromStation::Closed(_)) {} };
     timeout(PATIENCE, ended).await.unwrap();
     becomes(async || answers(&of_desk, &at, &caller).await).await;
@@ -49,7 +49,7 @@ async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
         "{refused:?}"
     );
     assert!(of_lost.open(at.station).await.is_err());
-    // It cannot join as a station either.
+    // The revoked machine cannot join as a station either.
     becomes(async || lost.is_revoked()).await;
     let config = lab.config("b", None, &[port]);
     let (_other, joined) = lab.try_node("b", &config, Some(lost)).await;

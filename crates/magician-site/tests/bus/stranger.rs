@@ -272,7 +272,7 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
     );
     assert!(!site.roster().await.has("phantom"));
     for stranger in &strangers {
-        // It hears only its own lies.
+        // The stranger hears only its own lies.
         let own = |heard: &String| heard.contains("/ghost: ");
         assert!(stranger.heard().iter().all(own), "{:?}", stranger.heard());
     }
@@ -327,7 +327,7 @@ async fn announced_address_is_only_a_hint() {
         .call(&ghost, &lab.teacher(), request("arm.stop", &json!({})))
         .await;
     assert!(stolen.is_err(), "{stolen:?}");
-    // It gets a TLS greeting at most, which contains no secret.
+    // The stranger gets at most a TLS greeting, which contains no secret.
     let sent: Value = json!(String::from_utf8_lossy(&got.lock().unwrap()));
     assert!(!sent.to_string().contains("Bearer"), "{sent}");
     assert!(answers(&site, &at, &lab.caller()).await);

@@ -1,5 +1,5 @@
-//! A class on a site: the hub distributes it to all stations and names those that are missing.
-//! Pupils sign in at the stations.
+//! A class on a site: the hub distributes it to all stations and names missing stations. Pupils
+//! sign in at the stations.
 
 use std::time::Duration;
 

@@ -82,8 +82,7 @@ pub(crate) fn are_once(paper: &[Vec<[f64; 2]>], plans: &[(Strokes, bool)]) -> Re
                     break;
                 }
             }
-            // A pause at the very end of a stroke leaves the rest of it as a piece of its own: a
-            // dot.
+            // A pause at the very end of a stroke leaves the rest of it as a separate piece: a dot.
             while let Some(piece) =
                 on_paper.next_if(|piece| self::length(piece) < 0.5 && distance(piece[0], to) < 0.5)
             {

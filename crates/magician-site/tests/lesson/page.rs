@@ -136,8 +136,8 @@ impl Page {
         let row = arms.iter().find(mine);
         self.has(row.is_some_and(|row| row["state"] == "running"));
         let queue = turns["queue"].as_array().unwrap();
-        // The station's queue covers all its arms. The place counts only those who wait for this
-        // one.
+        // The station's queue covers all its arms. The place counts only pupils who wait for this
+        // arm.
         let waits = queue
             .iter()
             .filter(|one| one["arms"] == json!([self.pupil.arm]));

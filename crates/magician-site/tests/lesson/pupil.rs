@@ -379,7 +379,7 @@ impl Script {
         cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: true }));
         self.says("puts the cable in again");
         page.live(5 * SECOND).await;
-        // With the cable unplugged nothing tells how far the arm went on. The station says so, and
+        // With the cable unplugged, the progress of the arm is unknown. The station says so, and
         // the pupil looks at the paper.
         let refused = page
             .call("job.resume", json!({"job": job}))

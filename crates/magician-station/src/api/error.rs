@@ -11,7 +11,7 @@ use super::Role;
 pub struct RpcError {
     /// Code.
     pub code: i32,
-    /// What is wrong, as a sentence.
+    /// Explanation of the error, a sentence.
     pub message: String,
     /// Details. Contains `kind` for all codes of this API's own.
     pub data: Map<String, Value>,

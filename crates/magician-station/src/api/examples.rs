@@ -126,7 +126,7 @@ const COMPONENTS: [(&str, &str, &str); 2] = [
 static SCHEMAS: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("schemas.json")).unwrap_or_default());
 
-/// Returns the components that are not in the table of types, as JSON Schema by name.
+/// Returns the components missing from the table of types, as JSON Schema by name.
 pub(super) fn components() -> Map<String, Value> {
     let shape = |method, place, name| match Example::of(method) {
         Some(example) => example.shape_at(place, name),

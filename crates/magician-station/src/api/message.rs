@@ -33,12 +33,12 @@ pub struct Message {
     pub params: Map<String, Value>,
 }
 
-/// Text that is not a request.
+/// Text that cannot be parsed as a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadMessage {
     /// Id for the answer, if the text has a valid one.
     pub id: Option<MessageId>,
-    /// What is wrong.
+    /// Explanation of the fault.
     pub error: RpcError,
 }
 

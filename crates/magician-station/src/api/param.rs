@@ -11,7 +11,7 @@ pub enum Kind {
     Text(usize),
     /// An id.
     Id(IdKind),
-    /// One of these texts.
+    /// A text from this list.
     Choice(&'static [&'static str]),
     /// True or false.
     Switch,
@@ -29,7 +29,7 @@ pub enum Kind {
     Objects(&'static str),
     /// The value null.
     Null,
-    /// One of these types.
+    /// Any of these types.
     Either(&'static [Kind]),
 }
 

@@ -98,7 +98,7 @@ fn option(row: &OptionSpec) -> Value {
         _ => json!({"type": "string"}),
     };
     match row.name {
-        // These two options take more than one type, which the table of options cannot say.
+        // The table of options cannot express that these two options take more than one type.
         "power" => schema = json!({"anyOf": [{"type": "number"}, {"type": "string"}]}),
         "tool" => schema = json!({"anyOf": [{"type": "string"}, numbers(3, "number")]}),
         _ => {}

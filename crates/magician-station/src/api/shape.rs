@@ -33,7 +33,7 @@ pub enum Shape {
     Number,
     /// A whole number, 0 or more.
     Count,
-    /// One of these texts.
+    /// A text from this list.
     Choice(&'static [&'static str]),
     /// An id.
     Id(IdKind),
@@ -45,7 +45,7 @@ pub enum Shape {
     Type(&'static str),
     /// An object.
     Object(&'static [Member]),
-    /// One of these types.
+    /// Any of these types.
     Either(&'static [Shape]),
 }
 

@@ -11,7 +11,7 @@ use super::{ClassError, wrong};
 use crate::control::TurnRules;
 use crate::secret::same_secret;
 
-/// Characters of generated codes, without those that look alike (0 and O, 1, I and L).
+/// Characters of generated codes, without lookalikes (0 and O, 1, I and L).
 const SIGNS: &[u8] = b"23456789ABCDEFGHJKMNPQRSTUVWXYZ";
 /// Most pupils of a class.
 const PUPILS: usize = 60;
@@ -237,8 +237,8 @@ impl ClassFile {
         toml::to_string(self).unwrap_or_default()
     }
 
-    /// Generates codes for pupils without one, all different, and the PIN if there is none.
-    /// `random` must return unpredictable numbers.
+    /// Generates codes for pupils without one, all different, and a missing PIN. `random` must
+    /// return unpredictable numbers.
     pub fn make_codes(&mut self, mut random: impl FnMut() -> u64) {
         if self.class.pin.is_empty() {
             // Six digits can be typed quickly. They suffice because the PIN is valid on one machine

@@ -36,7 +36,7 @@ struct Row {
 
 #[derive(Clone, Debug, PartialEq)]
 enum When {
-    /// One span, Unix seconds.
+    /// A single span, Unix seconds.
     Once(i64, i64),
     /// Weekdays, numbered from Thursday as 0, and seconds of the local day.
     Weekly(Vec<i64>, i64, i64),
@@ -128,7 +128,7 @@ impl Schedule {
         Ok(())
     }
 
-    /// Returns the slots of an arm that are not over, up to eight days ahead. `None` if no slot
+    /// Returns the current and future slots of an arm, up to eight days ahead. `None` if no slot
     /// names the arm.
     pub(crate) fn windows(&self, arm: &str, now: i64) -> Option<Vec<Window<'_>>> {
         let of = |slot: &&SlotRow| slot.arms.iter().any(|name| name == arm);

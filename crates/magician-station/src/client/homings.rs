@@ -9,7 +9,7 @@ use serde_json::json;
 use super::{ClientError, StationClient};
 
 /// [`HomingRecord`] that asks the station. Needed because a driver behind a
-/// [`StationLine`](super::StationLine) sees only the traffic of its own line.
+/// [`StationLine`](super::StationLine) sees only the traffic on that line.
 #[derive(Debug, Default)]
 pub struct StationHomings {
     is_homed: AtomicBool,

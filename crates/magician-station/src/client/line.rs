@@ -98,8 +98,8 @@ impl LineEnd {
 impl StationLine {
     /// Opens a line to this arm, or to the only one.
     ///
-    /// The returned task ends after the lease was given back. With `yes` dangerous commands, and
-    /// those that may burn, are sent as confirmed. Pass [`StationClient::end_notice`] to the
+    /// The returned task ends after the lease was given back. With `yes`, commands that are
+    /// dangerous or may burn are sent as confirmed. Pass [`StationClient::end_notice`] to the
     /// options of the driver.
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {

@@ -26,9 +26,9 @@ type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// Time for opening a connection, including the hello.
 pub(super) const OPENING: Duration = Duration::from_secs(5);
-/// Reason in an error if the station does not answer within that time.
+/// Reason in an error if the station does not answer within `OPENING`.
 pub(super) const SILENT: &str = "it does not answer";
-/// First delay before reconnecting, and largest one. The delay doubles with each failure.
+/// First and largest delay before reconnecting. The delay doubles with each failure.
 const FIRST: Duration = Duration::from_millis(200);
 const LONGEST: Duration = Duration::from_secs(5);
 /// Error code of a hello when all sessions are in use.
@@ -56,7 +56,7 @@ pub(super) struct Task {
     notices: broadcast::Sender<Notice>,
     frames: broadcast::Sender<StateFrame>,
     connected: watch::Sender<Connection>,
-    /// Set from the station's announcement of its end until it is back.
+    /// Set when the station announces its end, and cleared once the station is back.
     end_notice: EndNotice,
     waiting: BTreeMap<u64, Reply>,
     next: u64,
@@ -202,7 +202,7 @@ impl Task {
                     self.end_notice.set(false);
                     return Some(socket);
                 }
-                // A refusal does not go away by trying again.
+                // Retrying does not lift a refusal.
                 Err(ClientError::Refused { .. } | ClientError::Untrusted(_)) => {
                     self.connected.send_replace(Connection::Closed);
                     return None;
@@ -322,7 +322,7 @@ pub(super) async fn upgrade(
     Ok(socket)
 }
 
-/// Returns the error for an HTTP status that is not a success, with the station's explanation.
+/// Returns the error for an HTTP status other than success, with the station's explanation.
 pub(super) fn refused(at: &str, status: StatusCode, body: Option<&[u8]>) -> ClientError {
     let body = body.map(String::from_utf8_lossy).unwrap_or_default();
     let why = match body.trim() {

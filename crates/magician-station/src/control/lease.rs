@@ -48,8 +48,8 @@ impl Control {
             return;
         }
         match self.arm(arm).lease {
-            // No session is passed over: the only sessions that wait at a free arm are those that
-            // are not allowed to hold it.
+            // No session is passed over: sessions wait at a free arm only if they are not allowed
+            // to hold it.
             None => self.grant(now, arm, session, Some(request)),
             // Acquiring twice is harmless and returns the same lease.
             Some(held) if held.session == session => {

@@ -328,7 +328,7 @@ impl Control {
         }
     }
 
-    /// Returns the next effect. `None` if there is none.
+    /// Returns the next effect. `None` without one.
     pub fn poll_effect(&mut self) -> Option<Effect> {
         self.effects.pop_front()
     }
@@ -425,8 +425,8 @@ impl Control {
         self.arm(arm).lease.map(|held| held.session)
     }
 
-    /// Returns the sessions that want an arm: first those that wait, in order, then those that ask
-    /// the holder. The flag is true if the session asks.
+    /// Returns the sessions that want an arm: first the waiting ones, in order, then the ones
+    /// asking the holder. The flag is true if the session asks.
     pub fn waiting(&self, arm: ArmId) -> impl Iterator<Item = (SessionId, bool)> + '_ {
         let requests = self.claims.requests(arm);
         requests.map(|request| (request.session, request.asks))

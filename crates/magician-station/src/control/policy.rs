@@ -4,7 +4,7 @@
 //! | claim | may have the arm | position | ends |
 //! |---|---|---|---|
 //! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where turns are set | by arrival | at `until` |
-//! | request that asks | the same | after those that wait, if the holder is gone | granted at `until` |
+//! | request that asks | the same | after waiting requests, if the holder is gone | granted at `until` |
 //! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a missed turn | when the person leaves |
 //! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner | by arrival, or as moved | when stopped |
 //!
@@ -26,7 +26,7 @@ pub enum QueuedChange {
     Stop,
     /// Move it within the queue.
     Reorder,
-    /// Let it continue after a stop. Only its owner knows why it was stopped.
+    /// Let the job continue after a stop. Only its owner knows why it was stopped.
     Resume,
 }
 
@@ -59,7 +59,7 @@ impl Control {
         if self.class.rules.is_none() {
             return true;
         }
-        // Nobody in particular cannot take turns.
+        // Turns need a known person.
         let Some(person) = *person else {
             return false;
         };

@@ -121,7 +121,7 @@ pub(super) struct Job {
     pub(super) phase: JobPhase,
     /// True if the job burns: then it does not outlast the socket of its holder.
     pub(super) burns: bool,
-    /// True if the job has no end of its own.
+    /// True if the job runs until it is stopped.
     pub(super) endless: bool,
     /// True if the job was already paused or stopped because the holder's socket closed.
     let_go: bool,

@@ -668,8 +668,8 @@ async fn read(
             // Not possible after the loop above.
             ProgramReading::ToCome(_) => {}
             ProgramReading::LacksSurface(error) => {
-                // Measuring the surface needs a homed arm, so an arm that is not homed gets that
-                // error first.
+                // Measuring the surface needs a homed arm, so an arm not homed gets the error about
+                // homing first.
                 if let Some(arm) = runs_on {
                     arm.homing().check().await?;
                 }

@@ -45,8 +45,8 @@ pub(super) struct Known {
 const FAR_APART: u64 = 200_000;
 
 impl Known {
-    /// Reads the values that are not in every reading. Tools and speed go into the driver's picture
-    /// of the arm.
+    /// Reads the values that only some readings contain. Tools and speed go into the driver's
+    /// picture of the arm.
     pub(super) async fn read(arm: &Arm) -> Result<Self> {
         // Also loads the remembered homing, which counts from here on.
         arm.homing().is_homed().await?;

@@ -303,7 +303,7 @@ mod tests {
         assert_eq!(keep(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
         assert_eq!(keep(&folder, &house, Role::Student, b"<svg />"), Ok(false));
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
-        // An upload that is dropped, and one that is too large, leave nothing.
+        // A dropped upload leaves no file, nor does an upload that is too large.
         let mut upload = folder.upload(&house, Role::Student, None).unwrap();
         upload.write(b"half").unwrap();
         assert_eq!(files(&place.path().join("new")), 2);

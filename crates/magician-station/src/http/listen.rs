@@ -316,7 +316,7 @@ pub(crate) async fn next(
         match accepted {
             Ok((stream, peer)) => {
                 let place = places.enter(peer.ip());
-                // One connection per round, so that new connections do not delay those that exist.
+                // One connection per round, so that new connections do not delay existing ones.
                 tokio::task::yield_now().await;
                 return Some((stream, peer, place));
             }

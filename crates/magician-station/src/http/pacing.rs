@@ -81,7 +81,7 @@ impl Pacer {
         }
     }
 
-    /// Gives the connection turns of its own, because it has a session now.
+    /// Gives the connection its own turns, because it has a session now.
     pub(crate) fn begin_session(&self) {
         self.has_session.store(true, Ordering::Relaxed);
     }

@@ -52,7 +52,7 @@ impl Pages {
     /// Creates the set and computes the entity tags.
     pub fn new(files: impl IntoIterator<Item = PageFile>) -> Self {
         let tagged = files.into_iter().map(|file| {
-            // 12 bytes of the digest suffice to tell versions of a file apart.
+            // 12 bytes of the digest suffice to distinguish versions of a file.
             let digest = Sha256::digest(file.gzip);
             let digest = digest[..12].iter().map(|byte| format!("{byte:02x}"));
             (file, digest.collect())

@@ -82,7 +82,8 @@ impl Places {
         }))
     }
 
-    /// Evicts a stranger because the process is out of descriptors. Returns false if there is none.
+    /// Evicts a stranger because the process is out of descriptors. Returns false without a
+    /// stranger.
     pub(crate) fn shed(&self) -> bool {
         self.0.with(|inner, _| {
             let gone = inner.table.shed();

@@ -45,7 +45,7 @@ static OPENRPC: LazyLock<Bytes> = LazyLock::new(|| crate::api::openrpc().to_stri
 /// Requirement of a route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RouteNeeds {
-    /// Nothing.
+    /// No requirement.
     Nothing,
     /// The first message on the socket decides.
     Hello,

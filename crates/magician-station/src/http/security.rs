@@ -189,7 +189,7 @@ fn token(headers: &HeaderMap) -> Result<Option<String>, Refused> {
     }
 }
 
-/// Returns all values of a header. `None` for a value that is not text.
+/// Returns all values of a header. `None` stands for a value that cannot be read as text.
 fn texts(headers: &HeaderMap, name: &HeaderName) -> Vec<Option<String>> {
     let values = headers.get_all(name).iter();
     values

@@ -14,16 +14,17 @@ pub trait Served: Clone + Send + Sync + 'static {
     /// Client of this server.
     type Client: ServedClient;
 
-    /// Connects a client with the token of its request. Waits until clients that came just before
-    /// have had their time to say hello. `None` if all sessions are in use.
+    /// Connects a client with the token of its request. Waits until clients that connected just
+    /// before have sent their hello, or their time for it is over. `None` if all sessions are in
+    /// use.
     fn admit(
         &self,
         peer: Peer,
         token: Option<String>,
     ) -> impl Future<Output = Option<Self::Client>> + Send;
 
-    /// Carries out one request in a session of its own. `None` for a notification, which has no
-    /// answer. Dropping the future ends the session.
+    /// Carries out one request in its own session. `None` for a notification, which has no answer.
+    /// Dropping the future ends the session.
     fn call(
         &self,
         peer: Peer,

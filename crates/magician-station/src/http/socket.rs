@@ -1,7 +1,7 @@
 //! WebSocket of a client: carries messages between the socket and the station.
 //!
-//! Reading and writing are separate futures in one task. A client that does not read must not keep
-//! its own stop from being heard, so a blocked write never blocks reading.
+//! Reading and writing are separate futures in one task. Otherwise a client that does not read
+//! would block its own stop: a blocked write must not block reading.
 
 use std::time::Duration;
 

@@ -63,7 +63,7 @@ impl fmt::Debug for Tls {
 
 impl Tls {
     /// Reads a certificate chain and its private key, both in PEM. The chain includes intermediate
-    /// certificates up to the one that clients trust.
+    /// certificates up to the certificate that clients trust.
     ///
     /// # Errors
     /// [`TlsError`] if a file cannot be read or the pair cannot be used.

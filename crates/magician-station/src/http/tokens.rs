@@ -410,7 +410,7 @@ impl TokenStore {
     }
 
     /// Changes the file under a lock. Without it, a program that notes the use of a token could
-    /// write back one that another program has just revoked.
+    /// write back a token that another program has just revoked.
     fn update<T>(
         &self,
         change: impl FnOnce(&mut File) -> Result<T, TokenError>,

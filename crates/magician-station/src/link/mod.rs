@@ -56,7 +56,7 @@ impl LinkService {
         }
     }
 
-    /// Returns the calls so far by client, as answered by `GET /api/v1/link`.
+    /// Returns the calls by client up to now, as answered by `GET /api/v1/link`.
     #[must_use]
     pub fn report(&self) -> Value {
         let report = self.report.lock().unwrap_or_else(PoisonError::into_inner);

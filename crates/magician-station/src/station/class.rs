@@ -270,11 +270,11 @@ impl Station {
         }
     }
 
-    /// Returns true if a hello contains the teacher's PIN. It must not contain a pupil or a token
-    /// then.
+    /// Returns true if a hello contains the teacher's PIN. Such a hello must not contain a pupil or
+    /// a token.
     ///
     /// # Errors
-    /// As [`try_pin`](Self::try_pin).
+    /// Same as [`try_pin`](Self::try_pin).
     pub(super) fn teacher_signs_in(
         &mut self,
         now: HostInstant,
@@ -376,7 +376,7 @@ impl Station {
                 // Evicted and not released: motion of a session that becomes a viewer has to stop.
                 self.control.evict(now, arm);
             }
-            // Its waits and questions end too. The session itself stays as a viewer.
+            // The waits and questions of the session end too. The session itself stays as a viewer.
             self.control.leave(now, session);
             if self.sessions[&session].socket.is_some() {
                 self.control.rejoin(now, session);

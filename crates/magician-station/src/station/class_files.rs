@@ -1,9 +1,9 @@
 //! Files of a class, and changes that wait for them.
 //!
 //! A change takes effect when its file is on the disk, and is answered then. So a positive answer
-//! promises that the change survives the program, and a change that the disk refuses has changed
-//! nothing. One change of a file waits at a time: a second one would be based on a version that may
-//! never take effect.
+//! promises that the change survives a crash of the program, and a change that the disk refuses has
+//! changed nothing. One change of a file waits at a time: a second one would be based on a version
+//! that may never take effect.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +48,7 @@ pub(super) enum ClassChange {
         file: Option<Box<ClassFile>>,
         /// Session that made the change.
         maker: Option<SessionId>,
-        /// Pupils for whom the file has another code than the valid one.
+        /// Pupils whose code in the file differs from the valid code.
         codes_kept: Vec<String>,
     },
     Schedule(Schedule),

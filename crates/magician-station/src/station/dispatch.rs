@@ -1,6 +1,6 @@
 //! Dispatch of messages: parsing, the common checks in a fixed order, and the answer.
 //!
-//! The order of the checks is part of the API, because the first one that fails is the answer:
+//! The order of the checks is part of the API, because the first check that fails is the answer:
 //! rate, JSON, method, id, hello, parameters, arm, role, requests in flight; then the checks of the
 //! method itself. Methods marked `always` (stops, and keeping a jog alive) skip the limits: a
 //! client that floods the station can still stop the arm.
@@ -54,7 +54,7 @@ impl Station {
         if open.outbox.is_closing() {
             return;
         }
-        // Every message counts, also one that is not JSON.
+        // Every message counts, even without valid JSON.
         let pace = open.hears(now);
         let session = open.session;
         if let Some(session) = session {
@@ -129,7 +129,7 @@ impl Station {
         session.is_some_and(|session| session.one_shot)
     }
 
-    /// Acquires the lease for a request without a session of its own, if the lease is free.
+    /// Acquires the lease for a request without its own session, if the lease is free.
     pub(super) fn take_lease(&mut self, call: &Call<'_>, arm: ArmId) {
         if self.is_one_shot(call) && self.control.holder(arm).is_none() {
             let request = RequestId(self.next_id());

@@ -133,7 +133,7 @@ impl Station {
                     let error = self.ended(arm, why);
                     self.finish(now, request, Err(error));
                 }
-                // A stop by a client has its event already, with its session.
+                // The stop of a client was logged with its session already.
                 if stop && let WorkEnd::Lease(_) = why {
                     self.event(now, arm, ArmEvent::Stop, vec![("by", Value::Null)]);
                 }

@@ -133,8 +133,8 @@ impl Station {
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
     }
 
-    /// Returns the same error for reads of a session whose lease was ended. Such a client would
-    /// take the emptied queue for a fault of its own.
+    /// Returns the same error for reads of a session whose lease was ended. Otherwise such a client
+    /// would take the emptied queue for its own fault.
     pub(super) fn refuses_put_out(&self, session: SessionId) -> Option<RpcError> {
         let ending = self.ending.as_ref()?;
         ending.put_out.get(&session)?;

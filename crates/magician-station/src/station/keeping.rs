@@ -29,7 +29,7 @@ const STOPPED_JOB: Duration = Duration::from_secs(2);
 #[derive(Debug, Default)]
 pub(super) struct Keeping {
     answers: Vec<HeldAnswer>,
-    /// New jobs that are not on the disk yet: arm, revision, job.
+    /// New jobs not yet on the disk: arm, revision, job.
     fresh: Vec<(ArmId, u64, JobId)>,
     starts: Vec<HeldStart>,
     stands: Vec<HeldStand>,
@@ -153,7 +153,7 @@ impl Station {
             .extract_if(.., |(of, at, _)| *of == arm && *at <= revision)
             .collect();
         for (_, _, job) in fresh {
-            // A job that is not on the disk must not start.
+            // A job must not start before it is on the disk.
             self.keeping.starts.retain(|start| start.job != job);
             #[cfg(feature = "class")]
             self.drop_queued(now, arm, job);
@@ -214,7 +214,7 @@ impl Station {
             ArmOrder::PauseJob { job, .. }
             | ArmOrder::ResumeJob { job, .. }
             | ArmOrder::StopJob(job) => *job == held.job,
-            // A stop goes to the arm at once and also ends the job that is not there yet.
+            // A stop goes to the arm at once, and also ends the job once it reaches the arm.
             ArmOrder::Stop { .. } => {
                 held.then.push(ArmOrder::StopJob(held.job));
                 false

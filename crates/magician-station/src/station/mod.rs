@@ -283,7 +283,7 @@ struct ArmPlace {
     watched: (Option<u32>, Vec<magician::Pin>),
 }
 
-/// One or more arms, shared by many clients.
+/// Station: one or more arms, shared by many clients.
 ///
 /// A listener passes in what clients send ([`open`](Self::open), [`receive`](Self::receive),
 /// [`close`](Self::close)) and sends what [`poll_send`](Self::poll_send) returns for each socket.
@@ -535,7 +535,7 @@ impl Station {
             }
         }
         self.forget_turns();
-        // Its subscriptions are gone as well, so some arms can be read less often.
+        // The subscriptions of the session are gone as well, so some arms can be read less often.
         self.watch_anew();
         self.settle(now);
     }
@@ -662,7 +662,7 @@ impl Station {
         #[cfg(feature = "class")]
         {
             self.put_fences();
-            // Starting a job has effects of its own, so control is settled again.
+            // Starting a job has further effects, so control is settled again.
             if self.begin_queued(now) {
                 return self.settle(now);
             }
@@ -742,7 +742,7 @@ impl Station {
         (epoch == self.config.epoch && self.text_id(mark, number) == text).then_some(number)
     }
 
-    /// Returns the part of an arm's state that is not in its reading.
+    /// Returns the part of an arm's state that its reading lacks.
     fn beside(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
         StateContext {

@@ -315,7 +315,7 @@ impl Station {
     }
 
     /// Ends the job of a person that started from the queue and runs without a lease, in the way
-    /// the end of a turn does. Returns false if there is none.
+    /// the end of a turn does. Returns false without such a job.
     pub(super) fn end_queued_job(&mut self, arm: ArmId, of: Option<PersonId>) -> bool {
         let mut begun = self.class.from_queue.values();
         let own = begun.find(|(claim, _)| {
@@ -389,7 +389,7 @@ impl Station {
     }
 
     /// Returns a job to the queue because the disk refused to record its start. Returns false for a
-    /// job that is not from the queue.
+    /// job from elsewhere.
     pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let waits = queued.is_some();

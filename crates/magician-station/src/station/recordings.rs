@@ -62,7 +62,7 @@ struct Recording {
     name: String,
     rate: u32,
     due: HostInstant,
-    /// Unix seconds.
+    /// Start of the recording, Unix seconds.
     began: f64,
     /// Request that started it.
     request: RequestId,

@@ -27,7 +27,7 @@ pub const SOCKETS: usize = 128;
 /// Most sockets of viewers. The rest is reserved for clients that may stop an arm.
 pub const VIEWERS: usize = 80;
 /// Limits on sockets of listeners. Sixteen without a hello suffice for a class that reconnects at
-/// once, since each needs the time of one message. Loopback has places of its own, before and after
+/// once, since each needs the time of one message. Loopback has separate places, before and after
 /// hello, for a teacher's page and programs.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 4,
@@ -387,7 +387,7 @@ impl Station {
     }
 
     /// Limits the sessions that can be resumed: a client that comes and goes in a loop must not
-    /// displace others. The lowest role ends first, and among those the one that left first.
+    /// displace others. The lowest role ends first, and within a role the session that left first.
     /// Sessions with a lease are exempt.
     fn bound_kept(&mut self, now: HostInstant) {
         let kept = self.sessions.iter().filter_map(|(id, session)| {

@@ -12,7 +12,7 @@ use crate::reading::{StateContext, beside_frames, changes};
 /// State with the texts made from it so far.
 #[derive(Debug)]
 pub(super) struct SharedState {
-    /// Part of the state that is not in the reading.
+    /// Part of the state that the reading lacks.
     beside: StateContext,
     fields: Arc<Map<String, Value>>,
     whole: Option<Arc<str>>,

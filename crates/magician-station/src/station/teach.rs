@@ -15,7 +15,7 @@ use crate::control::{ArmId, WorkKind};
 use crate::library::LibraryAct;
 use crate::order::ArmOrder;
 
-/// Members of a row that are also the only member of a step in a plan.
+/// Members of a row that become separate steps in a plan.
 const OF_TOOLS: [&str; 3] = ["gripper", "suction", "wait"];
 
 impl Station {
@@ -180,8 +180,8 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
             Action::Gripper(grip) => step.gripper = Some(grip),
             Action::Suction(on) => step.suction = Some(on),
             Action::Wait(pause) => step.pause = pause,
-            // The model has no other places: everything else, outputs included, is the motion of a
-            // row.
+            // The model has no members for other actions, so any of them, outputs included, is
+            // stored as the motion of the row.
             motion => step.motion = Some(motion),
         }
     }

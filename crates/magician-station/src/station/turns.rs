@@ -31,8 +31,7 @@ impl Station {
             }
             "turn.join" => {
                 let arms = self.turn_arms(call)?;
-                // A session that no turn binds, such as a teacher's, does not queue and gets the
-                // list.
+                // Sessions not bound by turns, such as a teacher's, do not queue and get the list.
                 if self.control.is_bound(call.session) {
                     let Some(person) = self.control.person(call.session) else {
                         let why = "turns are of persons: sign in with name and code first";

@@ -162,7 +162,7 @@ impl Station {
                 if !std::mem::replace(&mut subscription.lost, true) {
                     told.push((*socket, subscription.id));
                 }
-                // So that the next state reports the line as up again.
+                // Marked as down, so that the next state reports the line as up again.
                 if subscription.sent.contains_key("link") {
                     let sent = Arc::make_mut(&mut subscription.sent);
                     sent.insert("link".to_owned(), json!("lost"));

@@ -35,7 +35,7 @@ enum Deed {
     Loop(u8),
     /// Sends a request, this many times.
     Call(usize, &'static str, u8),
-    /// Sends text that is not a request.
+    /// Sends text other than a request.
     Garbage(usize),
     Close(usize),
     /// Reads all messages.

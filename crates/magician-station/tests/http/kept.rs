@@ -293,7 +293,7 @@ fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
     let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
     store.keep("class.toml", "first").unwrap();
     assert_eq!(store.kept("class.toml").unwrap().as_deref(), Some("first"));
-    // Root ignores permissions, but cannot write into a file that is not a folder either.
+    // Root ignores permissions, but even root cannot write into a file as if it were a folder.
     fs::remove_dir_all(&folder).unwrap();
     fs::write(&folder, "").unwrap();
     let refused = store.keep("class.toml", "second").unwrap_err();

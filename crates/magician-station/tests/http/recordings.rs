@@ -18,7 +18,7 @@ async fn a_recording_is_a_file_that_viewers_get() {
     let bench = HttpStation::new().await;
     let name = call(&bench, "record.start", json!({"rate": 50})).await["name"].clone();
     let name = name.as_str().unwrap().to_owned();
-    // The part written so far can be downloaded already.
+    // The part already written can be downloaded during the recording.
     let path = format!("/api/v1/recordings/{name}");
     assert_eq!(bench.get(&path, "").await.status, 200);
     for y in [40, -40, 40] {

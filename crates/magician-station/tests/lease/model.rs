@@ -204,7 +204,7 @@ impl Model {
                 out.push(SwitchOn(id, at));
             }
         }
-        // One at a time suffices. Without the lease they are refused.
+        // A single request at a time suffices. Requests without the lease are refused.
         if !arm.doing.iter().any(|doing| doing.session == id) {
             out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
             out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));

@@ -31,7 +31,7 @@ async fn class_of(bench: LocalStation) -> (LocalStation, Tester) {
     (bench, teacher)
 }
 
-/// Signs a pupil in at a page without rights of its own.
+/// Signs a pupil in at a page without any rights.
 async fn sign_in(bench: &LocalStation, name: &str, code: &str) -> Result<Tester, Value> {
     sign_in_from(bench, "127.0.0.1:1", name, code).await
 }

@@ -44,7 +44,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
     });
     let seen = ben.ok("arm.fence", json!({})).await;
     assert_eq!(seen, json!({"fence": whole}));
-    // Members that are not named stay.
+    // Other members stay.
     let faster = anna.ok("arm.fence", json!({"set": {"speed": 130.0}})).await;
     assert_eq!(faster["fence"]["keep_out"], keep_out);
     assert_eq!(faster["fence"]["box"], within);
@@ -137,7 +137,7 @@ async fn a_jog_stops_before_it() {
     anna.ok("arm.fence", floor(-20.0)).await;
     let jog = json!({"axis": "z-", "keep_ms": 1000});
     let jog = anna.ok("jog.start", jog).await["jog"].clone();
-    // It cannot be changed during a jog.
+    // The fence cannot be changed during a jog.
     let busy = anna.call("arm.fence", floor(-60.0)).await.unwrap_err();
     assert_eq!(
         (&busy["code"], &busy["data"]["jog"]),

@@ -311,7 +311,7 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
     let list = ben.ok("arm.list", json!({})).await;
     assert_eq!(list["arms"][0]["job"], json!(null));
     ben.lease().await;
-    // Its progress is unknown, so it refuses, like `run --resume`.
+    // The progress of the job is unknown, so the station refuses, like `run --resume`.
     let refused = ben.call("job.resume", json!({"job": job})).await;
     assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
     let fresh = start(&mut ben, json!({})).await;

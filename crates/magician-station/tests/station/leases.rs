@@ -110,7 +110,7 @@ async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
     assert!(bench.arms[0].state().moving);
     ben.listen(Duration::from_millis(150)).await;
     assert_eq!(bench.arms[0].state().queue.waiting, 0);
-    // It brakes with the acceleration that was set.
+    // The arm brakes with the acceleration that was set.
     ben.listen(Duration::from_secs(1)).await;
     assert!(!bench.arms[0].state().moving, "what it queued is stopped");
     assert_eq!(

@@ -75,7 +75,7 @@ async fn listed(state: &str, end: End) -> Value {
     let kept = match end {
         End::Killed => bench.kept.copy(),
         End::Full => {
-            // Everything reported so far is on the disk; nothing later is.
+            // Everything reported before the flush is on the disk; nothing later is.
             bench.station.flush().await;
             bench.kept.full.store(true, Ordering::SeqCst);
             // Virtual time stands still while a program is being read.

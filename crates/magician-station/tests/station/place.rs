@@ -156,7 +156,7 @@ async fn a_class_that_begins_takes_a_strangers_lease_and_stops_its_arm_and_its_e
     assert_eq!(arms["arms"][0]["holder"], Value::Null);
     tokio::time::sleep(Duration::from_secs(1)).await;
     assert_eq!(teacher.ok("arm.state", json!({})).await["moving"], false);
-    // It can watch and stop on the same socket.
+    // The page can watch and stop on the same socket.
     assert!(page.ok("class.get", json!({})).await["pupils"][0]["code"].is_null());
     assert_eq!(page.ok("class.get", json!({})).await["pin"], Value::Null);
     assert_eq!(page.code("lease.acquire", json!({})).await, FORBIDDEN);

@@ -52,7 +52,7 @@ async fn a_preset_is_kept_shown_and_removed() {
         anna.ok("preset.show", json!({"name": "birch"})).await,
         saved
     );
-    // Its text is the content of a file and can be saved again.
+    // The text of a preset is the content of a file and can be saved again.
     let again = json!({"name": "oak", "text": saved["text"]});
     let again = anna.ok("preset.save", again).await;
     assert_eq!(again["options"], saved["options"]);

@@ -259,7 +259,7 @@ fn alarms_have_one_file_a_minute_and_nothing_is_written_twice() {
 
 #[test]
 fn an_alarm_at_the_beginning_or_where_it_was_switched_off_writes_nothing() {
-    // Nothing seen has led to an alarm that is active from the start.
+    // No earlier readings explain an alarm that is active from the start.
     let mut bare = with_ring(50, true);
     bare.read_on(1, Duration::from_millis(20));
     bare.alarm();

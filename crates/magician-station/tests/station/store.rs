@@ -364,7 +364,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
             assert_eq!(job["reason"], json!("restart"), "{}", at());
         }
     }
-    // Nothing starts by itself.
+    // No job starts by itself.
     assert_eq!(second.begun, [], "{}", at());
     for (key, job) in &keys {
         if deleted(job) || stopped(job) {

@@ -111,7 +111,7 @@ async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
     anna.lease().await;
     anna.ok("arm.move", json!({"to": [220, 60, 50, 0]})).await;
     anna.frames.clear();
-    // It does not read for ten seconds.
+    // The client does not read for ten seconds.
     tokio::time::advance(Duration::from_millis(1)).await;
     let mut other = bench.join("Other").await;
     other.listen(Duration::from_secs(4)).await;

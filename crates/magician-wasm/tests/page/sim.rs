@@ -331,12 +331,12 @@ fn what_no_page_should_do_does_no_harm() {
     // The station's own session, and a number beyond the last.
     table::station_rpc(page.handle, 0, b"{}");
     table::station_rpc(page.handle, 65536, b"{}");
-    // Input that is not text, and text that is not JSON.
+    // Invalid UTF-8, and text other than JSON.
     table::station_rpc(page.handle, 1, b"\xff");
     table::station_rpc(page.handle, 2, b"nonsense");
     page.turn();
     assert_eq!(page.closed, [(1, 1007), (2, 4400)]);
-    // Sessions without `session.hello` displace each other, but never one that sent it.
+    // Sessions without `session.hello` displace each other, but never a session that sent it.
     for session in 100..200 {
         table::station_rpc(
             page.handle,

@@ -27,8 +27,8 @@ impl Arm {
     /// Connects as [`connect`](Self::connect) does, with other options.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] if the target does not support
-    /// the requested faults.
+    /// Same as [`connect`](Self::connect); [`ErrorKind::InvalidInput`] if the target does not
+    /// support the requested faults.
     pub async fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
         let target = target.into_target()?;
         // A line to an arm in this process breaks only by an injected fault.
@@ -55,7 +55,7 @@ impl Arm {
     /// connection; [`over_with`](Self::over_with) reopens it.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// Same as [`connect`](Self::connect).
     pub async fn over<T>(stream: T, options: Options) -> Result<Self>
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
@@ -82,7 +82,8 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`connect`](Self::connect); [`ErrorKind::Port`] if the first stream cannot be opened.
+    /// Same as [`connect`](Self::connect); [`ErrorKind::Port`] if the first stream cannot be
+    /// opened.
     pub async fn over_with<F, O, T>(mut opener: F, options: Options) -> Result<Self>
     where
         F: FnMut() -> O + Send + 'static,
@@ -110,7 +111,7 @@ impl Arm {
     /// that converts into one. Commands are checked against the model of that arm.
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// Same as [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         let arm = arm.into();
@@ -255,7 +256,7 @@ impl Arm {
         &self.inner.shared.name
     }
 
-    /// Returns the line statistics so far and the number of places in the arm's queue.
+    /// Returns the current line statistics and the number of places in the arm's queue.
     ///
     /// # Errors
     /// [`ErrorKind::Closed`] if the connection has ended.

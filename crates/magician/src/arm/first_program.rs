@@ -24,7 +24,7 @@ impl Arm {
     /// to half a minute. A laser that is on is switched off first.
     ///
     /// # Errors
-    /// As [`Run::wait`](super::Run::wait).
+    /// Same as [`Run::wait`](super::Run::wait).
     pub async fn home(&self) -> Result<()> {
         self.home_with(RunOptions::default()).await
     }
@@ -33,7 +33,7 @@ impl Arm {
     /// degrees ([`joint_angle`](Pose::joint_angle); document 1.4.1).
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn pose(&self) -> Result<Pose> {
         self.get().await
     }
@@ -54,7 +54,7 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`run`](Self::run); the move is checked before it is sent.
+    /// Same as [`run`](Self::run); the move is checked before it is sent.
     pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
         self.run(&[build::move_to(x, y, z, r)]).await
     }
@@ -62,7 +62,7 @@ impl Arm {
     /// Moves to a pose (mm, degrees) in a straight line, and waits until the arm is there.
     ///
     /// # Errors
-    /// As [`move_to`](Self::move_to).
+    /// Same as [`move_to`](Self::move_to).
     pub async fn line_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
         self.run(&[build::line_to(x, y, z, r)]).await
     }
@@ -71,7 +71,7 @@ impl Arm {
     /// is there. The height is a setting, `PTPJumpParams`.
     ///
     /// # Errors
-    /// As [`move_to`](Self::move_to).
+    /// Same as [`move_to`](Self::move_to).
     pub async fn jump_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
         self.run(&[build::jump_to(x, y, z, r)]).await
     }

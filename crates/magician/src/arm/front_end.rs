@@ -95,7 +95,7 @@ impl FrontEnd<'_> {
     /// separate read.
     ///
     /// # Errors
-    /// As [`get`](Arm::get).
+    /// Same as [`get`](Arm::get).
     pub async fn known_pose(self) -> Result<Pose> {
         self.arm.come_to_rest().await?;
         let look = self.arm.known().look_at_queue().await?;
@@ -119,7 +119,7 @@ impl FrontEnd<'_> {
     /// unreachable pose, and the tool bias is 0. [`Alarm::TOOL_UNKNOWN`] is the sentence for it.
     ///
     /// # Errors
-    /// As [`get`](Arm::get).
+    /// Same as [`get`](Arm::get).
     pub async fn tool_is_unknown(self, alarms: &AlarmSet) -> Result<bool> {
         if !alarms.codes().any(Alarm::is_kinematic) {
             return Ok(false);

@@ -24,7 +24,7 @@ impl Motors<'_> {
     /// Switches off the outputs that [`running`](Self::running) returns.
     ///
     /// # Errors
-    /// As [`set`](Arm::set).
+    /// Same as [`set`](Arm::set).
     pub async fn stop(self) -> Result<()> {
         let running = self.running();
         for (output, request) in motors_off() {

@@ -209,7 +209,7 @@ impl Arm {
     /// progress ends, so that it does not start the queue again.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn stop_gentle(&self) -> Result<()> {
         let request = Request::set(&QueuedCmdStopExec {})?;
         self.ask(request.priority(Priority::Stop)).await.map(drop)
@@ -218,7 +218,7 @@ impl Arm {
     /// Ends a jog immediately, and retransmits the stop until the arm is at rest.
     ///
     /// # Errors
-    /// As [`stop`](Self::stop).
+    /// Same as [`stop`](Self::stop).
     pub async fn stop_jog(&self) -> Result<()> {
         let stop = JogCmd {
             is_joint: magician_protocol::Flag::OFF,
@@ -273,7 +273,7 @@ impl Arm {
     /// find the same pose.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn stands(&self) -> Result<bool> {
         // Finished commands count as in progress until the index is read.
         self.queue().current_index().await?;

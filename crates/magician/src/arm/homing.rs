@@ -152,7 +152,7 @@ impl Homing<'_> {
     /// [`Options::homings`](super::Options::homings). Clearing alarm 0x00 does not home an arm.
     ///
     /// # Errors
-    /// As [`get`](Arm::get), for reading the alarms.
+    /// Same as [`get`](Arm::get), for reading the alarms.
     pub async fn is_homed(self) -> Result<Option<bool>> {
         // The picture evaluates alarm 0x00 of the answer.
         self.arm.alarms().await?;

@@ -288,7 +288,7 @@ impl Arm {
     /// Jogs as [`jog`](Self::jog) does, with options.
     ///
     /// # Errors
-    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for
+    /// Same as [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for
     /// options out of range.
     pub async fn jog_with(&self, direction: JogDirection, options: JogOptions) -> Result<Jog> {
         let stops = self.stops();

@@ -48,7 +48,7 @@ impl Arm {
     /// reading.
     ///
     /// # Errors
-    /// As [`get`](Self::get); readings that some arms do not support are no error.
+    /// Same as [`get`](Self::get); readings that some arms do not support are no error.
     pub async fn read_outputs(&self) -> Result<ArmOutputs> {
         // Finished commands of other programs invalidate earlier readings, and the queue shows them
         // first.

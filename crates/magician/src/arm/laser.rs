@@ -85,7 +85,7 @@ impl Laser<'_> {
     /// commands of another program are in the queue: they may burn, and cannot be read back.
     ///
     /// # Errors
-    /// As [`get`](Arm::get); readings that some arms do not support are no error.
+    /// Same as [`get`](Arm::get); readings that some arms do not support are no error.
     pub async fn is_on(self) -> Result<Option<bool>> {
         let told = self.told().await?;
         if told != Some(false) {
@@ -169,7 +169,7 @@ impl Laser<'_> {
                 };
                 answered(self.arm.get_with::<IoPwm>(&query).await)?.map(|pin| pin.duty_cycle > 0.0)
             }
-            // As an input the pin drives nothing.
+            // A pin used as an input drives no laser.
             Some(_) => Some(false),
         };
         Ok(high)
@@ -221,7 +221,7 @@ impl Laser<'_> {
     /// Switches the laser off immediately, and lowers its pins if they are outputs.
     ///
     /// # Errors
-    /// As [`set`](Arm::set).
+    /// Same as [`set`](Arm::set).
     pub async fn switch_off(self) -> Result<()> {
         self.arm.set_any(&build::laser(false)).await?;
         if self.arm.inner.options.laser_pins {
@@ -249,7 +249,7 @@ impl Laser<'_> {
     /// lit it and none of its commands is in progress any more.
     ///
     /// # Errors
-    /// As [`set`](Arm::set).
+    /// Same as [`set`](Arm::set).
     pub async fn switch_off_after(self) -> Result<()> {
         if self.may_have_lit() && !self.arm.moving() {
             self.switch_off().await

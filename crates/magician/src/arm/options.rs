@@ -77,8 +77,8 @@ pub struct Options {
     ///
     /// The check is that of [`Preflight::fence`](crate::preflight::Preflight::fence), starting
     /// where the arm will be by then. Motion that cannot be checked is refused: commands of other
-    /// programs in the queue, and programs downloaded into the arm. A fence costs reads before each
-    /// motion; without one there are none.
+    /// programs in the queue, and programs downloaded into the arm. A fence costs additional reads
+    /// before each motion.
     ///
     /// It covers only what this connection sends: not other programs, not hands and keys on the
     /// arm, and not the braking distance of a stop. This is a convenience, not a safety function.
@@ -114,7 +114,7 @@ impl Default for Options {
             // Choice: room for several retransmissions, and a person at a prompt still waits this
             // long.
             timeout: Duration::from_secs(3),
-            // It is not known if a real controller takes several queued commands back to back (goal
+            // Unknown: a real controller may not take several queued commands back to back (goal
             // H2).
             window: 1,
             probe: true,

@@ -46,7 +46,7 @@ impl Arm {
     /// Runs commands as [`run`](Self::run) does, with options. `progress` is called now and then.
     ///
     /// # Errors
-    /// As [`run`](Self::run).
+    /// Same as [`run`](Self::run).
     pub async fn run_with(
         &self,
         commands: &[Set],
@@ -100,7 +100,7 @@ impl Arm {
     /// [`preflight_for`](Self::preflight_for) is given a program that homes.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
         self.come_to_rest().await?;
         let look = self.known().look_at_queue().await?;
@@ -117,7 +117,7 @@ impl Arm {
     /// on.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
         self.come_to_rest().await?;
         // Finished commands of other programs invalidate known settings, and the queue shows them
@@ -179,8 +179,8 @@ impl Arm {
     /// Homes as [`home`](Self::home) does, with options for the commands in the queue.
     ///
     /// # Errors
-    /// As [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed) if
-    /// the homing was interrupted.
+    /// Same as [`Run::wait`](super::Run::wait); [`ErrorCode::NotHomed`](crate::ErrorCode::NotHomed)
+    /// if the homing was interrupted.
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         // Homing itself clears the reset, so a warning before it would only confuse.
         self.inner

@@ -18,8 +18,8 @@ impl Pins<'_> {
     /// must be configured as an input first: [`build::multiplex`].
     ///
     /// # Errors
-    /// As [`get`](Arm::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if the arm has no
-    /// such pin.
+    /// Same as [`get`](Arm::get); [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) if the arm has
+    /// no such pin.
     pub async fn input(self, address: u8) -> Result<bool> {
         let address = Some(address);
         let read: IoDi = self.arm.get_with(&GetIoDi { address }).await?;
@@ -30,7 +30,7 @@ impl Pins<'_> {
     /// (document 1.14.1). There is no timeout: a [`stop`](Arm::stop) ends the wait.
     ///
     /// # Errors
-    /// As [`move_to`](Arm::move_to).
+    /// Same as [`move_to`](Arm::move_to).
     pub async fn wait_for_input(self, address: u8, high: bool) -> Result<Ran> {
         self.arm.run(&[build::wait_for_level(address, high)]).await
     }

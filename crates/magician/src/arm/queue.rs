@@ -67,7 +67,7 @@ impl Queue<'_> {
     /// otherwise wait for their first command forever.
     ///
     /// # Errors
-    /// As [`start`](Self::start).
+    /// Same as [`start`](Self::start).
     pub async fn start_if_empty(self) -> Result<bool> {
         // Commands that another program left there must not start to run.
         let empty = self.waiting().await? == 0;
@@ -82,7 +82,7 @@ impl Queue<'_> {
     /// section 14). A run in progress ends.
     ///
     /// # Errors
-    /// As [`get`](Arm::get).
+    /// Same as [`get`](Arm::get).
     pub async fn clear(self) -> Result<()> {
         self.arm.set(&QueuedCmdClear {}).await
     }
@@ -90,7 +90,7 @@ impl Queue<'_> {
     /// Reads the number of free places in the queue.
     ///
     /// # Errors
-    /// As [`get`](Arm::get).
+    /// Same as [`get`](Arm::get).
     pub async fn left_space(self) -> Result<u32> {
         let read = self.arm.get::<QueuedCmdLeftSpace>().await?;
         Ok(read.left_space)
@@ -99,7 +99,7 @@ impl Queue<'_> {
     /// Reads the index of the queued command that finished last, 0 before the first.
     ///
     /// # Errors
-    /// As [`get`](Arm::get).
+    /// Same as [`get`](Arm::get).
     pub async fn current_index(self) -> Result<QueueIndex> {
         let read = self.arm.get::<QueuedCmdCurrentIndex>().await?;
         Ok(QueuedCmdIndex(read.queued_cmd_current_index))
@@ -250,7 +250,7 @@ impl Arm {
     /// Reads the active alarms. An active alarm is not an error.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn alarms(&self) -> Result<AlarmSet> {
         let read = self.get::<AlarmsState>().await?;
         Ok(read.alarms_state)
@@ -270,7 +270,7 @@ impl Arm {
     /// Clears the alarms. This also lifts their hold on the queue if no cause remains.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn clear_alarms(&self) -> Result<()> {
         self.set(&ClearAlarmsState {}).await
     }

@@ -36,7 +36,7 @@ impl Arm {
             .max(Instant::now() + self.patience.min(FOREVER))
     }
 
-    /// Returns the deadline of calls that are not part of a run.
+    /// Returns the deadline of calls outside a run.
     pub(super) fn call_deadline(&self) -> Instant {
         let timeout = self.timeout().max(self.inner.shared.attempts());
         Instant::now() + timeout.min(FOREVER)

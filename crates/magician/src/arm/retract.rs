@@ -69,8 +69,8 @@ impl Arm {
     /// [`Preflight::way_to_park`]. A tool that touches its work is [lifted](Self::lift) first.
     ///
     /// # Errors
-    /// As [`lift`](Self::lift); [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the
-    /// position is out of reach.
+    /// Same as [`lift`](Self::lift); [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if
+    /// the position is out of reach.
     pub async fn park(&self, place: [f64; 3]) -> Result<Pose> {
         let stops = self.stops();
         let moves = [line_to(0.0, 0.0, 0.0, 0.0), move_to(0.0, 0.0, 0.0, 0.0)];

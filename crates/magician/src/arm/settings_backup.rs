@@ -41,7 +41,7 @@ impl SettingsBackup {
     /// heights. Tool settings, and all that does not affect motion, are left out.
     ///
     /// # Errors
-    /// As [`Arm::get`].
+    /// Same as [`Arm::get`].
     pub async fn read<'s>(arm: &Arm, changes: impl IntoIterator<Item = &'s Set>) -> Result<Self> {
         let mut saved = Self::default();
         let mut known = Vec::new();
@@ -93,7 +93,7 @@ impl SettingsBackup {
     /// Restores the settings. The backup is empty afterwards, even after an error.
     ///
     /// # Errors
-    /// As [`Arm::set`], at the first setting that the arm refuses.
+    /// Same as [`Arm::set`], at the first setting that the arm refuses.
     pub async fn restore(&mut self, arm: &Arm) -> Result<()> {
         for setting in take(&mut self.0) {
             arm.set_any(&setting).await?;

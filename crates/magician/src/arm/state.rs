@@ -249,7 +249,7 @@ impl Arm {
     /// Watches the state as [`state`](Self::state) does, and pins as well.
     ///
     /// # Errors
-    /// As [`state`](Self::state), and for a pin whose address is not 1 to 20.
+    /// Same as [`state`](Self::state), and for a pin whose address is not 1 to 20.
     pub fn state_with(&self, options: StateOptions) -> Result<StateWatch> {
         let period = options.check()?;
         let shared = Arc::clone(&self.inner.shared);

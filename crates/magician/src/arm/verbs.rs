@@ -22,7 +22,7 @@ impl Arm {
     /// Reads a value that depends on a query, such as the level of a pin.
     ///
     /// # Errors
-    /// As [`get`](Self::get).
+    /// Same as [`get`](Self::get).
     pub async fn get_with<T: Readable>(&self, query: &T::Query) -> Result<T> {
         let request = Request::get::<T>(query)?;
         let reply = self.ask_for(request).await?;
@@ -34,8 +34,8 @@ impl Arm {
     /// requests; those not sent yet fail with [`ErrorKind::Closed`](crate::ErrorKind::Closed).
     ///
     /// # Errors
-    /// As [`get`](Self::get); [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) if a command
-    /// that must not be repeated was not answered,
+    /// Same as [`get`](Self::get); [`ErrorKind::Uncertain`](crate::ErrorKind::Uncertain) if a
+    /// command that must not be repeated was not answered,
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that burns without
     /// permission ([`Options::allow_laser`](super::Options::allow_laser)).
     pub async fn set<T: Writable>(&self, value: &T) -> Result<()> {
@@ -53,7 +53,7 @@ impl Arm {
     /// Sends a command chosen at run time, as [`set`](Self::set) does.
     ///
     /// # Errors
-    /// As [`set`](Self::set).
+    /// Same as [`set`](Self::set).
     pub async fn set_any(&self, command: &Set) -> Result<()> {
         let order = FrameBuf::set(command, Ctrl::SET)?;
         self.order(Request::of(order)).await.map(drop)
@@ -77,8 +77,9 @@ impl Arm {
     /// Queues a command chosen at run time, as [`enqueue`](Self::enqueue) does.
     ///
     /// # Errors
-    /// As [`enqueue`](Self::enqueue); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)
-    /// for a command that cannot be queued.
+    /// Same as [`enqueue`](Self::enqueue);
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that cannot be
+    /// queued.
     pub async fn enqueue_set(&self, command: &Set) -> Result<QueueIndex> {
         self.queue().fill(flow::queued(command)?, command).await
     }
@@ -87,7 +88,7 @@ impl Arm {
     /// accept (errata E11). They are sent unchanged.
     ///
     /// # Errors
-    /// As [`enqueue_set`](Self::enqueue_set);
+    /// Same as [`enqueue_set`](Self::enqueue_set);
     /// [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the parameters are no form of the
     /// command.
     pub async fn enqueue_form(&self, id: u8, params: &[u8]) -> Result<QueueIndex> {

@@ -297,7 +297,7 @@ impl Arm {
     /// Waits as [`wait`](Self::wait) does, and reports the progress.
     ///
     /// # Errors
-    /// As [`wait`](Self::wait).
+    /// Same as [`wait`](Self::wait).
     pub async fn wait_with(
         &self,
         index: QueueIndex,

@@ -59,7 +59,7 @@ impl Arm {
     /// See [`crate::Arm::connect_with`].
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// Same as [`connect`](Self::connect).
     pub fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
         let target = target.into_target()?;
         Self::connecting(async move { crate::Arm::connect_with(&target, options).await })
@@ -68,7 +68,7 @@ impl Arm {
     /// See [`crate::Arm::simulated`].
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// Same as [`connect`](Self::connect).
     #[cfg(feature = "sim")]
     pub fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         Self::connecting(crate::Arm::simulated(arm.into(), options))
@@ -77,7 +77,7 @@ impl Arm {
     /// See [`crate::Arm::over`].
     ///
     /// # Errors
-    /// As [`connect`](Self::connect).
+    /// Same as [`connect`](Self::connect).
     pub fn over<T>(stream: T, options: Options) -> Result<Self>
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,

@@ -23,7 +23,7 @@ pub(super) fn outside_async() -> Result<()> {
 }
 
 /// Background thread that serves a connection between calls. Everything that must not wait for the
-/// next call happens there: a stop from another thread, the end of a jog that is not renewed, a
+/// next call happens there: a stop from another thread, the end of a jog without renewal, a
 /// reconnect.
 ///
 /// It lives as long as anything that may wait on it, and then until the shutdown is done. Dropping

@@ -2,7 +2,7 @@
 //!
 //! `ioreg` prints every USB device with its descendants, which include the names of its ports. The
 //! code is type-checked, and tested on output in the documented form; it has never run on a Mac.
-//! Libraries that query the registry directly link to Apple's frameworks, and one that reads
+//! Libraries that query the registry directly link to Apple's frameworks, and a library that reads
 //! `ioreg -a` (`plist`) brings an XML parser and a calendar. The parser below is shorter than code
 //! to walk their trees.
 

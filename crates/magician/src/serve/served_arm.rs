@@ -120,7 +120,7 @@ impl ServedArm {
             return Ok(());
         };
         let now = cell.now();
-        // As on the in-process line (`transport/sim.rs`): even a past instant is waited for
+        // Same as on the in-process line (`transport/sim.rs`): even a past instant is waited for
         // shortly, and a clock that stands wakes this task when it continues.
         match cell.comes(at.max(now.after_micros(1))) {
             Some(comes) => {

@@ -97,7 +97,7 @@ impl Peer {
         service.notice(Notice::MadeRoom(self.name));
     }
 
-    /// Closes a client for which there is no place.
+    /// Closes the connection of a client without a place.
     pub(super) fn refuse(self, service: &mut dyn Service) {
         service.close(self.link);
         service.notice(Notice::Refused(self.name));

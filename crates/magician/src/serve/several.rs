@@ -19,8 +19,8 @@ use super::{ServeError, Server};
 /// order.
 ///
 /// # Errors
-/// As [`Server::serve_until`]. If an endpoint of one arm cannot be opened, none stays open and no
-/// arm is ready; if one fails, all end. An incomplete recording is an error at the end.
+/// Same as [`Server::serve_until`]. If an endpoint of one arm cannot be opened, none stays open and
+/// no arm is ready; if one fails, all end. An incomplete recording is an error at the end.
 pub async fn serve_all(
     servers: impl IntoIterator<Item = Server>,
     end: impl Future<Output = ()>,

@@ -142,7 +142,7 @@ def box():
     )
 
 
-# A drawing as people keep them in Inkscape: guides that are not drawn, and a layer that wants another pen.
+# A typical Inkscape drawing: hidden guides, and a layer for another pen.
 
 
 def layers():

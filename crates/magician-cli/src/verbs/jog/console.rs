@@ -109,7 +109,7 @@ impl Console {
         Happened::News
     }
 
-    /// Tells the pad and the observed state what moves the arm.
+    /// Passes the cause of the arm's motion to the pad and the observed state.
     fn note_motion(&mut self) {
         self.pad.pendant.activity = self.session.activity();
         if self.pad.pendant.activity.is_some() {

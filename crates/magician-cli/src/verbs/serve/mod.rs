@@ -102,16 +102,16 @@ pub(crate) struct Serve {
     shown: Shown,
 }
 
-/// How the page is shown once connections are accepted.
+/// Way to show the page once the station accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Shown {
     #[default]
     No,
-    /// Its address is printed.
+    /// The command prints the address.
     AsAddress,
     /// In the system's browser.
     InBrowser,
-    /// In a window of its own; the station ends when it is closed.
+    /// In a separate window. Closing the window ends the station.
     InWindow,
 }
 
@@ -483,7 +483,7 @@ impl Serve {
         station.flush().await;
         drop(station);
         for arm in arms {
-            // Nor must an arm that does not answer.
+            // A silent arm must not delay it either.
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));

@@ -152,15 +152,16 @@ impl LocalSearch {
         }
     }
 
-    /// Applies the first change that shortens a gap at a stroke. Returns false if there is none.
+    /// Applies the first change that shortens a gap at a stroke. Returns false without such a
+    /// change.
     fn shorten(&mut self, stroke: usize) -> bool {
         let at = self.at(stroke);
         let ways = [at, at + 1].map(|at| self.gap(self.before(at), self.stop(at)));
         let longest = ways[0].max(ways[1]);
         for nth in 0..self.near.get(stroke).map_or(0, Vec::len) {
             let near = self.near.get(stroke).and_then(|near| near.get(nth));
-            // A new gap that is not shorter than the one it replaces is no gain. Neighbours are
-            // sorted, so all further ones are no gain either.
+            // A new gap gains nothing unless it is shorter than the gap it replaces. Neighbours are
+            // sorted, so no later neighbour gains anything either.
             let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + WORTH) else {
                 return false;
             };

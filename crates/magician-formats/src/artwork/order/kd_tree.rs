@@ -23,7 +23,7 @@ pub(super) struct Entry {
 /// A k-d tree of points, from which points can be removed. Cells are numbered as in a binary heap:
 /// the root is 1, and the halves of cell n are 2 n and 2 n + 1.
 pub(super) struct KdTree {
-    /// Points, those of each cell contiguous.
+    /// Points, contiguous within each cell.
     entries: Vec<Entry>,
     /// Position in `entries` of each point as given.
     places: Vec<usize>,
@@ -120,7 +120,7 @@ impl KdTree {
         self.divide(second, behind, given);
     }
 
-    /// Removes a point by its index among the points as given. Has no effect on a removed one.
+    /// Removes a point by its index among the points as given. No effect if it is already removed.
     pub(super) fn remove(&mut self, nth: usize) {
         let Some(place) = self.places.get(nth).copied() else {
             return;

@@ -4,7 +4,7 @@
 //! begin at another vertex. Strokes whose ends meet are joined first. `greedy` builds a
 //! nearest-neighbour tour, and `improve` shortens it by local search with a fixed effort. If inner
 //! shapes must come first, `nesting` finds what lies within which closed line, and each level is a
-//! tour of its own.
+//! separate tour.
 //!
 //! Effort is counted in steps and not in time: the same strokes give the same order on every
 //! machine.

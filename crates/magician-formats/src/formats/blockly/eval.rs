@@ -31,7 +31,7 @@ impl Machine<'_> {
         VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
-    /// Evaluates the block in an input; `None` if there is none.
+    /// Evaluates the block in an input; `None` if the input is empty.
     pub(super) fn value(
         &mut self,
         block: &Block,
@@ -140,8 +140,8 @@ impl Machine<'_> {
             "logic_boolean" => return Ok(BlockValue::Truth(block.field("BOOL") == Some("TRUE"))),
             "logic_negate" => {
                 let truth = self.truth(block, "BOOL", depth)?;
-                // As in the code that Blockly generates: a missing operand counts as true before
-                // the negation.
+                // Like the code that Blockly generates: a missing operand counts as true before the
+                // negation.
                 return Ok(BlockValue::Truth(!truth.unwrap_or(true)));
             }
             "logic_compare" => {

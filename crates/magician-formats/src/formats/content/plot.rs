@@ -75,7 +75,7 @@ impl<'t> Scanner<'t> {
     }
 
     /// Skips printer data up to the next plot within it, which begins with `ESC % number B`.
-    /// Returns false if there is none.
+    /// Returns false without one.
     fn skip_to_plot(&mut self) -> bool {
         if !self.more_plots {
             return false;

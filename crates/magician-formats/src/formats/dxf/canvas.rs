@@ -313,7 +313,7 @@ impl<'p> Canvas<'p> {
         Ok(Some((block, [place.blocks.as_slice(), &[name]].concat())))
     }
 
-    /// Draws an entity whose appearance is stored in a block of its own: a dimension or a table.
+    /// Draws an entity whose appearance is stored in a separate block: a dimension or a table.
     fn picture(
         &mut self,
         record: &'p Record<'p>,

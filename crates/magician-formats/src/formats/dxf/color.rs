@@ -45,7 +45,7 @@ fn indexed(index: u64) -> Option<Color> {
             let hue = (index / 10 - 1) as f64 * 15.0;
             let bright = *BRIGHT.get(index % 10 / 2)?;
             let pale = if index % 2 == 1 { 0.5 } else { 0.0 };
-            // A channel is full within 60 degrees of its own hue, and zero beyond 120.
+            // A channel is full within 60 degrees of its hue, and zero beyond 120.
             let channel = |own: f64| {
                 let off = ((hue - own).rem_euclid(360.0)).min((own - hue).rem_euclid(360.0));
                 let share = ((120.0 - off) / 60.0).clamp(0.0, 1.0);

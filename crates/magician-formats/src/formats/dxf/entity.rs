@@ -11,7 +11,8 @@ use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
 
-/// Draws an entity, or notes why not. `vertices` are those of a POLYLINE.
+/// Draws an entity, or adds a note with the reason why it is not drawn. `vertices` are those of a
+/// POLYLINE.
 pub(super) fn draw<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,
@@ -203,7 +204,7 @@ impl<'p> Pen<'p> {
         let mut level = None;
         let mut flat = true;
         for vertex in vertices {
-            // A control vertex of a spline; the curve has vertices of its own.
+            // A control vertex of a spline; the curve has separate vertices.
             if vertex.integer(70)? & 16 != 0 {
                 continue;
             }

@@ -73,7 +73,7 @@ fn partner(partners: &[Option<End>], end: End) -> Option<End> {
     partners.get(end).copied().flatten()
 }
 
-/// Returns for each end the one that it meets.
+/// Returns for each end the end that it meets.
 fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
     let mut meetings: HashMap<(Style, [i64; 2]), Vec<End>> = HashMap::new();
     for (nth, stroke) in strokes.iter().enumerate() {

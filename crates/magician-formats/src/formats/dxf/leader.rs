@@ -13,7 +13,7 @@ type DrawResult = Result<(), Diagnostic>;
 /// Width of an arrow relative to its length.
 const WIDE: f64 = 1.0 / 3.0;
 
-/// Draws a LEADER. Its text is an entity of its own.
+/// Draws a LEADER. Its text is a separate entity.
 pub(super) fn leader<'p>(
     canvas: &mut Canvas<'p>,
     record: &'p Record<'p>,

@@ -14,7 +14,7 @@ const CLOSED: [i64; 2] = [1, 32];
 const FACE: i64 = 128;
 /// Flag of a vertex: it has coordinates.
 const PLACE: i64 = 64;
-/// Flag of a vertex: it is a control point, and the smooth surface has vertices of its own.
+/// Flag of a vertex that is a control point. The smooth surface has separate vertices.
 const CONTROL: i64 = 16;
 
 /// Draws the mesh of a POLYLINE, either a grid or a list of faces.

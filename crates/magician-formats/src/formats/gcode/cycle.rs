@@ -125,7 +125,7 @@ impl Machine<'_> {
         Ok(())
     }
 
-    /// Executes one straight move of a cycle as if it were a line of its own.
+    /// Executes one straight move of a cycle as if it were a separate line.
     fn leg(
         &mut self,
         mode: Mode,

@@ -96,7 +96,7 @@ impl Operator {
 }
 
 impl Words<'_> {
-    /// Parses a real value. `None` if there is none at the cursor.
+    /// Parses a real value. `None` without a value at the cursor.
     pub(super) fn value(&mut self) -> Result<Option<f64>, SpanDiagnostic> {
         self.value_at(0)
     }

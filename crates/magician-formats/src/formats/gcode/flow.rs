@@ -42,7 +42,8 @@ impl<'p, 't> Interpreter<'p, 't> {
                 }
             }
             Keyword::If => self.branch(own, line)?,
-            // These lines are reached by finishing the branch before them, so skip to the end.
+            // Execution reaches these lines only at the end of the branch before them, so skip to
+            // the end.
             Keyword::ElseIf | Keyword::Else => {
                 let mut end = own;
                 while all[end].keyword != Keyword::EndIf {

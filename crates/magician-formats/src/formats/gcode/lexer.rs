@@ -399,7 +399,7 @@ mod tests {
             2,
             "comments within comments"
         );
-        // An unclosed comment ends where it would without nested ones.
+        // With an unclosed comment, the first closing parenthesis ends each comment.
         assert_eq!(words("(a (b) X1 (c) Y2").len(), 2);
         let many = "(()".repeat(100_000);
         assert_eq!(words(&many), []);
@@ -448,7 +448,7 @@ mod tests {
         let long = format!("G1 X{forty}");
         assert_eq!(error(&long).0, 3..44);
         assert_eq!(error("7 G1").1, "a number has no letter");
-        // A fraction after E is a separate word, as printers write it without blanks.
+        // E with a fraction is a separate word, since programs for printers may have no blanks.
         assert_eq!(words("G1X10E0.5").len(), 3);
     }
 }

@@ -78,7 +78,7 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    // Bytes that are not UTF-8 occur only in comments, so a guess needs no note.
+    // Invalid UTF-8 occurs only in comments, so a guess needs no note.
     let text = decode(bytes, Otherwise::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;

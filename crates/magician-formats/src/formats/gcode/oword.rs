@@ -126,8 +126,8 @@ pub(super) struct Oword {
     pub(super) place: TextPosition,
     /// Offset in the line at which its values begin.
     pub(super) rest: usize,
-    /// Partner: for a keyword that opens or divides a block the next one of the block, for all
-    /// others the first.
+    /// Partner in the same block. A keyword that opens or divides the block points to the next one,
+    /// all others to the first.
     pub(super) other: usize,
 }
 

@@ -1,8 +1,8 @@
 //! The S word of full laser power.
 //!
-//! Programs rarely state it, so rules are tried in order: the caller's value, `$30`, LightBurn's
-//! comments, a fan, the default. A guess errs towards weak burning: the larger the value, the
-//! weaker an S burns.
+//! Programs rarely contain this value, so rules are tried in order: the caller's value, `$30`,
+//! LightBurn's comments, a fan, the default. A guess errs towards weak burning: the larger the
+//! value, the weaker an S burns.
 
 use magician_host::{Given, Remedy, Setting};
 

@@ -88,8 +88,8 @@ impl Machine<'_> {
                     format!("{code} is left out: positions stored in a controller are not used");
                 self.notes.add(DiagnosticCode::LeftOut, origin, &message);
             }
-            // These select what is always in force here: no polar coordinates, compensation,
-            // scaling, rotation or cycle; exact or continuous paths; feed per minute.
+            // These codes select modes that are always in force here: no polar coordinates,
+            // compensation, scaling, rotation or cycle; exact or continuous paths; feed per minute.
             150 | 400 | 490 | 500 | 610 | 611 | 640 | 690 | 940 | 970 => {}
             980 => self.cycle.back = true,
             990 => self.cycle.back = false,

@@ -19,7 +19,7 @@ pub(super) enum Kind {
     Laser,
     /// A servo-lifted pen.
     Servo,
-    /// A mill, drawn like a pen's.
+    /// A mill, whose program is drawn like a pen's.
     Mill,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Survey {
     pub(super) powers: Powers,
     pub(super) mill: Mill,
     pub(super) angles: Angles,
-    /// True if it has E words: a printer's program, whose fan is a fan.
+    /// True if the program has E words: it is for a printer, so M106 is a fan and not a laser.
     extrudes: bool,
     /// True if M300 or M280 moves a servo.
     m300: bool,

@@ -1,19 +1,20 @@
 //! Encoded polylines (PE) of HP-GL/2: numbers in base 64 or 32, least significant digit first.
 //!
-//! A number is doubled, plus 1 if it is negative. In base 64 a digit is a character from 63 on, the
-//! last digit one from 191 on; in base 32 (flag 7) the last digit is one from 95 on. Flags are `:`
-//! for a pen, `<` for a move with the pen up, `>` for the number of fractional bits, `=` for an
-//! absolute point. Points without a flag are relative to the previous one, and drawn.
+//! A number is doubled, plus 1 if it is negative. In base 64 a digit is a character from 63 on, and
+//! the last digit a character from 191 on. In base 32 (flag 7) the last digit is a character from
+//! 95 on. Flags are `:` for a pen, `<` for a move with the pen up, `>` for the number of fractional
+//! bits, `=` for an absolute point. Points without a flag are relative to the previous one, and
+//! drawn.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 
-/// First character of digits that others follow.
+/// Lowest character of a digit before the last.
 const MORE: u8 = 63;
-/// First character of the last digit in base 64.
+/// Lowest character of the last digit in base 64.
 const LAST_OF_64: u8 = 191;
-/// First character of the last digit in base 32.
+/// Lowest character of the last digit in base 32.
 const LAST_OF_32: u8 = 95;
 /// Largest number of digits. More would exceed any sheet.
 const MOST_DIGITS: u32 = 8;

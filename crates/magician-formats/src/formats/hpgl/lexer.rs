@@ -14,7 +14,7 @@ pub(super) struct Instruction {
     /// Letters, in upper case.
     pub(super) name: [u8; 2],
     pub(super) numbers: Vec<f64>,
-    /// Part that is not numbers: a label, an encoded polyline, a comment.
+    /// Non-numeric part: a label, an encoded polyline, a comment.
     pub(super) text: String,
     /// Range of bytes.
     pub(super) range: Range<usize>,

@@ -26,7 +26,7 @@ pub(super) struct Open {
     points: Vec<[f64; 2]>,
     range: Range<usize>,
     style: Style,
-    /// True if it becomes a dot should the pen not move.
+    /// True if the stroke becomes a dot unless the pen moves.
     pub(super) dot: bool,
 }
 
@@ -52,7 +52,7 @@ pub(super) struct Plotter<'t> {
     pub(super) edges: Vec<Stroke>,
     /// Vertices of the last polygon, including those reached with the pen up.
     pub(super) rings: Vec<Vec<[f64; 2]>>,
-    /// True if its outline was drawn.
+    /// True if the outline of the last polygon was drawn.
     pub(super) outlined: bool,
     pub(super) fill_type: FillType,
     pub(super) labels: LabelStyle,

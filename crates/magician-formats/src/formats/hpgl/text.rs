@@ -166,7 +166,7 @@ impl Plotter<'_> {
         let to = match instruction.numbers[..] {
             [] => {
                 let start = self.labels.start.unwrap_or(place);
-                // One line below the current one, at the start of the line.
+                // The new position is one line below the current one, at the start of the line.
                 let along = |from: [f64; 2], way: [f64; 2]| from[0] * way[0] + from[1] * way[1];
                 let apart = [place[0] - start[0], place[1] - start[1]];
                 let row = if self.labels.downwards {
@@ -238,7 +238,7 @@ impl Plotter<'_> {
                     at = [at[0] + down[0], at[1] + down[1]];
                 }
                 '\r' => {
-                    // Rows that are not left-aligned are placed one by one.
+                    // Centred and right-aligned rows are placed one by one.
                     let next = rows.get(row as usize + 1).copied().unwrap_or_default();
                     let [x, y] = self.shifted(&cell, next, origin, forth);
                     let back = [0, 1].map(|side| start[side] - from[side]);

@@ -19,8 +19,8 @@ impl Playback {
     /// ([`notes`](Self::notes)), because the studio stores them elsewhere.
     ///
     /// Every row contains the state of the tool, so it is off from the first row on unless the plan
-    /// says otherwise. A tool action after a pause and before the next move gets a row of its own
-    /// at the same position.
+    /// says otherwise. A tool action after a pause and before the next move gets a separate row at
+    /// the same position.
     ///
     /// # Errors
     /// A [`Diagnostic`] with the number of the first step that such a file cannot express.

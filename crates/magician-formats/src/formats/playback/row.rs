@@ -23,7 +23,7 @@ pub enum PointMotion {
 /// Content of a row, in order of execution: motion, tool action, pause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
-    /// Name; empty if it has none.
+    /// Name; may be empty.
     pub name: String,
     /// Motion.
     pub way: PointMotion,

@@ -423,7 +423,7 @@ impl Replay {
             let late = self.arm + pending + early - here.t;
             let late = if late > IN_TIME { late } else { 0.0 };
             let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
-            // A remainder shorter than a period would become a segment of its own.
+            // A remainder shorter than a period would become a separate segment.
             if last.t - t < IN_TIME {
                 t = last.t;
             }

@@ -259,7 +259,7 @@ pub(super) fn plan(
         let message = "this uses the suction cup, another point the gripper; the arm has one tool";
         return Err(Diagnostic::new(origin, message));
     }
-    // With both columns the tool is the one that is ever used. The other column is `off`
+    // With both columns, the tool is the one ever switched on; the other column is `off`
     // throughout.
     plan.tool = match (
         fields.contains(&Field::Gripper),

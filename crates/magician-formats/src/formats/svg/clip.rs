@@ -20,7 +20,7 @@ pub(super) struct Region {
     /// Shapes in painting order, each with true if it shows what is within. All shapes of a clip
     /// path do.
     shapes: Vec<(Shape, bool)>,
-    /// Further regions: those that clip the clip path itself.
+    /// Further regions, which clip the clip path itself.
     also: Vec<Region>,
 }
 

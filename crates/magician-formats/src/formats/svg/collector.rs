@@ -46,7 +46,7 @@ pub(super) struct StrokeCollector<'a> {
     pub(super) areas: Areas,
     pub(super) names: Vec<String>,
     pub(super) whites: Whites,
-    /// Layers of the file, and below those that contain lines so far.
+    /// All layers of the file. `layers` holds the layers in which lines were found.
     source: &'a [Layer],
     pub(super) layers: Vec<Layer>,
     pub(super) colors: Vec<Color>,

@@ -49,8 +49,8 @@ fn first_beyond(text: &str) -> Option<&str> {
     None
 }
 
-/// Returns the length of the number at the start of the text, 0 if there is none, and a power of
-/// ten that it is certainly below.
+/// Returns the length of the number at the start of the text, 0 without one, and a power of ten
+/// that is certainly greater.
 fn number(text: &[u8]) -> (usize, i64) {
     let digits = |from: usize| {
         let rest = text.get(from..).unwrap_or_default();

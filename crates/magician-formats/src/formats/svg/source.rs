@@ -370,7 +370,7 @@ fn is_hidden(node: &Node<'_, '_>) -> bool {
     })
 }
 
-/// Iterates over messages about parts of an element that are not drawn.
+/// Iterates over messages about undrawn parts of an element.
 fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = Message> {
     let tag = LEFT_OUT.iter().filter(|(tag, _)| is(node, tag));
     let style = node.attribute("style").unwrap_or_default();

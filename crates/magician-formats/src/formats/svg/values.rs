@@ -87,7 +87,7 @@ impl<'a> Ids<'a> {
         Self(ids.collect())
     }
 
-    /// Returns messages about parts of an element that are not drawn as written.
+    /// Returns messages about parts of an element that are omitted or drawn differently.
     pub(super) fn remarks(&self, node: &Node<'_, '_>) -> Vec<Message> {
         let tag = node.tag_name().name();
         if node

@@ -73,7 +73,7 @@ impl Whites {
         });
     }
 
-    /// True if at least half of a line lies on something that is not white.
+    /// True if at least half of a line lies on something other than white.
     pub(super) fn lies_on_darker(&mut self, line: &Line) -> bool {
         let middles = line.iter().zip(line.iter().skip(1));
         let middles: Vec<[f64; 2]> = match line.as_slice() {

@@ -326,7 +326,7 @@ fn what_is_computed_burns_no_stronger_than_it_says() {
         powers.collect()
     };
     let start = "G0 X200 Y0 Z0\n";
-    // The greatest S counts even within a loop or in a branch that is not taken.
+    // The greatest S counts even within a loop or in a branch never taken.
     let text = format!(
         "{start}M3\n#1=100\no1 repeat [3]\nG1 S#1 X[200+#1/100] F600\n#1=[#1+100]\no1 endrepeat\n"
     );

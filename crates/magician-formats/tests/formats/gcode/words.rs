@@ -47,7 +47,7 @@ fn the_same_program_may_be_written_in_many_ways() {
         .into_iter()
         .filter(|action| action.target().is_some());
     assert_eq!(moves.skip(2).collect::<Vec<_>>(), expected);
-    // Bytes that are not UTF-8 are allowed in comments.
+    // Invalid UTF-8 is allowed in comments.
     let latin = b"; gr\xf6\xdfer\nG0 X220 Y0 Z10\n(\xe4) G1 Z0\nX240 Y-20.5\n";
     let options = magician_formats::ReadOptions::default();
     let read = magician_formats::read(magician_formats::Format::Gcode, latin, &options);

@@ -116,7 +116,7 @@ fn numbers_of_other_languages_are_read_where_only_one_reading_is_possible() {
         _ => None,
     });
     assert_eq!(ends.collect::<Vec<_>>(), [[10.0, 1.2e-12], [20.0, 10.0]]);
-    // Without blanks between the words, E may be a word of its own, as for a printer's extruder.
+    // Without blanks between the words, E may be a separate word, as for a printer's extruder.
     for text in ["G0X0Y0\nG1X10Y1.2E-12F600\n", "G0 X0 Y0\nG1 X10 Y1E2\n"] {
         let refused = reading(Format::Gcode, text.as_bytes()).unwrap_err();
         let what = "one number or a number and a word E";

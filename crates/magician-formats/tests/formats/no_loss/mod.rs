@@ -1,5 +1,5 @@
-//! Files from users, of which nothing may be lost: content that is not drawn or played is reported
-//! by a note or refused.
+//! Files from users, of which nothing may be lost: content is drawn or played, reported by a note,
+//! or refused.
 
 mod bounds;
 mod encodings;

@@ -53,8 +53,7 @@ fn reading(format: Format, bytes: &[u8]) -> Result<(Measure, BTreeSet<String>), 
     Ok((Measure::of(&content), told.collect()))
 }
 
-/// Numbers of mutations that were read unchanged, with a note, or refused; and those that were
-/// lost.
+/// Numbers of mutations that were read unchanged, read with a note, refused, or lost.
 #[derive(Default, Debug)]
 struct Tally {
     same: usize,

@@ -75,7 +75,7 @@ pub(crate) fn queued_set() -> impl Strategy<Value = Set> {
     select(rows.collect::<Vec<_>>()).prop_flat_map(of_row)
 }
 
-/// Returns a strategy for any number that is not NaN.
+/// Returns a strategy for any number but NaN.
 pub(crate) fn number() -> impl Strategy<Value = f32> {
     word()
         .prop_map(f32::from_bits)

@@ -326,7 +326,7 @@ fn conditions_are_the_studios() {
         "logic_negate",
         &value("BOOL", &truth(true))
     )));
-    // The second operand does not matter, and may even be a block that is not supported.
+    // The second operand does not matter, and may even be an unsupported block.
     let body = [
         field("OP", "OR"),
         value("A", &truth(true)),

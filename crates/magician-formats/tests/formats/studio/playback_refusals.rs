@@ -1,4 +1,4 @@
-//! Files that are not playback files, and the positions of the refusals.
+//! Files refused as playback files, and the positions of the refusals.
 
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, ReadOptions, read};

@@ -403,7 +403,7 @@ impl World {
             _ => None,
         };
         let gap = self.fates.values().filter_map(from).min();
-        // Nothing of a queue survives a reset, duplicated or not.
+        // A reset clears the whole queue, duplicates included.
         let reported = self.reported || gap.is_some() || self.resets > 0;
         // A second copy at the end of the queue that was cleared shows when the next command is
         // taken.

@@ -48,7 +48,7 @@ fn stop(bench: &mut PictureRig) {
     );
 }
 
-/// One step of a program.
+/// Performs a step of a program.
 fn step(bench: &mut PictureRig, dice: &mut Dice) {
     match dice.below(16) {
         0..=3 => bench.set(any_output(dice)),

@@ -652,7 +652,7 @@ fn any_bytes_from_anywhere_do_no_harm() {
             bench.exchange();
             bench.run_for(dice.below(40) * MS);
         }
-        // Whatever happened, new clients are served.
+        // New clients are served whatever happened before.
         bench.proxy.find_line();
         bench.run_for(60_000 * MS);
         bench.open(9);

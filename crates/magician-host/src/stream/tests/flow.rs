@@ -95,7 +95,7 @@ fn never_more_than_the_horizon_and_never_fewer_than_two() {
     // Commands of unknown duration.
     let (_, count, _) = watch(&jumps(u64::MAX, 5), StreamSettings::default());
     assert_eq!(count, 2);
-    // As many as the horizon holds.
+    // Enough commands to fill the horizon.
     let waits = |ms: u32| (0..60).map(move |at| wait(ms + at % 3, [200.0, 0.0, 0.0]));
     let (time, count, idle) = watch(&waits(200).collect::<Vec<_>>(), StreamSettings::default());
     assert!((1_800_000..=2_000_000).contains(&time), "{time}");

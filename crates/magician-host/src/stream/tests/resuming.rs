@@ -20,7 +20,7 @@ fn broken(program: &[Item], turn: usize) -> Option<Rig> {
     Some(rig)
 }
 
-/// As [`broken`], with the line restored after a time that depends on the turn.
+/// Like [`broken`], with the line restored after a time that depends on the turn.
 fn resumed(program: &[Item], turn: usize) -> Option<Rig> {
     let mut rig = broken(program, turn)?;
     let back = rig.pair.now + [0, 30_000, 400_000, 3 * SECOND][turn % 4];

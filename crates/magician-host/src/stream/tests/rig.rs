@@ -135,7 +135,7 @@ impl Rig {
     /// Commands that the arm took, as positions in the program. `None` for commands outside of it.
     pub(super) fn taken(&self, program: &[Item]) -> Vec<Option<usize>> {
         let bytes: Vec<_> = program.iter().map(params).collect();
-        // Commands are told apart by their bytes, so those of a program must all differ.
+        // Commands are distinguished by their bytes, so the commands of a program must all differ.
         let place = |taken: &Vec<u8>| bytes.iter().position(|bytes| bytes == taken);
         self.pair
             .accepted

@@ -103,7 +103,7 @@ impl OptionSpec {
         }
     }
 
-    /// True if a number is in range. NaN is not.
+    /// True if a number is in range. False for NaN.
     fn admits(&self, number: f64) -> bool {
         number.is_finite()
             && self.least.is_none_or(|least| number >= least)
@@ -136,8 +136,8 @@ impl OptionSpec {
         )
     }
 
-    /// Parses a value from the text of a command line. Text that does not parse is returned as
-    /// text, which the option then refuses like any other wrong value.
+    /// Parses a value from the text of a command line. Text that does not parse is returned
+    /// unchanged, and the option then refuses it like any other wrong value.
     #[must_use]
     pub fn value_of(&self, text: &str) -> Value {
         let number = |text: &str| {

@@ -166,7 +166,7 @@ fn a_default_is_what_holds_without_the_option() {
                     SetupOptions::from_fields(&fields)
                 };
                 let Ok(said) = taken(&with) else {
-                    // It applies only to the other work.
+                    // The option applies only to the other kind of work.
                     continue;
                 };
                 with.remove(option.name);

@@ -8,7 +8,7 @@ use crate::artwork::distance;
 pub(super) struct Node {
     /// Position, in pixels of the image.
     pub(super) at: [f64; 2],
-    /// Half the thickness of the line there, pixels.
+    /// Half the thickness of the line at the node, pixels.
     pub(super) thick: f64,
     /// Half the thickness, clamped to what a line can have.
     pub(super) radius: f64,
@@ -17,7 +17,7 @@ pub(super) struct Node {
 /// Line between two nodes, or a loop.
 #[derive(Clone, Debug)]
 pub(super) struct Branch {
-    /// Its nodes; `None` for a loop without a node.
+    /// Nodes at the ends; `None` for a loop without a node.
     pub(super) ends: Option<[usize; 2]>,
     pub(super) points: Vec<[f64; 2]>,
 }

@@ -3,7 +3,7 @@
 //!
 //! The image is reduced and thresholded, thinned to lines one pixel wide (`thin`), converted to a
 //! graph of branches and junctions (`graph`), and cleaned of the artefacts of thinning (`strokes`).
-//! The thickness of the original lines tells artefacts from details.
+//! Artefacts are short compared with the thickness of the original lines; details are not.
 
 mod graph;
 mod strokes;

@@ -93,7 +93,7 @@ impl Graph {
                     let is_spur = ends[other].len() == 1 && length < most;
                     (is_spur && !self.has_corner(node, &ends)).then_some((*branch, length))
                 });
-                // One at a time: without it the other branches may form a line.
+                // Remove one at a time: without it the other branches may form a line.
                 spurs.extend(lengths.min_by(|one, other| one.1.total_cmp(&other.1)));
             }
             if spurs.is_empty() {
@@ -110,7 +110,7 @@ impl Graph {
         }
     }
 
-    /// Removes loops no larger than the line is thick; one that stands alone is a dot.
+    /// Removes loops no larger than the thickness of the line. An isolated loop becomes a dot.
     fn without_eyes(&mut self) {
         let ends = self.ends();
         let (nodes, dots) = (&self.nodes, &mut self.dots);

@@ -225,8 +225,7 @@ fn a_scanned_text_is_traced_along_its_lines() {
         let (back, missed) = farthest(&drawn.strokes, &traced.strokes);
         let count = drawn.strokes.len();
         let what = format!("{size} mm with a pen of {pen} mm");
-        // Where lines meet at an acute angle, their centres cannot be separated within the pen
-        // width.
+        // If lines meet at an acute angle, their centres cannot be separated within the pen width.
         assert!(
             there < f64::max(0.15, pen / 2.0),
             "{what}: {there:.3} at {place:.2?}"

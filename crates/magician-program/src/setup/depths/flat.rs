@@ -1,5 +1,4 @@
-//! Writer of a flattened program: everything drawn is at one height, everything between lines above
-//! it.
+//! Writer of a flattened program: all lines lie at one height, and all travel above it.
 
 use magician_protocol::Set;
 
@@ -15,13 +14,13 @@ pub(super) struct Flattener {
     plan: Plan,
     touch: f64,
     lift: f64,
-    /// Scale at which it is drawn.
+    /// Scale at which the program is drawn.
     scale: f64,
     tally: DepthTally,
     covered: Covered,
     /// Position of the tool in the flattened program.
     at: Option<[f64; 2]>,
-    /// True if the tool touches there.
+    /// True if the tool touches the surface at that position.
     down: bool,
     /// Current line from its start; points on a straight line are left out when it is written.
     run: Vec<([f64; 2], Origin)>,
@@ -70,7 +69,7 @@ impl Flattener {
             Event::Travel { step, to } => self.travel(step, to),
             Event::Air(length) => {
                 self.tally.air += length;
-                // A gap in the air: the travel to it has no purpose either.
+                // A cut in the air is dropped, so the travel to it has no purpose either.
                 self.drop_moves();
             }
             Event::Line {

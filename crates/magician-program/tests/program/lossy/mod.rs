@@ -217,7 +217,7 @@ fn over_a_network(name: &str, text: &str, seed: u64) -> bool {
     println!("{said}");
     let off = ink.off_the_beginning_of(&all);
     assert!(off.is_some_and(|off| off <= ink::TRUE), "{said}: {off:?}");
-    // It stops at a command that was duplicated or is in doubt; earlier ones are done.
+    // A run stops at a command that was duplicated or is in doubt; earlier ones are done.
     let most = came.stopped.as_ref().map(|(_, taken)| taken + 1);
     let most = Ink::of(&drawn(&plan, most)).length();
     assert!(ink.length() <= most + ink::TRUE, "{said}: {most}");

@@ -6,7 +6,7 @@ use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, tool_of};
 use magician_program::{Content, Diagnostic, Format, Plan, ReadOptions, Setup, Surface, read};
 
-/// One of every kind that leaves marks.
+/// Programs of every kind that leaves marks.
 pub(crate) const PROGRAMS: [&str; 5] = [
     "house.svg",
     "curves.svg",

@@ -86,8 +86,8 @@ pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error
     draw_at(plan, trouble, 1.0).await
 }
 
-/// As [`draw`], with an arm that is faster than the host assumes by this factor, so that its queue
-/// runs empty early.
+/// Like [`draw`], with an arm that is faster than the host assumes by this factor, so that its
+/// queue runs empty early.
 pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Error> {
     let cell = cell(plan, pace)?;
     let options = (Options::default())
@@ -174,8 +174,7 @@ impl<'p> Ride<'p> {
             Action::Laser(on) => on,
             _ => false,
         };
-        // A driver inserts commands between those that burn, and above window 1 it may skip
-        // indices.
+        // The driver inserts commands between burns, and above window 1 it may skip indices.
         let mixed = window > 1 || plan.steps.iter().any(lit);
         let steps = u64::try_from(plan.steps.len()).unwrap_or(u64::MAX);
         Self {
@@ -201,7 +200,8 @@ impl<'p> Ride<'p> {
                 Ok(ran) => return Ok(ran),
                 Err(error) => error,
             };
-            // Nothing was sent yet, or the run can be resumed; but not forever for the same cause.
+            // Go on if nothing was sent yet or the run can be resumed, but not forever for the same
+            // cause.
             let may_go_on = run.is_interrupted() || run.ran() == Ran::default();
             let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
             let says = error.to_string();

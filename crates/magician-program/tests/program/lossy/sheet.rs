@@ -10,7 +10,7 @@ use super::ink::Ink;
 /// Deviation that cannot be seen, mm: half the arm's repeatability.
 pub(crate) const NEAR: f64 = 0.1;
 
-/// One drawing.
+/// A drawing made over a lossy line.
 pub(crate) struct Passage<'d> {
     /// Correct drawing.
     pub(crate) right: &'d Drawing,

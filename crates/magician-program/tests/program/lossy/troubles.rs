@@ -11,7 +11,7 @@ pub(crate) const SERIAL: [&str; 6] = [
     "reset=2e-3,drop-chunk=0.01",
 ];
 
-/// Network: lost, late and reordered datagrams; and one that also duplicates them.
+/// Network: lost, late and reordered datagrams; and the same with duplicates.
 pub(crate) const NETWORK: [&str; 2] = [
     "drop-chunk=0.05,swap-chunk=0.05,late-chunk=0.02,late-ms=300",
     "drop-chunk=0.05,swap-chunk=0.05,duplicate-chunk=0.01",

@@ -67,7 +67,7 @@ pub(crate) fn judge(
     };
     is_begun(&all, &outcome.drawing, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
-    // A command that the line changed into one that the arm refuses counts as finished.
+    // A command corrupted by the line and refused by the arm counts as finished.
     let refused = error.kind() == ErrorKind::Alarm;
     let certain = steps.least.saturating_sub(refused.into());
     if trouble.window == 1 {

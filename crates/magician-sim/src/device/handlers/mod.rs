@@ -31,11 +31,11 @@ use crate::fidelity::{Assumption, AssumptionSet};
 
 /// A value that can be read.
 pub(crate) trait Report: Readable {
-    /// Assumption behind the value in any case.
+    /// Assumption that always applies to the value.
     const RESTS_ON: Assumption;
 
-    /// All assumptions behind the value now. A strict controller does not report a value that
-    /// relies on a choice without a source.
+    /// All assumptions behind the value at present. A strict controller does not report a value
+    /// that relies on a choice without a source.
     fn assumptions(_cx: &mut Context<'_>, _query: &Self::Query) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
@@ -47,11 +47,12 @@ pub(crate) trait Report: Readable {
 
 /// A command that can be set or executed.
 pub(crate) trait Apply: Writable {
-    /// Assumption behind the command in any case.
+    /// Assumption that always applies to the command.
     const RESTS_ON: Assumption;
 
-    /// All assumptions behind the command now, as far as they show beforehand. A strict controller
-    /// does not carry out a command that relies on a choice without a source.
+    /// All assumptions behind the command at present, as far as they are known before it is carried
+    /// out. A strict controller does not carry out a command that relies on a choice without a
+    /// source.
     fn assumptions(&self, _cx: &Context<'_>, _mode: ExecMode) -> AssumptionSet {
         Self::RESTS_ON.into()
     }
@@ -124,8 +125,8 @@ magician_protocol::for_each_writable!(apply);
 
 /// Makes the handlers of a parameter set with a read and a write expression.
 ///
-/// `if` names the assumption of a value that was never set. `beyond` and `capped` tell values above
-/// a ceiling: stored as sent, or stored as the ceiling (model section 6).
+/// `if` names the assumption of a value that was never set. `beyond` and `capped` select the
+/// treatment of values above a ceiling: stored as sent, or stored as the ceiling (model section 6).
 macro_rules! parameter {
     (
         $layout:ident: $assumption:ident,

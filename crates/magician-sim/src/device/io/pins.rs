@@ -10,10 +10,10 @@ const FREQUENCIES: [f64; 2] = [10.0, 1e6];
 /// Analog value at 3.3 V.
 const FULL_SCALE: u16 = 4095;
 
-/// One of the 20 EIO pins at an instant (model section 13).
+/// State of an EIO pin at an instant (model section 13).
 ///
-/// Settings stay and read back whatever the pin does. They take effect only while the pin has the
-/// function that puts them out.
+/// Settings are stored and read back regardless of the pin's function. A setting takes effect only
+/// while the pin has the function that uses it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PinState {
@@ -21,7 +21,7 @@ pub struct PinState {
     pub address: u8,
     /// Function that the pin is multiplexed to.
     pub function: IoFunction,
-    /// True if the pin has that function; one that it lacks is stored without effect.
+    /// True if the pin has that function. A function that it lacks is stored without effect.
     pub able: bool,
     /// Level set for a digital output.
     pub level: bool,
@@ -188,8 +188,8 @@ impl Pins {
         }
     }
 
-    /// Value of a digital input. Without a connection it is what the resistor pulls it to; a pin
-    /// that is not a digital input reads low.
+    /// Value of a digital input. Without a connection the pin reads the level of its pull resistor;
+    /// a pin without this function reads low.
     pub(crate) fn digital(&self, address: u8, world: &World, now: ArmInstant) -> bool {
         let floating = match self.function(address) {
             IoFunction::DigitalInput | IoFunction::DigitalInputPullDown => false,
@@ -205,7 +205,7 @@ impl Pins {
             .unwrap_or(floating)
     }
 
-    /// Value of an analog input: 0 without a connection, and for a pin that is not an analog input.
+    /// Value of an analog input: 0 without a connection, and for a pin without this function.
     pub(crate) fn analog(&self, address: u8, world: &World, now: ArmInstant) -> u16 {
         if self.function(address) != IoFunction::AnalogInput {
             return 0;

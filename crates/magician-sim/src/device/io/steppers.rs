@@ -26,7 +26,7 @@ pub struct StepperState {
     pub ends: Option<ArmInstant>,
 }
 
-/// One output, as a function of the time since its last command.
+/// A stepper output, as a function of the time since its last command.
 #[derive(Clone, Copy, Debug, Default)]
 struct Motor {
     rate: f64,

@@ -17,7 +17,7 @@ impl ArmView<'_> {
     /// Returns the stage after a finished one; `None` when the switch has closed for the last time.
     ///
     /// The true angle decides, not the commanded one: a base that has slipped away from the switch
-    /// continues, and one that has slipped past it backs off and tries again.
+    /// continues, and a base that has slipped past it backs off and tries again.
     pub(crate) fn stage_after(&self, stage: Stage) -> Option<Stage> {
         let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
         match stage {

@@ -17,7 +17,7 @@ use crate::profile::JogAxisChange;
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "it lives for a call")]
 pub(crate) enum JogPlan {
-    /// Nothing changes.
+    /// The command changes nothing.
     Unchanged,
     /// A motion starts and replaces the running one.
     Begin(Start),
@@ -138,7 +138,7 @@ impl ArmView<'_> {
                 return JogPlan::Then(MotionKind::JogStop { axis, then });
             }
             MotionKind::RailJog { .. } => return self.rail_jog_stop(then),
-            // A stop does not affect a motion that is not a jog.
+            // A stop affects jogs only.
             _ => return JogPlan::Unchanged,
         };
         let ceilings = &self.firmware.model.ceilings;

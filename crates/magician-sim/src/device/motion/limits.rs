@@ -67,7 +67,7 @@ impl Motion {
     }
 }
 
-/// Number of samples over a motion, including one that goes out and comes back.
+/// Number of samples over a motion. Needed because a motion may leave the limits and return.
 const SAMPLES: Micros = 64;
 
 /// First microsecond after `from` that is inside, by sampling and bisection.

@@ -13,7 +13,7 @@ type Trajectories<'a> = (&'a Trajectory, &'a RailPath);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     list: PoList,
-    /// One bit for each entry.
+    /// Bit set of entries.
     switched: u64,
     /// Next entry and its time from the start of the move.
     next: Option<(Micros, usize)>,

@@ -13,8 +13,8 @@ const SHORTEST: f64 = 1e-4;
 pub(crate) struct Rail {
     /// Commanded position.
     pub(super) rest: f64,
-    /// Offset of the true position: the controller reads 0 wherever power found the carriage (model
-    /// section 12).
+    /// Offset of the true position: the controller reads 0 wherever the carriage was at power-up
+    /// (model section 12).
     pub(super) slip: f64,
     /// Length of the rail.
     pub(super) length: f64,

@@ -47,7 +47,7 @@ impl Motion {
         }
     }
 
-    /// Sets the unknown base angle: the true angle less the one that the encoder reads.
+    /// Sets the unknown base angle: the true angle less the encoder's reading.
     fn forget_base(&mut self, base: f64) {
         self.slip = [base, 0.0, 0.0, 0.0];
         self.base = base;

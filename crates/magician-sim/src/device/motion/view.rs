@@ -45,7 +45,7 @@ impl ArmView<'_> {
 
     /// Planner for jogs and paths, whose rates are passed one by one.
     pub(crate) fn planner_given_rates(&self) -> Planner {
-        // Its own speeds are not used: those of power-up are merely valid.
+        // The planner's speeds are not used here; those of power-up are merely valid.
         self.planner(self.firmware.model.power_up.speeds())
     }
 

@@ -74,7 +74,7 @@ pub(crate) struct Entry {
 /// Activity of the running command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Busy {
-    /// A motion of its own.
+    /// A motion that the command started itself.
     Moving,
     /// A wait until an instant.
     Waiting(ArmInstant),

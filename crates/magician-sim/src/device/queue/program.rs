@@ -1,8 +1,8 @@
 //! The hosts' queue, and the stored program that takes its place while it runs (document 1.19.4,
 //! model section 12).
 //!
-//! A running program has a queue of its own, filled a little ahead from the flash. It is swapped
-//! with the hosts' queue, so everything that looks at waiting commands, above all continuous paths,
+//! A running program has a separate queue, filled a little ahead from the flash. It is swapped with
+//! the hosts' queue, so everything that looks at waiting commands, above all continuous paths,
 //! works for both. Meanwhile the hosts' queue accepts commands and waits.
 
 use std::sync::Arc;
@@ -223,7 +223,8 @@ impl Queues {
     pub(crate) fn change(&mut self) -> Option<bool> {
         match &self.run {
             Run::Due => {
-                // Its indices count lines from 1 and are never reported to hosts.
+                // Indices of the program's queue count lines from 1 and are never reported to
+                // hosts.
                 let program = Queue::new(AHEAD, 1, true);
                 self.run = Run::On(Box::new(Pass {
                     hosts: std::mem::replace(&mut self.active, program),

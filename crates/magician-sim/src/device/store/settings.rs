@@ -99,7 +99,7 @@ impl Settings {
         }
     }
 
-    /// Home point set by a host; `None` if there is none.
+    /// Home point; `None` unless a host has set it.
     pub(crate) fn home_point(&self) -> Option<Target> {
         let HomeParams { x, y, z, r } = self.home?;
         Some(Target::Pose(Pose::from(from_wire([x, y, z, r]))))

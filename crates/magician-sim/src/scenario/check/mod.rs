@@ -140,7 +140,7 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
     }
 }
 
-/// Line of sight of a sensor with a position of its own.
+/// Line of sight of a sensor with its own position.
 fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -FAR..=FAR, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;

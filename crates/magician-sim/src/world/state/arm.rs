@@ -102,7 +102,7 @@ impl WorldState {
         }
     }
 
-    /// Takes an object if the cup that already sucks was put on it.
+    /// Takes an object onto which a cup with suction already on was put.
     fn take_if_sucking(&mut self, now: ArmInstant, joint_state: &JointState) {
         let sucks = self.scenario.tool().kind == ToolKind::Suction && self.tool.sucking;
         if !sucks || self.scene.held().is_some() {
@@ -142,8 +142,7 @@ impl WorldState {
     }
 
     fn release(&mut self, now: ArmInstant, frames: &Frames) {
-        // The tool may have pressed the object that far into its support, and 1 mm more is
-        // tolerance.
+        // The tool may have pressed the object into its support by `give`; 1 mm more is tolerance.
         let slack = self.scenario.tool().give + 1.0;
         if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
             self.events

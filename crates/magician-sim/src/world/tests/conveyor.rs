@@ -253,7 +253,7 @@ fn what_is_put_on_a_running_belt_goes_with_it() {
     let look = arm.look();
     let cube = look.object("cube").unwrap();
     assert!(cube.on_belt() && near(cube.place().x, 200.0) && near(cube.place().y, -5.0));
-    // Its front was 70 along the belt: 30 before the colour sensor.
+    // The front of the object was 70 along the belt: 30 before the colour sensor.
     let (first, _) = arm.happened[0];
     assert!(first.abs_diff(put + 750_000) <= 1, "{first} {put}");
 }

@@ -24,7 +24,7 @@ fn the_cubes_are_sorted_by_colour() {
         }
         arm.world.stepper(arm.now, 0, 0.0);
 
-        // Its front has reached y = 10.
+        // The front of the object has reached y = 10.
         arm.go([260.0, 0.0, -10.0, 0.0], SECOND);
         arm.suck(true);
         assert_eq!(arm.look().held().map(|object| object.name()), Some(name));

@@ -156,7 +156,7 @@ async fn taken_revoked_and_impossible_names_are_refused() {
     assert_eq!(joined.unwrap().identity.machine(), "bench-4");
 }
 
-/// Another authority takes the place of the one that made the code. It learns nothing.
+/// Another authority takes the place of the authority that made the code. It learns nothing.
 #[tokio::test]
 async fn an_impostor_is_sent_nothing() {
     let (machines, others) = (Machines::new(), Machines::new());

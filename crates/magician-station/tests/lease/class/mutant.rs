@@ -37,7 +37,7 @@ pub(crate) enum Bug {
     NextWithoutLease,
     /// A job starts at any idle arm, regardless of the turn.
     JobIgnoresTurn,
-    /// A new job goes before those that wait.
+    /// A new job goes before waiting jobs.
     JobJumpsQueue,
     /// A job whose owner has left waits for ever.
     JobForgotten,

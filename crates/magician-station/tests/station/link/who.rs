@@ -91,7 +91,7 @@ async fn what_is_wrong_has_its_number() {
         assert_eq!(answer["error"]["code"], json!(code), "{text}");
         assert_eq!(answer["id"], json!(1), "{text}");
     }
-    // Text that is not JSON is not answered.
+    // Text other than JSON is not answered.
     program.link.say("{").await;
     let answer = program
         .raw(r#"{"id": 2, "method": "dobotlink.api.ShowMessage"}"#)

@@ -125,7 +125,7 @@ async fn deaf(settings: Settings) -> (Arm, Arc<AtomicBool>) {
         is_shared: true,
     };
     let arm = Arm::greet(line, None, Options::default()).await.unwrap();
-    // Nothing is in flight any more.
+    // No request is in flight any more.
     sleep(Duration::from_secs(1)).await;
     deaf.store(true, Ordering::SeqCst);
     (arm, deaf)

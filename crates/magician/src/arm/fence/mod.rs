@@ -209,7 +209,7 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`stop`](Self::stop). The new fence is in effect even then.
+    /// Same as [`stop`](Self::stop). The new fence is in effect even then.
     pub fn set_fence(
         &self,
         fence: Option<Fence>,

@@ -222,7 +222,7 @@ impl<C: CommandSource> Run<C> {
         // A run dropped halfway leaves a queue whose room has to be read again.
         flow.room = 0;
         arm.queue_fault(None)?;
-        // A resumed run is in the middle of its own queue, where these checks would refuse it.
+        // A resumed run is in the middle of its queue, where these checks would refuse it.
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             arm.come_to_rest().await?;

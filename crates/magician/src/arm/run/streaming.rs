@@ -64,7 +64,7 @@ impl Streaming {
     /// finished. `progress` is called now and then.
     ///
     /// # Errors
-    /// As [`Arm::run_with`] and [`Run::wait`]. The run cannot be continued.
+    /// Same as [`Arm::run_with`] and [`Run::wait`]. The run cannot be continued.
     pub async fn wait(mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
         let run = &mut self.run;
         run.come().await;
