@@ -12,24 +12,24 @@ use magician_protocol::Alarm;
 const INTRODUCTION: &str = "\
 # The Magician's alarms on the virtual arm
 
-How each arises here, whether the commands queued behind it wait, and how it is cleared. Each row is a case of the conformance suite, which
-`magician conform --only alarm --list -v` shows step by step. `cargo xtask alarms` writes this page.
+How each alarm arises on the virtual arm, whether the queue waits, and how the alarm is cleared. Each row is a case of the conformance
+suite, which `magician conform --only alarm --list -v` shows step by step. `cargo xtask alarms` writes this page.
 
-For every alarm, however it arose (`alarm.injected-*`):
+For every alarm, whatever its cause (`alarm.injected-*`):
 
-* It can be injected: by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected one has no cause
-  that lasts, so the first ClearAllAlarmsState (id 20 or 21) drops it.
-* A motion under way goes on to its end.
-* Where the queue waits, it waits for ClearAllAlarmsState, even if the alarm has already dropped by itself. Homing runs
-  all the same when it is next, and clears nothing. Immediate commands are carried out.
-* None clears by waiting. A reset drops all and raises 0x00.
+* It can be injected by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected alarm has no lasting
+  cause, so the first ClearAllAlarmsState (id 20 or 21) clears it.
+* The running motion continues to its end.
+* A waiting queue waits for ClearAllAlarmsState, even if the alarm has already cleared by itself. Homing still runs when it is
+  next, and clears no alarm. Immediate commands are carried out.
+* No alarm clears by waiting. A reset clears all alarms and raises 0x00.
 
-| alarm | how it arises here | queue | how it goes | case |
+| alarm | how it arises | queue | how it is cleared | case |
 |---|---|---|---|---|
 ";
 
 const SIBLINGS: &str = "
-The other alarms that have a name belong to the arm's siblings and are raised by injection only; they behave as
+The other named alarms belong to the arm's siblings and are raised by injection only; they behave like
 those above:
 ";
 
@@ -57,7 +57,7 @@ fn page(suite: &Suite) -> String {
         let queue = if Alarm::blocks(*code) {
             "waits"
         } else {
-            "goes on"
+            "continues"
         };
         let _ = writeln!(
             page,

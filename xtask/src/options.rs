@@ -34,8 +34,8 @@ fn with_keywords(text: &str) -> Option<String> {
 
 fn keywords() -> String {
     let mut text = "class SetupOptions(TypedDict, total=False):\n    \
-        \"\"\"How a file is drawn or engraved: the keywords of :func:`load`, :func:`write` and :func:`frame`. What is not\n    \
-        given is as the file says, or usual. Lengths are mm, angles degrees, speeds mm/s.\"\"\"\n\n"
+        \"\"\"Options for drawing or engraving a file: the keywords of :func:`load`, :func:`write` and :func:`frame`. Options\n    \
+        left out take the value of the file, or their default. Lengths are mm, angles degrees, speeds mm/s.\"\"\"\n\n"
         .to_owned();
     let rows = SetupOptions::OPTIONS.iter();
     for row in rows.filter(|row| !NOT_OF_A_PLAN.contains(&row.name)) {
@@ -122,7 +122,7 @@ fn first(row: &OptionSpec) -> String {
     }
     let default = default(row);
     if !default.is_empty() {
-        let _ = write!(text, "; {default} if left out");
+        let _ = write!(text, "; default: {default}");
     }
     text + "."
 }

@@ -52,8 +52,8 @@ const CLEAR: &str = "clear the alarms";
 const HOME: &str = "home the arm";
 const OTHER_TARGET: &str = "choose another target, then clear the alarms";
 const SLOWER: &str = "lower the speed ratio, then clear the alarms";
-const JOG_BACK: &str = "jog the joint back into its range, where the alarm drops; then clear the alarms to release \
-        the queue";
+const JOG_BACK: &str = "jog the joint back into its range, which clears this alarm; then clear the alarms to \
+        release the queue";
 const REHOME: &str = "remove the obstacle, home the arm, then clear the alarms";
 const POWER: &str = "switch the arm off and on";
 
@@ -86,55 +86,55 @@ macro_rules! alarms {
 
 alarms! {
     0x00 ResetOccurred Common "the controller was reset or switched on" HOME, stays magician;
-    0x01 UndefinedInstruction Common "a command that the controller does not know" CLEAR, stays magician;
+    0x01 UndefinedInstruction Common "the controller received a command that it does not know" CLEAR, stays magician;
     0x02 FileSystemError Common "the controller's flash memory did not open" POWER, itself magician;
-    0x03 McuFpgaCommError Common "processor and motor logic did not find each other at start-up" POWER, itself magician;
-    0x04 AngleSensorError Common "an angle sensor gives an impossible value" POWER, stays magician;
-    0x10 PlanInvSingularity Plan "the target lies in a singular pose" OTHER_TARGET, stays magician;
+    0x03 McuFpgaCommError Common "the processor and the motor logic (FPGA) could not communicate at start-up" POWER, itself magician;
+    0x04 AngleSensorError Common "an angle sensor reads an impossible value" POWER, stays magician;
+    0x10 PlanInvSingularity Plan "the target is a singular pose" OTHER_TARGET, stays magician;
     0x11 PlanInvCalc Plan "the target is out of reach" OTHER_TARGET, stays magician;
     0x12 PlanInvLimit Plan "the target would take a joint beyond its limit" OTHER_TARGET, stays magician;
     0x13 PlanPushDataRepeat Plan "two points of an arc coincide" OTHER_TARGET, stays magician;
-    0x14 PlanArcInputParam Plan "the three points of an arc lie on a line" OTHER_TARGET, stays magician;
+    0x14 PlanArcInputParam Plan "the three points of an arc are collinear" OTHER_TARGET, stays magician;
     0x15 PlanJumpParam Plan "the jump heights contradict each other" "set other jump heights, then clear the alarms", stays magician;
-    0x16 PlanLineHand Plan "a straight line changes the elbow side" CLEAR, stays sibling;
-    0x17 PlanLineOutSpace Plan "a straight line leaves the workspace" CLEAR, stays sibling;
-    0x18 PlanArcOutSpace Plan "an arc leaves the workspace" CLEAR, stays sibling;
-    0x19 PlanMotionType Plan "an unknown kind of motion" CLEAR, stays sibling;
+    0x16 PlanLineHand Plan "a straight line would change the elbow side" CLEAR, stays sibling;
+    0x17 PlanLineOutSpace Plan "a straight line would leave the workspace" CLEAR, stays sibling;
+    0x18 PlanArcOutSpace Plan "an arc would leave the workspace" CLEAR, stays sibling;
+    0x19 PlanMotionType Plan "the kind of motion is unknown" CLEAR, stays sibling;
     0x1A PlanSpeedInputParam Plan "a speed or acceleration is zero, negative or not a number" "set the speeds, then clear the alarms", stays sibling;
     0x1B PlanCpCalc Plan "the continuous path could not be calculated" CLEAR, stays sibling;
-    0x20 MoveInvSingularity Move "the path ran into a singular pose" "jog away by joints, then clear the alarms", stays magician;
-    0x21 MoveInvCalc Move "the path left the workspace" "move back inside, then clear the alarms", stays magician;
-    0x22 MoveInvLimit Move "the path took a joint to its limit" "move back inside, then clear the alarms", stays magician;
-    0x30 OverspeedAxis1 Overspeed "J1 too fast" SLOWER, stays magician;
-    0x31 OverspeedAxis2 Overspeed "J2 too fast" SLOWER, stays magician;
-    0x32 OverspeedAxis3 Overspeed "J3 too fast" SLOWER, stays magician;
-    0x33 OverspeedAxis4 Overspeed "J4 too fast" SLOWER, stays magician;
-    0x40 LimitAxis1Pos Limit "J1 at its upper limit" JOG_BACK, itself magician;
-    0x41 LimitAxis1Neg Limit "J1 at its lower limit" JOG_BACK, itself magician;
-    0x42 LimitAxis2Pos Limit "J2 at its upper limit" JOG_BACK, itself magician;
-    0x43 LimitAxis2Neg Limit "J2 at its lower limit" JOG_BACK, itself magician;
-    0x44 LimitAxis3Pos Limit "J3 at its upper limit" JOG_BACK, itself magician;
-    0x45 LimitAxis3Neg Limit "J3 at its lower limit" JOG_BACK, itself magician;
-    0x46 LimitAxis4Pos Limit "J4 at its upper limit" JOG_BACK, itself magician;
-    0x47 LimitAxis4Neg Limit "J4 at its lower limit" JOG_BACK, itself magician;
-    0x48 LimitAxis23Pos Limit "the parallelogram of J2 and J3 stretched to its limit" JOG_BACK, itself magician;
-    0x49 LimitAxis23Neg Limit "the parallelogram of J2 and J3 folded to its limit" JOG_BACK, itself magician;
+    0x20 MoveInvSingularity Move "the path reached a singular pose" "jog away joint by joint, then clear the alarms", stays magician;
+    0x21 MoveInvCalc Move "the path left the workspace" "move back inside the workspace, then clear the alarms", stays magician;
+    0x22 MoveInvLimit Move "the path took a joint to its limit" "move back inside the workspace, then clear the alarms", stays magician;
+    0x30 OverspeedAxis1 Overspeed "J1 is too fast" SLOWER, stays magician;
+    0x31 OverspeedAxis2 Overspeed "J2 is too fast" SLOWER, stays magician;
+    0x32 OverspeedAxis3 Overspeed "J3 is too fast" SLOWER, stays magician;
+    0x33 OverspeedAxis4 Overspeed "J4 is too fast" SLOWER, stays magician;
+    0x40 LimitAxis1Pos Limit "J1 is at its upper limit" JOG_BACK, itself magician;
+    0x41 LimitAxis1Neg Limit "J1 is at its lower limit" JOG_BACK, itself magician;
+    0x42 LimitAxis2Pos Limit "J2 is at its upper limit" JOG_BACK, itself magician;
+    0x43 LimitAxis2Neg Limit "J2 is at its lower limit" JOG_BACK, itself magician;
+    0x44 LimitAxis3Pos Limit "J3 is at its upper limit" JOG_BACK, itself magician;
+    0x45 LimitAxis3Neg Limit "J3 is at its lower limit" JOG_BACK, itself magician;
+    0x46 LimitAxis4Pos Limit "J4 is at its upper limit" JOG_BACK, itself magician;
+    0x47 LimitAxis4Neg Limit "J4 is at its lower limit" JOG_BACK, itself magician;
+    0x48 LimitAxis23Pos Limit "the parallelogram of J2 and J3 is stretched to its limit" JOG_BACK, itself magician;
+    0x49 LimitAxis23Neg Limit "the parallelogram of J2 and J3 is folded to its limit" JOG_BACK, itself magician;
     0x50 LoseStepAxis1 LostStep "J1 lost steps" REHOME, stays magician;
     0x51 LoseStepAxis2 LostStep "J2 lost steps" REHOME, stays magician;
     0x52 LoseStepAxis3 LostStep "J3 lost steps" REHOME, stays magician;
     0x53 LoseStepAxis4 LostStep "J4 lost steps" REHOME, stays magician;
     0x60 OtherAxis1DrvAlarm Other "the motor driver of axis 1 reports a fault" POWER, stays sibling;
     0x61 OtherAxis1Overflow Other "the position counter of axis 1 overflowed" POWER, stays sibling;
-    0x62 OtherAxis1Follow Other "axis 1 does not follow" CLEAR, stays sibling;
+    0x62 OtherAxis1Follow Other "axis 1 does not follow its set point" CLEAR, stays sibling;
     0x63 OtherAxis2DrvAlarm Other "the motor driver of axis 2 reports a fault" POWER, stays sibling;
     0x64 OtherAxis2Overflow Other "the position counter of axis 2 overflowed" POWER, stays sibling;
-    0x65 OtherAxis2Follow Other "axis 2 does not follow" CLEAR, stays sibling;
+    0x65 OtherAxis2Follow Other "axis 2 does not follow its set point" CLEAR, stays sibling;
     0x66 OtherAxis3DrvAlarm Other "the motor driver of axis 3 reports a fault" POWER, stays sibling;
     0x67 OtherAxis3Overflow Other "the position counter of axis 3 overflowed" POWER, stays sibling;
-    0x68 OtherAxis3Follow Other "axis 3 does not follow" CLEAR, stays sibling;
+    0x68 OtherAxis3Follow Other "axis 3 does not follow its set point" CLEAR, stays sibling;
     0x69 OtherAxis4DrvAlarm Other "the motor driver of axis 4 reports a fault" POWER, stays sibling;
     0x6A OtherAxis4Overflow Other "the position counter of axis 4 overflowed" POWER, stays sibling;
-    0x6B OtherAxis4Follow Other "axis 4 does not follow" CLEAR, stays sibling;
+    0x6B OtherAxis4Follow Other "axis 4 does not follow its set point" CLEAR, stays sibling;
 }
 
 impl Alarm {

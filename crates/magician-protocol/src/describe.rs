@@ -100,10 +100,10 @@ pub fn describe<'a>(
     for (_, value) in description.values()? {
         match value {
             FieldValue::Outputs(list) if list.counted() => {
-                description.note("count byte before the outputs (E29)");
+                description.note("count byte before the list of outputs (E29)");
             }
             FieldValue::Signed(speed) if motor::float_bits(speed).is_some() => {
-                description.note("speed taken as the bits of a float (E41)");
+                description.note("speed read as the bits of a float (E41)");
             }
             // All other types have one form on the wire.
             _ => {}
@@ -119,16 +119,16 @@ pub fn describe<'a>(
 fn note_ctrl(description: &mut Description<'_>, frame: &Frame<'_>, inert: bool) {
     let (row, ctrl) = (description.row, frame.ctrl());
     if ctrl.queued() && !ctrl.write() && row.set.is_some() && !row.steers_queue() {
-        description.note("queued with rw = 0: taken as a queued set (E07)");
+        description.note("queued with rw = 0: treated as a queued set (E07)");
     }
     if inert {
-        description.note("set-only command with rw = 0: does nothing (E12)");
+        description.note("set-only command with rw = 0: has no effect (E12)");
     }
     if ctrl.write() && row.set.is_none() {
         description.note("get-only command with rw = 1: answered as a get (E12)");
     }
     if ctrl.queued() && (row.steers_queue() || row.set.is_none()) {
-        description.note("the queued bit is ignored on this command");
+        description.note("queued bit ignored for this command");
     }
     if ctrl.error() {
         description.note("error bit set: the controller refused the command (E05)");
@@ -154,7 +154,7 @@ impl<'a> Description<'a> {
         match (fits(&request), fits(&reply)) {
             // Typical of frames without parameters: nothing in them shows the direction.
             (true, true) => request.map(|mut description| {
-                description.note("fits both directions, taken as the host's");
+                description.note("fits both directions: treated as a request of the host");
                 description
             }),
             (true, false) => request,

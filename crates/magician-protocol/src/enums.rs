@@ -138,15 +138,15 @@ open_enums! {
         3 JumpAngle "Lift, joint transfer, descend; absolute J1 to J4.",
         4 MovjAngle "All joints together; absolute J1 to J4.",
         5 MovlAngle "Straight line; absolute J1 to J4.",
-        6 MovjAngleInc "All joints together; J1 to J4 added to where the move starts.",
-        7 MovlXyzInc "Straight line; x y z r added to where the move starts.",
-        8 MovjXyzInc "All joints together; x y z r added to where the move starts.",
+        6 MovjAngleInc "All joints together; J1 to J4 relative to the start of the move.",
+        7 MovlXyzInc "Straight line; x y z r relative to the start of the move.",
+        8 MovjXyzInc "All joints together; x y z r relative to the start of the move.",
         9 JumpMovlXyz "Lift, straight transfer, descend; absolute x y z r.",
     }
 
     /// Direction of a jog; the axis is a joint or a coordinate (document 1.9.4, errata E25).
     JogCommand {
-        0 Stop "Slow down and stop.",
+        0 Stop "Decelerate and stop.",
         1 Axis1Plus "J1 or x, positive.",
         2 Axis1Minus "J1 or x, negative.",
         3 Axis2Plus "J2 or y, positive.",
@@ -161,33 +161,33 @@ open_enums! {
 
     /// Reference of the numbers of a continuous-path segment (document 1.11.2).
     CpMode {
-        0 Relative "From the end of the segment before.",
-        1 Absolute "From the base frame.",
+        0 Relative "Relative to the end of the previous segment.",
+        1 Absolute "Coordinates in the base frame.",
     }
 
     /// Generation of the sliding rail (errata E15).
     RailVersion {
-        0 V1 "First version.",
-        1 V2 "Second version.",
+        0 V1 "First generation.",
+        1 V2 "Second generation.",
     }
 
     /// Generation of a colour or infrared sensor (errata E42, E43).
     SensorVersion {
-        0 V1 "First version.",
-        1 V2 "Second version.",
+        0 V1 "First generation.",
+        1 V2 "Second generation.",
     }
 
     /// Condition on which hand teaching reports a point (document 1.7.1).
     TeachTrigger {
-        0 OnRelease "Once, when the unlock key is released.",
-        1 Periodic "Again and again while the key is held.",
+        0 OnRelease "Once, on release of the unlock key.",
+        1 Periodic "Periodically, while the unlock key is held.",
     }
 
     /// Function of an EIO pin (document 1.15.1, errata E40).
     IoFunction {
-        0 None "Nothing.",
+        0 None "No function.",
         1 DigitalOutput "Digital output.",
-        2 Pwm "Pulse-width output.",
+        2 Pwm "PWM output.",
         3 DigitalInput "Digital input.",
         4 AnalogInput "Analog input.",
         5 DigitalInputPullUp "Digital input with pull-up.",
@@ -196,8 +196,8 @@ open_enums! {
 
     /// Connector that a sensor is plugged into (errata E42).
     Port {
-        0 Gp1 "GP1, at the base.",
-        1 Gp2 "GP2, at the base.",
+        0 Gp1 "GP1, on the base.",
+        1 Gp2 "GP2, on the base.",
         2 Gp4 "GP4, on the forearm.",
         3 Gp5 "GP5, on the forearm.",
     }
@@ -216,16 +216,16 @@ open_enums! {
 
     /// Comparison of a trigger (document 1.14.1, errata E35).
     TriggerCondition {
-        0 EqualOrBelow "Level equal to the threshold; analog below it.",
-        1 DifferentOrAtMost "Level different from the threshold; analog at most it.",
-        2 AtLeast "Analog at least the threshold.",
-        3 Above "Analog above the threshold.",
+        0 EqualOrBelow "Digital level equal to the threshold; analog value below it.",
+        1 DifferentOrAtMost "Digital level different from the threshold; analog value at or below it.",
+        2 AtLeast "Analog value at or above the threshold.",
+        3 Above "Analog value above the threshold.",
     }
 
     /// Elbow side of a SCARA arm; meaningless on the Magician.
     Handedness {
-        0 Left "Left hand.",
-        1 Right "Right hand.",
+        0 Left "Left-handed.",
+        1 Right "Right-handed.",
     }
 }
 

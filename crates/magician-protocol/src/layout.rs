@@ -84,7 +84,7 @@ pub struct Normalised {
 }
 
 const SURPLUS: &str = "surplus parameter bytes ignored (E11)";
-const OMITTED: &str = "address or port left out (E39, E43)";
+const OMITTED: &str = "address or port omitted (E39, E43)";
 /// Size of a buffer for the layouts with tolerated forms, rounded up from the longest.
 const LONGEST_FORM: usize = 32;
 

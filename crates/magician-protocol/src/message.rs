@@ -54,7 +54,7 @@ impl Layout for QueuedCmdIndex {
             ty: FieldType::Scalar(Scalar::U64),
             unit: "index",
             range: Range::Any,
-            doc: "Index given to the command, one more than the one before; 0 is never given.",
+            doc: "Index assigned to the command, one more than that of the previous one; never 0.",
             optional: false,
             omittable: false,
             default: None,

@@ -10,7 +10,7 @@ use core::fmt;
 ///
 /// let field = &PtpCommonParams::INFO.fields[0];
 /// assert_eq!((field.name, field.range), ("velocity_ratio", Range::Capped(1, 100)));
-/// assert_eq!(field.range.to_string(), "1 to 100, more counts as 100");
+/// assert_eq!(field.range.to_string(), "1 to 100, larger values clamped to 100");
 /// let threshold = &TrigCmd::INFO.fields[3];
 /// assert_eq!(threshold.range.to_string(), "0 or 1 in level mode, 0 to 4095 counts in analog mode");
 /// ```
@@ -121,7 +121,7 @@ impl fmt::Display for Range {
             }
             Self::Capped(least, most) => {
                 span(f, *least, *most)?;
-                write!(f, ", more counts as {most}")
+                write!(f, ", larger values clamped to {most}")
             }
             Self::AtMost(count, of) => write!(f, "at most {count} {of}"),
             Self::By(cases) => {

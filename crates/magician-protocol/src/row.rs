@@ -241,7 +241,7 @@ impl Row {
             // A program in the flash runs by the key at the base, with no host there (model section
             // 12).
             (true, 243) => Some(
-                "has what follows written to the arm's flash, where it runs later by the arm's key",
+                "writes the commands that follow to the arm's flash, where the key at the base can run them later",
             ),
             (true, _) => Some("can brick, uncalibrate or unlock the arm"),
         }

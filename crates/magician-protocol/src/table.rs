@@ -226,7 +226,7 @@ macro_rules! range_doc {
         concat!(" Range: above ", $limit, ".")
     };
     ([$least:literal..=$most:literal capped]) => {
-        concat!(" Range: ", $least, " to ", $most, "; more counts as ", $most, ".")
+        concat!(" Range: ", $least, " to ", $most, "; the arm clamps larger values to ", $most, ".")
     };
     ([at most $count:literal $of:literal]) => {
         concat!(" At most ", $count, " ", $of, ".")
@@ -273,7 +273,7 @@ macro_rules! read_field {
 /// Declares the command table. A row is
 ///
 /// ```text
-/// ID "VendorName" "what it is for" [Chapter "section" Source Confidence]
+/// ID "VendorName" "purpose" [Chapter "section" Source Confidence]
 ///                                   and, errata "E22" if its description is corrected
 ///     [queue yes|no|ignored, resend yes|no, danger yes|no, effect Effect]
 ///     query Args { fields }     parameters of a get, if it has any
@@ -309,10 +309,10 @@ macro_rules! commands {
         $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
     )+) => {
         $(
-            $( layout! { concat!("What a get of ", $vendor, " carries (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the answer to a get."), $state $state_body $($state_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; can be got and set."), $param $param_body $($param_forms)? } )?
-            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; a set."), $action { $($action_body)* } $($action_forms)? } )?
+            $( layout! { concat!("Parameters of a get of ", $vendor, " (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the reply to a get."), $state $state_body $($state_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; readable and writable."), $param $param_body $($param_forms)? } )?
+            $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the parameters of a set."), $action { $($action_body)* } $($action_forms)? } )?
 
             readable! { $id [ $($query)? ] [ $($state)? $($param)? ] }
             writable! { $id $queue [ $($param)? $($action)? ] }
@@ -354,9 +354,9 @@ macro_rules! commands {
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Get {
-            $( $( #[doc = concat!("Asks for [`", stringify!($state), "`].")]
+            $( $( #[doc = concat!("Reads [`", stringify!($state), "`].")]
                   $state(<$state as Readable>::Query), )?
-               $( #[doc = concat!("Asks for [`", stringify!($param), "`].")]
+               $( #[doc = concat!("Reads [`", stringify!($param), "`].")]
                   $param(<$param as Readable>::Query), )? )+
         }
 
@@ -397,7 +397,7 @@ macro_rules! commands {
         #[cfg_attr(not(magician_workspace), non_exhaustive)]
         pub enum Set {
             $( $( #[doc = concat!("Sets [`", stringify!($param), "`].")] $param($param), )?
-               $( #[doc = concat!("Orders [`", stringify!($action), "`].")] $action($action), )? )+
+               $( #[doc = concat!("Performs [`", stringify!($action), "`].")] $action($action), )? )+
         }
 
         impl Set {

@@ -35,10 +35,10 @@ from .alarms import Alarm
 "#;
 
 const OUTPUT: &str = r#"class Output(NamedTuple):
-    """An output that a move switches on its way."""
+    """An output that a move switches along its path."""
 
     percent: int
-    """When: share of the movement that is done, percent, 0 to 100."""
+    """Point of the move at which the output switches: percentage of the path, 0 to 100."""
     address: int
     """EIO address, 1 to 20."""
     high: bool
@@ -214,21 +214,21 @@ fn enums() -> Vec<&'static EnumInfo> {
 fn named_values(page: &mut String, info: &EnumInfo) {
     let about = match info.name {
         "PtpMode" => {
-            "How a point-to-point move travels and what its numbers mean (document 1.10.5, E28)."
+            "Kind of travel of a point-to-point move, and meaning of its numbers (document 1.10.5, E28)."
         }
         "JogCommand" => {
-            "Which way to jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
+            "Direction of a jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
         }
-        "CpMode" => "What the numbers of a continuous-path segment count from (document 1.11.2).",
+        "CpMode" => "Reference of the coordinates of a continuous-path segment (document 1.11.2).",
         "RailVersion" => "Generation of the sliding rail (E15).",
         "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
-        "TeachTrigger" => "When hand teaching reports a point (document 1.7.1).",
-        "IoFunction" => "What an EIO pin does (document 1.15.1, E40).",
+        "TeachTrigger" => "Trigger mode of hand teaching (document 1.7.1).",
+        "IoFunction" => "Function of an EIO pin (document 1.15.1, E40).",
         "Port" => "Connector that a sensor is plugged into (E42).",
         "Stepper" => "External motor output (document 1.15.6).",
-        "TriggerMode" => "What a trigger looks at (document 1.14.1).",
-        "TriggerCondition" => "How a trigger compares (document 1.14.1, E35).",
-        "Handedness" => "Elbow side of a SCARA arm; without meaning on this one.",
+        "TriggerMode" => "Signal that a trigger observes (document 1.14.1).",
+        "TriggerCondition" => "Comparison of a trigger with its threshold (document 1.14.1, E35).",
+        "Handedness" => "Elbow side of a SCARA arm; without meaning for the Magician.",
         _ => "Named values.",
     };
     let _ = writeln!(

@@ -124,21 +124,18 @@ impl Profile {
 
     /// Names of the built-in profiles, each with a description.
     pub const NAMED: [(&str, &str); 4] = [
-        (
-            "3.6.14",
-            "the firmware of the vendor's documents; the default",
-        ),
+        ("3.6.14", "firmware of the vendor's documents (default)"),
         (
             "3.7.0",
-            "firmware in the field; nothing but its version is known to differ",
+            "firmware found in the field; only its version number is known to differ",
         ),
         (
             "4.0.3",
-            "firmware in the field; nothing but its version is known to differ",
+            "firmware found in the field; only its version number is known to differ",
         ),
         (
             "continuous",
-            "3.6.14 without periods, where a jog stops before another axis: for comparison",
+            "3.6.14 in continuous time, where a jog stops before another axis is jogged; for comparison",
         ),
     ];
 

@@ -82,63 +82,63 @@ local ENUMS = {
 
 local ALARMS = {
     [0x00] = "ResetOccurred: the controller was reset or switched on",
-    [0x01] = "UndefinedInstruction: a command that the controller does not know",
+    [0x01] = "UndefinedInstruction: the controller received a command that it does not know",
     [0x02] = "FileSystemError: the controller's flash memory did not open",
-    [0x03] = "McuFpgaCommError: processor and motor logic did not find each other at start-up",
-    [0x04] = "AngleSensorError: an angle sensor gives an impossible value",
-    [0x10] = "PlanInvSingularity: the target lies in a singular pose",
+    [0x03] = "McuFpgaCommError: the processor and the motor logic (FPGA) could not communicate at start-up",
+    [0x04] = "AngleSensorError: an angle sensor reads an impossible value",
+    [0x10] = "PlanInvSingularity: the target is a singular pose",
     [0x11] = "PlanInvCalc: the target is out of reach",
     [0x12] = "PlanInvLimit: the target would take a joint beyond its limit",
     [0x13] = "PlanPushDataRepeat: two points of an arc coincide",
-    [0x14] = "PlanArcInputParam: the three points of an arc lie on a line",
+    [0x14] = "PlanArcInputParam: the three points of an arc are collinear",
     [0x15] = "PlanJumpParam: the jump heights contradict each other",
-    [0x16] = "PlanLineHand: a straight line changes the elbow side",
-    [0x17] = "PlanLineOutSpace: a straight line leaves the workspace",
-    [0x18] = "PlanArcOutSpace: an arc leaves the workspace",
-    [0x19] = "PlanMotionType: an unknown kind of motion",
+    [0x16] = "PlanLineHand: a straight line would change the elbow side",
+    [0x17] = "PlanLineOutSpace: a straight line would leave the workspace",
+    [0x18] = "PlanArcOutSpace: an arc would leave the workspace",
+    [0x19] = "PlanMotionType: the kind of motion is unknown",
     [0x1a] = "PlanSpeedInputParam: a speed or acceleration is zero, negative or not a number",
     [0x1b] = "PlanCpCalc: the continuous path could not be calculated",
-    [0x20] = "MoveInvSingularity: the path ran into a singular pose",
+    [0x20] = "MoveInvSingularity: the path reached a singular pose",
     [0x21] = "MoveInvCalc: the path left the workspace",
     [0x22] = "MoveInvLimit: the path took a joint to its limit",
-    [0x30] = "OverspeedAxis1: J1 too fast",
-    [0x31] = "OverspeedAxis2: J2 too fast",
-    [0x32] = "OverspeedAxis3: J3 too fast",
-    [0x33] = "OverspeedAxis4: J4 too fast",
-    [0x40] = "LimitAxis1Pos: J1 at its upper limit",
-    [0x41] = "LimitAxis1Neg: J1 at its lower limit",
-    [0x42] = "LimitAxis2Pos: J2 at its upper limit",
-    [0x43] = "LimitAxis2Neg: J2 at its lower limit",
-    [0x44] = "LimitAxis3Pos: J3 at its upper limit",
-    [0x45] = "LimitAxis3Neg: J3 at its lower limit",
-    [0x46] = "LimitAxis4Pos: J4 at its upper limit",
-    [0x47] = "LimitAxis4Neg: J4 at its lower limit",
-    [0x48] = "LimitAxis23Pos: the parallelogram of J2 and J3 stretched to its limit",
-    [0x49] = "LimitAxis23Neg: the parallelogram of J2 and J3 folded to its limit",
+    [0x30] = "OverspeedAxis1: J1 is too fast",
+    [0x31] = "OverspeedAxis2: J2 is too fast",
+    [0x32] = "OverspeedAxis3: J3 is too fast",
+    [0x33] = "OverspeedAxis4: J4 is too fast",
+    [0x40] = "LimitAxis1Pos: J1 is at its upper limit",
+    [0x41] = "LimitAxis1Neg: J1 is at its lower limit",
+    [0x42] = "LimitAxis2Pos: J2 is at its upper limit",
+    [0x43] = "LimitAxis2Neg: J2 is at its lower limit",
+    [0x44] = "LimitAxis3Pos: J3 is at its upper limit",
+    [0x45] = "LimitAxis3Neg: J3 is at its lower limit",
+    [0x46] = "LimitAxis4Pos: J4 is at its upper limit",
+    [0x47] = "LimitAxis4Neg: J4 is at its lower limit",
+    [0x48] = "LimitAxis23Pos: the parallelogram of J2 and J3 is stretched to its limit",
+    [0x49] = "LimitAxis23Neg: the parallelogram of J2 and J3 is folded to its limit",
     [0x50] = "LoseStepAxis1: J1 lost steps",
     [0x51] = "LoseStepAxis2: J2 lost steps",
     [0x52] = "LoseStepAxis3: J3 lost steps",
     [0x53] = "LoseStepAxis4: J4 lost steps",
     [0x60] = "OtherAxis1DrvAlarm: the motor driver of axis 1 reports a fault",
     [0x61] = "OtherAxis1Overflow: the position counter of axis 1 overflowed",
-    [0x62] = "OtherAxis1Follow: axis 1 does not follow",
+    [0x62] = "OtherAxis1Follow: axis 1 does not follow its set point",
     [0x63] = "OtherAxis2DrvAlarm: the motor driver of axis 2 reports a fault",
     [0x64] = "OtherAxis2Overflow: the position counter of axis 2 overflowed",
-    [0x65] = "OtherAxis2Follow: axis 2 does not follow",
+    [0x65] = "OtherAxis2Follow: axis 2 does not follow its set point",
     [0x66] = "OtherAxis3DrvAlarm: the motor driver of axis 3 reports a fault",
     [0x67] = "OtherAxis3Overflow: the position counter of axis 3 overflowed",
-    [0x68] = "OtherAxis3Follow: axis 3 does not follow",
+    [0x68] = "OtherAxis3Follow: axis 3 does not follow its set point",
     [0x69] = "OtherAxis4DrvAlarm: the motor driver of axis 4 reports a fault",
     [0x6a] = "OtherAxis4Overflow: the position counter of axis 4 overflowed",
-    [0x6b] = "OtherAxis4Follow: axis 4 does not follow",
+    [0x6b] = "OtherAxis4Follow: axis 4 does not follow its set point",
 }
 
 local NOTES = {
     error = "error bit set: the controller refused the command (E05)",
     destination = "destination or reserved bits set in Ctrl (E05)",
-    counted = "count byte before the outputs (E29)",
-    float = "speed taken as the bits of a float (E41)",
-    both = "fits both directions, taken as the host's",
+    counted = "count byte before the list of outputs (E29)",
+    float = "speed read as the bits of a float (E41)",
+    both = "fits both directions: treated as a request of the host",
 }
 
 local LAYOUTS = {}
@@ -158,7 +158,7 @@ LAYOUTS.QueuedCmdIndex = {
     prefix = "",
     head = 0,
     fields = {
-        { name = "queued_cmd_index", short = "index", kind = "u64", unit = "", doc = "Index given to the command, one more than the one before; 0 is never given." },
+        { name = "queued_cmd_index", short = "index", kind = "u64", unit = "", doc = "Index assigned to the command, one more than that of the previous one; never 0." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -192,10 +192,10 @@ LAYOUTS.DeviceVersion = {
     prefix = "device_version.",
     head = 3,
     fields = {
-        { name = "major_version", kind = "u8", unit = "", doc = "First number of the version." },
-        { name = "minor_version", kind = "u8", unit = "", doc = "Second number of the version." },
-        { name = "revision", kind = "u8", unit = "", doc = "Third number of the version." },
-        { name = "extra", kind = "bytes", unit = "", doc = "Bytes added by newer firmware, among them a hardware version." },
+        { name = "major_version", kind = "u8", unit = "", doc = "Major version." },
+        { name = "minor_version", kind = "u8", unit = "", doc = "Minor version." },
+        { name = "revision", kind = "u8", unit = "", doc = "Revision." },
+        { name = "extra", kind = "bytes", unit = "", doc = "Bytes appended by newer firmware, including a hardware version." },
     },
     fits = {
         { from = 3, to = 248 },
@@ -206,7 +206,7 @@ LAYOUTS.DeviceWithL = {
     prefix = "device_with_l.",
     head = 0,
     fields = {
-        { name = "with_l", kind = "flag", unit = "", doc = "Whether the rail is in use. Range: 0 or 1." },
+        { name = "with_l", kind = "flag", unit = "", doc = "True if the rail is in use. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -218,8 +218,8 @@ LAYOUTS.SetDeviceWithL = {
     prefix = "device_with_l.",
     head = 1,
     fields = {
-        { name = "with_l", kind = "flag", unit = "", doc = "Whether to use the rail. Range: 0 or 1." },
-        { name = "version", kind = "enum", enum = "RailVersion", unit = "", doc = "Generation of the rail; hosts before V1.1.5 leave it out. Range: 0 or 1." },
+        { name = "with_l", kind = "flag", unit = "", doc = "True to use the rail. Range: 0 or 1." },
+        { name = "version", kind = "enum", enum = "RailVersion", unit = "", doc = "Generation of the rail; hosts before V1.1.5 omit it. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 2 },
@@ -231,7 +231,7 @@ LAYOUTS.DeviceTime = {
     prefix = "device_time.",
     head = 0,
     fields = {
-        { name = "g_systick", kind = "u32", unit = "ms", doc = "Time since power-up; begins again at 2^32." },
+        { name = "g_systick", kind = "u32", unit = "ms", doc = "Time since power-up; wraps at 2^32." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -243,7 +243,7 @@ LAYOUTS.DeviceId = {
     prefix = "device_id.",
     head = 0,
     fields = {
-        { name = "device_id", kind = "u32", count = 3, unit = "", doc = "The id, least significant word first." },
+        { name = "device_id", kind = "u32", count = 3, unit = "", doc = "Id, least significant word first." },
     },
     fits = {
         { from = 12, to = 12 },
@@ -255,9 +255,9 @@ LAYOUTS.DeviceInfo = {
     prefix = "device_info.",
     head = 12,
     fields = {
-        { name = "run_time", kind = "u64", unit = "s (unconfirmed)", doc = "Running time over its life." },
-        { name = "power_on", kind = "u32", unit = "", doc = "Times it was switched on." },
-        { name = "power_off", kind = "u32", unit = "", doc = "Times it was switched off." },
+        { name = "run_time", kind = "u64", unit = "s (unconfirmed)", doc = "Total running time." },
+        { name = "power_on", kind = "u32", unit = "", doc = "Number of power-ups." },
+        { name = "power_off", kind = "u32", unit = "", doc = "Number of power-downs." },
     },
     fits = {
         { from = 16, to = 16 },
@@ -285,9 +285,9 @@ LAYOUTS.ResetPose = {
     prefix = "reset_pose.",
     head = 5,
     fields = {
-        { name = "manual", kind = "flag", unit = "", doc = "0 takes the angles from the sensors, 1 those given here. Range: 0 or 1." },
-        { name = "rear_arm_angle", kind = "f32", unit = "deg", doc = "J2, used when manual is 1." },
-        { name = "front_arm_angle", kind = "f32", unit = "deg", doc = "J3, used when manual is 1." },
+        { name = "manual", kind = "flag", unit = "", doc = "True to take the angles given here, false to read them from the sensors. Range: 0 or 1." },
+        { name = "rear_arm_angle", kind = "f32", unit = "deg", doc = "J2; used if manual is true." },
+        { name = "front_arm_angle", kind = "f32", unit = "deg", doc = "J3; used if manual is true." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -387,7 +387,7 @@ LAYOUTS.AutoLeveling = {
     prefix = "auto_leveling.",
     head = 0,
     fields = {
-        { name = "result", kind = "f32", unit = "deg (unconfirmed)", doc = "Precision reached." },
+        { name = "result", kind = "f32", unit = "deg (unconfirmed)", doc = "Accuracy reached." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -400,8 +400,8 @@ LAYOUTS.SetAutoLeveling = {
     prefix = "auto_leveling.",
     head = 1,
     fields = {
-        { name = "is_auto_leveling", kind = "flag", unit = "", doc = "1 starts levelling. Range: 0 or 1." },
-        { name = "accuracy", kind = "f32", unit = "deg (unconfirmed)", doc = "Precision wanted." },
+        { name = "is_auto_leveling", kind = "flag", unit = "", doc = "True to start levelling. Range: 0 or 1." },
+        { name = "accuracy", kind = "f32", unit = "deg (unconfirmed)", doc = "Accuracy requested." },
     },
     fits = {
         { from = 5, to = 5 },
@@ -413,7 +413,7 @@ LAYOUTS.HhtTrigMode = {
     prefix = "hht_trig_mode.",
     head = 0,
     fields = {
-        { name = "mode", kind = "enum", enum = "TeachTrigger", unit = "", doc = "When to report. Range: 0 or 1." },
+        { name = "mode", kind = "enum", enum = "TeachTrigger", unit = "", doc = "Trigger mode. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -425,7 +425,7 @@ LAYOUTS.HhtTrigOutputEnabled = {
     prefix = "hht_trig_output_enabled.",
     head = 0,
     fields = {
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether it reports. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True if points are reported. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -437,7 +437,7 @@ LAYOUTS.HhtTrigOutput = {
     prefix = "hht_trig_output.",
     head = 0,
     fields = {
-        { name = "is_triggered", kind = "flag", unit = "", doc = "Whether there is a new point; reading clears it. Range: 0 or 1." },
+        { name = "is_triggered", kind = "flag", unit = "", doc = "True if a point has been taught since the last get; reading clears it. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -475,8 +475,8 @@ LAYOUTS.EndEffectorLaser = {
     prefix = "end_effector_laser.",
     head = 1,
     fields = {
-        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "Whether the host controls the tool connector. Range: 0 or 1." },
-        { name = "is_on", kind = "flag", unit = "", doc = "Whether the laser burns. Range: 0 or 1." },
+        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "True if the host controls the tool connector. Range: 0 or 1." },
+        { name = "is_on", kind = "flag", unit = "", doc = "True if the laser is on. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -488,8 +488,8 @@ LAYOUTS.SetEndEffectorLaser = {
     prefix = "end_effector_laser.",
     head = 1,
     fields = {
-        { name = "enable_ctrl", kind = "flag", unit = "", doc = "Whether the host controls the tool connector. Range: 0 or 1." },
-        { name = "on", kind = "flag", unit = "", doc = "Whether the laser burns. Range: 0 or 1." },
+        { name = "enable_ctrl", kind = "flag", unit = "", doc = "True to let the host control the tool connector. Range: 0 or 1." },
+        { name = "on", kind = "flag", unit = "", doc = "True to switch the laser on. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -501,8 +501,8 @@ LAYOUTS.EndEffectorSuctionCup = {
     prefix = "end_effector_suction_cup.",
     head = 1,
     fields = {
-        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "Whether the pump may run. Range: 0 or 1." },
-        { name = "is_sucked", kind = "flag", unit = "", doc = "Whether the cup sucks. Range: 0 or 1." },
+        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "True if the pump may run. Range: 0 or 1." },
+        { name = "is_sucked", kind = "flag", unit = "", doc = "True if suction is on. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -514,8 +514,8 @@ LAYOUTS.SetEndEffectorSuctionCup = {
     prefix = "end_effector_suction_cup.",
     head = 1,
     fields = {
-        { name = "enable_ctrl", kind = "flag", unit = "", doc = "Whether the pump may run. Range: 0 or 1." },
-        { name = "suck", kind = "flag", unit = "", doc = "Whether the cup sucks. Range: 0 or 1." },
+        { name = "enable_ctrl", kind = "flag", unit = "", doc = "True to let the pump run. Range: 0 or 1." },
+        { name = "suck", kind = "flag", unit = "", doc = "True to switch suction on. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -527,8 +527,8 @@ LAYOUTS.EndEffectorGripper = {
     prefix = "end_effector_gripper.",
     head = 1,
     fields = {
-        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "Whether the pump may run. Range: 0 or 1." },
-        { name = "is_gripped", kind = "flag", unit = "", doc = "1 closed, 0 open. Range: 0 or 1." },
+        { name = "is_ctrl_enabled", kind = "flag", unit = "", doc = "True if the pump may run. Range: 0 or 1." },
+        { name = "is_gripped", kind = "flag", unit = "", doc = "True if closed, false if open. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -540,8 +540,8 @@ LAYOUTS.SetEndEffectorGripper = {
     prefix = "end_effector_gripper.",
     head = 1,
     fields = {
-        { name = "enable_ctrl", kind = "flag", unit = "", doc = "Whether the pump may run. Range: 0 or 1." },
-        { name = "grip", kind = "flag", unit = "", doc = "1 closes, 0 opens. Range: 0 or 1." },
+        { name = "enable_ctrl", kind = "flag", unit = "", doc = "True to let the pump run. Range: 0 or 1." },
+        { name = "grip", kind = "flag", unit = "", doc = "True to close, false to open. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -579,8 +579,8 @@ LAYOUTS.JogCommonParams = {
     prefix = "jog_common_params.",
     head = 4,
     fields = {
-        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Share of the set speed. Range: 1 to 100, more counts as 100." },
-        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Share of the set acceleration. Range: 1 to 100, more counts as 100." },
+        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set speed. Range: 1 to 100, larger values clamped to 100." },
+        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set acceleration. Range: 1 to 100, larger values clamped to 100." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -592,7 +592,7 @@ LAYOUTS.JogCmd = {
     prefix = "jog_cmd.",
     head = 1,
     fields = {
-        { name = "is_joint", kind = "flag", unit = "", doc = "0 jogs a coordinate, 1 a joint. Range: 0 or 1." },
+        { name = "is_joint", kind = "flag", unit = "", doc = "True to jog a joint, false to jog a coordinate. Range: 0 or 1." },
         { name = "cmd", kind = "enum", enum = "JogCommand", unit = "", doc = "Axis and direction; 0 stops. Range: 0 to 10." },
     },
     fits = {
@@ -646,8 +646,8 @@ LAYOUTS.PtpJumpParams = {
     prefix = "ptp_jump_params.",
     head = 4,
     fields = {
-        { name = "jump_height", kind = "f32", unit = "mm", doc = "Lift above the higher end." },
-        { name = "z_limit", kind = "f32", unit = "mm", doc = "Highest z of the transfer." },
+        { name = "jump_height", kind = "f32", unit = "mm", doc = "Lift above the higher of start and end." },
+        { name = "z_limit", kind = "f32", unit = "mm", doc = "Largest z of the transfer." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -659,8 +659,8 @@ LAYOUTS.PtpCommonParams = {
     prefix = "ptp_common_params.",
     head = 4,
     fields = {
-        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Share of the set speed. Range: 1 to 100, more counts as 100." },
-        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Share of the set acceleration. Range: 1 to 100, more counts as 100." },
+        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set speed. Range: 1 to 100, larger values clamped to 100." },
+        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set acceleration. Range: 1 to 100, larger values clamped to 100." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -672,11 +672,11 @@ LAYOUTS.PtpCmd = {
     prefix = "ptp_cmd.",
     head = 13,
     fields = {
-        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "How to travel, and what the numbers mean. Range: 0 to 9." },
-        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x, or J1 in the angle modes." },
-        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
-        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
-        { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
+        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "Kind of travel, and meaning of the four numbers. Range: 0 to 9." },
+        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x; J1 in the angle modes." },
+        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y; J2 in the angle modes." },
+        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z; J3 in the angle modes." },
+        { name = "r", kind = "f32", unit = "deg", doc = "Target rotation; J4 in the angle modes." },
     },
     fits = {
         { from = 17, to = 17 },
@@ -701,12 +701,12 @@ LAYOUTS.PtpWithLCmd = {
     prefix = "ptp_with_l_cmd.",
     head = 17,
     fields = {
-        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "How to travel, and what the numbers mean. Range: 0 to 9." },
-        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x, or J1 in the angle modes." },
-        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
-        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
-        { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
+        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "Kind of travel, and meaning of the four numbers. Range: 0 to 9." },
+        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x; J1 in the angle modes." },
+        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y; J2 in the angle modes." },
+        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z; J3 in the angle modes." },
+        { name = "r", kind = "f32", unit = "deg", doc = "Target rotation; J4 in the angle modes." },
+        { name = "l", kind = "f32", unit = "mm", doc = "Rail position; displacement along the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
     },
     fits = {
         { from = 21, to = 21 },
@@ -720,7 +720,7 @@ LAYOUTS.PtpJump2Params = {
     fields = {
         { name = "start_jump_height", kind = "f32", unit = "mm", doc = "Lift above the start." },
         { name = "end_jump_height", kind = "f32", unit = "mm", doc = "Lift above the end." },
-        { name = "z_limit", kind = "f32", unit = "mm", doc = "Highest z of the transfer." },
+        { name = "z_limit", kind = "f32", unit = "mm", doc = "Largest z of the transfer." },
     },
     fits = {
         { from = 12, to = 12 },
@@ -732,12 +732,12 @@ LAYOUTS.PtpPoCmd = {
     prefix = "ptp_po_cmd.",
     head = 17,
     fields = {
-        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "How to travel, and what the numbers mean. Range: 0 to 9." },
-        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x, or J1 in the angle modes." },
-        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
-        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
-        { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 57 outputs." },
+        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "Kind of travel, and meaning of the four numbers. Range: 0 to 9." },
+        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x; J1 in the angle modes." },
+        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y; J2 in the angle modes." },
+        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z; J3 in the angle modes." },
+        { name = "r", kind = "f32", unit = "deg", doc = "Target rotation; J4 in the angle modes." },
+        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch, each at a percentage of the path. Range: at most 57 outputs." },
     },
     fits = {
         { from = 17, to = 248 },
@@ -748,13 +748,13 @@ LAYOUTS.PtpPoWithLCmd = {
     prefix = "ptp_po_with_l_cmd.",
     head = 21,
     fields = {
-        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "How to travel, and what the numbers mean. Range: 0 to 9." },
-        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x, or J1 in the angle modes." },
-        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
-        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
-        { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
-        { name = "l", kind = "f32", unit = "mm", doc = "Rail position, or way on the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
-        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch. Range: at most 56 outputs." },
+        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "Kind of travel, and meaning of the four numbers. Range: 0 to 9." },
+        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x; J1 in the angle modes." },
+        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y; J2 in the angle modes." },
+        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z; J3 in the angle modes." },
+        { name = "r", kind = "f32", unit = "deg", doc = "Target rotation; J4 in the angle modes." },
+        { name = "l", kind = "f32", unit = "mm", doc = "Rail position; displacement along the rail in the incremental modes. Range: 0 to 1000 in absolute modes." },
+        { name = "po", kind = "outputs", unit = "", doc = "Outputs to switch, each at a percentage of the path. Range: at most 56 outputs." },
     },
     fits = {
         { from = 21, to = 248 },
@@ -765,10 +765,10 @@ LAYOUTS.CpParams = {
     prefix = "cp_params.",
     head = 12,
     fields = {
-        { name = "plan_acc", kind = "f32", unit = "mm/s^2", doc = "Most acceleration along the path. Range: above 0." },
-        { name = "junction_vel", kind = "f32", unit = "mm/s", doc = "Most speed along the path. Range: above 0." },
-        { name = "acc_or_period", kind = "f32", unit = "mm/s^2, or ms in real-time mode", doc = "Acceleration (unused), or the time of a segment. Range: above 0." },
-        { name = "real_time_track", kind = "flag", unit = "", doc = "1 when the host clocks the path. Range: 0 or 1." },
+        { name = "plan_acc", kind = "f32", unit = "mm/s^2", doc = "Largest acceleration along the path. Range: above 0." },
+        { name = "junction_vel", kind = "f32", unit = "mm/s", doc = "Largest speed along the path. Range: above 0." },
+        { name = "acc_or_period", kind = "f32", unit = "mm/s^2, or ms in real-time mode", doc = "Acceleration (unused); duration of a segment in real-time mode. Range: above 0." },
+        { name = "real_time_track", kind = "flag", unit = "", doc = "True if the host clocks the path (real-time mode). Range: 0 or 1." },
     },
     fits = {
         { from = 13, to = 13 },
@@ -780,7 +780,7 @@ LAYOUTS.CpCmd = {
     prefix = "cp_cmd.",
     head = 13,
     fields = {
-        { name = "cp_mode", kind = "enum", enum = "CpMode", unit = "", doc = "What the numbers count from. Range: 0 or 1." },
+        { name = "cp_mode", kind = "enum", enum = "CpMode", unit = "", doc = "Reference of the coordinates. Range: 0 or 1." },
         { name = "x", kind = "f32", unit = "mm", doc = "End of the segment, x." },
         { name = "y", kind = "f32", unit = "mm", doc = "End of the segment, y." },
         { name = "z", kind = "f32", unit = "mm", doc = "End of the segment, z." },
@@ -797,7 +797,7 @@ LAYOUTS.CpLeCmd = {
     prefix = "cp_le_cmd.",
     head = 13,
     fields = {
-        { name = "cp_mode", kind = "enum", enum = "CpMode", unit = "", doc = "What the numbers count from. Range: 0 or 1." },
+        { name = "cp_mode", kind = "enum", enum = "CpMode", unit = "", doc = "Reference of the coordinates. Range: 0 or 1." },
         { name = "x", kind = "f32", unit = "mm", doc = "End of the segment, x." },
         { name = "y", kind = "f32", unit = "mm", doc = "End of the segment, y." },
         { name = "z", kind = "f32", unit = "mm", doc = "End of the segment, z." },
@@ -814,7 +814,7 @@ LAYOUTS.CpRHeadHoldEnable = {
     prefix = "cp_r_head_hold_enable.",
     head = 0,
     fields = {
-        { name = "enable", kind = "flag", unit = "", doc = "Whether it keeps it. Range: 0 or 1." },
+        { name = "enable", kind = "flag", unit = "", doc = "True if the rotation is held. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -826,8 +826,8 @@ LAYOUTS.CpCommonParams = {
     prefix = "cp_common_params.",
     head = 4,
     fields = {
-        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Share of the set speed. Range: 1 to 100, more counts as 100." },
-        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Share of the set acceleration. Range: 1 to 100, more counts as 100." },
+        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set speed. Range: 1 to 100, larger values clamped to 100." },
+        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set acceleration. Range: 1 to 100, larger values clamped to 100." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -869,7 +869,7 @@ LAYOUTS.CircleCmd = {
     fields = {
         { name = "cir_point", kind = "f32", count = 4, unit = "mm for x, y, z; deg for r", doc = "A point on the circle: x, y, z, r." },
         { name = "to_point", kind = "f32", count = 4, unit = "mm for x, y, z; deg for r", doc = "Another point on the circle: x, y, z, r." },
-        { name = "count", kind = "u32", unit = "turns", doc = "Full turns; older hosts leave it out. Range: above 0." },
+        { name = "count", kind = "u32", unit = "turns", doc = "Number of full turns; older hosts omit it. Range: above 0." },
     },
     fits = {
         { from = 32, to = 32 },
@@ -882,8 +882,8 @@ LAYOUTS.ArcCommonParams = {
     prefix = "arc_common_params.",
     head = 4,
     fields = {
-        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Share of the set speed. Range: 1 to 100, more counts as 100." },
-        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Share of the set acceleration. Range: 1 to 100, more counts as 100." },
+        { name = "velocity_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set speed. Range: 1 to 100, larger values clamped to 100." },
+        { name = "acceleration_ratio", kind = "f32", unit = "percent", doc = "Percentage of the set acceleration. Range: 1 to 100, larger values clamped to 100." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -895,7 +895,7 @@ LAYOUTS.WaitCmd = {
     prefix = "wait_cmd.",
     head = 0,
     fields = {
-        { name = "timeout", kind = "u32", unit = "ms", doc = "How long to wait." },
+        { name = "timeout", kind = "u32", unit = "ms", doc = "Duration of the wait." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -907,10 +907,10 @@ LAYOUTS.TrigCmd = {
     prefix = "trig_cmd.",
     head = 3,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Input to look at. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the input. Range: 1 to 20." },
         { name = "mode", kind = "enum", enum = "TriggerMode", unit = "", doc = "Digital level or analog value. Range: 0 or 1." },
-        { name = "condition", kind = "enum", enum = "TriggerCondition", unit = "", doc = "How to compare. Range: 0 or 1 in level mode, 0 to 3 in analog mode." },
-        { name = "threshold", kind = "u16", unit = "", doc = "What to compare with. Range: 0 or 1 in level mode, 0 to 4095 counts in analog mode." },
+        { name = "condition", kind = "enum", enum = "TriggerCondition", unit = "", doc = "Comparison with the threshold. Range: 0 or 1 in level mode, 0 to 3 in analog mode." },
+        { name = "threshold", kind = "u16", unit = "", doc = "Threshold. Range: 0 or 1 in level mode, 0 to 4095 counts in analog mode." },
     },
     fits = {
         { from = 5, to = 5 },
@@ -922,10 +922,10 @@ LAYOUTS.GetIoMultiplexing = {
     prefix = "io_multiplexing.",
     head = 0,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -935,8 +935,8 @@ LAYOUTS.IoMultiplexing = {
     prefix = "io_multiplexing.",
     head = 1,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
-        { name = "multiplex", kind = "enum", enum = "IoFunction", unit = "", doc = "What it does. Range: 0 to 6." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
+        { name = "multiplex", kind = "enum", enum = "IoFunction", unit = "", doc = "Function of the pin. Range: 0 to 6." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -948,10 +948,10 @@ LAYOUTS.GetIoDo = {
     prefix = "io_do.",
     head = 0,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -961,8 +961,8 @@ LAYOUTS.IoDo = {
     prefix = "io_do.",
     head = 1,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
-        { name = "level", kind = "flag", unit = "", doc = "0 low, 1 high. Range: 0 or 1." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
+        { name = "level", kind = "flag", unit = "", doc = "True if high, false if low. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -974,10 +974,10 @@ LAYOUTS.GetIoPwm = {
     prefix = "io_pwm.",
     head = 0,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -987,9 +987,9 @@ LAYOUTS.IoPwm = {
     prefix = "io_pwm.",
     head = 5,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
         { name = "frequency", kind = "f32", unit = "Hz", doc = "Frequency. Range: 10 to 1000000." },
-        { name = "duty_cycle", kind = "f32", unit = "percent", doc = "Share of the time that it is high, the duty cycle. Range: 0 to 100." },
+        { name = "duty_cycle", kind = "f32", unit = "percent", doc = "Duty cycle: percentage of the period at high level. Range: 0 to 100." },
     },
     fits = {
         { from = 9, to = 9 },
@@ -1001,10 +1001,10 @@ LAYOUTS.GetIoDi = {
     prefix = "io_di.",
     head = 0,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -1014,8 +1014,8 @@ LAYOUTS.IoDi = {
     prefix = "io_di.",
     head = 1,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
-        { name = "level", kind = "flag", unit = "", doc = "0 low, 1 high. Range: 0 or 1." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
+        { name = "level", kind = "flag", unit = "", doc = "True if high, false if low. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 2 },
@@ -1027,10 +1027,10 @@ LAYOUTS.GetIoAdc = {
     prefix = "io_adc.",
     head = 0,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -1040,7 +1040,7 @@ LAYOUTS.IoAdc = {
     prefix = "io_adc.",
     head = 1,
     fields = {
-        { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
+        { name = "address", kind = "u8", unit = "", doc = "Address of the pin. Range: 1 to 20." },
         { name = "value", kind = "u16", unit = "", doc = "Value, 4095 at 3.3 V. Range: 0 to 4095." },
     },
     fits = {
@@ -1053,9 +1053,9 @@ LAYOUTS.EMotor = {
     prefix = "e_motor.",
     head = 2,
     fields = {
-        { name = "index", kind = "enum", enum = "Stepper", unit = "", doc = "Which motor. Range: 0 or 1." },
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether it runs. Range: 0 or 1." },
-        { name = "speed", kind = "i32", unit = "pulses/s", doc = "Speed; the sign is the direction." },
+        { name = "index", kind = "enum", enum = "Stepper", unit = "", doc = "Motor output. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True to run the motor, false to stop it. Range: 0 or 1." },
+        { name = "speed", kind = "i32", unit = "pulses/s", doc = "Speed; the sign gives the direction." },
     },
     fits = {
         { from = 4, to = 4, note = "shortened speed (E11)" },
@@ -1068,10 +1068,10 @@ LAYOUTS.EMotorS = {
     prefix = "e_motor_s.",
     head = 6,
     fields = {
-        { name = "index", kind = "enum", enum = "Stepper", unit = "", doc = "Which motor. Range: 0 or 1." },
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether it runs. Range: 0 or 1." },
-        { name = "speed", kind = "i32", unit = "pulses/s", doc = "Speed; the sign is the direction." },
-        { name = "distance", kind = "u32", unit = "pulses", doc = "How far." },
+        { name = "index", kind = "enum", enum = "Stepper", unit = "", doc = "Motor output. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True to run the motor, false to stop it. Range: 0 or 1." },
+        { name = "speed", kind = "i32", unit = "pulses/s", doc = "Speed; the sign gives the direction." },
+        { name = "distance", kind = "u32", unit = "pulses", doc = "Distance to run." },
     },
     fits = {
         { from = 10, to = 10 },
@@ -1083,7 +1083,7 @@ LAYOUTS.GetColorSensor = {
     prefix = "color_sensor.",
     head = 0,
     fields = {
-        { name = "port", kind = "enum", enum = "Port", unit = "", doc = "Connector of the sensor; most hosts leave it out. Range: 0 to 3." },
+        { name = "port", kind = "enum", enum = "Port", unit = "", doc = "Connector of the sensor; most hosts omit it. Range: 0 to 3." },
     },
     fits = {
         { from = 0, to = 1 },
@@ -1109,9 +1109,9 @@ LAYOUTS.SetColorSensor = {
     prefix = "color_sensor.",
     head = 2,
     fields = {
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether the sensor works. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True to enable the sensor. Range: 0 or 1." },
         { name = "port", kind = "enum", enum = "Port", unit = "", doc = "Connector of the sensor. Range: 0 to 3." },
-        { name = "version", kind = "enum", enum = "SensorVersion", unit = "", doc = "Generation of the sensor; hosts before V1.1.5 leave it out. Range: 0 or 1." },
+        { name = "version", kind = "enum", enum = "SensorVersion", unit = "", doc = "Generation of the sensor; hosts before V1.1.5 omit it. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 3 },
@@ -1126,7 +1126,7 @@ LAYOUTS.GetIrSwitch = {
         { name = "port", kind = "enum", enum = "Port", unit = "", doc = "Connector of the sensor. Range: 0 to 3." },
     },
     fits = {
-        { from = 0, to = 0, note = "address or port left out (E39, E43)" },
+        { from = 0, to = 0, note = "address or port omitted (E39, E43)" },
         { from = 1, to = 1 },
         { from = 2, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
@@ -1136,7 +1136,7 @@ LAYOUTS.IrSwitch = {
     prefix = "ir_switch.",
     head = 0,
     fields = {
-        { name = "state", kind = "flag", unit = "", doc = "Whether something is in front of it. Range: 0 or 1." },
+        { name = "state", kind = "flag", unit = "", doc = "True if an object is in front of the sensor. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1148,9 +1148,9 @@ LAYOUTS.SetIrSwitch = {
     prefix = "ir_switch.",
     head = 2,
     fields = {
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether the sensor works. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True to enable the sensor. Range: 0 or 1." },
         { name = "port", kind = "enum", enum = "Port", unit = "", doc = "Connector of the sensor. Range: 0 to 3." },
-        { name = "version", kind = "enum", enum = "SensorVersion", unit = "", doc = "Generation of the sensor; hosts before V1.1.5 leave it out. Range: 0 or 1." },
+        { name = "version", kind = "enum", enum = "SensorVersion", unit = "", doc = "Generation of the sensor; hosts before V1.1.5 omit it. Range: 0 or 1." },
     },
     fits = {
         { from = 2, to = 3 },
@@ -1175,8 +1175,8 @@ LAYOUTS.AngleSensorCoef = {
     prefix = "angle_sensor_coef.",
     head = 4,
     fields = {
-        { name = "rear_arm_angle_coef", kind = "f32", unit = "ratio", doc = "Scale of J2." },
-        { name = "front_arm_angle_coef", kind = "f32", unit = "ratio", doc = "Scale of J3." },
+        { name = "rear_arm_angle_coef", kind = "f32", unit = "ratio", doc = "Scale factor of J2." },
+        { name = "front_arm_angle_coef", kind = "f32", unit = "ratio", doc = "Scale factor of J3." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -1200,7 +1200,7 @@ LAYOUTS.WifiConfigMode = {
     prefix = "wifi_config_mode.",
     head = 0,
     fields = {
-        { name = "enable", kind = "flag", unit = "", doc = "Whether it takes settings. Range: 0 or 1." },
+        { name = "enable", kind = "flag", unit = "", doc = "True if the module accepts settings. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1212,7 +1212,7 @@ LAYOUTS.WifiSsid = {
     prefix = "wifi_ssid.",
     head = 0,
     fields = {
-        { name = "ssid", kind = "text", unit = "", doc = "Name of the network." },
+        { name = "ssid", kind = "text", unit = "", doc = "Name (SSID) of the network." },
     },
     fits = {
         { from = 0, to = 248 },
@@ -1234,7 +1234,7 @@ LAYOUTS.WifiIpAddress = {
     prefix = "wifi_ip_address.",
     head = 1,
     fields = {
-        { name = "dhcp", kind = "flag", unit = "", doc = "Whether the network gives the address. Range: 0 or 1." },
+        { name = "dhcp", kind = "flag", unit = "", doc = "True if DHCP assigns the address. Range: 0 or 1." },
         { name = "addr", kind = "u8", count = 4, unit = "IPv4 octets", doc = "Address, first octet first." },
     },
     fits = {
@@ -1247,7 +1247,7 @@ LAYOUTS.WifiNetmask = {
     prefix = "wifi_netmask.",
     head = 0,
     fields = {
-        { name = "addr", kind = "u8", count = 4, unit = "IPv4 octets", doc = "Mask, first octet first." },
+        { name = "addr", kind = "u8", count = 4, unit = "IPv4 octets", doc = "Netmask, first octet first." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -1283,7 +1283,7 @@ LAYOUTS.WifiConnectStatus = {
     prefix = "wifi_connect_status.",
     head = 0,
     fields = {
-        { name = "is_connected", kind = "flag", unit = "", doc = "Whether it is connected. Range: 0 or 1." },
+        { name = "is_connected", kind = "flag", unit = "", doc = "True if connected. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1306,8 +1306,8 @@ LAYOUTS.FirmwareMode = {
     prefix = "firmware_mode.",
     head = 1,
     fields = {
-        { name = "mode", kind = "u8", unit = "code (unknown)", doc = "Firmware." },
-        { name = "ctl", kind = "u8", unit = "code (unknown)", doc = "Control; may be left out." },
+        { name = "mode", kind = "u8", unit = "code (unknown)", doc = "Code of the firmware." },
+        { name = "ctl", kind = "u8", unit = "code (unknown)", doc = "Control code; may be omitted." },
     },
     fits = {
         { from = 1, to = 2 },
@@ -1319,7 +1319,7 @@ LAYOUTS.LostStepParams = {
     prefix = "lost_step_params.",
     head = 0,
     fields = {
-        { name = "value", kind = "f32", unit = "deg", doc = "Threshold. Range: above 0." },
+        { name = "value", kind = "f32", unit = "deg", doc = "Deviation from which a joint counts as having lost steps. Range: above 0." },
     },
     fits = {
         { from = 4, to = 4 },
@@ -1342,7 +1342,7 @@ LAYOUTS.Uart4PeripheralsModel = {
     prefix = "uart4_peripherals_model.",
     head = 0,
     fields = {
-        { name = "type", kind = "u8", unit = "code (unknown)", doc = "Model." },
+        { name = "type", kind = "u8", unit = "code (unknown)", doc = "Code of the model." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1354,7 +1354,7 @@ LAYOUTS.Uart4PeripheralsEnabled = {
     prefix = "uart4_peripherals_enabled.",
     head = 0,
     fields = {
-        { name = "is_enabled", kind = "flag", unit = "", doc = "Whether it works. Range: 0 or 1." },
+        { name = "is_enabled", kind = "flag", unit = "", doc = "True if the connector is enabled. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1366,12 +1366,12 @@ LAYOUTS.PulseMode = {
     prefix = "pulse_mode.",
     head = 20,
     fields = {
-        { name = "j1", kind = "f32", unit = "pulses (unconfirmed)", doc = "J1." },
-        { name = "j2", kind = "f32", unit = "pulses (unconfirmed)", doc = "J2." },
-        { name = "j3", kind = "f32", unit = "pulses (unconfirmed)", doc = "J3." },
-        { name = "j4", kind = "f32", unit = "pulses (unconfirmed)", doc = "J4." },
-        { name = "e1", kind = "f32", unit = "pulses (unconfirmed)", doc = "First external motor." },
-        { name = "e2", kind = "f32", unit = "pulses (unconfirmed)", doc = "Second external motor." },
+        { name = "j1", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of J1." },
+        { name = "j2", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of J2." },
+        { name = "j3", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of J3." },
+        { name = "j4", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of J4." },
+        { name = "e1", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of the first external motor." },
+        { name = "e2", kind = "f32", unit = "pulses (unconfirmed)", doc = "Pulses of the second external motor." },
     },
     fits = {
         { from = 0, to = 0, note = "empty payload" },
@@ -1384,7 +1384,7 @@ LAYOUTS.UserParams = {
     prefix = "user_params.",
     head = 0,
     fields = {
-        { name = "params", kind = "f32", count = 8, unit = "", doc = "The numbers." },
+        { name = "params", kind = "f32", count = 8, unit = "", doc = "Numbers, without a fixed meaning." },
     },
     fits = {
         { from = 32, to = 32 },
@@ -1396,11 +1396,11 @@ LAYOUTS.GetPtpTime = {
     prefix = "ptp_time.",
     head = 13,
     fields = {
-        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "How to travel, and what the numbers mean. Range: 0 to 9." },
-        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x, or J1 in the angle modes." },
-        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y, or J2 in the angle modes." },
-        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z, or J3 in the angle modes." },
-        { name = "r", kind = "f32", unit = "deg", doc = "Rotation, or J4 in the angle modes." },
+        { name = "ptp_mode", kind = "enum", enum = "PtpMode", unit = "", doc = "Kind of travel, and meaning of the four numbers. Range: 0 to 9." },
+        { name = "x", kind = "f32", unit = "mm, or deg for J1", doc = "Target x; J1 in the angle modes." },
+        { name = "y", kind = "f32", unit = "mm, or deg for J2", doc = "Target y; J2 in the angle modes." },
+        { name = "z", kind = "f32", unit = "mm, or deg for J3", doc = "Target z; J3 in the angle modes." },
+        { name = "r", kind = "f32", unit = "deg", doc = "Target rotation; J4 in the angle modes." },
     },
     fits = {
         { from = 17, to = 17 },
@@ -1435,7 +1435,7 @@ LAYOUTS.ZdfCalibStatus = {
     prefix = "zdf_calib_status.",
     head = 0,
     fields = {
-        { name = "status", kind = "u8", unit = "code (unknown)", doc = "State." },
+        { name = "status", kind = "u8", unit = "code (unknown)", doc = "Code of the state." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1480,8 +1480,8 @@ LAYOUTS.QueuedCmdStartDownload = {
     prefix = "queued_cmd_start_download.",
     head = 4,
     fields = {
-        { name = "total_loop", kind = "u32", unit = "loops", doc = "How often the program runs." },
-        { name = "line_per_loop", kind = "u32", unit = "commands", doc = "Commands of the program." },
+        { name = "total_loop", kind = "u32", unit = "loops", doc = "Number of times the program runs." },
+        { name = "line_per_loop", kind = "u32", unit = "commands", doc = "Number of commands in the program." },
     },
     fits = {
         { from = 2, to = 2, bytes = true, note = "two single bytes (E46)" },
@@ -1516,7 +1516,7 @@ LAYOUTS.QueuedCmdCurrentIndex = {
     prefix = "queued_cmd_current_index.",
     head = 0,
     fields = {
-        { name = "queued_cmd_current_index", kind = "u64", unit = "", doc = "Index of the command finished last, 0 before the first." },
+        { name = "queued_cmd_current_index", kind = "u64", unit = "", doc = "Index of the command that finished last; 0 before the first." },
     },
     fits = {
         { from = 8, to = 8 },
@@ -1528,12 +1528,12 @@ LAYOUTS.QueuedCmdLeftSpace = {
     prefix = "queued_cmd_left_space.",
     head = 0,
     fields = {
-        { name = "left_space", kind = "u32", unit = "commands", doc = "Free places." },
+        { name = "left_space", kind = "u32", unit = "commands", doc = "Number of free slots." },
     },
     fits = {
         { from = 4, to = 4 },
         { from = 5, to = 7, note = "surplus parameter bytes ignored (E11)" },
-        { from = 8, to = 8, note = "64-bit count, its low half taken (E38)" },
+        { from = 8, to = 8, note = "64-bit count, of which the low half is read (E38)" },
         { from = 9, to = 248, note = "surplus parameter bytes ignored (E11)" },
     },
 }
@@ -1542,7 +1542,7 @@ LAYOUTS.QueuedCmdMotionFinish = {
     prefix = "queued_cmd_motion_finish.",
     head = 0,
     fields = {
-        { name = "is_finish", kind = "flag", unit = "", doc = "1 when no motion is pending. Range: 0 or 1." },
+        { name = "is_finish", kind = "flag", unit = "", doc = "True if no motion is pending. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -1556,7 +1556,7 @@ ROWS[0] = {
     name = "DeviceSN",
     [0] = { name = "GetDeviceSN", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceSn, notes = {} },
     [1] = { name = "SetDeviceSN", request = LAYOUTS.DeviceSn, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetDeviceSN", request = LAYOUTS.DeviceSn, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetDeviceSN", request = LAYOUTS.DeviceSn, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetDeviceSN", request = LAYOUTS.DeviceSn, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1564,7 +1564,7 @@ ROWS[1] = {
     name = "DeviceName",
     [0] = { name = "GetDeviceName", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceName, notes = {} },
     [1] = { name = "SetDeviceName", request = LAYOUTS.DeviceName, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetDeviceName", request = LAYOUTS.DeviceName, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetDeviceName", request = LAYOUTS.DeviceName, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetDeviceName", request = LAYOUTS.DeviceName, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1572,15 +1572,15 @@ ROWS[2] = {
     name = "DeviceVersion",
     [0] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = {} },
     [1] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetDeviceVersion", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceVersion, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[3] = {
     name = "DeviceWithL",
     [0] = { name = "GetDeviceWithL", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceWithL, notes = {} },
     [1] = { name = "SetDeviceWithL", request = LAYOUTS.SetDeviceWithL, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetDeviceWithL", request = LAYOUTS.SetDeviceWithL, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetDeviceWithL", request = LAYOUTS.SetDeviceWithL, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetDeviceWithL", request = LAYOUTS.SetDeviceWithL, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1588,39 +1588,39 @@ ROWS[4] = {
     name = "DeviceTime",
     [0] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = {} },
     [1] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetDeviceTime", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceTime, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[5] = {
     name = "DeviceID",
     [0] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = {} },
     [1] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetDeviceID", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceId, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[6] = {
     name = "DeviceInfo",
     [0] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = {} },
     [1] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetDeviceInfo", request = LAYOUTS.NoArgs, reply = LAYOUTS.DeviceInfo, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[10] = {
     name = "Pose",
     [0] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = {} },
     [1] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.Pose, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[11] = {
     name = "ResetPose",
-    [0] = { name = "ResetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "ResetPose", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "ResetPose", request = LAYOUTS.ResetPose, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "ResetPose", request = LAYOUTS.ResetPose, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "ResetPose", request = LAYOUTS.ResetPose, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "ResetPose", request = LAYOUTS.ResetPose, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1628,31 +1628,31 @@ ROWS[12] = {
     name = "Kinematics",
     [0] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = {} },
     [1] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetKinematics", request = LAYOUTS.NoArgs, reply = LAYOUTS.Kinematics, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[13] = {
     name = "PoseL",
     [0] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = {} },
     [1] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetPoseL", request = LAYOUTS.NoArgs, reply = LAYOUTS.PoseL, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[20] = {
     name = "AlarmsState",
     [0] = { name = "GetAlarmsState", request = LAYOUTS.NoArgs, reply = LAYOUTS.AlarmsState, notes = {} },
     [1] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAlarmsState, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[21] = {
     name = "ClearAllAlarmsState",
-    [0] = { name = "ClearAllAlarmsState", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "ClearAllAlarmsState", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAllAlarmsState, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAllAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAllAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "ClearAllAlarmsState", request = LAYOUTS.ClearAllAlarmsState, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1660,15 +1660,15 @@ ROWS[30] = {
     name = "HOMEParams",
     [0] = { name = "GetHOMEParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.HomeParams, notes = {} },
     [1] = { name = "SetHOMEParams", request = LAYOUTS.HomeParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetHOMEParams", request = LAYOUTS.HomeParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetHOMEParams", request = LAYOUTS.HomeParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetHOMEParams", request = LAYOUTS.HomeParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[31] = {
     name = "HOMECmd",
-    [0] = { name = "SetHOMECmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetHOMECmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetHOMECmd", request = LAYOUTS.HomeCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetHOMECmd", request = LAYOUTS.HomeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetHOMECmd", request = LAYOUTS.HomeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetHOMECmd", request = LAYOUTS.HomeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1676,7 +1676,7 @@ ROWS[32] = {
     name = "AutoLeveling",
     [0] = { name = "GetAutoLeveling", request = LAYOUTS.NoArgs, reply = LAYOUTS.AutoLeveling, notes = {} },
     [1] = { name = "SetAutoLeveling", request = LAYOUTS.SetAutoLeveling, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetAutoLeveling", request = LAYOUTS.SetAutoLeveling, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetAutoLeveling", request = LAYOUTS.SetAutoLeveling, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetAutoLeveling", request = LAYOUTS.SetAutoLeveling, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1684,7 +1684,7 @@ ROWS[40] = {
     name = "HHTTrigMode",
     [0] = { name = "GetHHTTrigMode", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigMode, notes = {} },
     [1] = { name = "SetHHTTrigMode", request = LAYOUTS.HhtTrigMode, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetHHTTrigMode", request = LAYOUTS.HhtTrigMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetHHTTrigMode", request = LAYOUTS.HhtTrigMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetHHTTrigMode", request = LAYOUTS.HhtTrigMode, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1692,7 +1692,7 @@ ROWS[41] = {
     name = "HHTTrigOutputEnabled",
     [0] = { name = "GetHHTTrigOutputEnabled", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutputEnabled, notes = {} },
     [1] = { name = "SetHHTTrigOutputEnabled", request = LAYOUTS.HhtTrigOutputEnabled, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetHHTTrigOutputEnabled", request = LAYOUTS.HhtTrigOutputEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetHHTTrigOutputEnabled", request = LAYOUTS.HhtTrigOutputEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetHHTTrigOutputEnabled", request = LAYOUTS.HhtTrigOutputEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1700,15 +1700,15 @@ ROWS[42] = {
     name = "HHTTrigOutput",
     [0] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = {} },
     [1] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetHHTTrigOutput", request = LAYOUTS.NoArgs, reply = LAYOUTS.HhtTrigOutput, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[50] = {
     name = "ArmOrientation",
     [0] = { name = "GetArmOrientation", request = LAYOUTS.NoArgs, reply = LAYOUTS.ArmOrientation, notes = {} },
     [1] = { name = "SetArmOrientation", request = LAYOUTS.ArmOrientation, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetArmOrientation", request = LAYOUTS.ArmOrientation, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetArmOrientation", request = LAYOUTS.ArmOrientation, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetArmOrientation", request = LAYOUTS.ArmOrientation, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1716,7 +1716,7 @@ ROWS[60] = {
     name = "EndEffectorParams",
     [0] = { name = "GetEndEffectorParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.EndEffectorParams, notes = {} },
     [1] = { name = "SetEndEffectorParams", request = LAYOUTS.EndEffectorParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEndEffectorParams", request = LAYOUTS.EndEffectorParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEndEffectorParams", request = LAYOUTS.EndEffectorParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEndEffectorParams", request = LAYOUTS.EndEffectorParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1724,7 +1724,7 @@ ROWS[61] = {
     name = "EndEffectorLaser",
     [0] = { name = "GetEndEffectorLaser", request = LAYOUTS.NoArgs, reply = LAYOUTS.EndEffectorLaser, notes = {} },
     [1] = { name = "SetEndEffectorLaser", request = LAYOUTS.SetEndEffectorLaser, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEndEffectorLaser", request = LAYOUTS.SetEndEffectorLaser, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEndEffectorLaser", request = LAYOUTS.SetEndEffectorLaser, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEndEffectorLaser", request = LAYOUTS.SetEndEffectorLaser, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1732,7 +1732,7 @@ ROWS[62] = {
     name = "EndEffectorSuctionCup",
     [0] = { name = "GetEndEffectorSuctionCup", request = LAYOUTS.NoArgs, reply = LAYOUTS.EndEffectorSuctionCup, notes = {} },
     [1] = { name = "SetEndEffectorSuctionCup", request = LAYOUTS.SetEndEffectorSuctionCup, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEndEffectorSuctionCup", request = LAYOUTS.SetEndEffectorSuctionCup, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEndEffectorSuctionCup", request = LAYOUTS.SetEndEffectorSuctionCup, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEndEffectorSuctionCup", request = LAYOUTS.SetEndEffectorSuctionCup, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1740,7 +1740,7 @@ ROWS[63] = {
     name = "EndEffectorGripper",
     [0] = { name = "GetEndEffectorGripper", request = LAYOUTS.NoArgs, reply = LAYOUTS.EndEffectorGripper, notes = {} },
     [1] = { name = "SetEndEffectorGripper", request = LAYOUTS.SetEndEffectorGripper, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEndEffectorGripper", request = LAYOUTS.SetEndEffectorGripper, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEndEffectorGripper", request = LAYOUTS.SetEndEffectorGripper, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEndEffectorGripper", request = LAYOUTS.SetEndEffectorGripper, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1748,7 +1748,7 @@ ROWS[70] = {
     name = "JOGJointParams",
     [0] = { name = "GetJOGJointParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.JogJointParams, notes = {} },
     [1] = { name = "SetJOGJointParams", request = LAYOUTS.JogJointParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetJOGJointParams", request = LAYOUTS.JogJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetJOGJointParams", request = LAYOUTS.JogJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetJOGJointParams", request = LAYOUTS.JogJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1756,7 +1756,7 @@ ROWS[71] = {
     name = "JOGCoordinateParams",
     [0] = { name = "GetJOGCoordinateParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.JogCoordinateParams, notes = {} },
     [1] = { name = "SetJOGCoordinateParams", request = LAYOUTS.JogCoordinateParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetJOGCoordinateParams", request = LAYOUTS.JogCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetJOGCoordinateParams", request = LAYOUTS.JogCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetJOGCoordinateParams", request = LAYOUTS.JogCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1764,15 +1764,15 @@ ROWS[72] = {
     name = "JOGCommonParams",
     [0] = { name = "GetJOGCommonParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.JogCommonParams, notes = {} },
     [1] = { name = "SetJOGCommonParams", request = LAYOUTS.JogCommonParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetJOGCommonParams", request = LAYOUTS.JogCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetJOGCommonParams", request = LAYOUTS.JogCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetJOGCommonParams", request = LAYOUTS.JogCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[73] = {
     name = "JOGCmd",
-    [0] = { name = "SetJOGCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetJOGCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetJOGCmd", request = LAYOUTS.JogCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetJOGCmd", request = LAYOUTS.JogCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetJOGCmd", request = LAYOUTS.JogCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetJOGCmd", request = LAYOUTS.JogCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1780,7 +1780,7 @@ ROWS[74] = {
     name = "JOGLParams",
     [0] = { name = "GetJOGLParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.JogLParams, notes = {} },
     [1] = { name = "SetJOGLParams", request = LAYOUTS.JogLParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetJOGLParams", request = LAYOUTS.JogLParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetJOGLParams", request = LAYOUTS.JogLParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetJOGLParams", request = LAYOUTS.JogLParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1788,7 +1788,7 @@ ROWS[80] = {
     name = "PTPJointParams",
     [0] = { name = "GetPTPJointParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpJointParams, notes = {} },
     [1] = { name = "SetPTPJointParams", request = LAYOUTS.PtpJointParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPJointParams", request = LAYOUTS.PtpJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPJointParams", request = LAYOUTS.PtpJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPJointParams", request = LAYOUTS.PtpJointParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1796,7 +1796,7 @@ ROWS[81] = {
     name = "PTPCoordinateParams",
     [0] = { name = "GetPTPCoordinateParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpCoordinateParams, notes = {} },
     [1] = { name = "SetPTPCoordinateParams", request = LAYOUTS.PtpCoordinateParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPCoordinateParams", request = LAYOUTS.PtpCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPCoordinateParams", request = LAYOUTS.PtpCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPCoordinateParams", request = LAYOUTS.PtpCoordinateParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1804,7 +1804,7 @@ ROWS[82] = {
     name = "PTPJumpParams",
     [0] = { name = "GetPTPJumpParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpJumpParams, notes = {} },
     [1] = { name = "SetPTPJumpParams", request = LAYOUTS.PtpJumpParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPJumpParams", request = LAYOUTS.PtpJumpParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPJumpParams", request = LAYOUTS.PtpJumpParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPJumpParams", request = LAYOUTS.PtpJumpParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1812,15 +1812,15 @@ ROWS[83] = {
     name = "PTPCommonParams",
     [0] = { name = "GetPTPCommonParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpCommonParams, notes = {} },
     [1] = { name = "SetPTPCommonParams", request = LAYOUTS.PtpCommonParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPCommonParams", request = LAYOUTS.PtpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPCommonParams", request = LAYOUTS.PtpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPCommonParams", request = LAYOUTS.PtpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[84] = {
     name = "PTPCmd",
-    [0] = { name = "SetPTPCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetPTPCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetPTPCmd", request = LAYOUTS.PtpCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPCmd", request = LAYOUTS.PtpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPCmd", request = LAYOUTS.PtpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPCmd", request = LAYOUTS.PtpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1828,15 +1828,15 @@ ROWS[85] = {
     name = "PTPLParams",
     [0] = { name = "GetPTPLParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpLParams, notes = {} },
     [1] = { name = "SetPTPLParams", request = LAYOUTS.PtpLParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPLParams", request = LAYOUTS.PtpLParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPLParams", request = LAYOUTS.PtpLParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPLParams", request = LAYOUTS.PtpLParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[86] = {
     name = "PTPWithLCmd",
-    [0] = { name = "SetPTPWithLCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetPTPWithLCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetPTPWithLCmd", request = LAYOUTS.PtpWithLCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPWithLCmd", request = LAYOUTS.PtpWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPWithLCmd", request = LAYOUTS.PtpWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPWithLCmd", request = LAYOUTS.PtpWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1844,23 +1844,23 @@ ROWS[87] = {
     name = "PTPJump2Params",
     [0] = { name = "GetPTPJump2Params", request = LAYOUTS.NoArgs, reply = LAYOUTS.PtpJump2Params, notes = {} },
     [1] = { name = "SetPTPJump2Params", request = LAYOUTS.PtpJump2Params, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPJump2Params", request = LAYOUTS.PtpJump2Params, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPJump2Params", request = LAYOUTS.PtpJump2Params, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPJump2Params", request = LAYOUTS.PtpJump2Params, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[88] = {
     name = "PTPPOCmd",
-    [0] = { name = "SetPTPPOCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetPTPPOCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetPTPPOCmd", request = LAYOUTS.PtpPoCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPPOCmd", request = LAYOUTS.PtpPoCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPPOCmd", request = LAYOUTS.PtpPoCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPPOCmd", request = LAYOUTS.PtpPoCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[89] = {
     name = "PTPPOWithLCmd",
-    [0] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.PtpPoWithLCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.PtpPoWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.PtpPoWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPTPPOWithLCmd", request = LAYOUTS.PtpPoWithLCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1868,23 +1868,23 @@ ROWS[90] = {
     name = "CPParams",
     [0] = { name = "GetCPParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.CpParams, notes = {} },
     [1] = { name = "SetCPParams", request = LAYOUTS.CpParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCPParams", request = LAYOUTS.CpParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCPParams", request = LAYOUTS.CpParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCPParams", request = LAYOUTS.CpParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[91] = {
     name = "CPCmd",
-    [0] = { name = "SetCPCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetCPCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetCPCmd", request = LAYOUTS.CpCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCPCmd", request = LAYOUTS.CpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCPCmd", request = LAYOUTS.CpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCPCmd", request = LAYOUTS.CpCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[92] = {
     name = "CPLECmd",
-    [0] = { name = "SetCPLECmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetCPLECmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetCPLECmd", request = LAYOUTS.CpLeCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCPLECmd", request = LAYOUTS.CpLeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCPLECmd", request = LAYOUTS.CpLeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCPLECmd", request = LAYOUTS.CpLeCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1892,7 +1892,7 @@ ROWS[93] = {
     name = "CPRHeadHoldEnable",
     [0] = { name = "GetCPRHeadHoldEnable", request = LAYOUTS.NoArgs, reply = LAYOUTS.CpRHeadHoldEnable, notes = {} },
     [1] = { name = "SetCPRHeadHoldEnable", request = LAYOUTS.CpRHeadHoldEnable, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCPRHeadHoldEnable", request = LAYOUTS.CpRHeadHoldEnable, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCPRHeadHoldEnable", request = LAYOUTS.CpRHeadHoldEnable, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCPRHeadHoldEnable", request = LAYOUTS.CpRHeadHoldEnable, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1900,7 +1900,7 @@ ROWS[94] = {
     name = "CPCommonParams",
     [0] = { name = "GetCPCommonParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.CpCommonParams, notes = {} },
     [1] = { name = "SetCPCommonParams", request = LAYOUTS.CpCommonParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCPCommonParams", request = LAYOUTS.CpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCPCommonParams", request = LAYOUTS.CpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCPCommonParams", request = LAYOUTS.CpCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1908,23 +1908,23 @@ ROWS[100] = {
     name = "ARCParams",
     [0] = { name = "GetARCParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.ArcParams, notes = {} },
     [1] = { name = "SetARCParams", request = LAYOUTS.ArcParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetARCParams", request = LAYOUTS.ArcParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetARCParams", request = LAYOUTS.ArcParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetARCParams", request = LAYOUTS.ArcParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[101] = {
     name = "ARCCmd",
-    [0] = { name = "SetARCCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetARCCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetARCCmd", request = LAYOUTS.ArcCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetARCCmd", request = LAYOUTS.ArcCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetARCCmd", request = LAYOUTS.ArcCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetARCCmd", request = LAYOUTS.ArcCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[102] = {
     name = "CircleCmd",
-    [0] = { name = "SetCircleCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetCircleCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetCircleCmd", request = LAYOUTS.CircleCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetCircleCmd", request = LAYOUTS.CircleCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetCircleCmd", request = LAYOUTS.CircleCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetCircleCmd", request = LAYOUTS.CircleCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1932,23 +1932,23 @@ ROWS[103] = {
     name = "ARCCommonParams",
     [0] = { name = "GetARCCommonParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.ArcCommonParams, notes = {} },
     [1] = { name = "SetARCCommonParams", request = LAYOUTS.ArcCommonParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetARCCommonParams", request = LAYOUTS.ArcCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetARCCommonParams", request = LAYOUTS.ArcCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetARCCommonParams", request = LAYOUTS.ArcCommonParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[110] = {
     name = "WAITCmd",
-    [0] = { name = "SetWAITCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetWAITCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetWAITCmd", request = LAYOUTS.WaitCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWAITCmd", request = LAYOUTS.WaitCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWAITCmd", request = LAYOUTS.WaitCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWAITCmd", request = LAYOUTS.WaitCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[120] = {
     name = "TRIGCmd",
-    [0] = { name = "SetTRIGCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetTRIGCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetTRIGCmd", request = LAYOUTS.TrigCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetTRIGCmd", request = LAYOUTS.TrigCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetTRIGCmd", request = LAYOUTS.TrigCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetTRIGCmd", request = LAYOUTS.TrigCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1956,7 +1956,7 @@ ROWS[130] = {
     name = "IOMultiplexing",
     [0] = { name = "GetIOMultiplexing", request = LAYOUTS.GetIoMultiplexing, reply = LAYOUTS.IoMultiplexing, notes = {} },
     [1] = { name = "SetIOMultiplexing", request = LAYOUTS.IoMultiplexing, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetIOMultiplexing", request = LAYOUTS.IoMultiplexing, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetIOMultiplexing", request = LAYOUTS.IoMultiplexing, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetIOMultiplexing", request = LAYOUTS.IoMultiplexing, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1964,7 +1964,7 @@ ROWS[131] = {
     name = "IODO",
     [0] = { name = "GetIODO", request = LAYOUTS.GetIoDo, reply = LAYOUTS.IoDo, notes = {} },
     [1] = { name = "SetIODO", request = LAYOUTS.IoDo, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetIODO", request = LAYOUTS.IoDo, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetIODO", request = LAYOUTS.IoDo, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetIODO", request = LAYOUTS.IoDo, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1972,7 +1972,7 @@ ROWS[132] = {
     name = "IOPWM",
     [0] = { name = "GetIOPWM", request = LAYOUTS.GetIoPwm, reply = LAYOUTS.IoPwm, notes = {} },
     [1] = { name = "SetIOPWM", request = LAYOUTS.IoPwm, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetIOPWM", request = LAYOUTS.IoPwm, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetIOPWM", request = LAYOUTS.IoPwm, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetIOPWM", request = LAYOUTS.IoPwm, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -1980,31 +1980,31 @@ ROWS[133] = {
     name = "IODI",
     [0] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = {} },
     [1] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetIODI", request = LAYOUTS.GetIoDi, reply = LAYOUTS.IoDi, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[134] = {
     name = "IOADC",
     [0] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = {} },
     [1] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetIOADC", request = LAYOUTS.GetIoAdc, reply = LAYOUTS.IoAdc, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[135] = {
     name = "EMotor",
-    [0] = { name = "SetEMotor", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetEMotor", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetEMotor", request = LAYOUTS.EMotor, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEMotor", request = LAYOUTS.EMotor, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEMotor", request = LAYOUTS.EMotor, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEMotor", request = LAYOUTS.EMotor, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[136] = {
     name = "EMotorS",
-    [0] = { name = "SetEMotorS", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetEMotorS", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetEMotorS", request = LAYOUTS.EMotorS, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetEMotorS", request = LAYOUTS.EMotorS, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetEMotorS", request = LAYOUTS.EMotorS, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetEMotorS", request = LAYOUTS.EMotorS, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2012,7 +2012,7 @@ ROWS[137] = {
     name = "ColorSensor",
     [0] = { name = "GetColorSensor", request = LAYOUTS.GetColorSensor, reply = LAYOUTS.ColorSensor, notes = {} },
     [1] = { name = "SetColorSensor", request = LAYOUTS.SetColorSensor, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetColorSensor", request = LAYOUTS.SetColorSensor, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetColorSensor", request = LAYOUTS.SetColorSensor, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetColorSensor", request = LAYOUTS.SetColorSensor, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2020,7 +2020,7 @@ ROWS[138] = {
     name = "IRSwitch",
     [0] = { name = "GetIRSwitch", request = LAYOUTS.GetIrSwitch, reply = LAYOUTS.IrSwitch, notes = {} },
     [1] = { name = "SetIRSwitch", request = LAYOUTS.SetIrSwitch, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetIRSwitch", request = LAYOUTS.SetIrSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetIRSwitch", request = LAYOUTS.SetIrSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetIRSwitch", request = LAYOUTS.SetIrSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2028,7 +2028,7 @@ ROWS[140] = {
     name = "AngleSensorStaticError",
     [0] = { name = "GetAngleSensorStaticError", request = LAYOUTS.NoArgs, reply = LAYOUTS.AngleSensorStaticError, notes = {} },
     [1] = { name = "SetAngleSensorStaticError", request = LAYOUTS.AngleSensorStaticError, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetAngleSensorStaticError", request = LAYOUTS.AngleSensorStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetAngleSensorStaticError", request = LAYOUTS.AngleSensorStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetAngleSensorStaticError", request = LAYOUTS.AngleSensorStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2036,7 +2036,7 @@ ROWS[141] = {
     name = "AngleSensorCoef",
     [0] = { name = "GetAngleSensorCoef", request = LAYOUTS.NoArgs, reply = LAYOUTS.AngleSensorCoef, notes = {} },
     [1] = { name = "SetAngleSensorCoef", request = LAYOUTS.AngleSensorCoef, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetAngleSensorCoef", request = LAYOUTS.AngleSensorCoef, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetAngleSensorCoef", request = LAYOUTS.AngleSensorCoef, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetAngleSensorCoef", request = LAYOUTS.AngleSensorCoef, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2044,7 +2044,7 @@ ROWS[142] = {
     name = "BaseDecoderStaticError",
     [0] = { name = "GetBaseDecoderStaticError", request = LAYOUTS.NoArgs, reply = LAYOUTS.BaseDecoderStaticError, notes = {} },
     [1] = { name = "SetBaseDecoderStaticError", request = LAYOUTS.BaseDecoderStaticError, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetBaseDecoderStaticError", request = LAYOUTS.BaseDecoderStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetBaseDecoderStaticError", request = LAYOUTS.BaseDecoderStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetBaseDecoderStaticError", request = LAYOUTS.BaseDecoderStaticError, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2052,7 +2052,7 @@ ROWS[150] = {
     name = "WIFIConfigMode",
     [0] = { name = "GetWIFIConfigMode", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConfigMode, notes = {} },
     [1] = { name = "SetWIFIConfigMode", request = LAYOUTS.WifiConfigMode, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFIConfigMode", request = LAYOUTS.WifiConfigMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFIConfigMode", request = LAYOUTS.WifiConfigMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFIConfigMode", request = LAYOUTS.WifiConfigMode, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2060,7 +2060,7 @@ ROWS[151] = {
     name = "WIFISSID",
     [0] = { name = "GetWIFISSID", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiSsid, notes = {} },
     [1] = { name = "SetWIFISSID", request = LAYOUTS.WifiSsid, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFISSID", request = LAYOUTS.WifiSsid, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFISSID", request = LAYOUTS.WifiSsid, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFISSID", request = LAYOUTS.WifiSsid, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2068,7 +2068,7 @@ ROWS[152] = {
     name = "WIFIPassword",
     [0] = { name = "GetWIFIPassword", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiPassword, notes = {} },
     [1] = { name = "SetWIFIPassword", request = LAYOUTS.WifiPassword, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFIPassword", request = LAYOUTS.WifiPassword, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFIPassword", request = LAYOUTS.WifiPassword, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFIPassword", request = LAYOUTS.WifiPassword, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2076,7 +2076,7 @@ ROWS[153] = {
     name = "WIFIIPAddress",
     [0] = { name = "GetWIFIIPAddress", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiIpAddress, notes = {} },
     [1] = { name = "SetWIFIIPAddress", request = LAYOUTS.WifiIpAddress, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFIIPAddress", request = LAYOUTS.WifiIpAddress, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFIIPAddress", request = LAYOUTS.WifiIpAddress, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFIIPAddress", request = LAYOUTS.WifiIpAddress, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2084,7 +2084,7 @@ ROWS[154] = {
     name = "WIFINetmask",
     [0] = { name = "GetWIFINetmask", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiNetmask, notes = {} },
     [1] = { name = "SetWIFINetmask", request = LAYOUTS.WifiNetmask, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFINetmask", request = LAYOUTS.WifiNetmask, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFINetmask", request = LAYOUTS.WifiNetmask, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFINetmask", request = LAYOUTS.WifiNetmask, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2092,7 +2092,7 @@ ROWS[155] = {
     name = "WIFIGateway",
     [0] = { name = "GetWIFIGateway", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiGateway, notes = {} },
     [1] = { name = "SetWIFIGateway", request = LAYOUTS.WifiGateway, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFIGateway", request = LAYOUTS.WifiGateway, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFIGateway", request = LAYOUTS.WifiGateway, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFIGateway", request = LAYOUTS.WifiGateway, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2100,7 +2100,7 @@ ROWS[156] = {
     name = "WIFIDNS",
     [0] = { name = "GetWIFIDNS", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiDns, notes = {} },
     [1] = { name = "SetWIFIDNS", request = LAYOUTS.WifiDns, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetWIFIDNS", request = LAYOUTS.WifiDns, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetWIFIDNS", request = LAYOUTS.WifiDns, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetWIFIDNS", request = LAYOUTS.WifiDns, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2108,15 +2108,15 @@ ROWS[157] = {
     name = "WIFIConnectStatus",
     [0] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = {} },
     [1] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetWIFIConnectStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.WifiConnectStatus, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[160] = {
     name = "FirmwareSwitch",
-    [0] = { name = "SetFirmwareSwitch", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetFirmwareSwitch", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetFirmwareSwitch", request = LAYOUTS.FirmwareSwitch, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetFirmwareSwitch", request = LAYOUTS.FirmwareSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetFirmwareSwitch", request = LAYOUTS.FirmwareSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetFirmwareSwitch", request = LAYOUTS.FirmwareSwitch, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2124,23 +2124,23 @@ ROWS[161] = {
     name = "FirmwareMode",
     [0] = { name = "GetFirmwareMode", request = LAYOUTS.NoArgs, reply = LAYOUTS.FirmwareMode, notes = {} },
     [1] = { name = "SetFirmwareMode", request = LAYOUTS.FirmwareMode, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetFirmwareMode", request = LAYOUTS.FirmwareMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetFirmwareMode", request = LAYOUTS.FirmwareMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetFirmwareMode", request = LAYOUTS.FirmwareMode, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[170] = {
     name = "LostStepParams",
-    [0] = { name = "SetLostStepParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetLostStepParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetLostStepParams", request = LAYOUTS.LostStepParams, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetLostStepParams", request = LAYOUTS.LostStepParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetLostStepParams", request = LAYOUTS.LostStepParams, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetLostStepParams", request = LAYOUTS.LostStepParams, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
 ROWS[171] = {
     name = "LostStepCmd",
-    [0] = { name = "SetLostStepCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetLostStepCmd", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetLostStepCmd", request = LAYOUTS.LostStepCmd, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetLostStepCmd", request = LAYOUTS.LostStepCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetLostStepCmd", request = LAYOUTS.LostStepCmd, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetLostStepCmd", request = LAYOUTS.LostStepCmd, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2148,15 +2148,15 @@ ROWS[181] = {
     name = "UART4PeripheralsModel",
     [0] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = {} },
     [1] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetUART4PeripheralsModel", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsModel, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[182] = {
     name = "UART4PeripheralsEnabled",
     [0] = { name = "GetUART4PeripheralsEnabled", request = LAYOUTS.NoArgs, reply = LAYOUTS.Uart4PeripheralsEnabled, notes = {} },
     [1] = { name = "SetUART4PeripheralsEnabled", request = LAYOUTS.Uart4PeripheralsEnabled, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetUART4PeripheralsEnabled", request = LAYOUTS.Uart4PeripheralsEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetUART4PeripheralsEnabled", request = LAYOUTS.Uart4PeripheralsEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetUART4PeripheralsEnabled", request = LAYOUTS.Uart4PeripheralsEnabled, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2164,7 +2164,7 @@ ROWS[191] = {
     name = "PulseMode",
     [0] = { name = "GetPulseMode", request = LAYOUTS.NoArgs, reply = LAYOUTS.PulseMode, notes = {} },
     [1] = { name = "SetPulseMode", request = LAYOUTS.PulseMode, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetPulseMode", request = LAYOUTS.PulseMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetPulseMode", request = LAYOUTS.PulseMode, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetPulseMode", request = LAYOUTS.PulseMode, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2172,23 +2172,23 @@ ROWS[220] = {
     name = "UserParams",
     [0] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = {} },
     [1] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetUserParams", request = LAYOUTS.NoArgs, reply = LAYOUTS.UserParams, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[221] = {
     name = "PTPTime",
     [0] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = {} },
     [1] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetPTPTime", request = LAYOUTS.GetPtpTime, reply = LAYOUTS.PtpTime, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[230] = {
     name = "ZDFCalibRequest",
-    [0] = { name = "SetZDFCalibRequest", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetZDFCalibRequest", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetZDFCalibRequest", request = LAYOUTS.ZdfCalibRequest, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetZDFCalibRequest", request = LAYOUTS.ZdfCalibRequest, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: taken as a queued set (E07)" } },
+    [2] = { name = "SetZDFCalibRequest", request = LAYOUTS.ZdfCalibRequest, reply = LAYOUTS.QueuedCmdIndex, notes = { "queued with rw = 0: treated as a queued set (E07)" } },
     [3] = { name = "SetZDFCalibRequest", request = LAYOUTS.ZdfCalibRequest, reply = LAYOUTS.QueuedCmdIndex, notes = {} },
 }
 
@@ -2196,80 +2196,80 @@ ROWS[231] = {
     name = "ZDFCalibStatus",
     [0] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = {} },
     [1] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetZDFCalibStatus", request = LAYOUTS.NoArgs, reply = LAYOUTS.ZdfCalibStatus, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[240] = {
     name = "QueuedCmdStartExec",
-    [0] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.QueuedCmdStartExec, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.QueuedCmdStartExec, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdStartExec", request = LAYOUTS.QueuedCmdStartExec, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[241] = {
     name = "QueuedCmdStopExec",
-    [0] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.QueuedCmdStopExec, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.QueuedCmdStopExec, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdStopExec", request = LAYOUTS.QueuedCmdStopExec, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[242] = {
     name = "QueuedCmdForceStopExec",
-    [0] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.QueuedCmdForceStopExec, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.QueuedCmdForceStopExec, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdForceStopExec", request = LAYOUTS.QueuedCmdForceStopExec, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[243] = {
     name = "QueuedCmdStartDownload",
-    [0] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.QueuedCmdStartDownload, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.QueuedCmdStartDownload, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdStartDownload", request = LAYOUTS.QueuedCmdStartDownload, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[244] = {
     name = "QueuedCmdStopDownload",
-    [0] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.QueuedCmdStopDownload, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.QueuedCmdStopDownload, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdStopDownload", request = LAYOUTS.QueuedCmdStopDownload, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[245] = {
     name = "QueuedCmdClear",
-    [0] = { name = "SetQueuedCmdClear", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)" } },
+    [0] = { name = "SetQueuedCmdClear", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)" } },
     [1] = { name = "SetQueuedCmdClear", request = LAYOUTS.QueuedCmdClear, reply = LAYOUTS.NoArgs, notes = {} },
-    [2] = { name = "SetQueuedCmdClear", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: does nothing (E12)", "the queued bit is ignored on this command" } },
-    [3] = { name = "SetQueuedCmdClear", request = LAYOUTS.QueuedCmdClear, reply = LAYOUTS.NoArgs, notes = { "the queued bit is ignored on this command" } },
+    [2] = { name = "SetQueuedCmdClear", request = LAYOUTS.NoArgs, reply = LAYOUTS.NoArgs, notes = { "set-only command with rw = 0: has no effect (E12)", "queued bit ignored for this command" } },
+    [3] = { name = "SetQueuedCmdClear", request = LAYOUTS.QueuedCmdClear, reply = LAYOUTS.NoArgs, notes = { "queued bit ignored for this command" } },
 }
 
 ROWS[246] = {
     name = "QueuedCmdCurrentIndex",
     [0] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = {} },
     [1] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetQueuedCmdCurrentIndex", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdCurrentIndex, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[247] = {
     name = "QueuedCmdLeftSpace",
     [0] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = {} },
     [1] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetQueuedCmdLeftSpace", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdLeftSpace, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 ROWS[248] = {
     name = "QueuedCmdMotionFinish",
     [0] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = {} },
     [1] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = { "get-only command with rw = 1: answered as a get (E12)" } },
-    [2] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = { "the queued bit is ignored on this command" } },
-    [3] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = { "get-only command with rw = 1: answered as a get (E12)", "the queued bit is ignored on this command" } },
+    [2] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = { "queued bit ignored for this command" } },
+    [3] = { name = "GetQueuedCmdMotionFinish", request = LAYOUTS.NoArgs, reply = LAYOUTS.QueuedCmdMotionFinish, notes = { "get-only command with rw = 1: answered as a get (E12)", "queued bit ignored for this command" } },
 }
 
 -- The engine: what turns the tables above into a tree. No wire layout stands here.

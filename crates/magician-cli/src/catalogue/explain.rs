@@ -24,13 +24,13 @@ fn text(row: &'static Row, out: &mut Output) -> Result<(), Failure> {
     out.line("")?;
     facts(row).write(out)?;
     if let Some(query) = row.query.filter(|_| row.value.is_some()) {
-        layout("To ask for it", query, out)?;
+        layout("Parameters of a get", query, out)?;
     }
     match (row.value, row.set) {
-        (Some(value), Some(set)) if value == set => layout("What it holds", value, out)?,
+        (Some(value), Some(set)) if value == set => layout("Value", value, out)?,
         (value, set) => {
-            value.map_or(Ok(()), |info| layout("What a get answers", info, out))?;
-            set.map_or(Ok(()), |info| layout("What a set takes", info, out))?;
+            value.map_or(Ok(()), |info| layout("Reply to a get", info, out))?;
+            set.map_or(Ok(()), |info| layout("Parameters of a set", info, out))?;
         }
     }
     out.line("")?;
@@ -139,7 +139,7 @@ fn member(field: &'static Field, columns: &mut Columns) {
     }
     match (field.optional, field.default) {
         (_, Some(default)) => about.push_str(&format!(" Default: {default}.")),
-        (true, None) => about.push_str(" May be left out."),
+        (true, None) => about.push_str(" Optional."),
         (false, None) => (),
     }
     columns.row([field.name, &type_name(field.ty), unit, &about]);

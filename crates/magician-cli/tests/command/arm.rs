@@ -246,8 +246,8 @@ fn storing_a_program_wants_yes_and_says_why() {
     ];
     let refused = on_sim(&store);
     assert_eq!(refused.status, 2, "{refused:?}");
-    let why = "QueuedCmdStartDownload has what follows written to the arm's flash, where it runs \
-               later by the arm's key; nothing was sent";
+    let why = "QueuedCmdStartDownload writes the commands that follow to the arm's flash, where \
+               the key at the base can run them later; nothing was sent";
     assert!(refused.err.contains(why), "{refused:?}");
     let meant = on_sim(&[&store[..], &["--yes"]].concat());
     assert_eq!(meant.status, 0, "{meant:?}");

@@ -289,7 +289,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
         "{log:?}"
     );
     assert!(
-        told(" G  model 15a  HOMEParams before any were set"),
+        told(" G  model 15a  until set, HOMEParams read as"),
         "{log:?}"
     );
     assert!(told("section N of docs/reference/MODEL.md"), "{log:?}");

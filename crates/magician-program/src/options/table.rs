@@ -169,62 +169,62 @@ macro_rules! name {
 }
 
 setup_options! {
-    "Work that is made of drawings and images: the pen draws, or the laser engraves",
-    "Without it the tool decides: the laser engraves, every other tool draws.",
+    "Kind of work for drawings and images: draw with a pen, or engrave with the laser",
+    "By default the tool decides: the laser engraves, every other tool draws.",
     work: Option<WorkOption> = choice(More, WorkOption::NAMES);
 
-    "Font of text: a built-in one, or a file",
-    "The letters of a built-in font are single lines. A file is TrueType, OpenType, an SVG font, or the order of strokes of Chinese and \
+    "Font of text: a built-in font or a font file",
+    "Built-in fonts draw letters in single strokes. A file is a TrueType, OpenType or SVG font, or stroke-order data for Chinese and \
      Japanese characters (KanjiVG, hanzi-writer).",
     font: Option<FontChoice> = first_of(Text, BundledFont::NAMES)
         .expects("sans, script or gothic", "NAME|FILE")
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
-    "Height of a capital in text",
+    "Height of capital letters",
     size: Option<f64> = number(Text, "mm").above(0.0).to(FAR).or(Number(10.0))
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
-    "Width at which lines of text are broken",
+    "Width at which text wraps",
     wrap: Option<f64> = number(Text, "mm").above(0.0).to(FAR)
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Place a program (G-code, a plan, playback, points) like a drawing",
-    "Its centre goes to the given point, else onto the sheet, else where there is room. A point, a page, a surface, fitting and both works imply it.",
+    "It is centred at the given point, else placed on the calibrated sheet, else where the arm has room for it. Setting a point, a page, a surface, fitting or a kind of work implies this option.",
     place: bool = switch(Place).for_formats(PROGRAMS).usual_for(&[Gcode]);
 
     "Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm",
-    "It stays set on the arm.",
+    "The setting stays on the arm.",
     tool: Option<Tool> = first_of(Place, &["pen", "laser"])
         .expects("none, suction, gripper, pen, laser, or its bias X,Y,Z in mm", "NAME|X,Y,Z")
         .for_formats(NO_GRID).usual_for(&[Svg, Dxf, Hpgl, Picture, Letters, Gcode])
         .changes(ONCE_PLACED);
 
     "Fill visible shapes, and letters of outline fonts, with lines",
-    "Parallel lines, others across them as well, or rings from the edge inwards; without them shapes are outlined.",
+    "Parallel lines (hatch), two crossed sets of lines (cross), or rings from the edge inwards (contour). By default shapes are only outlined.",
     fill: Option<FillMode> = first_of(Fill, FillMode::NAMES).for_formats(ARTWORK).usual_for(&[Svg]);
 
-    "Treatment of an image that the pen draws",
-    "Edges of what is dark, one stroke along each dark line, dots, swinging lines, or crossed hatchings; the last three keep its greys.",
+    "Style in which the pen draws an image",
+    "Outlines of dark areas, one stroke along each dark line, dots, wavy lines, or crossed hatching; the last three reproduce grey levels.",
     image: Option<ImageStyle> = first_of(Image, ImageStyle::NAMES)
         .of_work(Draw).for_formats(IMAGES).usual_for(IMAGES);
 
     "Height of the work surface",
-    "It is the z of the arm's pose when the tool touches it.",
+    "This is the z of the arm's pose when the tool touches the surface.",
     surface: Option<f64> = number(Place, "mm").from(-FAR).to(FAR)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
-    "Position of its centre",
+    "Position of the centre of the artwork",
     at: Option<[f64; 2]> = point(Place).from(-FAR).to(FAR)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
-    "Scale factor; 1 is the true size",
-    "With a width or a height it multiplies that size.",
+    "Scale factor; 1 is the original size",
+    "With a width or a height, the factor multiplies that size.",
     scale: Option<f64> = number(Place, "").above(0.0).to(FAR).or(Number(1.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, TestGrid, Gcode]).changes(ONCE_PLACED_GCODE);
 
-    "Width that it is scaled to",
+    "Width to scale to",
     width: Option<f64> = number(Place, "mm").above(0.0).to(FAR)
         .for_formats(NO_GRID).usual_for(IMAGES).changes(ONCE_PLACED);
 
@@ -233,224 +233,224 @@ setup_options! {
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED_GCODE);
 
-    "Shrink it until the arm reaches all of it, and the page has room for it",
+    "Shrink the artwork until all of it is within the arm's reach and on the page",
     fit: bool = switch(Place).for_formats(ALL).usual_for(PLACED).changes(ONCE_PLACED);
 
-    "Height that it is scaled to, instead of a width",
+    "Height to scale to, instead of a width",
     height: Option<f64> = number(Place, "mm").above(0.0).to(FAR).contradicts(&["width"])
         .for_formats(NO_GRID).changes(ONCE_PLACED);
 
-    "Clip a drawing at its page",
+    "Clip a drawing to its page",
     clip_page: bool = switch(Place).for_formats(DRAWINGS);
 
-    "Page of paper that it lies on; a size in mm, such as 200x150, is taken too",
-    "It lies there as its file has it on a page of that size, else centre on centre. The page lies at the given point, else on the \
-     calibrated sheet, else where there is room.",
+    "Paper size of the page to draw on; also a size in mm, such as 200x150",
+    "The artwork keeps its position if its file has a page of that size; otherwise it is centred. The page lies at the given point, else \
+     on the calibrated sheet, else where the arm has room for it.",
     page: Option<Paper> = choice(Place, Paper::NAMES)
         .expects("a3, a4, a5, a6 or letter, each also with -landscape, or WIDTHxHEIGHT in mm, such as 200x150", "NAME|WxH")
         .for_formats(ALL).changes(ONCE_PLACED);
 
-    "Distance from the edges of the page that fitting keeps",
+    "Margin kept to the edges of the page when fitting",
     margin: Option<f64> = number(Place, "mm").from(0.0).to(FAR).or(Number(Page::MARGIN))
         .needs("page", &[]).for_formats(ALL);
 
-    "Rotate it by 90 degrees where that fits better",
+    "Rotate the artwork by 90 degrees if it fits better",
     turn: Option<bool> = switch_off(
         Place,
-        "Never rotate it by 90 degrees, neither to lie in front of the arm nor to be larger",
+        "Never rotate the artwork by 90 degrees, neither to fit in front of the arm nor to become larger",
     ).for_formats(PLACED);
 
-    "Mirror it left to right",
+    "Mirror the artwork left to right",
     mirror: bool = switch(Place).for_formats(ALL);
 
-    "Shift from where it lies",
+    "Offset added to the position",
     by as "move": Option<[f64; 3]> = place(Place).from(-FAR).to(FAR).expects("", "DX,DY,DZ").for_formats(ALL);
 
-    "Repeat it at each position of a grid, such as 2x3:40x30",
+    "Repeat the artwork at each position of a grid, such as 2x3:40x30",
     grid: Option<Grid> = text(Place, "")
         .expects("ROWSxCOLUMNS:DXxDY, such as 2x3:40x30", "ROWSxCOLUMNS:DXxDY").for_formats(ALL);
 
-    "Take the coordinates of the file as the arm's, unchanged",
+    "Use the coordinates of the file as arm coordinates, unchanged",
     raw: bool = switch(More).contradicts(&["place", "at", "page", "fit", "surface", "pen_z"])
         .for_formats(PROGRAMS);
 
-    "Distance of the lines that fill a shape",
-    "It is measured on the surface, whatever the scale.",
+    "Spacing of the fill lines",
+    "Measured on the surface, independent of the scale.",
     fill_spacing: Option<f64> = number(Fill, "mm").from(LEAST_SPACING).to(FAR)
         .usually("0.8 with the pen, 0.2 with the laser").needs("fill", FILLED).for_formats(ARTWORK);
 
-    "Direction of the lines that fill a shape, counter-clockwise from x",
+    "Angle of the fill lines, counter-clockwise from x",
     fill_angle: Option<f64> = number(Fill, "deg").from(-MOST_DEGREES).to(MOST_DEGREES).or(Number(45.0))
         .needs("fill", FILLED).with("fill", &["hatch", "cross"]).for_formats(ARTWORK);
 
-    "Distance of the lines that fill a shape from its edge",
+    "Inset of the fill lines from the edge of the shape",
     fill_inset: Option<f64> = number(Fill, "mm").from(0.0).to(FAR)
-        .usually("half the distance of the lines").needs("fill", FILLED).for_formats(ARTWORK);
+        .usually("half of the spacing").needs("fill", FILLED).for_formats(ARTWORK);
 
-    "Treatment of white lines and shapes",
-    "They are left out, except on darker shapes and where nothing else would be drawn; or all are drawn.",
+    "Handling of white lines and shapes",
+    "Either skip them, except on darker shapes or if nothing else would be drawn; or draw all of them.",
     white: Option<White> = first_of(Fill, White::NAMES).for_formats(ARTWORK);
 
     "Alignment of lines of text",
     align: Option<Align> = first_of(Text, Align::NAMES).for_formats(&[Letters]);
 
-    "Distance from one line of text to the next, in heights of a capital",
+    "Line spacing of text, as a multiple of the height of capital letters",
     line_height: Option<f64> = number(Text, "").above(0.0).to(1000.0).or(Number(1.8)).for_formats(&[Letters]);
 
-    "Treatment of the letters of texts in a drawing",
-    "Their edges, except in fonts whose name begins with Hershey or ends in 1-stroke or Single Line; or all in single lines.",
+    "Rendering of text in a drawing",
+    "Either outlines, except for fonts whose name begins with Hershey or ends in 1-stroke or Single Line; or single strokes for all text.",
     text: Option<TextLines> = first_of(Text, TextLines::NAMES).for_formats(&[Svg]);
 
-    "Use of the installed fonts that texts in a drawing name",
-    "Without them all is written in the built-in font, on every machine alike.",
+    "Use of installed fonts for text in a drawing",
+    "Without them all text uses the built-in font, with the same result on every machine.",
     system_fonts: Option<SystemFonts> = first_of(Text, SystemFonts::NAMES).for_formats(&[Svg]);
 
-    "Refuse text if its font lacks a character; otherwise that is left out, with a note",
+    "Refuse text if the font lacks a character; by default the character is skipped, with a note",
     strict_text: bool = switch(Text).for_formats(ARTWORK);
 
-    "Division of a drawing into parts, between which the job pauses for a change of the pen",
-    "Layers (also pens of a plot and tools of G-code), or colours. Layers are taken where parts are chosen or have pens, and if names \
-     of Inkscape layers have % or !; else there are no parts.",
+    "Split a drawing into parts; the job pauses between them for a pen change",
+    "Split by layer (also pens of a plot, tools of G-code) or by colour. By default a drawing is split by layer if parts are selected or have \
+     pens, or if names of Inkscape layers contain % or !; otherwise it is not split.",
     parts: Option<PartMode> = choice(Parts, PartMode::NAMES)
         .for_formats(&[Svg, Dxf, Hpgl, Gcode]);
 
-    "Parts that are drawn, each by its name, its colour (#rrggbb or of CSS) or its number",
-    "Without them all parts are drawn.",
+    "Parts to draw, each by its name, colour (#rrggbb or a CSS name) or number",
+    "By default all parts are drawn.",
     only: Vec<String> = list(Parts).expects("a list of texts of at most 1000 characters", "NAME").for_formats(DRAWINGS);
 
-    "Number of times that each part is drawn before the next",
+    "Number of times to draw each part before the next one",
     passes: Option<u32> = integer(Parts).from(1.0).to(MOST_PASSES as f64).or(Number(1.0)).for_formats(NO_GRID);
 
-    "Pens of the parts; the first that is for a part counts",
-    "Each has a match (a name, a colour or a number) and any of surface_offset, lift, speed, power, passes and fill.",
+    "Pens of the parts; the first pen that matches a part is used",
+    "Each pen has a match (a name, a colour or a number) and any of surface_offset, lift, speed, power, passes and fill.",
     pens: Vec<PenOptions> = pens(Parts).for_formats(DRAWINGS);
 
-    "Never pause for a person, neither between parts nor where the program says so",
+    "Never pause for the operator, neither between parts nor where the program asks for it",
     no_pause: bool = switch(Parts).for_formats(NO_GRID);
 
-    "Number of hatchings that are laid over each other, or of sizes of dots",
-    levels: Option<u8> = integer(Image).from(1.0).to(64.0).usually("6 hatchings, 64 sizes of dots")
+    "Number of superimposed hatchings, or of dot sizes",
+    levels: Option<u8> = integer(Image).from(1.0).to(64.0).usually("6 hatchings, 64 dot sizes")
         .needs("image", &["halftone", "hatch"]).of_work(Draw).for_formats(IMAGES);
 
-    "Size of the largest spots of an image that are left out; 0 keeps all",
+    "Largest size of spots in an image to remove; 0 keeps all",
     despeckle: Option<f64> = number(Image, "mm").from(0.0).to(FAR).or(Number(0.3)).of_work(Draw).for_formats(IMAGES);
 
-    "Width of the line that the pen draws, for an image",
+    "Line width of the pen, for images",
     pen_width: Option<f64> = number(Image, "mm").above(0.0).to(FAR).or(Number(Trace::PEN_WIDTH))
         .of_work(Draw).for_formats(IMAGES);
 
-    "Distance between the lines or dots of an image",
+    "Spacing of the lines or dots of an image",
     spacing: Option<f64> = number(Image, "mm").above(0.0).to(FAR)
-        .usually("0.2 with the laser; with the pen by its treatment and its width").for_formats(IMAGES);
+        .usually("0.2 with the laser; with the pen, set by the style and the line width").for_formats(IMAGES);
 
-    "Grey below which an image counts as dark, where it is drawn or burnt in black and white",
+    "Grey level below which a pixel counts as dark, if the image is drawn or burnt in black and white",
     threshold: Option<u8> = integer(Image).from(1.0).to(255.0).or(Number(128.0)).for_formats(IMAGES);
 
-    "Part of an image that is kept, in its pixels from the upper left corner",
+    "Area of an image to keep, in pixels from the upper left corner",
     crop: Option<[u32; 4]> = area(Image).for_formats(IMAGES);
 
-    "Lightening of an image",
+    "Brightness adjustment of an image",
     brightness: Option<f64> = number(Image, "").from(-100.0).to(100.0).or(Number(0.0)).for_formats(IMAGES);
 
-    "Additional contrast of an image",
+    "Contrast adjustment of an image",
     contrast: Option<f64> = number(Image, "").from(-100.0).to(100.0).or(Number(0.0)).for_formats(IMAGES);
 
-    "Exponent of the darkness; above 1 makes mid-tones lighter",
+    "Gamma, the exponent of the darkness; above 1 makes mid-tones lighter",
     gamma: Option<f64> = number(Image, "").above(0.0).to(100.0).or(Number(1.0)).for_formats(IMAGES);
 
-    "Draw or burn what is white instead of what is black",
+    "Draw or burn the white areas instead of the black ones",
     invert: bool = switch(Image).for_formats(IMAGES);
 
-    "Full power of the laser, or the range of all power above 0, such as 5..80",
+    "Full laser power, or the range of all powers above 0, such as 5..80",
     power: Option<Power> = text(Laser, "%")
         .expects("percent above 0 and at most 100, such as 80 or 5..80", "P|LEAST..MOST")
         .with("tool", &["laser"]).of_work(Engrave).for_formats(NO_GRID);
 
-    "Use of grey levels: as power, in black and white, or as denser dots",
+    "Rendering of grey levels: as laser power, in black and white, or by dithering",
     mode: Option<ModeOption> = first_of(Laser, ModeOption::NAMES).of_work(Engrave).for_formats(IMAGES);
 
-    "Burn all lines in the same direction: slower, but free of backlash",
+    "Burn all lines in the same direction: slower, but without errors from backlash",
     one_way: bool = switch(Laser).of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
-    "Run-up and run-out of the tool at the ends of a line",
-    overscan: Option<f64> = number(Laser, "mm").above(0.0).to(FAR).usually("as the speed needs")
+    "Overscan: run-up and run-out of the tool at the ends of a line",
+    overscan: Option<f64> = number(Laser, "mm").above(0.0).to(FAR).usually("derived from the speed")
         .of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
-    "Go round what would be marked, instead of marking it",
-    "Its box along X and Y, its convex hull, or its outer contours.",
+    "Trace the frame of the job instead of marking it",
+    "The frame is the bounding box along X and Y, the convex hull, or the outer contours.",
     frame: Option<FrameShape> = choice(Laser, FrameShape::NAMES).for_formats(ALL);
 
-    "Power of the laser on a frame",
-    "Without it the laser is off.",
+    "Laser power while tracing a frame",
+    "By default the laser is off.",
     frame_power: Option<f64> = number(Laser, "%").above(0.0).to(Framing::MOST_POWER)
         .needs("frame", &[]).for_formats(ALL);
 
     "Pen lift between lines",
-    lift: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).usually("10, or as the settings say")
+    lift: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).usually("10, or the value of the settings")
         .of_work(Draw).for_formats(NO_GRID);
 
-    "Least pen lift, between lines that are near each other",
-    "It is half of the way between them, up to the whole lift.",
+    "Smallest pen lift, between lines that are close together",
+    "The lift is half of the distance between the lines, at most the full lift.",
     hop: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).or(Number(3.0)).of_work(Draw).for_formats(NO_GRID);
 
-    "Speed between lines",
+    "Travel speed between lines",
     travel_speed: Option<f64> = number(Pen, "mm/s").from(LEAST_SPEED).to(FAR)
-        .usually("200, or as the settings say").of_work(Draw).for_formats(NO_GRID);
+        .usually("200, or the value of the settings").of_work(Draw).for_formats(NO_GRID);
 
     "Leave the pen down at the end and after a stop",
     stay: bool = switch(Pen).contradicts(&["park"]).for_formats(NO_GRID);
 
-    "Treatment of depths below the surface",
-    "They are drawn on the surface, and a pen never goes below it; or the pen goes down to them.",
+    "Handling of depths below the surface",
+    "Either draw them on the surface, so that the pen never goes below it; or lower the pen to them.",
     depths: Option<Depths> = first_of(Pen, Depths::NAMES).for_formats(NO_GRID);
 
-    "Draw lines in the order that travels least",
+    "Reorder lines for the shortest travel",
     order: Option<bool> = switch_off(Pen, "Draw lines in the order of the file").of_work(Draw).for_formats(DRAWN);
 
-    "Largest gap between ends of lines that are joined; 0 joins none",
+    "Largest gap between line ends to join; 0 disables joining",
     merge: Option<f64> = number(Pen, "mm").from(0.0).to(FAR).or(Number(0.1))
         .for_formats(NO_GRID).changes(ONCE_DEDUPED);
 
-    "Draw a line that is there twice once",
-    "In a program it tidies the lines as those of a drawing, but leaves their order.",
-    dedupe: Option<bool> = switch_off(Pen, "Draw a line that is there twice as often as it is there")
+    "Draw duplicate lines only once",
+    "In a program, the lines are also joined and simplified as those of a drawing, but their order is kept.",
+    dedupe: Option<bool> = switch_off(Pen, "Keep duplicate lines")
         .for_formats(NO_GRID).changes(&[(PROGRAMS, Change::Default(Switch(false)))]);
 
-    "Distance below which a point is left out whose line goes on almost the same without it; 0 keeps all",
+    "Tolerance of line simplification: a point is dropped if the line stays within this distance without it; 0 keeps all points",
     simplify: Option<f64> = number(Pen, "mm").from(0.0).to(FAR).or(Number(0.02))
         .for_formats(NO_GRID).changes(ONCE_DEDUPED);
 
-    "Largest distance of a line from its curve, in the size in which it is drawn",
+    "Tolerance of curve flattening: largest distance of a line from its curve, at the drawn size",
     tolerance: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).or(Number(0.05))
         .for_formats(&[Svg, Dxf, Hpgl, Letters, Picture, Gcode])
         .changes(&[(IMAGES, Change::Default(Number(0.1)))]);
 
-    "Speed along the lines that are drawn or burnt",
+    "Speed while drawing or burning",
     speed: Option<f64> = number(More, "mm/s").from(LEAST_SPEED).to(FAR)
-        .usually("as the file or the settings say").for_formats(NO_GRID);
+        .usually("the value of the file or the settings").for_formats(NO_GRID);
 
     "Speed ratio of point-to-point moves",
     speed_ratio: Option<f64> = number(More, "%").from(1.0).to(100.0).for_formats(ALL);
 
-    "Position where the tip of the tool is parked at the end",
+    "Position at which to park the tool tip at the end",
     park: Option<[f64; 3]> = place(More).from(-FAR).to(FAR).for_formats(ALL);
 
-    "Machine of a G-code file; the servo of a pen is moved by M3, M280 or M300",
+    "Type of machine that a G-code file is for; the pen servo is moved by M3, M280 or M300",
     dialect: Option<Dialect> = choice(More, Dialect::NAMES)
-        .usually("the laser if the file switches a spindle or sets a power and has nothing of a mill's")
+        .usually("laser if the file switches a spindle or sets a power and has no features of a mill")
         .for_formats(&[Gcode]);
 
-    "S of full laser power in a G-code file",
-    s_max: Option<f64> = number(More, "").above(0.0).to(1e9).usually("as the file says, else 1000").for_formats(&[Gcode]);
+    "Value of S for full laser power in a G-code file",
+    s_max: Option<f64> = number(More, "").above(0.0).to(1e9).usually("the value of the file, else 1000").for_formats(&[Gcode]);
 
-    "Z at which the pen of placed G-code touches the surface",
+    "Z at which the pen touches the surface in placed G-code",
     pen_z: Option<f64> = number(Place, "mm").from(-FAR).to(FAR)
-        .usually("the first depth at which it draws").with("place", &[]).for_formats(&[Gcode]);
+        .usually("the first depth at which the program draws").with("place", &[]).for_formats(&[Gcode]);
 
-    "Position of the tool where a G-code program begins that does not say so",
-    start: Option<[f64; 3]> = place(More).from(-FAR).to(FAR).usually("where the tool is").for_formats(&[Gcode]);
+    "Start position of the tool for a G-code program that does not set it",
+    start: Option<[f64; 3]> = place(More).from(-FAR).to(FAR).usually("the current position of the tool").for_formats(&[Gcode]);
 
-    "Distance below which points of a recording are left out that are close to the line",
-    "The others keep their times, and the number of steps stays.",
+    "Tolerance of simplifying a recording: points closer than this to the line are dropped",
+    "The remaining points keep their times, and the number of steps stays the same.",
     resample: Option<f64> = number(More, "mm").above(0.0).to(FAR).for_formats(&[Format::Points]);
 }

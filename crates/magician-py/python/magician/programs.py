@@ -95,185 +95,183 @@ class Sheet(Value):
 
 # `cargo xtask python` writes this class from the table of options.
 class SetupOptions(TypedDict, total=False):
-    """How a file is drawn or engraved: the keywords of :func:`load`, :func:`write` and :func:`frame`. What is not
-    given is as the file says, or usual. Lengths are mm, angles degrees, speeds mm/s."""
+    """Options for drawing or engraving a file: the keywords of :func:`load`, :func:`write` and :func:`frame`. Options
+    left out take the value of the file, or their default. Lengths are mm, angles degrees, speeds mm/s."""
 
     work: Literal["draw", "engrave"] | None
-    """Work that is made of drawings and images: the pen draws, or the laser engraves. Without it the tool decides:
+    """Kind of work for drawings and images: draw with a pen, or engrave with the laser. By default the tool decides:
     the laser engraves, every other tool draws."""
     font: str | os.PathLike[str] | None
-    """Font of text: a built-in one, or a file: sans, script or gothic; sans if left out. The letters of a built-in
-    font are single lines. A file is TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese
-    characters (KanjiVG, hanzi-writer)."""
+    """Font of text: a built-in font or a font file: sans, script or gothic; default: sans. Built-in fonts draw
+    letters in single strokes. A file is a TrueType, OpenType or SVG font, or stroke-order data for Chinese and
+    Japanese characters (KanjiVG, hanzi-writer)."""
     size: float | None
-    """Height of a capital in text: a number above 0 and at most 10000 mm; 10 if left out."""
+    """Height of capital letters: a number above 0 and at most 10000 mm; default: 10."""
     wrap: float | None
-    """Width at which lines of text are broken: a number above 0 and at most 10000 mm."""
+    """Width at which text wraps: a number above 0 and at most 10000 mm."""
     place: bool | None
-    """Place a program (G-code, a plan, playback, points) like a drawing. Its centre goes to the given point, else
-    onto the sheet, else where there is room. A point, a page, a surface, fitting and both works imply it."""
+    """Place a program (G-code, a plan, playback, points) like a drawing. It is centred at the given point, else
+    placed on the calibrated sheet, else where the arm has room for it. Setting a point, a page, a surface, fitting
+    or a kind of work implies this option."""
     tool: Tool | None
-    """Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; pen if left out. It stays set on
-    the arm."""
+    """Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; default: pen. The setting stays
+    on the arm."""
     fill: Literal["none", "hatch", "cross", "contour"] | None
-    """Fill visible shapes, and letters of outline fonts, with lines; none if left out. Parallel lines, others across
-    them as well, or rings from the edge inwards; without them shapes are outlined."""
+    """Fill visible shapes, and letters of outline fonts, with lines; default: none. Parallel lines (hatch), two
+    crossed sets of lines (cross), or rings from the edge inwards (contour). By default shapes are only outlined."""
     image: Literal["outline", "centerline", "halftone", "squiggle", "hatch"] | None
-    """Treatment of an image that the pen draws; outline if left out. Edges of what is dark, one stroke along each
-    dark line, dots, swinging lines, or crossed hatchings; the last three keep its greys."""
+    """Style in which the pen draws an image; default: outline. Outlines of dark areas, one stroke along each dark
+    line, dots, wavy lines, or crossed hatching; the last three reproduce grey levels."""
     surface: float | Surface | None
-    """Height of the work surface: a number from -10000 to 10000 mm. It is the z of the arm's pose when the tool
-    touches it."""
+    """Height of the work surface: a number from -10000 to 10000 mm. This is the z of the arm's pose when the tool
+    touches the surface."""
     at: tuple[float, float] | None
-    """Position of its centre: two numbers, X and Y, each from -10000 to 10000 mm."""
+    """Position of the centre of the artwork: two numbers, X and Y, each from -10000 to 10000 mm."""
     scale: float | None
-    """Scale factor; 1 is the true size: a number above 0 and at most 10000; 1 if left out. With a width or a height
-    it multiplies that size."""
+    """Scale factor; 1 is the original size: a number above 0 and at most 10000; default: 1. With a width or a
+    height, the factor multiplies that size."""
     width: float | None
-    """Width that it is scaled to: a number above 0 and at most 10000 mm."""
+    """Width to scale to: a number above 0 and at most 10000 mm."""
     rotate: float | None
-    """Counter-clockwise rotation: a number from -36000 to 36000 degrees; 0 if left out."""
+    """Counter-clockwise rotation: a number from -36000 to 36000 degrees; default: 0."""
     fit: bool | None
-    """Shrink it until the arm reaches all of it, and the page has room for it."""
+    """Shrink the artwork until all of it is within the arm's reach and on the page."""
     height: float | None
-    """Height that it is scaled to, instead of a width: a number above 0 and at most 10000 mm."""
+    """Height to scale to, instead of a width: a number above 0 and at most 10000 mm."""
     clip_page: bool | None
-    """Clip a drawing at its page."""
+    """Clip a drawing to its page."""
     page: str | None
-    """Page of paper that it lies on; a size in mm, such as 200x150, is taken too: a3, a4, a5, a6 or letter, each
-    also with -landscape, or WIDTHxHEIGHT in mm, such as 200x150. It lies there as its file has it on a page of that
-    size, else centre on centre. The page lies at the given point, else on the calibrated sheet, else where there is
-    room."""
+    """Paper size of the page to draw on; also a size in mm, such as 200x150: a3, a4, a5, a6 or letter, each also
+    with -landscape, or WIDTHxHEIGHT in mm, such as 200x150. The artwork keeps its position if its file has a page of
+    that size; otherwise it is centred. The page lies at the given point, else on the calibrated sheet, else where
+    the arm has room for it."""
     margin: float | None
-    """Distance from the edges of the page that fitting keeps: a number from 0 to 10000 mm; 10 if left out."""
+    """Margin kept to the edges of the page when fitting: a number from 0 to 10000 mm; default: 10."""
     turn: bool | None
-    """Rotate it by 90 degrees where that fits better; on if left out."""
+    """Rotate the artwork by 90 degrees if it fits better; default: on."""
     mirror: bool | None
-    """Mirror it left to right."""
+    """Mirror the artwork left to right."""
     move: tuple[float, float, float] | None
-    """Shift from where it lies: three numbers, X, Y and Z, each from -10000 to 10000 mm."""
+    """Offset added to the position: three numbers, X, Y and Z, each from -10000 to 10000 mm."""
     raw: bool | None
-    """Take the coordinates of the file as the arm's, unchanged."""
+    """Use the coordinates of the file as arm coordinates, unchanged."""
     fill_spacing: float | None
-    """Distance of the lines that fill a shape: a number from 0.02 to 10000 mm; 0.8 with the pen, 0.2 with the laser
-    if left out. It is measured on the surface, whatever the scale."""
+    """Spacing of the fill lines: a number from 0.02 to 10000 mm; default: 0.8 with the pen, 0.2 with the laser.
+    Measured on the surface, independent of the scale."""
     fill_angle: float | None
-    """Direction of the lines that fill a shape, counter-clockwise from x: a number from -36000 to 36000 degrees; 45
-    if left out."""
+    """Angle of the fill lines, counter-clockwise from x: a number from -36000 to 36000 degrees; default: 45."""
     fill_inset: float | None
-    """Distance of the lines that fill a shape from its edge: a number from 0 to 10000 mm; half the distance of the
-    lines if left out."""
+    """Inset of the fill lines from the edge of the shape: a number from 0 to 10000 mm; default: half of the spacing."""
     white: Literal["skip", "draw"] | None
-    """Treatment of white lines and shapes; skip if left out. They are left out, except on darker shapes and where
-    nothing else would be drawn; or all are drawn."""
+    """Handling of white lines and shapes; default: skip. Either skip them, except on darker shapes or if nothing
+    else would be drawn; or draw all of them."""
     align: Literal["left", "center", "right"] | None
-    """Alignment of lines of text; left if left out."""
+    """Alignment of lines of text; default: left."""
     line_height: float | None
-    """Distance from one line of text to the next, in heights of a capital: a number above 0 and at most 1000; 1.8 if
-    left out."""
+    """Line spacing of text, as a multiple of the height of capital letters: a number above 0 and at most 1000;
+    default: 1.8."""
     text: Literal["outline", "stroke"] | None
-    """Treatment of the letters of texts in a drawing; outline if left out. Their edges, except in fonts whose name
-    begins with Hershey or ends in 1-stroke or Single Line; or all in single lines."""
+    """Rendering of text in a drawing; default: outline. Either outlines, except for fonts whose name begins with
+    Hershey or ends in 1-stroke or Single Line; or single strokes for all text."""
     system_fonts: Literal["on", "off"] | None
-    """Use of the installed fonts that texts in a drawing name; on if left out. Without them all is written in the
-    built-in font, on every machine alike."""
+    """Use of installed fonts for text in a drawing; default: on. Without them all text uses the built-in font, with
+    the same result on every machine."""
     strict_text: bool | None
-    """Refuse text if its font lacks a character; otherwise that is left out, with a note."""
+    """Refuse text if the font lacks a character; by default the character is skipped, with a note."""
     parts: Literal["none", "layer", "color"] | None
-    """Division of a drawing into parts, between which the job pauses for a change of the pen. Layers (also pens of a
-    plot and tools of G-code), or colours. Layers are taken where parts are chosen or have pens, and if names of
-    Inkscape layers have % or !; else there are no parts."""
+    """Split a drawing into parts; the job pauses between them for a pen change. Split by layer (also pens of a plot,
+    tools of G-code) or by colour. By default a drawing is split by layer if parts are selected or have pens, or if
+    names of Inkscape layers contain % or !; otherwise it is not split."""
     only: str | Iterable[str] | None
-    """Parts that are drawn, each by its name, its colour (#rrggbb or of CSS) or its number. Without them all parts
-    are drawn."""
+    """Parts to draw, each by its name, colour (#rrggbb or a CSS name) or number. By default all parts are drawn."""
     passes: int | None
-    """Number of times that each part is drawn before the next: a whole number from 1 to 1000; 1 if left out."""
+    """Number of times to draw each part before the next one: a whole number from 1 to 1000; default: 1."""
     pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None
-    """Pens of the parts; the first that is for a part counts. Each has a match (a name, a colour or a number) and
-    any of surface_offset, lift, speed, power, passes and fill."""
+    """Pens of the parts; the first pen that matches a part is used. Each pen has a match (a name, a colour or a
+    number) and any of surface_offset, lift, speed, power, passes and fill."""
     no_pause: bool | None
-    """Never pause for a person, neither between parts nor where the program says so."""
+    """Never pause for the operator, neither between parts nor where the program asks for it."""
     levels: int | None
-    """Number of hatchings that are laid over each other, or of sizes of dots: a whole number from 1 to 64; 6
-    hatchings, 64 sizes of dots if left out."""
+    """Number of superimposed hatchings, or of dot sizes: a whole number from 1 to 64; default: 6 hatchings, 64 dot
+    sizes."""
     despeckle: float | None
-    """Size of the largest spots of an image that are left out; 0 keeps all: a number from 0 to 10000 mm; 0.3 if left
-    out."""
+    """Largest size of spots in an image to remove; 0 keeps all: a number from 0 to 10000 mm; default: 0.3."""
     pen_width: float | None
-    """Width of the line that the pen draws, for an image: a number above 0 and at most 10000 mm; 0.5 if left out."""
+    """Line width of the pen, for images: a number above 0 and at most 10000 mm; default: 0.5."""
     spacing: float | None
-    """Distance between the lines or dots of an image: a number above 0 and at most 10000 mm; 0.2 with the laser;
-    with the pen by its treatment and its width if left out."""
+    """Spacing of the lines or dots of an image: a number above 0 and at most 10000 mm; default: 0.2 with the laser;
+    with the pen, set by the style and the line width."""
     threshold: int | None
-    """Grey below which an image counts as dark, where it is drawn or burnt in black and white: a whole number from 1
-    to 255; 128 if left out."""
+    """Grey level below which a pixel counts as dark, if the image is drawn or burnt in black and white: a whole
+    number from 1 to 255; default: 128."""
     crop: tuple[int, int, int, int] | None
-    """Part of an image that is kept, in its pixels from the upper left corner: four whole numbers of pixels, X, Y, W
-    and H, the last two above 0."""
+    """Area of an image to keep, in pixels from the upper left corner: four whole numbers of pixels, X, Y, W and H,
+    the last two above 0."""
     brightness: float | None
-    """Lightening of an image: a number from -100 to 100; 0 if left out."""
+    """Brightness adjustment of an image: a number from -100 to 100; default: 0."""
     contrast: float | None
-    """Additional contrast of an image: a number from -100 to 100; 0 if left out."""
+    """Contrast adjustment of an image: a number from -100 to 100; default: 0."""
     gamma: float | None
-    """Exponent of the darkness; above 1 makes mid-tones lighter: a number above 0 and at most 100; 1 if left out."""
+    """Gamma, the exponent of the darkness; above 1 makes mid-tones lighter: a number above 0 and at most 100;
+    default: 1."""
     invert: bool | None
-    """Draw or burn what is white instead of what is black."""
+    """Draw or burn the white areas instead of the black ones."""
     power: float | tuple[float, float] | None
-    """Full power of the laser, or the range of all power above 0, such as 5..80: percent above 0 and at most 100,
-    such as 80 or 5..80."""
+    """Full laser power, or the range of all powers above 0, such as 5..80: percent above 0 and at most 100, such as
+    80 or 5..80."""
     mode: Literal["grey", "threshold", "dither"] | None
-    """Use of grey levels: as power, in black and white, or as denser dots; grey if left out."""
+    """Rendering of grey levels: as laser power, in black and white, or by dithering; default: grey."""
     one_way: bool | None
-    """Burn all lines in the same direction: slower, but free of backlash."""
+    """Burn all lines in the same direction: slower, but without errors from backlash."""
     overscan: float | None
-    """Run-up and run-out of the tool at the ends of a line: a number above 0 and at most 10000 mm; as the speed
-    needs if left out."""
+    """Overscan: run-up and run-out of the tool at the ends of a line: a number above 0 and at most 10000 mm;
+    default: derived from the speed."""
     frame: Literal["box", "hull", "outline"] | None
-    """Go round what would be marked, instead of marking it. Its box along X and Y, its convex hull, or its outer
-    contours."""
+    """Trace the frame of the job instead of marking it. The frame is the bounding box along X and Y, the convex
+    hull, or the outer contours."""
     frame_power: float | None
-    """Power of the laser on a frame: a number above 0 and at most 5 percent. Without it the laser is off."""
+    """Laser power while tracing a frame: a number above 0 and at most 5 percent. By default the laser is off."""
     lift: float | None
-    """Pen lift between lines: a number above 0 and at most 10000 mm; 10, or as the settings say if left out."""
+    """Pen lift between lines: a number above 0 and at most 10000 mm; default: 10, or the value of the settings."""
     hop: float | None
-    """Least pen lift, between lines that are near each other: a number above 0 and at most 10000 mm; 3 if left out.
-    It is half of the way between them, up to the whole lift."""
+    """Smallest pen lift, between lines that are close together: a number above 0 and at most 10000 mm; default: 3.
+    The lift is half of the distance between the lines, at most the full lift."""
     travel_speed: float | None
-    """Speed between lines: a number from 0.01 to 10000 mm/s; 200, or as the settings say if left out."""
+    """Travel speed between lines: a number from 0.01 to 10000 mm/s; default: 200, or the value of the settings."""
     depths: Literal["flatten", "keep"] | None
-    """Treatment of depths below the surface; flatten if left out. They are drawn on the surface, and a pen never
-    goes below it; or the pen goes down to them."""
+    """Handling of depths below the surface; default: flatten. Either draw them on the surface, so that the pen never
+    goes below it; or lower the pen to them."""
     order: bool | None
-    """Draw lines in the order that travels least; on if left out."""
+    """Reorder lines for the shortest travel; default: on."""
     merge: float | None
-    """Largest gap between ends of lines that are joined; 0 joins none: a number from 0 to 10000 mm; 0.1 if left out."""
+    """Largest gap between line ends to join; 0 disables joining: a number from 0 to 10000 mm; default: 0.1."""
     dedupe: bool | None
-    """Draw a line that is there twice once; on if left out. In a program it tidies the lines as those of a drawing,
-    but leaves their order."""
+    """Draw duplicate lines only once; default: on. In a program, the lines are also joined and simplified as those
+    of a drawing, but their order is kept."""
     simplify: float | None
-    """Distance below which a point is left out whose line goes on almost the same without it; 0 keeps all: a number
-    from 0 to 10000 mm; 0.02 if left out."""
+    """Tolerance of line simplification: a point is dropped if the line stays within this distance without it; 0
+    keeps all points: a number from 0 to 10000 mm; default: 0.02."""
     tolerance: float | None
-    """Largest distance of a line from its curve, in the size in which it is drawn: a number above 0 and at most
-    10000 mm; 0.05 if left out."""
+    """Tolerance of curve flattening: largest distance of a line from its curve, at the drawn size: a number above 0
+    and at most 10000 mm; default: 0.05."""
     speed: float | None
-    """Speed along the lines that are drawn or burnt: a number from 0.01 to 10000 mm/s; as the file or the settings
-    say if left out."""
+    """Speed while drawing or burning: a number from 0.01 to 10000 mm/s; default: the value of the file or the
+    settings."""
     dialect: Literal["pen", "laser", "servo"] | None
-    """Machine of a G-code file; the servo of a pen is moved by M3, M280 or M300; the laser if the file switches a
-    spindle or sets a power and has nothing of a mill's if left out."""
+    """Type of machine that a G-code file is for; the pen servo is moved by M3, M280 or M300; default: laser if the
+    file switches a spindle or sets a power and has no features of a mill."""
     s_max: float | None
-    """S of full laser power in a G-code file: a number above 0 and at most 1000000000; as the file says, else 1000
-    if left out."""
+    """Value of S for full laser power in a G-code file: a number above 0 and at most 1000000000; default: the value
+    of the file, else 1000."""
     pen_z: float | None
-    """Z at which the pen of placed G-code touches the surface: a number from -10000 to 10000 mm; the first depth at
-    which it draws if left out."""
+    """Z at which the pen touches the surface in placed G-code: a number from -10000 to 10000 mm; default: the first
+    depth at which the program draws."""
     start: tuple[float, float, float] | None
-    """Position of the tool where a G-code program begins that does not say so: three numbers, X, Y and Z, each from
-    -10000 to 10000 mm; where the tool is if left out."""
+    """Start position of the tool for a G-code program that does not set it: three numbers, X, Y and Z, each from
+    -10000 to 10000 mm; default: the current position of the tool."""
     resample: float | None
-    """Distance below which points of a recording are left out that are close to the line: a number above 0 and at
-    most 10000 mm. The others keep their times, and the number of steps stays."""
+    """Tolerance of simplifying a recording: points closer than this to the line are dropped: a number above 0 and at
+    most 10000 mm. The remaining points keep their times, and the number of steps stays the same."""
 
 
 _SWITCHES = (

@@ -1296,13 +1296,13 @@ class Setup(TypedDict, total=False):
     preset: str
     """A preset, which says what the rest leaves open."""
     work: Literal["draw", "engrave"]
-    """Work that is made of drawings and images: the pen draws, or the laser engraves."""
+    """Kind of work for drawings and images: draw with a pen, or engrave with the laser."""
     font: str
-    """Font of text: a built-in one, or a file."""
+    """Font of text: a built-in font or a font file."""
     size: float
-    """Height of a capital in text, mm."""
+    """Height of capital letters, mm."""
     wrap: float
-    """Width at which lines of text are broken, mm."""
+    """Width at which text wraps, mm."""
     place: bool
     """Place a program (G-code, a plan, playback, points) like a drawing."""
     tool: Union[str, list[float]]
@@ -1310,133 +1310,133 @@ class Setup(TypedDict, total=False):
     fill: Literal["none", "hatch", "cross", "contour"]
     """Fill visible shapes, and letters of outline fonts, with lines."""
     image: Literal["outline", "centerline", "halftone", "squiggle", "hatch"]
-    """Treatment of an image that the pen draws."""
+    """Style in which the pen draws an image."""
     surface: float
     """Height of the work surface, mm."""
     at: list[float]
-    """Position of its centre, mm."""
+    """Position of the centre of the artwork, mm."""
     scale: float
-    """Scale factor; 1 is the true size."""
+    """Scale factor; 1 is the original size."""
     width: float
-    """Width that it is scaled to, mm."""
+    """Width to scale to, mm."""
     rotate: float
     """Counter-clockwise rotation, deg."""
     fit: bool
-    """Shrink it until the arm reaches all of it, and the page has room for it."""
+    """Shrink the artwork until all of it is within the arm's reach and on the page."""
     height: float
-    """Height that it is scaled to, instead of a width, mm."""
+    """Height to scale to, instead of a width, mm."""
     clip_page: bool
-    """Clip a drawing at its page."""
+    """Clip a drawing to its page."""
     page: str
-    """Page of paper that it lies on; a size in mm, such as 200x150, is taken too."""
+    """Paper size of the page to draw on; also a size in mm, such as 200x150."""
     margin: float
-    """Distance from the edges of the page that fitting keeps, mm."""
+    """Margin kept to the edges of the page when fitting, mm."""
     turn: bool
-    """Rotate it by 90 degrees where that fits better."""
+    """Rotate the artwork by 90 degrees if it fits better."""
     mirror: bool
-    """Mirror it left to right."""
+    """Mirror the artwork left to right."""
     move: list[float]
-    """Shift from where it lies, mm."""
+    """Offset added to the position, mm."""
     grid: str
-    """Repeat it at each position of a grid, such as 2x3:40x30."""
+    """Repeat the artwork at each position of a grid, such as 2x3:40x30."""
     raw: bool
-    """Take the coordinates of the file as the arm's, unchanged."""
+    """Use the coordinates of the file as arm coordinates, unchanged."""
     fill_spacing: float
-    """Distance of the lines that fill a shape, mm."""
+    """Spacing of the fill lines, mm."""
     fill_angle: float
-    """Direction of the lines that fill a shape, counter-clockwise from x, deg."""
+    """Angle of the fill lines, counter-clockwise from x, deg."""
     fill_inset: float
-    """Distance of the lines that fill a shape from its edge, mm."""
+    """Inset of the fill lines from the edge of the shape, mm."""
     white: Literal["skip", "draw"]
-    """Treatment of white lines and shapes."""
+    """Handling of white lines and shapes."""
     align: Literal["left", "center", "right"]
     """Alignment of lines of text."""
     line_height: float
-    """Distance from one line of text to the next, in heights of a capital."""
+    """Line spacing of text, as a multiple of the height of capital letters."""
     text: Literal["outline", "stroke"]
-    """Treatment of the letters of texts in a drawing."""
+    """Rendering of text in a drawing."""
     system_fonts: Literal["on", "off"]
-    """Use of the installed fonts that texts in a drawing name."""
+    """Use of installed fonts for text in a drawing."""
     strict_text: bool
-    """Refuse text if its font lacks a character; otherwise that is left out, with a note."""
+    """Refuse text if the font lacks a character; by default the character is skipped, with a note."""
     parts: Literal["none", "layer", "color"]
-    """Division of a drawing into parts, between which the job pauses for a change of the pen."""
+    """Split a drawing into parts; the job pauses between them for a pen change."""
     only: list[str]
-    """Parts that are drawn, each by its name, its colour (#rrggbb or of CSS) or its number."""
+    """Parts to draw, each by its name, colour (#rrggbb or a CSS name) or number."""
     passes: int
-    """Number of times that each part is drawn before the next."""
+    """Number of times to draw each part before the next one."""
     pens: list[PenSetup]
-    """Pens of the parts; the first that is for a part counts."""
+    """Pens of the parts; the first pen that matches a part is used."""
     no_pause: bool
-    """Never pause for a person, neither between parts nor where the program says so."""
+    """Never pause for the operator, neither between parts nor where the program asks for it."""
     levels: int
-    """Number of hatchings that are laid over each other, or of sizes of dots."""
+    """Number of superimposed hatchings, or of dot sizes."""
     despeckle: float
-    """Size of the largest spots of an image that are left out; 0 keeps all, mm."""
+    """Largest size of spots in an image to remove; 0 keeps all, mm."""
     pen_width: float
-    """Width of the line that the pen draws, for an image, mm."""
+    """Line width of the pen, for images, mm."""
     spacing: float
-    """Distance between the lines or dots of an image, mm."""
+    """Spacing of the lines or dots of an image, mm."""
     threshold: int
-    """Grey below which an image counts as dark, where it is drawn or burnt in black and white."""
+    """Grey level below which a pixel counts as dark, if the image is drawn or burnt in black and white."""
     crop: list[int]
-    """Part of an image that is kept, in its pixels from the upper left corner, px."""
+    """Area of an image to keep, in pixels from the upper left corner, px."""
     brightness: float
-    """Lightening of an image."""
+    """Brightness adjustment of an image."""
     contrast: float
-    """Additional contrast of an image."""
+    """Contrast adjustment of an image."""
     gamma: float
-    """Exponent of the darkness; above 1 makes mid-tones lighter."""
+    """Gamma, the exponent of the darkness; above 1 makes mid-tones lighter."""
     invert: bool
-    """Draw or burn what is white instead of what is black."""
+    """Draw or burn the white areas instead of the black ones."""
     power: Union[float, str]
-    """Full power of the laser, or the range of all power above 0, such as 5..80, %."""
+    """Full laser power, or the range of all powers above 0, such as 5..80, %."""
     mode: Literal["grey", "threshold", "dither"]
-    """Use of grey levels: as power, in black and white, or as denser dots."""
+    """Rendering of grey levels: as laser power, in black and white, or by dithering."""
     one_way: bool
-    """Burn all lines in the same direction: slower, but free of backlash."""
+    """Burn all lines in the same direction: slower, but without errors from backlash."""
     overscan: float
-    """Run-up and run-out of the tool at the ends of a line, mm."""
+    """Overscan: run-up and run-out of the tool at the ends of a line, mm."""
     frame: Literal["box", "hull", "outline"]
-    """Go round what would be marked, instead of marking it."""
+    """Trace the frame of the job instead of marking it."""
     frame_power: float
-    """Power of the laser on a frame, %."""
+    """Laser power while tracing a frame, %."""
     lift: float
     """Pen lift between lines, mm."""
     hop: float
-    """Least pen lift, between lines that are near each other, mm."""
+    """Smallest pen lift, between lines that are close together, mm."""
     travel_speed: float
-    """Speed between lines, mm/s."""
+    """Travel speed between lines, mm/s."""
     stay: bool
     """Leave the pen down at the end and after a stop."""
     depths: Literal["flatten", "keep"]
-    """Treatment of depths below the surface."""
+    """Handling of depths below the surface."""
     order: bool
-    """Draw lines in the order that travels least."""
+    """Reorder lines for the shortest travel."""
     merge: float
-    """Largest gap between ends of lines that are joined; 0 joins none, mm."""
+    """Largest gap between line ends to join; 0 disables joining, mm."""
     dedupe: bool
-    """Draw a line that is there twice once."""
+    """Draw duplicate lines only once."""
     simplify: float
-    """Distance below which a point is left out whose line goes on almost the same without it; 0 keeps all, mm."""
+    """Tolerance of line simplification: a point is dropped if the line stays within this distance without it; 0 keeps all points, mm."""
     tolerance: float
-    """Largest distance of a line from its curve, in the size in which it is drawn, mm."""
+    """Tolerance of curve flattening: largest distance of a line from its curve, at the drawn size, mm."""
     speed: float
-    """Speed along the lines that are drawn or burnt, mm/s."""
+    """Speed while drawing or burning, mm/s."""
     speed_ratio: float
     """Speed ratio of point-to-point moves, %."""
     park: list[float]
-    """Position where the tip of the tool is parked at the end, mm."""
+    """Position at which to park the tool tip at the end, mm."""
     dialect: Literal["pen", "laser", "servo"]
-    """Machine of a G-code file; the servo of a pen is moved by M3, M280 or M300."""
+    """Type of machine that a G-code file is for; the pen servo is moved by M3, M280 or M300."""
     s_max: float
-    """S of full laser power in a G-code file."""
+    """Value of S for full laser power in a G-code file."""
     pen_z: float
-    """Z at which the pen of placed G-code touches the surface, mm."""
+    """Z at which the pen touches the surface in placed G-code, mm."""
     start: list[float]
-    """Position of the tool where a G-code program begins that does not say so, mm."""
+    """Start position of the tool for a G-code program that does not set it, mm."""
     resample: float
-    """Distance below which points of a recording are left out that are close to the line, mm."""
+    """Tolerance of simplifying a recording: points closer than this to the line are dropped, mm."""
 
 class _PenSetup(TypedDict):
     match: Union[str, int]

@@ -166,7 +166,7 @@ async fn storing_a_program_needs_a_teacher_who_means_it() {
     let refused = teacher.call("arm.set", store.clone()).await.unwrap_err();
     assert_eq!(refused["code"], json!(-32005));
     let said = refused["message"].as_str().unwrap();
-    assert!(said.contains("written to the arm's flash"), "{said}");
+    assert!(said.contains("to the arm's flash"), "{said}");
     teacher.lease().await;
     let mut meant = store;
     meant["yes"] = json!(true);

@@ -50,7 +50,7 @@ pub(crate) struct PreviewFlags {
 
 /// How it runs.
 #[derive(Args, Debug, Default)]
-#[command(next_help_heading = "The run")]
+#[command(next_help_heading = "Run")]
 pub(crate) struct RunFlags {
     /// Take flags that are not given from this preset; `magician preset list` lists them
     #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]

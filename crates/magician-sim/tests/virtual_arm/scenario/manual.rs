@@ -56,7 +56,7 @@ fn merged(forms: &[&Value]) -> Map<String, Value> {
             let known = keys.entry(key.clone()).or_insert_with(|| value.clone());
             let more = match (value.get("const"), value["enum"].as_array()) {
                 (Some(word), _) => {
-                    known["description"] = "Which of these.".into();
+                    known["description"] = "Kind.".into();
                     vec![word.clone()]
                 }
                 (None, Some(words)) => words.clone(),
@@ -89,14 +89,14 @@ fn left_out(forms: &[&Value], key: &str, value: &Value) -> String {
         .copied()
         .collect();
     if having.len() == forms.len() && having.iter().all(needs) {
-        return "needed".into();
+        return "required".into();
     }
     if having.iter().all(needs) && having.len() < forms.len() {
         return "in some forms".into();
     }
     match value.get("default") {
         Some(default) => default.to_string(),
-        None => "see what".into(),
+        None => "see meaning".into(),
     }
 }
 
@@ -110,7 +110,7 @@ fn lines_of(forms: &[&Value]) -> Vec<String> {
             .map(|key| format!("`{key}`"))
             .collect();
         let line = format!(
-            "* {} It needs {}.",
+            "* {} Required keys: {}.",
             text(form, "description"),
             keys.join(", ")
         );
@@ -150,7 +150,7 @@ fn tables() -> String {
         if text(section, "type") == "string" {
             continue;
         }
-        out.push_str("| key | what | from, to | if left out |\n|---|---|---|---|\n");
+        out.push_str("| key | meaning | values | default |\n|---|---|---|---|\n");
         for (key, value) in &merged(&forms) {
             let default = left_out(&forms, key, value);
             writeln!(

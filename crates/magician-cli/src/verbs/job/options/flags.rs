@@ -217,14 +217,14 @@ fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
 /// Returns the heading of a group in the help.
 const fn heading(group: OptionGroup) -> &'static str {
     match group {
-        OptionGroup::Place => "Tool and place",
+        OptionGroup::Place => "Tool and placement",
         OptionGroup::Fill => "Fill",
         OptionGroup::Text => "Text",
         OptionGroup::Parts => "Layers, pens and colours",
         OptionGroup::Image => "Images",
-        OptionGroup::Laser => "The laser",
+        OptionGroup::Laser => "Laser",
         OptionGroup::Pen => "Lines and pen",
-        OptionGroup::More => "The run",
+        OptionGroup::More => "Run",
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }
