@@ -25,7 +25,14 @@ export class RpcError extends Error {
 export const LINE_ENDED = 1;
 
 /** Methods during which a station in the worker is busy and answers nothing else. */
-const COMPUTED: readonly Method[] = ["job.check", "job.start", "job.resume", "program.convert"];
+const COMPUTED: readonly Method[] = [
+  "job.check",
+  "job.start",
+  "job.resume",
+  "program.convert",
+  "teach.rows",
+  "teach.plan",
+];
 
 interface Waiting {
   method: Method;

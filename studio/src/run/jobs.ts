@@ -81,7 +81,7 @@ function begin(): () => void {
   };
 }
 
-export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops">;
+export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops" | "digest">;
 
 /** Text to confirm before a real arm moves. */
 const warned = (about: string): string =>

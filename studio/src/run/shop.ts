@@ -10,7 +10,7 @@ import { call, shown } from "../session";
 import * as store from "../store";
 import { type Lines, show } from "../view/layers";
 import * as jobs from "./jobs";
-import { type Entry, nameOf, programs, put } from "./programs";
+import { type Entry, list, nameOf, programs, put } from "./programs";
 import { known } from "./surface";
 import { labelOf, named } from "./words";
 
@@ -20,6 +20,8 @@ export type Values = Readonly<Record<string, string>>;
 type Wanted = Source & { setup?: Record<string, unknown> };
 
 const CHECK_FAILED = -32004;
+/** The program or its preset was replaced after the check. */
+const CHANGED = -32009;
 /** Largest file that is checked automatically, bytes, since a check takes time. */
 const AT_ONCE = 1024 * 1024;
 const PAUSE = 400;
@@ -231,7 +233,9 @@ export abstract class Shop {
       if (!isKnown && !(await this.check())) return;
       // The user has changed the selection meanwhile, and did not ask for the new one.
       if (this.mark() !== before) return;
-      const order = this.source();
+      // What the user saw is what runs, even if someone replaces the program meanwhile.
+      const seen = this.report.value?.digest;
+      const order = { ...this.source(), ...(seen === undefined ? {} : { digest: seen }) };
       // Without any setup a program runs unchanged.
       const setup = order.setup || more.setup ? { setup: { ...order.setup, ...more.setup } } : {};
       try {
@@ -239,11 +243,18 @@ export abstract class Shop {
         if (job !== null && more.setup === undefined) this.began(job);
         if (job !== null) await jobs.heard(job);
       } catch (error) {
+        if (error instanceof RpcError && error.code === CHANGED) await this.recheck();
         this.refuse(error);
       }
     });
     return job;
   };
+
+  /** Shows a program that was replaced after its check. */
+  private async recheck(): Promise<void> {
+    await list();
+    await this.check();
+  }
 
   /** A job of what is chosen has begun. */
   protected began(_job: string): void {}

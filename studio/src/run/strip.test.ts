@@ -24,6 +24,7 @@ const job = (more: Partial<Job>): Job => ({
   place: null,
   error: null,
   notes: null,
+  digest: null,
   ...more,
 });
 const seen = new Set(["j1"]);

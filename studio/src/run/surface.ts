@@ -2,7 +2,8 @@
 import { computed, effect, signal } from "@preact/signals";
 import { type Problem, problemOf } from "../actions";
 import type { MeasuredSurface } from "../api";
-import { call, shown } from "../session";
+import type { Told } from "../client";
+import { call, notified, shown } from "../session";
 import * as store from "../store";
 import { show } from "../view/layers";
 import { w } from "./surface.words";
@@ -87,9 +88,20 @@ export const shownSize = (): string => {
   return `${Math.round(width)} × ${Math.round(high)} mm`;
 };
 
+/** Another page may measure as well: both continue with the corner that is missing. */
+function hear(...[method, params]: Told): void {
+  if (method !== "surface.changed" || params.arm !== store.armName.value) return;
+  known.value = params.surface;
+  const { corners, sheet } = params.surface;
+  if (isMeasuring.value && corners.includes(corner.value)) corner.value = nextOf(corners);
+  if (sheet !== null) isMeasuring.value = false;
+}
+
 /** Keeps the surface of the shown arm up to date. Returns a function that ends it. */
 export function follow(): () => void {
+  notified.add(hear);
   const ends = [
+    () => notified.delete(hear),
     // A refusal concerns the arm's earlier state; it is requested again for another arm, or after
     // homing.
     effect(() => {
