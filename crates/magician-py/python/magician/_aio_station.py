@@ -180,7 +180,7 @@ class Station(Bound):
 
     @property
     def connected(self) -> bool:
-        """Whether it is connected now."""
+        """True if it is connected now."""
         return self._core.connection() == "up"
 
     @property

@@ -61,7 +61,7 @@ class Stroke(Value):
     """A line that the pen or the laser has left without a break; one of a single point is a dot."""
 
     burnt: bool
-    """Whether it was the laser."""
+    """True if it was the laser."""
     power: float
     """Of the laser, above 0 to 100 percent; 100 for ink."""
     _data: bytes

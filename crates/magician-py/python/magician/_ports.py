@@ -32,7 +32,7 @@ class SerialPort(Value):
     location: str | None
     """The socket that it is plugged into, as the system names it: ``1-1.4`` on Linux."""
     likely_arm: bool
-    """Whether the adapter is one that Magicians have. Other devices have them too."""
+    """True if the adapter is one that Magicians have. Other devices have them too."""
 
 
 class Found(Value):

@@ -38,7 +38,7 @@ class ArmEntry(Value):
     port: str
     """Where the station has it."""
     virtual: bool
-    """Whether it is a virtual arm of the station's own."""
+    """True if it is a virtual arm of the station's own."""
     link: str
     """``"up"`` or ``"lost"``."""
     holder: Holder | None
@@ -55,11 +55,11 @@ class ToolState(Value):
     bias: tuple[float, float, float] | None
     """Its tip from the flange, mm."""
     suction: bool | None
-    """Whether the suction cup is on."""
+    """True if the suction cup is on."""
     gripper: str | None
     """``"open"``, ``"closed"`` or ``"off"``."""
     laser: bool | None
-    """Whether the laser may burn."""
+    """True if the laser may burn."""
 
 
 class ArmState(Value):
@@ -96,9 +96,9 @@ class ArmState(Value):
     link: str
     """``"up"`` or ``"lost"``; while it is lost the rest is of before."""
     moving: bool
-    """Whether it moves, or may."""
+    """True if it moves, or may."""
     homed: bool | None
-    """Whether it was homed since it was switched on, if that is known."""
+    """True if it was homed since it was switched on, if that is known."""
     tool: ToolState
     """What its tools do."""
     speed: float | None
@@ -155,7 +155,7 @@ class JobState(Value):
 
     @property
     def over(self) -> bool:
-        """Whether it has ended, in whatever way."""
+        """True if it has ended, in whatever way."""
         return self.state in _OVER
 
     @property

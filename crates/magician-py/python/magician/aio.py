@@ -377,7 +377,7 @@ class Arm(Bound):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion or a queue that this connection started may still be running.
+        """True if a motion or a queue that this connection started may still be running.
 
         It errs towards yes: a motion counts until its end was read. Motions that other programs started do not count.
         """
@@ -480,7 +480,7 @@ class Arm(Bound):
     @overload
     async def is_reachable(self, poses: Points, /, *, r: float = 0.0) -> Mask: ...
     async def is_reachable(self, x: Any, y: float | None = None, z: float | None = None, r: float = 0.0) -> bool | Mask:
-        """Whether the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
+        """True if the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
         tool that is set, whole arrays too. The path there is not checked; a motion is, before it is sent.
         """
         from .kinematics import is_reachable
@@ -1436,7 +1436,7 @@ class Arm(Bound):
         await self.set(words.infrared(port, on, version))
 
     async def infrared_at(self, port: PortLike) -> bool:
-        """Whether something is in front of the infrared sensor on a port."""
+        """True if something is in front of the infrared sensor on a port."""
         return (await self.get(words.infrared_at(port))).state
 
     # Queue and stop.
@@ -1872,7 +1872,7 @@ class Motion(Bound, Generic[_T]):
         return f"<Motion, {'under way' if not self.done() else 'done' if self._going.failure is None else 'failed'}>"
 
     def done(self) -> bool:
-        """Whether it has ended, well or not."""
+        """True if it has ended, well or not."""
         return self._going.over
 
     async def wait(self, timeout: float | None = None) -> _T:
@@ -2040,7 +2040,7 @@ class Job(Bound):
         self.stop()
 
     def done(self) -> bool:
-        """Whether it has ended, well or not."""
+        """True if it has ended, well or not."""
         return self.state == "ended"
 
     # [aio]
@@ -2190,7 +2190,7 @@ class Recording(Bound):
 
     @property
     def is_open(self) -> bool:
-        """Whether it goes on: it was begun and not finished, and has not ended by itself, as with a lost line;
+        """True if it goes on: it was begun and not finished, and has not ended by itself, as with a lost line;
         :meth:`finish` tells why."""
         return self._native is not None and self._native.is_open()
 
@@ -2268,7 +2268,7 @@ class Lesson(Bound):
 
     @property
     def guided(self) -> bool:
-        """Whether the arm reports its unlock key. If not, :meth:`point` takes each point."""
+        """True if the arm reports its unlock key. If not, :meth:`point` takes each point."""
         return self._begun().is_guided()
 
     @property
@@ -2495,7 +2495,7 @@ class Run(Bound):
 
     @property
     def is_interrupted(self) -> bool:
-        """Whether it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good."""
+        """True if it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good."""
         return self._run.is_interrupted()
 
     @property

@@ -72,7 +72,7 @@ class Conformance(Value):
 
     @property
     def ok(self) -> bool:
-        """Whether none failed."""
+        """True if none failed."""
         return not self.failed
 
     @property

@@ -23,7 +23,7 @@ class Finding(Value):
     ``"current_index"``, ``"window"``, ``"identity"``, ``"line_speed"``, ``"turnaround"``, ``"jitter"``, ``"losses"``,
     ``"alarms"`` (one for each), ``"homed"``, ``"fence"``, ``"queue"``."""
     ok: bool | None
-    """Whether it is as it should be; ``None`` where it was not looked at, or there is nothing to judge."""
+    """True if it is as it should be; ``None`` where it was not looked at, or there is nothing to judge."""
     value: Any
     """The figure: a number, a text, a dictionary (``"identity"``), or ``None``."""
     unit: str | None
@@ -55,7 +55,7 @@ class Diagnosis(Value):
 
     @property
     def ok(self) -> bool:
-        """Whether it came to its end and no check failed."""
+        """True if it came to its end and no check failed."""
         return self.error is None and not self.failed
 
     @property

@@ -127,7 +127,7 @@ def is_reachable(  # type: ignore[overload-overlap]  # pyright: ignore[reportOve
 @overload
 def is_reachable(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> Mask: ...
 def is_reachable(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> bool | Mask:
-    """Whether the tool's tip can be at a pose; of an array, for each of its rows. Arguments as for :func:`inverse`."""
+    """True if the tool's tip can be at a pose; of an array, for each of its rows. Arguments as for :func:`inverse`."""
     bias = bias_of(tool)
     one = _one("pose", pose)
     data, columns = rows(pose[0] if one is None else [one])

@@ -359,7 +359,7 @@ class Rehearsal(Value):
     """What came of a plan on a virtual arm of its own, at full speed, to the microsecond."""
 
     ok: bool
-    """Whether all steps have ended without an alarm."""
+    """True if all steps have ended without an alarm."""
     seconds: float
     """How long it took, on the arm's clock."""
     steps: int
@@ -538,7 +538,7 @@ class Plan:
 
     @property
     def surface_is_assumed(self) -> bool:
-        """Whether the work surface height is unknown: it is then assumed to be the table of a virtual arm, and no real
+        """True if the work surface height is unknown: it is then assumed to be the table of a virtual arm, and no real
         arm runs the plan."""
         return self.native.assumed
 

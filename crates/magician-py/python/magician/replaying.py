@@ -64,7 +64,7 @@ class Replay(Value):
 
     @property
     def ok(self) -> bool:
-        """Whether nothing differs."""
+        """True if nothing differs."""
         return self.found == 0
 
     def __str__(self) -> str:

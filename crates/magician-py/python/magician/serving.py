@@ -80,7 +80,7 @@ class Served(Bound):
 
     @property
     def is_open(self) -> bool:
-        """Whether it is served."""
+        """True if it is served."""
         return self._native.is_open()
 
     def wait(self, timeout: float | None = None) -> bool:

@@ -59,13 +59,13 @@ class Observation(NamedTuple):
     time: float
     """Its clock, s."""
     moving: bool
-    """Whether it is still on its way."""
+    """True if it is still on its way."""
     refused: bool
-    """Whether the check refused the last target, so that it was not sent."""
+    """True if the check refused the last target, so that it was not sent."""
     alarm: bool
-    """Whether an alarm stands that stops the arm; the next target clears it."""
+    """True if an alarm stands that stops the arm; the next target clears it."""
     holding: bool
-    """Whether suction cup or gripper hold something."""
+    """True if suction cup or gripper hold something."""
 
 
 class Observations(NamedTuple):

@@ -26,11 +26,11 @@ class Decoded(Value):
     command: str
     """The form of the command, as the vendor calls it: ``"SetPTPCmd"``."""
     direction: Literal["request", "reply"]
-    """Whether the host sent it, or the arm."""
+    """True if the host sent it, or the arm."""
     write: bool
-    """Whether it sets something, or orders it."""
+    """True if it sets something, or orders it."""
     queued: bool
-    """Whether it goes into the arm's queue."""
+    """True if it goes into the arm's queue."""
     value: Command | None
     """What it carries, as :mod:`magician.commands` has it; ``None`` for nothing, and where :attr:`index` says it."""
     index: int | None

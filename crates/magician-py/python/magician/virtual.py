@@ -97,31 +97,31 @@ class WorldObject(Bound):
 
     @property
     def on_belt(self) -> bool:
-        """Whether it stands on the conveyor's belt itself."""
+        """True if it stands on the conveyor's belt itself."""
         return self.rests_on == "belt"
 
     @property
     def on_table(self) -> bool:
-        """Whether it stands on the table itself."""
+        """True if it stands on the table itself."""
         return self.rests_on == "table"
 
     @property
     def held(self) -> bool:
-        """Whether the tool holds it."""
+        """True if the tool holds it."""
         return self.rests_on == "tool"
 
     @property
     def lost(self) -> bool:
-        """Whether it has fallen off everything."""
+        """True if it has fallen off everything."""
         return self.rests_on == "floor"
 
     def on(self, name: str) -> bool:
-        """Whether it stands on the object of that name itself."""
+        """True if it stands on the object of that name itself."""
         self._look(name)
         return self.rests_on == name
 
     def seen_by(self, port: Literal["GP1", "GP2", "GP4", "GP5"]) -> bool:
-        """Whether the sensor at a connector has seen it since power-up."""
+        """True if the sensor at a connector has seen it since power-up."""
         return port in self._now()["seen_by"]
 
     def _now(self) -> dict[str, Any]:
@@ -316,12 +316,12 @@ class VirtualArm(Bound):
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves."""
+        """True if anything moves."""
         return bool(self._state("moving"))
 
     @property
     def homed(self) -> bool:
-        """Whether it has been homed since power-up."""
+        """True if it has been homed since power-up."""
         return bool(self._state("homed"))
 
     @property
@@ -342,12 +342,12 @@ class VirtualArm(Bound):
 
     @property
     def suction(self) -> bool:
-        """Whether the suction cup sucks."""
+        """True if the suction cup sucks."""
         return bool(self._state("suction"))
 
     @property
     def gripper_closed(self) -> bool:
-        """Whether the gripper was closed."""
+        """True if the gripper was closed."""
         return bool(self._state("gripper_closed"))
 
     @property
