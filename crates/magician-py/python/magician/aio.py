@@ -339,8 +339,8 @@ class Arm(Bound):
 
     @property
     def poses(self) -> Poses:
-        """Poses by their names, in the file ``poses.json`` beside the program: ``arm.poses["tray"] = arm.pose()``, and
-        ``arm.move_to("tray")`` in any program after that. Another file is set: ``arm.poses = Poses("cell.json")``.
+        """Named poses, stored in ``poses.json`` beside the program: ``arm.poses["tray"] = arm.pose()``, then
+        ``arm.move_to("tray")`` in any later program. Assign to use another file: ``arm.poses = Poses("cell.json")``.
         """
         if self._poses is None:
             self._poses = Poses()
@@ -356,12 +356,12 @@ class Arm(Bound):
 
     @property
     def name(self) -> str:
-        """The name of the connection in messages: the port as it was given."""
+        """Name of the connection in messages: the port as passed by the caller."""
         return self._core.name()
 
     @property
     def timeout(self) -> float:
-        """Seconds after which every single call to the arm ends; it can be set, for calls that begin after that."""
+        """Timeout of a single call to the arm, s. A new value applies to later calls."""
         return self._core.timeout()
 
     @timeout.setter
@@ -370,8 +370,7 @@ class Arm(Bound):
 
     @property
     def link(self) -> Link:
-        """The present state of the line to the arm. A silent line counts as up; the calls over it end by their
-        deadlines.
+        """Current state of the line to the arm. A silent line counts as up; calls over it end by their deadlines.
         """
         return _told.link(self._core.link())
 
@@ -379,17 +378,17 @@ class Arm(Bound):
     def moving(self) -> bool:
         """True if a motion or a queue that this connection started may still be running.
 
-        It errs towards yes: a motion counts until its end was read. Motions that other programs started do not count.
+        If in doubt the value is True: a motion counts until its end was read. Motions that other programs started do
+        not count.
         """
         return self._core.moving()
 
     def detach(self) -> None:
-        """Lets the motions and the queue that this connection started go on when it ends, however it ends."""
+        """Leaves the motions and the queue of this connection running when the connection ends, for any reason."""
         self._core.detach()
 
     async def close(self) -> None:
-        """Closes the connection and returns when that is done. Motions that it started are stopped, unless it was
-        detached.
+        """Closes the connection and waits until it is closed. Its motions are stopped, unless it was detached.
 
         All other calls on it fail with :class:`~magician.errors.ClosedError`, those under way too. Closing it again
         does nothing.
@@ -399,10 +398,10 @@ class Arm(Bound):
             await until(self._core.close())
 
     async def reconnected(self) -> None:
-        """Waits until the line is up again, at once when it is up.
+        """Waits until the line is up again. Returns at once if the line is up.
 
-        Nothing is sent again automatically: calls that were under way when the line was lost have ended with an error.
-        Look at the arm before you go on.
+        Nothing is retransmitted: calls in flight when the line was lost have ended with an error. Look at the arm
+        before you continue.
 
         Raises :class:`~magician.errors.PortError` when the connection does not reconnect,
         :class:`~magician.errors.ClosedError` when it is closed meanwhile.
@@ -410,29 +409,29 @@ class Arm(Bound):
         await until(self._core.reconnected())
 
     async def stats(self) -> Stats:
-        """Counts of the traffic on the line so far, and the number of commands that the arm's queue holds."""
+        """Returns the traffic counters of the line, and the capacity of the arm's queue."""
         return Stats(*await until(self._core.stats()))
 
     # Pose and state.
 
     async def pose(self) -> Pose:
-        """The arm's pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
-        commanded.
+        """Returns the commanded pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4``
+        (degrees).
 
         Document 1.4.1.
         """
         return await until(self._core.get(Pose))
 
     async def _known_pose(self) -> Pose:
-        """The pose that the last motion reached a moment ago; otherwise the arm is asked."""
+        """Returns the pose at the end of the last motion if it is recent; otherwise reads it."""
         return await until(self._core.known_pose(Pose))
 
     async def joints(self) -> Joints:
-        """The angles of the joints, degrees."""
+        """Returns the joint angles, degrees."""
         return (await self.pose()).joints
 
     async def bias(self) -> tuple[float, float, float]:
-        """The tip of the arm's tool, x, y, z in mm from the wrist (document 1.8.1)."""
+        """Returns the offset of the tool tip from the wrist: x, y, z in mm (document 1.8.1)."""
         bias = await until(self._core.get(commands.EndEffectorParams))
         return bias.x_bias, bias.y_bias, bias.z_bias
 
@@ -443,7 +442,7 @@ class Arm(Bound):
     @overload
     async def forward(self, joints: Points, /) -> PoseArray: ...
     async def forward(self, *joints: Any) -> Position | PoseArray:
-        """The pose of the tip of the arm's tool at joint angles, degrees: :func:`magician.forward` for the tool that is
+        """Computes the pose of the tool tip from joint angles, degrees: :func:`magician.forward` for the tool that is
         set, whole arrays too. Nothing moves."""
         from .kinematics import forward
 
@@ -461,10 +460,9 @@ class Arm(Bound):
     @overload
     async def inverse(self, poses: Points, /, *, r: float = 0.0) -> JointArray: ...
     async def inverse(self, *pose: Any, r: float = 0.0) -> Joints | JointArray:
-        """The joint angles that bring the tip of the arm's tool to a pose: :func:`magician.inverse` for the tool that
-        is set, whole arrays too. Nothing moves.
-
-        Raises :class:`~magician.errors.UnreachableError` for a single pose that the arm cannot reach.
+        """Computes the joint angles for a pose of the tool tip: :func:`magician.inverse` for the current
+        tool; accepts arrays. Nothing moves. Raises :class:`~magician.errors.UnreachableError` for a single pose that
+        the arm cannot reach.
         """
         from .kinematics import inverse
 
@@ -480,7 +478,7 @@ class Arm(Bound):
     @overload
     async def is_reachable(self, poses: Points, /, *, r: float = 0.0) -> Mask: ...
     async def is_reachable(self, x: Any, y: float | None = None, z: float | None = None, r: float = 0.0) -> bool | Mask:
-        """True if the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
+        """True if the tool tip can reach a pose, mm and degrees: :func:`magician.is_reachable` for the
         tool that is set, whole arrays too. The path there is not checked; a motion is, before it is sent.
         """
         from .kinematics import is_reachable
@@ -490,15 +488,15 @@ class Arm(Bound):
         return found
 
     async def rail_position(self) -> float:
-        """The arm's position on its rail, mm (document 1.4.3)."""
+        """Returns the position on the rail, mm (document 1.4.3)."""
         return (await until(self._core.get(commands.PoseL))).pose_l
 
     async def clock(self) -> float:
-        """The arm's own clock: seconds since it was switched on, to the millisecond (document 1.3.5)."""
+        """Returns the arm's clock: seconds since power-up, with a resolution of 1 ms (document 1.3.5)."""
         return (await self.get(commands.DeviceTime)).g_systick / 1000
 
     async def info(self) -> Info:
-        """The arm's name, serial number, firmware, and the time since it was switched on."""
+        """Returns the name, serial number and firmware of the arm, and the time since power-up."""
         name = await self.get(commands.DeviceName)
         serial = await self.get(commands.DeviceSn)
         version = await self.get(commands.DeviceVersion)
@@ -520,11 +518,11 @@ class Arm(Bound):
         )
 
     async def alarms(self) -> tuple[Alarm, ...]:
-        """The alarms that are set, each with its cause and its remedy (document 1.5.1)."""
+        """Returns the active alarms, each with cause and remedy (document 1.5.1)."""
         return (await until(self._core.get(commands.AlarmsState))).alarms_state
 
     async def clear_alarms(self, *, allow_laser: bool = False) -> None:
-        """Clears the alarms; the queue goes on if their causes are gone (document 1.5.2).
+        """Clears the alarms; the queue continues if their causes are gone (document 1.5.2).
 
         :param allow_laser: as for :meth:`start_queue`.
         """
@@ -538,10 +536,10 @@ class Arm(Bound):
         outputs: Iterable[PinLike] = (),
         analogs: Iterable[PinLike] = (),
     ) -> StateWatch:
-        """Watches the arm: pose, queue, alarms and link, ``rate`` times a second (0.01 to 1000).
+        """Watches the state of the arm: pose, queue, alarms and link, at ``rate`` Hz (0.01 to 1000).
 
         ``async for status in arm.state(20): ...`` gives every reading. All watches share one set of reads, at the
-        highest rate that any of them asks for, and less often when the line is busy.
+        highest requested rate, and less often while the line is busy.
 
         :param inputs: Pins of digital inputs to read as well (:class:`~magician.Pin`); they must have been multiplexed.
         :param outputs: the same, of digital outputs.
@@ -554,11 +552,11 @@ class Arm(Bound):
         return StateWatch(self._core.state(rate, *watched))
 
     def events(self) -> Events:
-        """Events from now on, for any number of listeners: alarms, finished commands, a lost line.
+        """Subscribes to events from now on: alarms, finished commands, a lost line. Any number of listeners is allowed.
 
-        Events come from frames that pass over the line anyway: they cause no reads of their own, and without reads
-        no events arise. To learn of an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. A listener may fall
-        256 events behind; then it misses the oldest.
+        Events are derived from other traffic: they cause no reads of their own, and without reads there are no events.
+        To see an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. Each listener buffers 256 events, then drops
+        the oldest.
         """
         return Events(self._core.events())
 
@@ -571,7 +569,7 @@ class Arm(Bound):
     @overload
     async def get(self, what: str, **fields: Any) -> Any: ...
     async def get(self, what: type[Readable] | Query[Any] | str, **fields: Any) -> Any:
-        """Asks for a value.
+        """Reads a value of the arm.
 
         By its class, ``arm.get(commands.Pose)``; with a question, ``arm.get(commands.GetIoDi(address=19))``; or by any
         name of the command, ``arm.get("IODI", address=19)``.
@@ -614,7 +612,7 @@ class Arm(Bound):
     @overload
     async def enqueue(self, command: str, *, allow_laser: bool = False, **fields: Any) -> int: ...
     async def enqueue(self, command: Queueable | str, *, allow_laser: bool = False, **fields: Any) -> int:
-        """Puts a command into the arm's queue and returns its index. It does not start the queue: see
+        """Appends a command to the arm's queue and returns its index. The queue is not started: see
         :meth:`start_queue`.
 
         :param allow_laser: as for :meth:`set`.
@@ -636,7 +634,7 @@ class Arm(Bound):
         allow_dangerous: bool = False,
         allow_laser: bool = False,
     ) -> bytes:
-        """Sends any frame and returns the parameters of its answer.
+        """Sends an arbitrary frame and returns the parameters of the answer.
 
         :param id: id of the command, 0 to 255.
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
@@ -686,16 +684,17 @@ class Arm(Bound):
         allow_laser: bool = False,
         wait: bool = True,
     ) -> Ran | Motion[Ran]:
-        """Checks commands as the arm stands now, before any of them is sent, runs them, and waits for their end.
+        """Checks commands from the arm's current pose and settings, runs them, and waits until they have finished.
+        Nothing is sent before the check passes.
 
-        They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
+        Any number of commands is fed through the arm's queue. :mod:`magician.words` builds them.
 
         :param progress: called now and then with the progress, while this call waits.
         :param skip: checks to leave out.
         :param require_homed: refuses an arm whose alarms say that it was not homed since it was switched on.
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
-        :param wait: Whether to wait for the end. ``False`` returns at once, with a :class:`Motion`.
+        :param wait: Whether to wait for the end. ``False`` returns a :class:`Motion` at once.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
@@ -714,14 +713,14 @@ class Arm(Bound):
         return Ran(*await until_done(call, self._core, hear))
 
     async def _kept(self, program: Iterable[Queueable]) -> Sequence[Queueable]:
-        """The commands, each with its r, as the arm stands now."""
+        """Fills in r of each command from the arm's current pose."""
         given = listed(program)
         return kept(given, (await self._known_pose()).r) if any(map(keeps_r, given)) else given
 
     async def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
-        """Checks commands as the arm stands now, and tells how many seconds they take.
+        """Checks commands from the arm's current pose and settings, and returns their duration, s.
 
-        It is a virtual arm's time, to the microsecond; ``math.inf`` if the end of one of them is not known: homing, a
+        The duration is simulated, with a resolution of 1 µs; ``math.inf`` if the end of a command is unknown: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
         names = _names(skip)
@@ -738,16 +737,16 @@ class Arm(Bound):
         patience: float = 30.0,
         allow_laser: bool = False,
     ) -> Run:
-        """A program that can go on after the line was lost. Nothing is sent before :meth:`Run.finish`, and nothing is
-        checked.
+        """Prepares a run that can resume after the line was lost. Nothing is sent before :meth:`Run.finish`, and
+        nothing is checked.
 
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
-        :param horizon: maximum motion in the arm's queue, seconds, so that the arm does not go on for long when this
-            program dies: it has no watchdog. At least two commands are queued, however long they take.
+        :param horizon: maximum duration of queued motion, s. It bounds how long the arm moves on if this program dies,
+            as the arm has no watchdog. At least two commands are always queued.
         :param laser_horizon: the same while the laser may be lit.
-        :param trust_pose: lets an interrupted run go on although the end pose of its last finished command is unknown.
-        :param patience: how long the run waits for an arm that does not answer on a line that is there, seconds; never
-            less than the timeout of single calls. Meanwhile its progress tells how long the arm has been ``silent``.
+        :param trust_pose: resumes an interrupted run even if the end pose of its last finished command is unknown.
+        :param patience: maximum time to wait for a silent arm while the line is up, s; at least the timeout of single
+            calls. Meanwhile ``silent`` of the progress is the time since the last answer.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         """
         how = {
@@ -761,21 +760,21 @@ class Arm(Bound):
     # Motion: each of these waits for its end, unless wait=False.
 
     async def home(self, *, wait: bool = True) -> Motion[None]:
-        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2). Until it
-        is switched off, programs on this computer know that it is homed."""
+        """Homes the arm, waits for the end (up to half a minute), and clears the alarms (document 1.6.2). Programs on
+        this computer treat the arm as homed until it is switched off."""
         return await self._go(homing(self._core), wait)
 
     async def touch_off(self, *, unhomed: bool = False) -> Surface:
-        """Takes the height of the level work surface from where the tool touches it now, and moves nothing::
+        """Sets the height of the level work surface to the current height of the tool tip, without motion::
 
             arm.line_to(220, 0, -55)      # down to the paper, by small steps
             plan = magician.load("house.svg", surface=arm.touch_off())
 
-        The height of a real arm is kept in the settings file, as ``magician calibrate surface`` keeps it: the command
-        and a station use it from then on, and :func:`magician.calibrate.saved` reads it back.
+        The height of a real arm is stored in the settings file, as by ``magician calibrate surface``. The command line
+        and a station use it from then on; :func:`magician.calibrate.saved` reads it back.
 
-        :param unhomed: Whether to take an arm (a virtual one aside) that is not known to be homed since power-up. The
-            height may be wrong then.
+        :param unhomed: Whether to accept a real arm that is not known to be homed since power-up. The height may then
+            be wrong.
         :raises InvalidInputError: The arm moves, its laser is on, it is not known to be homed, or its poses are for a
             tool that ends at another height than the one that draws; or the settings keep a sheet, whose height takes
             precedence.
@@ -819,18 +818,17 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose, all joints together or on a straight line, and waits until it is there.
+        """Moves to a pose, with joint interpolation or on a straight line, and waits for the end.
 
-        :param x: mm forward from the base axis; or a pose, or x, y, z and perhaps r in a row:
+        :param x: mm forward from the base axis; or a pose, or a sequence x, y, z and optionally r:
             ``arm.move_to(arm.pose())``; or the name of one of :attr:`poses`.
         :param y: mm to the arm's left.
         :param z: mm up from the shoulder axis; the table is below 0.
         :param r: rotation of the tool, degrees; left out keeps it.
-        :param linear: whether the tool goes on a straight line.
-        :param rail: mm on the rail (0 to 1000), to go to at the same time.
-        :param speed: Share of the set speeds and accelerations for this move alone, percent, as :meth:`speed` sets it
-            for all.
-        :param wait: Whether to wait until it is there. ``False`` returns at once, with a :class:`Motion`.
+        :param linear: whether the tool moves on a straight line.
+        :param rail: target on the rail, mm (0 to 1000), reached at the same time.
+        :param speed: Speed and acceleration ratio for this move alone, percent, as :meth:`speed` sets it for all moves.
+        :param wait: Whether to wait for the end. ``False`` returns a :class:`Motion` at once.
 
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
@@ -857,8 +855,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there: as
-        :meth:`move_to`.
+        """Moves to a pose on a straight line (mm, degrees; r is kept if left out) and waits for the end. Parameters as
+        for :meth:`move_to`.
         """
         return await self._move(words.line_to(*self._place(x, y, z, r)), speed=speed, wait=wait)
 
@@ -896,8 +894,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose over obstacles: up, across, down (mm, degrees; r left out keeps it). Waits until it is there:
-        as :meth:`move_to`.
+        """Jumps to a pose over obstacles: up, across, down (mm, degrees; r is kept if left out). Waits for the end.
+        Parameters as for :meth:`move_to`.
 
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
@@ -917,14 +915,14 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Picks something up: over it, straight down, suction on or gripper closed, straight up. All of it is checked
-        before it begins.
+        """Picks up an object: moves above it, straight down, suction on or gripper closed, straight up. All of it is
+        checked before it starts.
 
-        :param at: Where the tool holds it: a pose, x, y, z and perhaps r in a row, or the name of one of :attr:`poses`.
-        :param tool: What holds it. A gripper opens on the way down.
-        :param approach: How far above it the way down begins, mm.
-        :param retreat: How far the tool goes up with it, mm; as ``approach`` if left out.
-        :param hold: How long the tool takes to hold it, seconds: 0.3 for suction and 0.5 for a gripper if left out.
+        :param at: Grip position: a pose, a sequence x, y, z and optionally r, or the name of one of :attr:`poses`.
+        :param tool: Gripping tool. A gripper opens on the way down.
+        :param approach: Height above the object where the descent begins, mm.
+        :param retreat: Height of the lift, mm; ``approach`` if left out.
+        :param hold: Time that the tool needs to grip, s: 0.3 for suction and 0.5 for a gripper if left out.
         :param speed: As for :meth:`move_to`.
         :param wait: As for :meth:`move_to`.
         """
@@ -945,10 +943,10 @@ class Arm(Bound):
         lead: float = 0.0,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Picks something up from a belt that runs: it goes above the place where the arm can meet it first, waits
-        there, and goes down so that it arrives together with it. Suction is on from the beginning.
+        """Picks up an object from a running belt. The arm moves above the earliest meeting point, waits there, and
+        descends so that it arrives together with the object. Suction is on from the start.
 
-        Where they meet is computed with the times that the check tells; all of it is checked before anything moves.
+        The meeting point is computed from simulated durations; all of it is checked before anything moves.
 
         ::
 
@@ -956,21 +954,21 @@ class Arm(Bound):
             seen = arm.infrared_edge("GP2")
             arm.pick_from_belt((180, -150, -30), Belt(40), since=seen)
 
-        :param at: Where the tool would hold it: a pose, x, y, z and perhaps r in a row, or the name of one of
+        :param at: Grip position at time ``since``: a pose, a sequence x, y, z and optionally r, or the name of one of
             :attr:`poses`.
-        :param belt: How fast the belt runs, and where.
-        :param since: When it was there: the arm's :meth:`clock`, s; now if it is left out.
-        :param tool: What holds it. A gripper closes on the arrival, and the belt goes on while it closes.
+        :param belt: Speed and direction of the belt.
+        :param since: Time at which the object was at ``at``: the arm's :meth:`clock`, s; now if left out.
+        :param tool: Gripping tool. A gripper closes on arrival; the belt moves on while it closes.
         :param approach: As for :meth:`pick`.
         :param retreat: As for :meth:`pick`.
         :param hold: As for :meth:`pick`.
         :param speed: As for :meth:`move_to`.
-        :param lead: By how much sooner the arm is to arrive, seconds, where it is seen to come too late: a line, or an
-            arm, that is slower than it should be.
+        :param lead: Time by which the arm arrives earlier, s. Use it if the arm is seen to arrive late because of a
+            slow line or arm.
         :param wait: As for :meth:`move_to`. Without ``since``, "now" is when it was called.
-        :raises UnreachableError: The belt does not bring it within reach, or takes it out of reach before the arm can
-            be there. Nothing has moved.
-        :raises ResponseTimeoutError: The arm was above the place too late. It stands there.
+        :raises UnreachableError: The object never comes within reach, or leaves it before the arm can arrive. Nothing
+            has moved.
+        :raises ResponseTimeoutError: The arm was above the meeting point too late, and stays there.
         """
         x, y, z, r = self._place(at)
         lead = number("lead", lead, least=-10, most=10, unit="s")
@@ -1000,8 +998,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Puts down what the tool holds: over the place, straight down, suction off or gripper open, straight up. The
-        parameters are those of :meth:`pick`.
+        """Places the held object: moves above the target, straight down, suction off or gripper open, straight up.
+        Parameters as for :meth:`pick`.
         """
         x, y, z, r = self._place(at)
         return await self._move(*placing((x, y, z), r, tool, approach, retreat, hold), speed=speed, wait=wait)
