@@ -15,10 +15,10 @@ const HEAD: &str = r#"#
 # Generated from the protocol's table when the package is built, or by `cargo xtask generate python`.
 """All commands of the protocol, as value classes.
 
-To read a value, pass its class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. Read the value of a pin, a port or
-a target with a query: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. To set a value, pass an object:
-``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``. Commands that can be queued are also
-accepted by ``arm.enqueue`` and ``arm.perform``.
+To read a value, pass its class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. Read the value of a pin, a port
+or a target with a query: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. To set a value, pass an
+object: ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``. Commands that can be queued
+are also accepted by ``arm.enqueue`` and ``arm.perform``.
 
 The names are the vendor's, in Python's spelling. Lengths are mm, angles degrees. E numbers cite the errata to the
 vendor's document.
