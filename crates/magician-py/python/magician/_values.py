@@ -60,7 +60,7 @@ class ValueType(type):
 
 
 class _OfDataclass:
-    """What the functions of ``dataclasses`` look for (``fields``, ``asdict``, ``replace``), made when they do."""
+    """Metadata for the functions of ``dataclasses`` (``fields``, ``asdict``, ``replace``), created on first use."""
 
     def __set_name__(self, _owner: type, name: str) -> None:
         self._name = name

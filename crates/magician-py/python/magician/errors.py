@@ -153,7 +153,7 @@ class AlarmError(Error):
 
 
 class UncertainError(Error):
-    """It is unknown if the arm accepted a command: see :attr:`Error.from_index` and :attr:`Error.to_index`."""
+    """The outcome of a command is uncertain: see :attr:`Error.from_index` and :attr:`Error.to_index`."""
 
     kind = "uncertain"
 

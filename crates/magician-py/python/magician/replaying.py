@@ -29,8 +29,8 @@ class Difference(Value):
     command: str | None
     """The command, as the vendor calls it; ``None`` for an unknown id."""
     kind: Literal["value", "form", "silent", "answered", "unasked"]
-    """What differs: the value of a field; the form of the answer; an answer that only the recording has, or only the
-    virtual arm gives; a recorded answer that belongs to no request."""
+    """Kind of the difference: the value of a field; the form of the answer; an answer that only the recording has, or
+    only the virtual arm gives; a recorded answer that belongs to no request."""
     field: str | None
     """Field whose value differs."""
     recorded: Any

@@ -16,7 +16,7 @@ use crate::{errors, values};
 /// Watch of the arm's state.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct StateWatch {
-    /// One to wait on, one to read without waiting.
+    /// Two watches: one for waiting, one for reading without waiting.
     watches: Local<(Arc<Mutex<magician::StateWatch>>, magician::StateWatch)>,
 }
 
