@@ -58,150 +58,150 @@ macro_rules! functions {
 
     // Session
 
-    /// Lists where arms could be, separated by blanks, and returns how many there are.
+    /// Lists the ports where arms may be, separated by spaces, and returns their number.
     Host None SearchDobot(list: Buffer, size: u32) in [v1 v2 v3] = |_, list, size| session::search(list, size);
-    /// Connects to the arm at a port, or to the first that is found when no name is given.
+    /// Connects to the arm at a port, or to the first arm found if the name is empty.
     Host None ConnectDobot(port: Text, baud: u32, firmware: Buffer, version: Buffer) in [v1]
         = |_, port, baud, firmware, version| session::connect_v1(port, baud, firmware, version);
-    /// Connects to the arm at a port, or to the first that is found when no name is given.
+    /// Connects to the arm at a port, or to the first arm found if the name is empty.
     Host None ConnectDobot(port: Text, baud: u32, firmware: Buffer, version: Buffer, id: Out<i32>) in [v2]
         = |_, port, baud, firmware, version, id| session::connect_v2(port, baud, firmware, version, id);
-    /// Connects to the arm at a port, or to the first that is found when no name is given.
+    /// Connects to the arm at a port, or to the first arm found if the name is empty.
     Host None ConnectDobot(port: Text, baud: u32, info: Out<ConnectInfo>) in [v3]
         = |_, port, baud, info| session::connect_v3(port, baud, info);
-    /// Ends the connection. The arm goes on with what is in its queue.
+    /// Closes the connection. The arm continues with the commands in its queue.
     Host Master DisconnectDobot() in [v1 v2 v3] = session::disconnect;
-    /// How long calls may take, in milliseconds: 3000 unless set. It may be set before there is a connection.
+    /// Sets the timeout of calls, ms; the default is 3000. May be called before a connection exists.
     Host Master SetCmdTimeout(milliseconds: u32) in [v1 v2 v3] = session::set_timeout;
-    /// Returns at once: no event loop is needed.
+    /// Does nothing: no event loop is needed.
     Host None DobotExec() in [v1 v2 v3] = |_| 0;
-    /// Returns at once: nothing needs to be called again and again.
+    /// Does nothing: no periodic call is needed.
     Host None PeriodicTask() in [v1 v2 v3] = |_| 0;
-    /// Puts the sentence of the calling thread's last fault into a text, as much as fits, and returns its length; 0 if
-    /// there was none. The text may be null.
+    /// Copies the calling thread's last error message, truncated to the buffer, and returns its full length; 0 if
+    /// there is no error. The buffer may be null.
     Host None MagicianLastError(text: Buffer, size: u32) in [v1 v2 v3] = |_, text, size| session::last_error(text, size);
-    /// Allows dangerous commands by their names, with commas between them, or `all`.
+    /// Allows guarded (dangerous) commands: names separated by commas, or `all`.
     Host None MagicianAllow(names: Text) in [v1 v2 v3] = |_, names| session::allow(names);
 
     // Device
 
-    /// Gives the arm another serial number.
+    /// Sets the serial number of the arm.
     Guarded Arm SetDeviceSN(text: Text) in [v1 v2 v3]
         = |arm, text| set_text(arm, text, |device_sn| commands::DeviceSn { device_sn });
     /// Serial number of the arm.
     Command Arm GetDeviceSN(text: Buffer, size: u32) in [v1 v2 v3]
         = |arm, text, size| get_text(arm, text, size, |row: commands::DeviceSn| row.device_sn);
-    /// Gives the arm a name.
+    /// Sets the name of the arm.
     Command Arm SetDeviceName(text: Text) in [v1 v2 v3]
         = |arm, text| set_text(arm, text, |device_name| commands::DeviceName { device_name });
     /// Name of the arm.
     Command Arm GetDeviceName(text: Buffer, size: u32) in [v1 v2 v3]
         = |arm, text, size| get_text(arm, text, size, |row: commands::DeviceName| row.device_name);
-    /// Version of the firmware. Newer headers have a fourth place, for the hardware: it is never touched.
+    /// Firmware version. Newer headers add a fourth argument for the hardware version, which is never written.
     Command Arm GetDeviceVersion(major: Out<u8>, minor: Out<u8>, revision: Out<u8>) in [v1 v2]
         = |arm, major, minor, revision| parts(arm, (major, minor, revision), |row: commands::DeviceVersion| {
             (row.major_version, row.minor_version, row.revision)
         });
-    /// Versions of firmware and hardware; the arm tells three numbers of the firmware's, all else is 0.
+    /// Versions of firmware and hardware. The arm reports three firmware numbers; all other fields are 0.
     Command Arm GetDeviceVersion(version: Out<DeviceVersion>) in [v3]
         = |arm, version| parts(arm, version, |row: commands::DeviceVersion| DeviceVersion::of(&row));
-    /// Says whether the arm stands on a rail.
+    /// Sets whether the arm is mounted on the sliding rail.
     Command Arm SetDeviceWithL(on: Bool, queued: Bool, index: Out<u64>) in [v1]
         = |arm, on, queued, index| queue(arm, &commands::SetDeviceWithL { with_l: Flag(on), version: None }, Said(queued), index);
-    /// Says whether the arm stands on a rail.
+    /// Sets whether the arm is mounted on the sliding rail.
     Command Arm SetDeviceWithL(on: Bool) in [v2]
         = |arm, on| set(arm, &commands::SetDeviceWithL { with_l: Flag(on), version: None });
-    /// Says whether the arm stands on a rail, and on which generation of it.
+    /// Sets whether the arm is mounted on the sliding rail, and the rail's version.
     Command Arm SetDeviceWithL(on: Bool, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, version, queued, index| {
             let row = commands::SetDeviceWithL { with_l: Flag(on), version: Some(version.into()) };
             queue(arm, &row, Said(queued), index)
         };
-    /// Whether the arm stands on a rail.
+    /// True if the arm is set up for the sliding rail.
     Command Arm GetDeviceWithL(on: Out<Bool>) in [v1 v2 v3]
         = |arm, on| parts(arm, on, |row: commands::DeviceWithL| truth(row.with_l));
-    /// Milliseconds since the arm was switched on.
+    /// Time since power-up, ms.
     Command Arm GetDeviceTime(time: Out<u32>) in [v1 v2 v3]
         = |arm, time| parts(arm, time, |row: commands::DeviceTime| row.g_systick);
-    /// Id of the arm's processor.
+    /// Unique id of the controller's processor.
     Command Arm GetDeviceID(value: Out<DeviceID>) in [v3] = |arm, value| get(arm, value);
-    /// Counters of the arm's life.
+    /// Lifetime counters: running time and power cycles.
     Command Arm GetDeviceInfo(value: Out<DeviceCountInfo>) in [v1 v3] = |arm, value| get(arm, value);
-    /// Version of a 3-D printing firmware.
+    /// Version of the 3D-printing firmware.
     Neutral Arm GetMarlinVersion() in [v1 v3] = |_| neutral("GetMarlinVersion", ());
 
     // Pose
 
-    /// Where the arm is.
+    /// Current pose: tool position, mm and degrees, and joint angles, degrees.
     Command Arm GetPose(value: Out<Pose>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Where the arm is, as the oldest headers also call it.
+    /// Alias of `GetPose` in the oldest headers.
     Command Arm GetPoseEx(value: Out<Pose>) in [v1 v2] = |arm, value| get(arm, value);
-    /// Sets the angles of rear arm and forearm anew.
+    /// Overwrites the angles of rear arm and forearm, degrees.
     Guarded Arm ResetPose(manual: Bool, rear_arm_angle: f32, front_arm_angle: f32) in [v1 v2 v3]
         = |arm, manual, rear_arm_angle, front_arm_angle| {
             set(arm, &commands::ResetPose { manual: Flag(manual), rear_arm_angle, front_arm_angle })
         };
-    /// Speed and acceleration of the arm.
+    /// Speed, mm/s, and acceleration, mm/s², of the arm.
     Command Arm GetKinematics(value: Out<Kinematics>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Where the arm is on its rail.
+    /// Position on the sliding rail, mm.
     Command Arm GetPoseL(l: Out<f32>) in [v1 v2 v3] = |arm, l| parts(arm, l, |row: commands::PoseL| row.pose_l);
 
     // Alarms
 
-    /// The alarms that stand, a bit each, and how many bytes they are: as many as fit are written.
+    /// Active alarms, one bit each, and their length in bytes. Writes as many bytes as fit.
     Command Arm GetAlarmsState(state: Out<u8>, length: Out<u32>, size: u32) in [v1 v2 v3]
         = |arm, state, length, size| call::alarms(arm, state, length, size);
-    /// Clears the alarms.
+    /// Clears all alarms.
     Command Arm ClearAllAlarmsState() in [v1 v2 v3] = |arm| set(arm, &commands::ClearAlarmsState {});
 
     // Homing
 
-    /// Sets where homing ends.
+    /// Sets the home pose, where homing ends.
     Command Arm SetHOMEParams(value: In<HOMEParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Where homing ends.
+    /// Home pose, where homing ends.
     Command Arm GetHOMEParams(value: Out<HOMEParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Homes the arm.
     Command Arm SetHOMECmd(value: In<HOMECmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Levels the arm by its sensors.
+    /// Levels the arm with its sensors.
     Command Arm SetAutoLevelingCmd(value: In<AutoLevelingCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// How precisely the arm was levelled.
+    /// Precision reached by automatic levelling.
     Command Arm GetAutoLevelingResult(precision: Out<f32>) in [v1 v2 v3]
         = |arm, precision| parts(arm, precision, |row: commands::AutoLeveling| row.result);
 
     // Teaching by hand
 
-    /// Sets when hand teaching reports a point.
+    /// Sets the trigger of hand teaching: key release, or a periodic interval.
     Command Arm SetHHTTrigMode(mode: HHTTrigMode) in [v1 v2 v3]
         = |arm, mode| set(arm, &commands::HhtTrigMode { mode: choice(mode) });
-    /// When hand teaching reports a point.
+    /// Trigger of hand teaching.
     Command Arm GetHHTTrigMode(mode: Out<HHTTrigMode>) in [v1 v2 v3]
         = |arm, mode| parts(arm, mode, |row: commands::HhtTrigMode| number(row.mode));
-    /// Sets whether hand teaching reports points.
+    /// Enables or disables the reports of hand teaching.
     Command Arm SetHHTTrigOutputEnabled(on: Bool) in [v1 v2 v3]
         = |arm, on| set(arm, &commands::HhtTrigOutputEnabled { is_enabled: Flag(on) });
-    /// Whether hand teaching reports points.
+    /// True if hand teaching reports points.
     Command Arm GetHHTTrigOutputEnabled(on: Out<Bool>) in [v1 v2 v3]
         = |arm, on| parts(arm, on, |row: commands::HhtTrigOutputEnabled| truth(row.is_enabled));
-    /// Whether a point was taught since the last look.
+    /// True if a point was taught since the last call.
     Command Arm GetHHTTrigOutput(triggered: Out<Bool>) in [v1 v2 v3]
         = |arm, triggered| parts(arm, triggered, |row: commands::HhtTrigOutput| truth(row.is_triggered));
 
     // Tool
 
-    /// Sets where the tool sits.
+    /// Sets the offset of the tool tip from the end of the arm, mm.
     Command Arm SetEndEffectorParams(value: In<EndEffectorParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Where the tool sits.
+    /// Offset of the tool tip from the end of the arm, mm.
     Command Arm GetEndEffectorParams(value: Out<EndEffectorParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Switches the laser; what Python modules pass as its power goes out as it is.
+    /// Switches the laser. The power that Python modules pass is sent unchanged.
     Command Arm SetEndEffectorLaser(enable: Bool, on: Bool, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, enable, on, _, index| {
             queue(arm, &commands::SetEndEffectorLaser { enable_ctrl: Flag(enable), on: Flag(on) }, Always, index)
         };
-    /// Whether the laser is in use, and on.
+    /// State of the laser: enabled, and on.
     Command Arm GetEndEffectorLaser(enabled: Out<Bool>, on: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, on| parts(arm, (enabled, on), |row: commands::EndEffectorLaser| {
             (truth(row.is_ctrl_enabled), truth(row.is_on))
@@ -211,7 +211,7 @@ macro_rules! functions {
         = |arm, enable, suck, _, index| {
             queue(arm, &commands::SetEndEffectorSuctionCup { enable_ctrl: Flag(enable), suck: Flag(suck) }, Always, index)
         };
-    /// Whether the suction cup is in use, and sucks.
+    /// State of the suction cup: enabled, and sucking.
     Command Arm GetEndEffectorSuctionCup(enabled: Out<Bool>, sucked: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, sucked| parts(arm, (enabled, sucked), |row: commands::EndEffectorSuctionCup| {
             (truth(row.is_ctrl_enabled), truth(row.is_sucked))
@@ -221,391 +221,391 @@ macro_rules! functions {
         = |arm, enable, grip, _, index| {
             queue(arm, &commands::SetEndEffectorGripper { enable_ctrl: Flag(enable), grip: Flag(grip) }, Always, index)
         };
-    /// Whether the gripper is in use, and closed.
+    /// State of the gripper: enabled, and closed.
     Command Arm GetEndEffectorGripper(enabled: Out<Bool>, gripped: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, gripped| parts(arm, (enabled, gripped), |row: commands::EndEffectorGripper| {
             (truth(row.is_ctrl_enabled), truth(row.is_gripped))
         });
-    /// Names the tool of another arm.
+    /// Sets the tool type of another arm model.
     Neutral Arm SetEndEffectorType(queued: Bool, kind: u8, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetEndEffectorType", index);
-    /// The tool of another arm.
+    /// Tool type of another arm model.
     Neutral Arm GetEndEffectorType(kind: Out<u8>) in [v3] = |_, kind| neutral("GetEndEffectorType", kind);
 
     // Arm orientation
 
-    /// Sets the elbow side, which this arm only stores.
+    /// Sets the elbow side. This arm stores it without effect.
     Command Arm SetArmOrientation(side: ArmOrientation, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, side, _, index| queue(arm, &commands::ArmOrientation { orientation: choice(side) }, Always, index);
-    /// The elbow side.
+    /// Stored elbow side.
     Command Arm GetArmOrientation(side: Out<ArmOrientation>) in [v1 v2 v3]
         = |arm, side| parts(arm, side, |row: commands::ArmOrientation| number(row.orientation));
 
     // Jog
 
-    /// Sets the speeds of jogging in joints.
+    /// Sets speeds and accelerations of joint jogs.
     Command Arm SetJOGJointParams(value: In<JOGJointParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of jogging in joints.
+    /// Speeds and accelerations of joint jogs.
     Command Arm GetJOGJointParams(value: Out<JOGJointParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the speeds of jogging in coordinates.
+    /// Sets speeds and accelerations of Cartesian jogs.
     Command Arm SetJOGCoordinateParams(value: In<JOGCoordinateParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of jogging in coordinates.
+    /// Speeds and accelerations of Cartesian jogs.
     Command Arm GetJOGCoordinateParams(value: Out<JOGCoordinateParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the speeds of jogging on the rail.
+    /// Sets speed and acceleration of rail jogs.
     Command Arm SetJOGLParams(value: In<JOGLParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
-    /// Speeds of jogging on the rail.
+    /// Speed and acceleration of rail jogs.
     Command Arm GetJOGLParams(value: Out<JOGLParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the share of the jog speeds that is used.
+    /// Sets the jog speed ratio, percent.
     Command Arm SetJOGCommonParams(value: In<JOGCommonParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
-    /// Share of the jog speeds that is used.
+    /// Jog speed ratio, percent.
     Command Arm GetJOGCommonParams(value: Out<JOGCommonParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Moves while a key is held; command 0 ends it.
+    /// Starts a jog, which lasts until command 0 ends it.
     Command Arm SetJOGCmd(value: In<JOGCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
 
     // Point to point
 
-    /// Sets the speeds of the joints.
+    /// Sets joint speeds and accelerations of point-to-point moves.
     Command Arm SetPTPJointParams(value: In<PTPJointParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of the joints.
+    /// Joint speeds and accelerations of point-to-point moves.
     Command Arm GetPTPJointParams(value: Out<PTPJointParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the speeds of the tool.
+    /// Sets Cartesian speeds and accelerations of point-to-point moves.
     Command Arm SetPTPCoordinateParams(value: In<PTPCoordinateParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of the tool.
+    /// Cartesian speeds and accelerations of point-to-point moves.
     Command Arm GetPTPCoordinateParams(value: Out<PTPCoordinateParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the speeds on the rail.
+    /// Sets speed and acceleration of the rail in point-to-point moves.
     Command Arm SetPTPLParams(value: In<PTPLParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds on the rail.
+    /// Speed and acceleration of the rail in point-to-point moves.
     Command Arm GetPTPLParams(value: Out<PTPLParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets how high a jump lifts.
+    /// Sets the lift height of jumps and the z limit, mm.
     Command Arm SetPTPJumpParams(value: In<PTPJumpParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// How high a jump lifts.
+    /// Lift height of jumps and the z limit, mm.
     Command Arm GetPTPJumpParams(value: Out<PTPJumpParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the share of the speeds that is used.
+    /// Sets the speed and acceleration ratio, percent.
     Command Arm SetPTPCommonParams(value: In<PTPCommonParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Share of the speeds that is used.
+    /// Speed and acceleration ratio, percent.
     Command Arm GetPTPCommonParams(value: Out<PTPCommonParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Moves the arm to a point.
+    /// Moves the arm to a target (point-to-point).
     Command Arm SetPTPCmd(value: In<PTPCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Moves the arm and the rail to a point.
+    /// Moves arm and rail to a target (point-to-point).
     Command Arm SetPTPWithLCmd(value: In<PTPWithLCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Sets how high a jump lifts, each end for itself.
+    /// Sets separate lift heights at the start and end of jumps, mm.
     Command Arm SetPTPJump2Params(value: In<PTPJump2Params>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// How high a jump lifts, each end for itself.
+    /// Lift heights at the start and end of jumps, mm.
     Command Arm GetPTPJump2Params(value: Out<PTPJump2Params>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Moves the arm to a point and switches outputs on the way.
+    /// Moves the arm to a target and switches outputs on the way.
     Command Arm SetPTPPOCmd(value: In<PTPCmd>, outputs: In<ParallelOutputCmd>, count: c_int, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, outputs, count, _, index| call::queue_switching(arm, value, outputs, count, index);
-    /// Moves the arm and the rail to a point and switches outputs on the way.
+    /// Moves arm and rail to a target and switches outputs on the way.
     Command Arm SetPTPPOWithLCmd(value: In<PTPWithLCmd>, outputs: In<ParallelOutputCmd>, count: c_int, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, outputs, count, _, index| call::queue_switching(arm, value, outputs, count, index);
-    /// Sets the share of the speeds of another arm.
+    /// Sets the speed ratio of another arm model.
     Neutral Arm SetArmSpeedRatio(queued: Bool, mode: u8, ratio: u8, index: Out<u64>) in [v3]
         = |_, _, _, _, index| neutral("SetArmSpeedRatio", index);
-    /// Share of the speeds of another arm.
+    /// Speed ratio of another arm model.
     Neutral Arm GetArmSpeedRatio(mode: u8, ratio: Out<u8>) in [v3] = |_, _, ratio| neutral("GetArmSpeedRatio", ratio);
-    /// Sets the share of the speeds of a controller box's rail.
+    /// Sets the speed ratio of a controller box's rail.
     Neutral Arm SetLSpeedRatio(queued: Bool, mode: u8, ratio: u8, index: Out<u64>) in [v3]
         = |_, _, _, _, index| neutral("SetLSpeedRatio", index);
-    /// Share of the speeds of a controller box's rail.
+    /// Speed ratio of a controller box's rail.
     Neutral Arm GetLSpeedRatio(mode: u8, ratio: Out<u8>) in [v3] = |_, _, ratio| neutral("GetLSpeedRatio", ratio);
 
     // Continuous path
 
-    /// Sets the speeds of the path.
+    /// Sets speed and acceleration of continuous paths.
     Command Arm SetCPParams(value: In<CPParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of the path.
+    /// Speed and acceleration of continuous paths.
     Command Arm GetCPParams(value: Out<CPParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Adds a straight segment to the path.
+    /// Appends a straight segment to the continuous path.
     Command Arm SetCPCmd(value: In<CPCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Adds a straight segment with laser power to the path.
+    /// Appends a straight segment with laser power to the continuous path.
     Command Arm SetCPLECmd(value: In<CPCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_as(arm, value, call::burning, Always, index);
-    /// Adds a segment to the path of another arm.
+    /// Appends a segment to the path of another arm model.
     Neutral Arm SetCP2Cmd(value: In<CP2Cmd>, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetCP2Cmd", index);
-    /// Sets whether the tool keeps its rotation on the path.
+    /// Sets whether the tool keeps its rotation along the path.
     Command Arm SetCPRHoldEnable(on: Bool) in [v1 v3]
         = |arm, on| set(arm, &commands::CpRHeadHoldEnable { enable: Flag(on) });
-    /// Whether the tool keeps its rotation on the path.
+    /// True if the tool keeps its rotation along the path.
     Command Arm GetCPRHoldEnable(on: Out<Bool>) in [v1 v3]
         = |arm, on| parts(arm, on, |row: commands::CpRHeadHoldEnable| truth(row.enable));
-    /// Sets the share of the speeds that is used.
+    /// Sets the speed and acceleration ratio, percent.
     Command Arm SetCPCommonParams(value: In<CPCommonParams>, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Share of the speeds that is used.
+    /// Speed and acceleration ratio, percent.
     Command Arm GetCPCommonParams(value: Out<CPCommonParams>) in [v1 v3] = |arm, value| get(arm, value);
 
     // Arcs
 
-    /// Sets the speeds of arcs.
+    /// Sets speeds and accelerations of arcs and circles.
     Command Arm SetARCParams(value: In<ARCParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Speeds of arcs.
+    /// Speeds and accelerations of arcs and circles.
     Command Arm GetARCParams(value: Out<ARCParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Moves along an arc.
     Command Arm SetARCCmd(value: In<ARCCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Moves round a circle.
+    /// Moves along full circles.
     Command Arm SetCircleCmd(value: In<CircleCmd>, queued: Bool, index: Out<u64>) in [v1]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Moves round a circle, once: every Python module of these families hands in two points and no count.
+    /// Moves along one full circle: every Python module of these families passes two points and no count.
     Command Arm SetCircleCmd(value: In<ARCCmd>, queued: Bool, index: Out<u64>) in [v2 v3]
         = |arm, value, _, index| queue_as(arm, value, call::once_round, Always, index);
-    /// Sets the share of the arc speeds that is used.
+    /// Sets the speed ratio of arcs, percent.
     Command Arm SetARCCommonParams(value: In<ARCCommonParams>, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Share of the arc speeds that is used.
+    /// Speed ratio of arcs, percent.
     Command Arm GetARCCommonParams(value: Out<ARCCommonParams>) in [v1 v3] = |arm, value| get(arm, value);
 
     // Waiting and triggers
 
-    /// Makes the queue wait, milliseconds.
+    /// Holds the queue for a time, ms.
     Command Arm SetWAITCmd(value: In<WAITCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Makes the queue wait for an input.
+    /// Holds the queue until an input meets a condition.
     Command Arm SetTRIGCmd(value: In<TRIGCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
 
     // Inputs, outputs, motors and sensors
 
-    /// Sets what a pin does.
+    /// Sets the function of an EIO pin.
     Command Arm SetIOMultiplexing(value: In<IOMultiplexing>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// What a pin does; which pin is said in the place for the answer.
+    /// Function of an EIO pin. The caller sets the address in the result structure.
     Command Arm GetIOMultiplexing(value: Out<IOMultiplexing>) in [v1 v2 v3]
         = |arm, value| ask(arm, value, |pin| commands::GetIoMultiplexing { address: Some(pin.address) });
-    /// Sets the level of an output.
+    /// Sets the level of a digital output.
     Command Arm SetIODO(value: In<IODO>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Level of an output; which one is said in the place for the answer.
+    /// Level of a digital output. The caller sets the address in the result structure.
     Command Arm GetIODO(value: Out<IODO>) in [v1 v2 v3]
         = |arm, value| ask(arm, value, |pin| commands::GetIoDo { address: Some(pin.address) });
-    /// Sets the signal of an output.
+    /// Sets frequency and duty cycle of a PWM output.
     Command Arm SetIOPWM(value: In<IOPWM>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Signal of an output; which one is said in the place for the answer.
+    /// Frequency and duty cycle of a PWM output. The caller sets the address in the result structure.
     Command Arm GetIOPWM(value: Out<IOPWM>) in [v1 v2 v3]
         = |arm, value| ask(arm, value, |pin| commands::GetIoPwm { address: Some(pin.address) });
-    /// Level of an input; which one is said in the place for the answer.
+    /// Level of a digital input. The caller sets the address in the result structure.
     Command Arm GetIODI(value: Out<IODI>) in [v1 v2 v3]
         = |arm, value| ask(arm, value, |pin| commands::GetIoDi { address: Some(pin.address) });
-    /// Value of an analog input; which one is said in the place for the answer.
+    /// Value of an analog input. The caller sets the address in the result structure.
     Command Arm GetIOADC(value: Out<IOADC>) in [v1 v2 v3]
         = |arm, value| ask(arm, value, |pin| commands::GetIoAdc { address: Some(pin.address) });
-    /// Runs an external motor.
+    /// Runs an external stepper motor at a speed.
     Command Arm SetEMotor(value: In<EMotor>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Runs an external motor a number of pulses.
+    /// Runs an external stepper motor for a number of pulses.
     Command Arm SetEMotorS(value: In<EMotorS>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
-    /// Switches the colour sensor.
+    /// Enables or disables the colour sensor at a port.
     Command Arm SetColorSensor(on: Bool, port: ColorPort) in [v1 v2]
         = |arm, on, port| {
             set(arm, &commands::SetColorSensor { is_enabled: Flag(on), port: choice(port), version: None })
         };
-    /// Switches the colour sensor, and says its generation.
+    /// Enables or disables the colour sensor at a port, and sets its version.
     Command Arm SetColorSensor(on: Bool, port: u8, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, port, version, queued, index| {
             let (port, version) = (port.into(), Some(version.into()));
             queue(arm, &commands::SetColorSensor { is_enabled: Flag(on), port, version }, Said(queued), index)
         };
-    /// What the colour sensor sees.
+    /// Reading of the colour sensor: red, green and blue.
     Command Arm GetColorSensor(r: Out<u8>, g: Out<u8>, b: Out<u8>) in [v1 v2 v3]
         = |arm, r, g, b| parts_for(arm, &commands::GetColorSensor { port: None }, (r, g, b), |row: commands::ColorSensor| {
             (row.r, row.g, row.b)
         });
-    /// Switches the infrared sensor.
+    /// Enables or disables the infrared sensor at a port.
     Command Arm SetInfraredSensor(on: Bool, port: InfraredPort) in [v1 v2]
         = |arm, on, port| {
             set(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port: choice(port), version: None })
         };
-    /// Switches the infrared sensor, and says its generation.
+    /// Enables or disables the infrared sensor at a port, and sets its version.
     Command Arm SetInfraredSensor(on: Bool, port: u8, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, port, version, queued, index| {
             let (port, version) = (port.into(), Some(version.into()));
             queue(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port, version }, Said(queued), index)
         };
-    /// Whether something is in front of the infrared sensor.
+    /// True if the infrared sensor detects an object.
     Command Arm GetInfraredSensor(port: InfraredPort, value: Out<u8>) in [v1 v2 v3]
         = |arm, port, value| {
             let query = commands::GetIrSwitch { port: Some(choice(port)) };
             parts_for(arm, &query, value, |row: commands::IrSwitch| truth(row.state))
         };
-    /// Switches a Grove colour sensor of a controller box.
+    /// Enables or disables a Grove colour sensor of a controller box.
     Neutral Arm SetSeeedColorSensor(port: u8, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetSeeedColorSensor", index);
-    /// What a Grove colour sensor of a controller box sees.
+    /// Reading of a Grove colour sensor of a controller box.
     Neutral Arm GetSeeedColorSensor(r: Out<u16>, g: Out<u16>, b: Out<u16>, cct: Out<u16>) in [v3]
         = |_, r, g, b, cct| neutral("GetSeeedColorSensor", (r, g, b, cct));
-    /// Switches a Grove temperature sensor of a controller box.
+    /// Enables or disables a Grove temperature sensor of a controller box.
     Neutral Arm SetSeeedTempSensor(port: u8, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetSeeedTempSensor", index);
-    /// What a Grove temperature sensor of a controller box sees.
+    /// Reading of a Grove temperature sensor of a controller box.
     Neutral Arm GetSeeedTempSensor(temperature: Out<u16>, humidity: Out<u16>) in [v3]
         = |_, temperature, humidity| neutral("GetSeeedTempSensor", (temperature, humidity));
-    /// Switches a Grove light sensor of a controller box.
+    /// Enables or disables a Grove light sensor of a controller box.
     Neutral Arm SetSeeedLightSensor(port: u8, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetSeeedLightSensor", index);
-    /// What a Grove light sensor of a controller box sees.
+    /// Reading of a Grove light sensor of a controller box.
     Neutral Arm GetSeeedLightSensor(lux: Out<u16>) in [v3] = |_, lux| neutral("GetSeeedLightSensor", lux);
-    /// What a Grove distance sensor of a controller box sees.
+    /// Reading of a Grove distance sensor of a controller box.
     Neutral Arm GetSeeedDistanceSensor(port: u8, distance: Out<u8>) in [v3]
         = |_, _, distance| neutral("GetSeeedDistanceSensor", distance);
-    /// Lights a Grove lamp of a controller box.
+    /// Sets a Grove LED of a controller box.
     Neutral Arm SetSeeedRgb(port: u8, rgb: f32, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, _, index| neutral("SetSeeedRgb", index);
 
     // Calibration
 
-    /// Sets the corrections of the angle sensors.
+    /// Sets the static errors (offsets) of the angle sensors.
     Guarded Arm SetAngleSensorStaticError(rear: f32, front: f32) in [v1 v2 v3]
         = |arm, rear_arm_angle_error, front_arm_angle_error| {
             set(arm, &commands::AngleSensorStaticError { rear_arm_angle_error, front_arm_angle_error })
         };
-    /// Corrections of the angle sensors.
+    /// Static errors (offsets) of the angle sensors.
     Command Arm GetAngleSensorStaticError(rear: Out<f32>, front: Out<f32>) in [v1 v2 v3]
         = |arm, rear, front| parts(arm, (rear, front), |row: commands::AngleSensorStaticError| {
             (row.rear_arm_angle_error, row.front_arm_angle_error)
         });
-    /// Sets the scales of the angle sensors.
+    /// Sets the linear coefficients of the angle sensors.
     Guarded Arm SetAngleSensorCoef(rear: f32, front: f32) in [v1 v2 v3]
         = |arm, rear_arm_angle_coef, front_arm_angle_coef| {
             set(arm, &commands::AngleSensorCoef { rear_arm_angle_coef, front_arm_angle_coef })
         };
-    /// Scales of the angle sensors.
+    /// Linear coefficients of the angle sensors.
     Command Arm GetAngleSensorCoef(rear: Out<f32>, front: Out<f32>) in [v1 v2 v3]
         = |arm, rear, front| parts(arm, (rear, front), |row: commands::AngleSensorCoef| {
             (row.rear_arm_angle_coef, row.front_arm_angle_coef)
         });
-    /// Sets the correction of the base encoder.
+    /// Sets the static error (offset) of the base encoder.
     Guarded Arm SetBaseDecoderStaticError(error: f32) in [v1 v2 v3]
         = |arm, base_decoder_error| set(arm, &commands::BaseDecoderStaticError { base_decoder_error });
-    /// Correction of the base encoder.
+    /// Static error (offset) of the base encoder.
     Command Arm GetBaseDecoderStaticError(error: Out<f32>) in [v1 v2 v3]
         = |arm, error| parts(arm, error, |row: commands::BaseDecoderStaticError| row.base_decoder_error);
-    /// Calibrates the elbow sides of another arm.
+    /// Calibrates the elbow sides of another arm model.
     Neutral Arm SetLRHandCalibrateValue(value: f32) in [v1 v2 v3] = |_, _| neutral("SetLRHandCalibrateValue", ());
-    /// Calibration of the elbow sides of another arm.
+    /// Elbow-side calibration of another arm model.
     Neutral Arm GetLRHandCalibrateValue(value: Out<f32>) in [v1 v2 v3]
         = |_, value| neutral("GetLRHandCalibrateValue", value);
 
     // Wi-Fi
 
-    /// Sets whether the Wi-Fi module takes settings.
+    /// Enables or disables configuration of the Wi-Fi module.
     Guarded Arm SetWIFIConfigMode(on: Bool) in [v1 v2 v3]
         = |arm, on| set(arm, &commands::WifiConfigMode { enable: Flag(on) });
-    /// Whether the Wi-Fi module takes settings.
+    /// True if the Wi-Fi module accepts configuration.
     Command Arm GetWIFIConfigMode(on: Out<Bool>) in [v1 v2 v3]
         = |arm, on| parts(arm, on, |row: commands::WifiConfigMode| truth(row.enable));
-    /// Sets the name of the network.
+    /// Sets the name (SSID) of the Wi-Fi network.
     Guarded Arm SetWIFISSID(text: Text) in [v1 v2 v3]
         = |arm, text| set_text(arm, text, |ssid| commands::WifiSsid { ssid });
-    /// Name of the network.
+    /// Name (SSID) of the Wi-Fi network.
     Command Arm GetWIFISSID(text: Buffer, size: u32) in [v1 v2 v3]
         = |arm, text, size| get_text(arm, text, size, |row: commands::WifiSsid| row.ssid);
-    /// Sets the password of the network.
+    /// Sets the password of the Wi-Fi network.
     Guarded Arm SetWIFIPassword(text: Text) in [v1 v2 v3]
         = |arm, text| set_text(arm, text, |password| commands::WifiPassword { password });
-    /// Password of the network.
+    /// Password of the Wi-Fi network.
     Command Arm GetWIFIPassword(text: Buffer, size: u32) in [v1 v2 v3]
         = |arm, text, size| get_text(arm, text, size, |row: commands::WifiPassword| row.password);
-    /// Sets the address.
+    /// Sets the IP address, or DHCP.
     Guarded Arm SetWIFIIPAddress(value: In<WIFIIPAddress>) in [v1 v2 v3] = |arm, value| put(arm, value);
-    /// The address.
+    /// IP address, and use of DHCP.
     Command Arm GetWIFIIPAddress(value: Out<WIFIIPAddress>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Sets the network mask.
     Guarded Arm SetWIFINetmask(value: In<WIFINetmask>) in [v1 v2 v3] = |arm, value| put(arm, value);
-    /// The network mask.
+    /// Network mask.
     Command Arm GetWIFINetmask(value: Out<WIFINetmask>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Sets the gateway.
     Guarded Arm SetWIFIGateway(value: In<WIFIGateway>) in [v1 v2 v3] = |arm, value| put(arm, value);
-    /// The gateway.
+    /// Gateway.
     Command Arm GetWIFIGateway(value: Out<WIFIGateway>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Sets the name server.
+    /// Sets the DNS server.
     Guarded Arm SetWIFIDNS(value: In<WIFIDNS>) in [v1 v2 v3] = |arm, value| put(arm, value);
-    /// The name server.
+    /// DNS server.
     Command Arm GetWIFIDNS(value: Out<WIFIDNS>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Whether the arm is in the network.
+    /// True if the Wi-Fi module is connected to the network.
     Command Arm GetWIFIConnectStatus(connected: Out<Bool>) in [v1 v2 v3]
         = |arm, connected| parts(arm, connected, |row: commands::WifiConnectStatus| truth(row.is_connected));
 
     // Firmware
 
-    /// Switches to another firmware, which may not speak this protocol.
+    /// Switches to another firmware, which may use a different protocol.
     Guarded Arm UpdateFirmware(value: In<FirmwareParams>) in [v1 v2 v3]
         = |arm, value| call::switch_firmware(arm, value);
-    /// Says which firmware is to run.
+    /// Sets the firmware mode.
     Guarded Arm SetFirmwareMode(value: In<FirmwareMode>) in [v1 v2 v3] = |arm, value| put(arm, value);
-    /// Which firmware runs.
+    /// Current firmware mode.
     Command Arm GetFirmwareMode(value: Out<FirmwareMode>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Announces a firmware to a controller box.
+    /// Announces a firmware upgrade to a controller box.
     Neutral Arm SetUpgradeFWReadyCmd(value: In<UpgradeFWReadyCmd>) in [v3] = |_, _| neutral("SetUpgradeFWReadyCmd", ());
-    /// Whether a controller box takes a firmware.
+    /// True if a controller box is ready for a firmware upgrade.
     Neutral Arm GetUpgradeFWReadyCmd(value: In<UpgradeFWReadyCmd>, ready: Out<u8>) in [v3]
         = |_, _, ready| neutral("GetUpgradeFWReadyCmd", ready);
 
     // Lost steps
 
-    /// Sets how far a joint may be off. Older headers end after the threshold, so what follows is never looked at.
+    /// Sets the lost-step threshold of the joints, degrees. Older headers end here, so later arguments are ignored.
     Command Arm SetLostStepParams(threshold: f32, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, _, _| set(arm, &commands::LostStepParams { value });
-    /// Sets how far a joint may be off.
+    /// Sets the lost-step threshold of the joints, degrees.
     Command Arm SetLostStepParams(threshold: f32) in [v2] = |arm, value| set(arm, &commands::LostStepParams { value });
-    /// Compares the joints with their sensors.
+    /// Checks for lost steps: compares the joints with their sensors.
     Command Arm SetLostStepCmd(queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, _, index| queue(arm, &commands::LostStepCmd {}, Always, index);
-    /// Watches for collisions of another arm.
+    /// Sets the collision detection of another arm model.
     Neutral Arm SetLostStepEnableAndParamsCmd(enable: u8, threshold: f32, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, _, index| neutral("SetLostStepEnableAndParamsCmd", index);
-    /// Whether another arm watches for collisions.
+    /// Collision-detection setting of another arm model.
     Neutral Arm GetLostStepEnableAndParamsCmd(enable: Out<u8>, threshold: Out<f32>) in [v3]
         = |_, enable, threshold| neutral("GetLostStepEnableAndParamsCmd", (enable, threshold));
 
     // Second serial connector
 
-    /// What is plugged into the second serial connector.
+    /// Device type at the second serial connector.
     Command Arm GetUART4PeripheralsType(kind: Out<u8>) in [v1 v3]
         = |arm, kind| parts(arm, kind, |row: commands::Uart4PeripheralsModel| row.type_);
-    /// Sets whether the second serial connector works.
+    /// Enables or disables the second serial connector.
     Command Arm SetUART4PeripheralsEnable(on: Bool) in [v1 v3]
         = |arm, on| set(arm, &commands::Uart4PeripheralsEnabled { is_enabled: Flag(on) });
-    /// Whether the second serial connector works.
+    /// True if the second serial connector is enabled.
     Command Arm GetUART4PeripheralsEnable(on: Out<Bool>) in [v1 v3]
         = |arm, on| parts(arm, on, |row: commands::Uart4PeripheralsEnabled| truth(row.is_enabled));
 
     // Pulses
 
-    /// Moves motors by pulses.
+    /// Moves the motors by pulse counts, queued.
     Command Arm SendPluse(value: In<PluseCmd>, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
-    /// Moves motors by pulses, at once.
+    /// Moves the motors by pulse counts, at once.
     Command Arm SendPluseEx(value: In<PluseCmd>) in [v1 v3] = |arm, value| put(arm, value);
 
     // Tuning and tests
 
-    /// Eight numbers for the user.
+    /// Eight user-defined numbers.
     Command Arm GetUserParams(value: Out<UserParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
-    /// Milliseconds that a move would take from here.
+    /// Duration of a move from the current pose, ms.
     Command Arm GetPTPTime(value: In<PTPCmd>, time: Out<u32>) in [v1 v2 v3]
         = |arm, value, time| call::ptp_time(arm, value, time);
-    /// Controller of a servo.
+    /// PID parameters of a servo.
     Neutral Arm GetServoPIDParams(value: Out<PID>) in [v1 v2] = |_, value| neutral("GetServoPIDParams", value);
-    /// Sets the controller of a servo.
+    /// Sets the PID parameters of a servo.
     Neutral Arm SetServoPIDParams(value: In<PID>, queued: Bool, index: Out<u64>) in [v1 v2]
         = |_, _, _, index| neutral("SetServoPIDParams", index);
     /// Control loop of a servo.
@@ -614,59 +614,59 @@ macro_rules! functions {
     /// Sets the control loop of a servo.
     Neutral Arm SetServoControlLoop(servo: u8, control_loop: u8, queued: Bool, index: Out<u64>) in [v1 v2]
         = |_, _, _, _, index| neutral("SetServoControlLoop", index);
-    /// Keeps the controller of a servo.
+    /// Saves the PID parameters of a servo.
     Neutral Arm SaveServoPIDParams(servo: u8, control_loop: u8, queued: Bool, index: Out<u64>) in [v1 v2]
         = |_, _, _, _, index| neutral("SaveServoPIDParams", index);
-    /// Turns a servo of a controller box.
+    /// Sets the angle of a servo of a controller box.
     Neutral Arm SetServoAngle(queued: Bool, servo: u8, angle: f32, index: Out<u64>) in [v3]
         = |_, _, _, _, index| neutral("SetServoAngle", index);
     /// Angle of a servo of a controller box.
     Neutral Arm GetServoAngle(servo: u8, angle: Out<f32>) in [v3] = |_, _, angle| neutral("GetServoAngle", angle);
-    /// Sets how the motors of another arm work.
+    /// Sets the motor mode of another arm model.
     Neutral Arm SetMotorMode(mode: c_int) in [v3] = |_, _| neutral("SetMotorMode", ());
-    /// How the motors of another arm work.
+    /// Motor mode of another arm model.
     Neutral Arm GetMotorMode(mode: Out<i32>) in [v3] = |_, mode| neutral("GetMotorMode", mode);
-    /// Geometry of another arm. No public program calls it and its places are unknown, so none is touched.
+    /// Geometry of another arm model. No public program calls it; its arguments are unknown, so nothing is written.
     Neutral Arm GetDobotDHParams() in [v3] = |_| neutral("GetDobotDHParams", ());
 
     // Controller box
 
-    /// Shows progress on a controller box.
+    /// Shows progress on the display of a controller box.
     Neutral Arm SetProgbar(value: u8) in [v3] = |_, _| neutral("SetProgbar", ());
-    /// Shows text on a controller box.
+    /// Shows text on the display of a controller box.
     Neutral Arm PrintInfo(text: Text) in [v3] = |_, _| neutral("PrintInfo", ());
     /// Restarts a controller box.
     Neutral Arm RestartMagicBox() in [v3] = |_| neutral("RestartMagicBox", ());
 
     // Queue
 
-    /// Lets the queue run.
+    /// Starts the queue.
     Command Arm SetQueuedCmdStartExec() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdStartExec {});
-    /// Stops the queue when the running command has ended.
+    /// Stops the queue after the running command.
     Command Arm SetQueuedCmdStopExec() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdStopExec {});
-    /// Stops the queue and the running command.
+    /// Stops the queue and aborts the running command.
     Command Arm SetQueuedCmdForceStopExec() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdForceStopExec {});
-    /// Begins to store a program in the arm.
+    /// Begins the download of a program into the arm.
     Guarded Arm SetQueuedCmdStartDownload(loops: u32, lines: u32) in [v1 v2 v3]
         = |arm, total_loop, line_per_loop| {
             set(arm, &commands::QueuedCmdStartDownload { total_loop, line_per_loop })
         };
-    /// Ends the storing of a program.
+    /// Ends the download of a program.
     Command Arm SetQueuedCmdStopDownload() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdStopDownload {});
-    /// Drops what waits in the queue.
+    /// Clears the queue: drops waiting commands.
     Command Arm SetQueuedCmdClear() in [v1 v2 v3] = |arm| set(arm, &commands::QueuedCmdClear {});
-    /// Index of the command that ended last. A program that waits for more while the queue stands finds out why in the log.
+    /// Index of the last finished command. The log says why a program waits in vain while the queue is stopped.
     Command Arm GetQueuedCmdCurrentIndex(index: Out<u64>) in [v1 v2 v3]
         = |arm, index| call::current_index(arm, index);
-    /// Whether nothing moves.
+    /// True if no motion is under way.
     Command Arm GetQueuedCmdMotionFinish(finished: Out<Bool>) in [v1 v3]
         = |arm, finished| parts(arm, finished, |row: commands::QueuedCmdMotionFinish| truth(row.is_finish));
 
     // Library
 
-    /// Asks for the vendor's messages; `MAGICIAN_LOG` asks for ours.
+    /// Accepts the vendor's debug switch without effect; `MAGICIAN_LOG` controls the log.
     Host None SetDebugEnable(on: Bool) in [v1 v3] = |_, on| call::debug(on);
-    /// Waits. No public program calls it, and its argument is what its name suggests.
+    /// Sleeps. No public program calls it; the argument is assumed to be milliseconds.
     Host None DobotSleep(milliseconds: u32) in [v3] = |_, milliseconds| call::sleep(milliseconds);
 
         }

@@ -13,15 +13,15 @@ use magician_protocol::{Alarm, EnumInfo, Field, FieldType, LayoutInfo, Row, Scal
 
 const HEAD: &str = r#"#
 # Generated from the protocol's table when the package is built, or by `cargo xtask generate python`.
-"""Every command of the protocol, as values.
+"""All commands of the protocol, as value classes.
 
-A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or
-a target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
-``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
-``arm.enqueue`` and ``arm.perform`` too.
+To read a value, pass its class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. Read the value of a pin, a port
+or a target with a query: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. To set a value, pass an
+object: ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``. Commands that can be queued
+are also accepted by ``arm.enqueue`` and ``arm.perform``.
 
-The names are the vendor's, in Python's spelling. Lengths are mm, angles degrees. E numbers are those of the errata that
-the vendor's document needs.
+The names are the vendor's, in Python's spelling. Lengths are mm, angles degrees. E numbers cite the errata to the
+vendor's document.
 """
 
 from __future__ import annotations
@@ -35,10 +35,22 @@ from .alarms import Alarm
 "#;
 
 const OUTPUT: &str = r#"class Output(NamedTuple):
+<<<<<<< ours
     """An output that a move switches along its path."""
+||||||| base
+    """An output that a move switches on its way."""
+=======
+    """Output switched during a move."""
+>>>>>>> theirs
 
     percent: int
+<<<<<<< ours
     """Point of the move at which the output switches: percentage of the path, 0 to 100."""
+||||||| base
+    """When: share of the movement that is done, percent, 0 to 100."""
+=======
+    """Share of the movement at which it switches, percent, 0 to 100."""
+>>>>>>> theirs
     address: int
     """EIO address, 1 to 20."""
     high: bool
@@ -49,7 +61,7 @@ const OUTPUT: &str = r#"class Output(NamedTuple):
 
 const ALARMS_HEAD: &str = r#"#
 # Generated from the protocol's table when the package is built, or by `cargo xtask generate python`.
-"""The alarms of the controller, each with its cause and its remedy."""
+"""Alarms of the controller, each with its cause and remedy."""
 
 from __future__ import annotations
 
@@ -59,9 +71,9 @@ __all__ = ["Alarm"]
 
 
 class Alarm(OpenEnum):
-    """An alarm. It is its code, 0x00 to 0xFF; one without a name passes through.
+    """An alarm of the controller. Its value is the code, 0x00 to 0xFF; unnamed codes are kept as numbers.
 
-    ``print(alarm)`` shows the cause and the remedy.
+    ``print(alarm)`` prints the cause and the remedy.
     """
 
 "#;
@@ -69,17 +81,17 @@ class Alarm(OpenEnum):
 const ALARMS_TAIL: &str = r#"
     @property
     def cause(self) -> str:
-        """Its cause."""
+        """Cause of the alarm."""
         return _TEXTS.get(self, _NONE)[0]
 
     @property
     def cure(self) -> str:
-        """Its remedy."""
+        """Remedy for the alarm."""
         return _TEXTS.get(self, _NONE)[1]
 
     @property
     def holds_queue(self) -> bool:
-        """Whether it holds the queue until it is cleared: all but 0x00 to 0x07."""
+        """True if the alarm holds the queue until it is cleared: all but 0x00 to 0x07."""
         return self > 0x07
 
     def __str__(self) -> str:
@@ -214,21 +226,59 @@ fn enums() -> Vec<&'static EnumInfo> {
 fn named_values(page: &mut String, info: &EnumInfo) {
     let about = match info.name {
         "PtpMode" => {
+<<<<<<< ours
             "Kind of travel of a point-to-point move, and meaning of its numbers (document 1.10.5, E28)."
+||||||| base
+            "How a point-to-point move travels and what its numbers mean (document 1.10.5, E28)."
+=======
+            "Motion type of a point-to-point move, and meaning of its numbers (document 1.10.5, E28)."
+>>>>>>> theirs
         }
         "JogCommand" => {
+<<<<<<< ours
             "Direction of a jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
+||||||| base
+            "Which way to jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
+=======
+            "Axis and direction of a jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
+>>>>>>> theirs
         }
+<<<<<<< ours
         "CpMode" => "Reference of the coordinates of a continuous-path segment (document 1.11.2).",
         "RailVersion" => "Generation of the sliding rail (E15).",
         "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
         "TeachTrigger" => "Trigger mode of hand teaching (document 1.7.1).",
         "IoFunction" => "Function of an EIO pin (document 1.15.1, E40).",
         "Port" => "Connector that a sensor is plugged into (E42).",
+||||||| base
+        "CpMode" => "What the numbers of a continuous-path segment count from (document 1.11.2).",
+        "RailVersion" => "Generation of the sliding rail (E15).",
+        "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
+        "TeachTrigger" => "When hand teaching reports a point (document 1.7.1).",
+        "IoFunction" => "What an EIO pin does (document 1.15.1, E40).",
+        "Port" => "Connector that a sensor is plugged into (E42).",
+=======
+        "CpMode" => "Coordinate reference of a continuous-path segment (document 1.11.2).",
+        "RailVersion" => "Version of the sliding rail (E15).",
+        "SensorVersion" => "Version of a colour or infrared sensor (E42, E43).",
+        "TeachTrigger" => "Trigger of hand teaching (document 1.7.1).",
+        "IoFunction" => "Function of an EIO pin (document 1.15.1, E40).",
+        "Port" => "Connector of a sensor (E42).",
+>>>>>>> theirs
         "Stepper" => "External motor output (document 1.15.6).",
+<<<<<<< ours
         "TriggerMode" => "Signal that a trigger observes (document 1.14.1).",
         "TriggerCondition" => "Comparison of a trigger with its threshold (document 1.14.1, E35).",
         "Handedness" => "Elbow side of a SCARA arm; without meaning for the Magician.",
+||||||| base
+        "TriggerMode" => "What a trigger looks at (document 1.14.1).",
+        "TriggerCondition" => "How a trigger compares (document 1.14.1, E35).",
+        "Handedness" => "Elbow side of a SCARA arm; without meaning on this one.",
+=======
+        "TriggerMode" => "Input type of a trigger (document 1.14.1).",
+        "TriggerCondition" => "Comparison of a trigger (document 1.14.1, E35).",
+        "Handedness" => "Elbow side of a SCARA arm; without effect on this arm.",
+>>>>>>> theirs
         _ => "Named values.",
     };
     let _ = writeln!(
@@ -291,7 +341,7 @@ fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
     }
     if let (Some(query), Some(value)) = (asks, row.value) {
         let form = format!(
-            "What {} is asked with, for :class:`{}`; {source}.",
+            "Query of {} for a :class:`{}`; {source}.",
             row.get_name, value.name
         );
         class(page, query, &format!("Query[{}]", value.name), &form);
@@ -315,7 +365,7 @@ fn source(row: &Row) -> String {
         let _ = write!(source, ", errata {}", row.errata);
     }
     if row.dangerous && row.set.is_some() {
-        source += "; dangerous: it is only set with ``allow_dangerous=True``";
+        source += "; dangerous: requires ``allow_dangerous=True``";
     }
     source
 }

@@ -16,7 +16,7 @@ type Pair = (f64, f64);
 /// Stored settings: sheet, height and slope of the surface, and tool.
 type KeptSettings = (Option<SheetParts>, Option<(f64, Pair)>, Option<String>);
 
-/// The sheet whose lower left, lower right and upper left corner were touched.
+/// Computes the sheet from its touched lower left, lower right and upper left corners.
 #[pyfunction]
 pub(crate) fn touched_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<SheetParts> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
@@ -34,7 +34,8 @@ fn parts(sheet: &Sheet) -> SheetParts {
     )
 }
 
-/// The tip that touched one point twice, turned in between: its offset, and the bias to set.
+/// Computes the tool tip from two touches of one point with a rotation in between: offset, and new
+/// bias.
 #[pyfunction]
 pub(crate) fn touched_tip(
     py: Python<'_>,
@@ -66,21 +67,21 @@ fn kept(
     outcome.map_err(|error| unkept(py, &error))
 }
 
-/// Keeps the sheet whose corners were touched.
+/// Saves a sheet given by its touched corners.
 #[pyfunction]
 pub(crate) fn keep_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<Option<String>> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
     kept(py, |file| file.with_table("sheet", &sheet.rounded()))
 }
 
-/// Keeps the height of a level surface.
+/// Saves the height of a level surface.
 #[pyfunction]
 pub(crate) fn keep_surface(py: Python<'_>, height: f64) -> PyResult<Option<String>> {
     let height = rounded_height(height).to_string();
     kept(py, |file| file.with("surface", &height))
 }
 
-/// Keeps the tip that touched one point twice.
+/// Saves the tool tip given by two touches of one point.
 #[pyfunction]
 pub(crate) fn keep_tip(
     py: Python<'_>,
@@ -95,7 +96,7 @@ pub(crate) fn keep_tip(
     kept(py, |file| file.with("tool", &tool))
 }
 
-/// Returns what the file of settings keeps; `MAGICIAN_TOOL` goes before its tool.
+/// Returns the calibration in the settings file. `MAGICIAN_TOOL` overrides its tool.
 #[pyfunction]
 pub(crate) fn kept_settings(py: Python<'_>) -> PyResult<KeptSettings> {
     let read = || -> Result<_, SettingsError> {

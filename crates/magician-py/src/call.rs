@@ -282,8 +282,9 @@ impl Drop for Ending {
 
 #[pymethods]
 impl Call {
-    /// Waits for the end, with the interpreter free for other threads, and returns what came of it. `listener` is called
-    /// with each report. An interrupt, or what the listener raises, ends the waiting and lets go of it.
+    /// Waits for the end with the interpreter's lock released, and returns the result. `listener`
+    /// is called with each report. An interrupt, or an exception of the listener, ends the wait and
+    /// abandons the operation.
     #[pyo3(signature = (listener=None))]
     fn wait(&self, py: Python<'_>, listener: Option<&Bound<'_, PyAny>>) -> PyResult<Py<PyAny>> {
         let inner = self.inner.get(py)?;
@@ -307,7 +308,7 @@ impl Call {
         }
     }
 
-    /// Calls `listener()` from another thread whenever there is a report or the end; once at once.
+    /// Calls `listener()` from another thread at each report and at the end, and once immediately.
     fn listen(&self, py: Python<'_>, listener: Py<PyAny>) -> PyResult<()> {
         let inner = self.inner.get(py)?;
         let listener = Arc::new(listener);
@@ -316,23 +317,23 @@ impl Call {
         Ok(())
     }
 
-    /// Its last report that was not delivered yet, or `None`.
+    /// Latest undelivered report, or `None`.
     fn report(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let report = self.shared(py)?.state().report.take();
         report.map(|report| report(py)).transpose()
     }
 
-    /// Whether it has ended.
+    /// True if the operation has ended.
     fn over(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.shared(py)?.state().over)
     }
 
-    /// Whether what came of it was told.
+    /// True if the result was delivered.
     fn taken(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.shared(py)?.state().taken)
     }
 
-    /// What came of it, once.
+    /// Returns the result. May be called once.
     fn result(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let outcome = {
             let mut state = self.shared(py)?.state();
@@ -349,7 +350,7 @@ impl Call {
         }
     }
 
-    /// Lets go of it: what the arm was sent stays sent, a stop goes on, and a motion is stopped.
+    /// Abandons the operation. Sent frames stay sent, a stop continues, and a motion is stopped.
     fn cancel(&self) {
         if let Some(inner) = self.inner.here() {
             inner.abandon();

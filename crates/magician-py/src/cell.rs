@@ -93,8 +93,8 @@ impl Seen {
 
 #[pymethods]
 impl Cell {
-    /// A virtual arm in the world of a scenario; in virtual time if there is no speed, at full speed if it is 0. `tool` is the
-    /// bias that was chosen before it was switched on, if not the usual one.
+    /// Creates a virtual arm in the world of a scenario. Without a speed it runs in virtual time;
+    /// speed 0 is full speed. `tool` is the bias set before power-up, if not the default.
     #[new]
     #[pyo3(signature = (scenario, speed, tool = None))]
     fn new(
@@ -120,7 +120,7 @@ impl Cell {
         Ok(Self { arm })
     }
 
-    /// Connects to it.
+    /// Connects to the arm.
     #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
     // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
@@ -141,12 +141,12 @@ impl Cell {
         Core::connecting(py, async move { Arm::simulated(arm, options).await })
     }
 
-    /// Offers it to other programs.
+    /// Serves the arm to other programs.
     fn serve(&self, py: Python<'_>, places: Where) -> PyResult<Served> {
         serve_arm(py, self.arm.clone(), places)
     }
 
-    /// What the scenario is called.
+    /// Title of the scenario.
     fn title(&self, py: Python<'_>) -> Option<String> {
         self.with(py, |arm| {
             let scenario = arm.world().scenario()?;
@@ -154,7 +154,7 @@ impl Cell {
         })
     }
 
-    /// Everything about the arm now.
+    /// Current state of the arm.
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = self.with(py, |arm| arm.state());
         let parts = PyDict::new(py);
@@ -177,7 +177,7 @@ impl Cell {
         Ok(parts)
     }
 
-    /// Every object of the world now.
+    /// Current state of all objects.
     fn objects<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
         let seen = self.with(py, |arm| {
             let look = arm.look();
@@ -203,20 +203,20 @@ impl Cell {
         Ok(objects)
     }
 
-    /// Lets so many seconds pass at once.
+    /// Advances the clock by a number of seconds.
     fn advance(&self, py: Python<'_>, time: f64) -> PyResult<()> {
         let time = seconds(py, "the time", time)?;
         py.detach(|| self.arm.advance(time));
         Ok(())
     }
 
-    /// Changes an input; false if there is none of that address.
+    /// Sets a digital input. Returns false if the address has none.
     fn set_input(&self, py: Python<'_>, address: i64, level: bool) -> bool {
         let address = u8::try_from(address);
         address.is_ok_and(|address| self.with(py, |arm| arm.set_input(address, level)))
     }
 
-    /// Changes an analog input, 0 to 4095; false if there is none of that address.
+    /// Sets an analog input, 0 to 4095. Returns false if the address has none.
     fn set_analog(&self, py: Python<'_>, address: i64, value: u16) -> bool {
         let address = u8::try_from(address);
         address.is_ok_and(|address| self.with(py, |arm| arm.set_analog(address, value)))
@@ -264,7 +264,7 @@ impl Cell {
         self.with(py, |arm| arm.inject(ExternalEvent::Reset));
     }
 
-    /// What has happened since the last call, in words.
+    /// Events since the last call, as text.
     fn events(&self, py: Python<'_>) -> Vec<String> {
         self.with(py, |arm| {
             let mut told = Vec::new();
@@ -277,23 +277,23 @@ impl Cell {
         })
     }
 
-    /// What pen and laser have left.
+    /// Strokes of pen and laser.
     fn drawing(&self, py: Python<'_>) -> Ink {
         Ink::new(self.with(py, |arm| arm.drawing()))
     }
 
-    /// The arm and its world at this instant, to put them back.
+    /// Snapshot of the arm and its world.
     fn save(&self, py: Python<'_>) -> Saved {
         Saved::new(py.detach(|| self.arm.snapshot()))
     }
 
-    /// Puts the arm and its world back.
+    /// Restores the arm and its world from a snapshot.
     fn restore(&self, py: Python<'_>, saved: &Saved) -> PyResult<()> {
         let done = py.detach(|| self.arm.restore(&saved.arm));
         done.map_err(|error| errors::raise(py, &error))
     }
 
-    /// The arm and its world as they stand.
+    /// Picture of the arm and its world.
     fn snapshot(&self, py: Python<'_>) -> Picture {
         // Draw a copy, so that the arm is not blocked meanwhile.
         let arm = self.with(py, |arm| arm.clone());

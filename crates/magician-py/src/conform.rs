@@ -32,7 +32,7 @@ fn broken(error: &SuiteError) -> Error {
     Error::new(ErrorCode::Closed, error.to_string())
 }
 
-/// Runs the cases until told to stop. The arm's parameters are restored in either case.
+/// Runs the cases to the end or until stopped. The arm's parameters are restored in either case.
 async fn run<T: magician_conform::Target>(
     arm: T,
     asked: &Asked,
@@ -106,8 +106,8 @@ fn told(py: Python<'_>, (case, outcome): &Ended) -> PyResult<Py<PyAny>> {
     (about, word, reason, failure).into_py_any(py)
 }
 
-/// Runs the selected cases on the arm at a port: the call, which reports results as they come, how many cases there are, and what is
-/// over when the arm's parameters are restored.
+/// Runs the selected cases on the arm at a port. Returns the call that reports results, the number
+/// of cases, and the call that ends when the arm's parameters are restored.
 #[pyfunction]
 pub(crate) fn conform(
     py: Python<'_>,

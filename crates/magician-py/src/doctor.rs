@@ -57,7 +57,7 @@ async fn trial(
     }
 }
 
-/// Runs the diagnosis until told to stop.
+/// Runs the diagnosis until it is stopped.
 async fn examine(
     asked: &Asked,
     found: &mut Diagnosis,
@@ -156,8 +156,9 @@ fn error(none: NoArm) -> Error {
     Error::new(code, message)
 }
 
-/// Examines the arm at a port: the call, which reports findings as they come and comes to port, window, turnaround in ms, and the
-/// exception that ended it early; and what is over when the port is closed.
+/// Diagnoses the arm at a port. Returns two calls: the first reports findings and results in port,
+/// window, turnaround in ms, and the exception of an early end; the second ends when the port is
+/// closed.
 #[pyfunction]
 pub(crate) fn doctor(
     py: Python<'_>,

@@ -85,7 +85,7 @@ impl Core {
         }))
     }
 
-    /// Sends a frame; Ctrl and parameters of the one that answers it.
+    /// Sends a frame. Returns Ctrl and parameters of the reply.
     fn exchange(
         &self,
         py: Python<'_>,
@@ -117,8 +117,8 @@ impl Core {
         }))
     }
 
-    /// Waits until a queued command has finished. A motion that was refused has finished too; `look` tells it apart by
-    /// the alarm that it leaves.
+    /// Waits until a queued command has finished. A refused motion counts as finished; `look`
+    /// detects it by its alarm.
     fn finished(&self, py: Python<'_>, index: u64, look: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::plain(async move {
@@ -132,7 +132,7 @@ impl Core {
     }
 }
 
-/// The id of the command that the vendor or a person calls so.
+/// Finds the id of a command by its vendor name or alias.
 #[pyfunction]
 pub(crate) fn command_id(name: &str) -> Option<u8> {
     Row::find(name).ok().map(|row| row.id)

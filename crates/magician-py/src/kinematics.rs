@@ -54,7 +54,8 @@ fn judged<'py>(
     (PyBytes::new(py, &values), PyBytes::new(py, &reached))
 }
 
-/// The poses of rows of joint angles, within the arm's limits or not; rows of NaN where an angle is not finite.
+/// Computes poses from rows of joint angles, also beyond the joint limits. Rows with an angle that
+/// is not finite become NaN.
 #[pyfunction]
 pub(crate) fn forward<'py>(py: Python<'py>, joints: &[u8], tool: [f64; 3]) -> Judged<'py> {
     let (geometry, limits) = (geometry(tool), ArmModel::MAGICIAN.limits);
@@ -69,7 +70,7 @@ pub(crate) fn forward<'py>(py: Python<'py>, joints: &[u8], tool: [f64; 3]) -> Ju
     })
 }
 
-/// The joint angles of rows of x, y, z and, in a fourth column, r; rows of NaN where the arm cannot be.
+/// Computes joint angles from rows of x, y, z and optionally r. Unreachable rows become NaN.
 #[pyfunction]
 pub(crate) fn inverse<'py>(
     py: Python<'py>,
@@ -87,7 +88,7 @@ pub(crate) fn inverse<'py>(
     })
 }
 
-/// The joint angles of one pose.
+/// Computes the joint angles of one pose.
 ///
 /// # Errors
 /// `magician.errors.UnreachableError` with the limit in the way and both values.
@@ -99,7 +100,8 @@ pub(crate) fn inverse_of(py: Python<'_>, pose: Row, tool: [f64; 3]) -> PyResult<
     Ok(joints.to_array().map(|angle| angle + 0.0))
 }
 
-/// The edges of what the tool's tip can reach at a height, as closed polygons: rows of x and y.
+/// Computes the boundary of the reach of the tool tip at a height, as closed polygons: rows of x
+/// and y.
 #[pyfunction]
 pub(crate) fn reach(py: Python<'_>, z: f64, r: f64, tool: [f64; 3]) -> Vec<Bound<'_, PyBytes>> {
     let [x, y, height] = tool;

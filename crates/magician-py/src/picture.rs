@@ -73,7 +73,7 @@ impl Picture {
 
 #[pymethods]
 impl Core {
-    /// The arm as it stands, drawn.
+    /// Draws the arm in its current pose.
     fn snapshot(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let look = async move {
@@ -96,7 +96,7 @@ impl Core {
     }
 }
 
-/// An arm that says that it stands so, drawn.
+/// Draws an arm with the given reported pose.
 #[pyfunction]
 pub(crate) fn draw_arm(
     py: Python<'_>,
@@ -125,7 +125,7 @@ fn between(joints: &JointAngles, [x, y, z, _]: [f64; 4]) -> ToolBias {
     ToolBias::new(dx * cos + dy * sin, dy * cos - dx * sin, wrist.z - z)
 }
 
-/// What pen and laser have left.
+/// Strokes of pen and laser.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Ink {
     drawing: Drawing,
@@ -149,7 +149,7 @@ impl Ink {
 
 #[pymethods]
 impl Ink {
-    /// A drawing of these strokes.
+    /// Creates a drawing from strokes.
     #[new]
     fn of(strokes: Vec<(bool, f64, Vec<u8>)>) -> Self {
         let strokes = strokes.into_iter().map(|(burnt, power, points)| Stroke {
@@ -204,7 +204,7 @@ impl Ink {
         self.drawing.strokes().len()
     }
 
-    /// One of its strokes.
+    /// Returns one stroke.
     fn stroke<'py>(&self, py: Python<'py>, at: usize) -> PyResult<StrokeParts<'py>> {
         let stroke = self.drawing.strokes().get(at);
         let stroke = stroke.ok_or_else(|| PyIndexError::new_err("there is no such stroke"))?;

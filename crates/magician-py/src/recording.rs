@@ -102,7 +102,7 @@ async fn record(
 
 #[pymethods]
 impl Core {
-    /// Puts the arm on record, in a file.
+    /// Records the arm to a file.
     fn record(
         &self,
         py: Python<'_>,
@@ -142,7 +142,8 @@ impl Core {
 
 #[pymethods]
 impl Recording {
-    /// Seconds, readings, x, y, z and r, mm/s and mm of the tool.
+    /// Progress: time, s; number of readings; tool position x, y, z, r; speed, mm/s; path length,
+    /// mm.
     fn tally(&self, py: Python<'_>) -> PyResult<(f64, u64, [f64; 4], f64, f64)> {
         let tally = (self.inner.get(py)?.tally)();
         let Tally {
@@ -155,7 +156,7 @@ impl Recording {
         Ok((seconds, readings, pose.map(values::shortest), speed, length))
     }
 
-    /// Whether it goes on.
+    /// True while the recording continues.
     fn is_open(&self, py: Python<'_>) -> PyResult<bool> {
         let ending = self.inner.get(py)?.ending.lock();
         let ending = ending.unwrap_or_else(PoisonError::into_inner);
@@ -164,7 +165,8 @@ impl Recording {
             .is_some_and(|ending| !ending.end.is_closed()))
     }
 
-    /// Ends it: its seconds, readings, mm, and steps if it is a program. Once.
+    /// Ends the recording. Returns time, s, readings, path length, mm, and steps of a program. May
+    /// be called once.
     fn finish(&self, py: Python<'_>) -> PyResult<Call> {
         let ending = self.inner.get(py)?.ending.lock();
         let ending = ending.unwrap_or_else(PoisonError::into_inner).take();

@@ -193,7 +193,8 @@ impl Job {
         Ok(Call::under_way(move || stopping.stop(), task, made))
     }
 
-    /// Waits until nothing of a job that was stopped is left to do; what became of the arm.
+    /// Waits for the cleanup of a stopped job. Returns the state of the arm as text, or `None` if
+    /// there is nothing to report.
     fn over(&self, py: Python<'_>) -> PyResult<Call> {
         let handle = self.inner.get(py)?.handle.clone();
         Ok(Call::waiting(async move {
@@ -205,13 +206,14 @@ impl Job {
         }))
     }
 
-    /// Pauses it.
+    /// Pauses the job.
     fn pause(&self, py: Python<'_>) -> PyResult<Call> {
         let pause = self.inner.get(py)?.handle.pause(PauseReason::Person);
         Ok(Call::plain(async move { paused(pause.await) }))
     }
 
-    /// Waits until it is paused, or over: what the person is told then, if it pauses because the plan says so.
+    /// Waits until the job is paused or over. Returns the message for the operator, if the plan has
+    /// one.
     fn paused(&self, py: Python<'_>) -> PyResult<Call> {
         let handle = self.inner.get(py)?.handle.clone();
         let wait = async move {
@@ -230,7 +232,7 @@ impl Job {
         Ok(Call::waiting(wait))
     }
 
-    /// Why it is paused, and what the person is told.
+    /// Reason of the pause, and message for the operator.
     fn pause_reason(&self, py: Python<'_>) -> PyResult<Option<Pause>> {
         let handle = &self.inner.get(py)?.handle;
         let JobState::Paused { reason, part } = handle.state() else {
@@ -240,15 +242,15 @@ impl Job {
         Ok(Some((reason.name(), part, text)))
     }
 
-    /// Goes on with it.
+    /// Resumes the job.
     fn resume(&self, py: Python<'_>) -> PyResult<Call> {
         let resume = self.inner.get(py)?.handle.resume();
         let resume = async move { resumed(resume.await) };
         Ok(Call::start(resume, |py, ()| Ok(py.None())))
     }
 
-    /// The wait for it, or for its end, was interrupted (Ctrl-C): a second one of these stops it at once, unless it comes too soon
-    /// to be meant.
+    /// Handles an interrupt (Ctrl-C) of a wait. A second interrupt stops the job at once, unless it
+    /// follows too soon to be deliberate.
     fn interrupted(&self, py: Python<'_>) -> PyResult<()> {
         let inner = self.inner.get(py)?;
         let mut stops = inner.stops.lock().unwrap_or_else(PoisonError::into_inner);
@@ -260,13 +262,13 @@ impl Job {
         Ok(())
     }
 
-    /// Stops it.
+    /// Stops the job.
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
         self.inner.get(py)?.handle.stop();
         Ok(())
     }
 
-    /// Has what is not sent yet go at this share of its speed, percent.
+    /// Sets the speed of unsent commands, percent of the planned speed.
     fn set_speed(&self, py: Python<'_>, percent: u8) -> PyResult<()> {
         let set = self.inner.get(py)?.handle.set_speed(percent);
         set.map_err(|error| {
@@ -278,17 +280,17 @@ impl Job {
         })
     }
 
-    /// The share of its speed at which what is not sent yet goes, percent.
+    /// Speed of unsent commands, percent of the planned speed.
     fn speed(&self, py: Python<'_>) -> PyResult<u8> {
         Ok(self.inner.get(py)?.handle.speed())
     }
 
-    /// What it does at present.
+    /// Current phase of the job.
     fn state(&self, py: Python<'_>) -> PyResult<&'static str> {
         Ok(self.inner.get(py)?.handle.state().name())
     }
 
-    /// How far it is at present.
+    /// Current progress.
     fn progress(&self, py: Python<'_>) -> PyResult<Progress> {
         let inner = self.inner.get(py)?;
         Ok(parts(&inner.handle.progress(), inner.is_virtual))
@@ -297,12 +299,12 @@ impl Job {
 
 #[pymethods]
 impl Core {
-    /// Whether it is a virtual arm in this process.
+    /// True for an in-process virtual arm.
     fn is_virtual(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.arm(py)?.is_virtual())
     }
 
-    /// Asks the arm what a check of a plan depends on.
+    /// Reads the arm state that the check of a plan depends on.
     fn start_of(&self, py: Python<'_>, plan: &PyPlan) -> PyResult<Call> {
         let (arm, plan) = (self.arm(py)?, Arc::clone(&plan.plan));
         let ask = async move { arm.preflight_for(&plan.kinds()).await };

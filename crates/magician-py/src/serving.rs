@@ -248,7 +248,7 @@ pub(crate) fn serve_proxy(
 }
 
 impl Served {
-    /// Starts a thread that serves until it is told to end. Returns once all its endpoints accept
+    /// Starts a thread that serves until it is closed. Returns once all endpoints accept
     /// connections.
     fn start(
         py: Python<'_>,
@@ -296,12 +296,12 @@ impl Served {
 
 #[pymethods]
 impl Served {
-    /// What each endpoint is, `"pty"`, `"udp"`, `"tcp"` or `"discovery"`, and what to connect to.
+    /// Kind (`"pty"`, `"udp"`, `"tcp"` or `"discovery"`) and address of each endpoint.
     fn endpoints(&self) -> Vec<(&'static str, String)> {
         self.endpoints.clone()
     }
 
-    /// Whether it is served.
+    /// True while it is served.
     fn is_open(&self) -> bool {
         let serving = self.serving.here().map(Mutex::lock);
         serving.is_some_and(|serving| {
@@ -312,7 +312,8 @@ impl Served {
         })
     }
 
-    /// Waits until it breaks down or is closed, at most so many seconds; an interrupt ends the wait. Whether it is still served.
+    /// Waits until it fails or is closed, at most for a time in seconds. Returns true if it is
+    /// still served. An interrupt ends the wait.
     #[pyo3(signature = (timeout))]
     fn wait(&self, py: Python<'_>, timeout: Option<f64>) -> PyResult<bool> {
         let begun = Instant::now();
@@ -326,7 +327,7 @@ impl Served {
         Ok(false)
     }
 
-    /// Ends it: what it made is gone when this returns.
+    /// Stops the server and removes what it created before it returns.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
         let Some(serving) = self.take() else {
             return Ok(());

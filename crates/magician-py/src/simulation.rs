@@ -74,7 +74,7 @@ impl Saved {
 
 #[pymethods]
 impl Saved {
-    /// The arm's clock, s.
+    /// Clock of the arm, s.
     fn time(&self) -> f64 {
         self.arm.now().as_micros() as f64 / 1e6
     }
@@ -195,7 +195,7 @@ impl Sims {
         })
     }
 
-    /// Resets all arms, or the marked ones; without a seed each goes on with its own random numbers.
+    /// Resets all or the marked arms. Without a seed each continues its own random sequence.
     fn reset(
         &self,
         py: Python<'_>,
@@ -224,7 +224,7 @@ impl Sims {
         done.map_err(|error| errors::raise(py, &error))
     }
 
-    /// A step of all of them: rows of a target and, in a fifth column, the tool.
+    /// Steps all arms. A row holds a target and, in a fifth column, the tool.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -255,20 +255,20 @@ impl Sims {
         Ok(told(py, &seen))
     }
 
-    /// All of them as they are.
+    /// Snapshots of all arms.
     fn look<'py>(&self, py: Python<'py>) -> Looks<'py> {
         let seen: Vec<_> = py.detach(|| self.arms().iter().map(|one| one.arm.observe()).collect());
         told(py, &seen)
     }
 
-    /// The names of the objects.
+    /// Names of the objects.
     fn names(&self) -> Vec<String> {
         let scenario = self.start.scenario.iter();
         let objects = scenario.flat_map(|scenario| scenario.objects());
         objects.map(|object| object.name.clone()).collect()
     }
 
-    /// Rows of x, y, z and yaw: the objects of the first, of the second, ..
+    /// Rows of x, y, z and yaw: the objects of the first arm, of the second, ..
     fn objects<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let places: Vec<[f64; 4]> = py.detach(|| {
             let arms = self.arms();
@@ -303,7 +303,7 @@ impl Sims {
         self.with(py, nth, |one| *one = arm)
     }
 
-    /// The pixels of each that is asked for, one after the other.
+    /// Pixels of each requested image, concatenated.
     fn images<'py>(
         &self,
         py: Python<'py>,

@@ -207,7 +207,7 @@ impl Station {
 
 #[pymethods]
 impl Station {
-    /// Begins a session.
+    /// Starts a session.
     #[staticmethod]
     fn connect(py: Python<'_>, url: String, name: String, token: Option<String>) -> PyResult<Call> {
         runtime::ready(py)?;
@@ -228,7 +228,7 @@ impl Station {
         }))
     }
 
-    /// What the station said at first, in JSON.
+    /// Greeting of the station, in JSON.
     fn hello(&self) -> &str {
         &self.hello
     }
@@ -239,13 +239,13 @@ impl Station {
         Ok({ client.as_ref() }.map_or("closed", |client| name(*client.connection().borrow())))
     }
 
-    /// Calls a method with parameters in JSON; the result is in JSON.
+    /// Calls a method. Parameters and result are JSON.
     fn call(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
         let (client, params) = (self.client(py)?, parameters(py, params)?);
         Ok(asking(async move { client.call(&method, params).await }))
     }
 
-    /// As `call`, for the methods that get a lease.
+    /// Calls a method that acquires a lease, as `call`.
     fn lease(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
         let (client, params) = (self.client(py)?, parameters(py, params)?);
         let leases = Arc::clone(&self.leases);
@@ -257,7 +257,7 @@ impl Station {
         }))
     }
 
-    /// Gives a lease back.
+    /// Releases a lease.
     fn release(&self, py: Python<'_>, lease: String) -> PyResult<Call> {
         let client = self.client(py)?;
         let mut leases = held(&self.leases);
@@ -269,14 +269,14 @@ impl Station {
         Ok(asking(releasing))
     }
 
-    /// Sends a notification, which is not answered.
+    /// Sends a notification, which has no reply.
     fn notify(&self, py: Python<'_>, method: &str, params: &str) -> PyResult<()> {
         let params = parameters(py, params)?;
         self.client(py)?.notify(method, params);
         Ok(())
     }
 
-    /// What the station says from now on.
+    /// Subscribes to notifications from now on.
     fn notices(&self, py: Python<'_>) -> PyResult<Notices> {
         let client = self.client(py)?;
         let heard = Heard {
@@ -287,7 +287,7 @@ impl Station {
         Ok(Notices { inner })
     }
 
-    /// An arm of the session.
+    /// Opens an arm of the session.
     #[pyo3(signature = (arm, *, timeout, window, probe, reconnect, echo, fence = None))]
     // Each Python keyword is an argument.
     #[allow(clippy::too_many_arguments)]
@@ -309,7 +309,8 @@ impl Station {
         Core::connecting_by(py, open(client, arm, options, lines), ends)
     }
 
-    /// Gives its leases back and ends the session, unless an arm of it is still open: with that one then.
+    /// Releases the leases and ends the session. If an arm of the session is open, the session ends
+    /// with that arm.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let client = self.held(py)?.take();
         let leases = std::mem::take(&mut *held(&self.leases));
@@ -332,7 +333,7 @@ impl Station {
         }))
     }
 
-    /// Whether it was made in this process.
+    /// True if it was created in this process, False in a forked child.
     fn is_here(&self) -> bool {
         self.client.here().is_some()
     }
@@ -340,7 +341,8 @@ impl Station {
 
 #[pymethods]
 impl Notices {
-    /// Waits for the next one: its method and its parameters in JSON; `None` when the session has ended.
+    /// Waits for the next notification. Returns its method and parameters in JSON, or `None` when
+    /// the session has ended.
     fn next(&self, py: Python<'_>) -> PyResult<Call> {
         let inner = Arc::clone(self.inner.get(py)?);
         let next = async move { Ok::<_, Error>(inner.lock().await.next().await) };

@@ -79,7 +79,7 @@ async fn gone(arm: &Arm, mut events: Events) -> Error {
 
 #[pymethods]
 impl Core {
-    /// Begins a lesson; points are reached so.
+    /// Starts a lesson with this motion type to its points.
     fn teach(&self, py: Python<'_>, title: String, by: &str, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let arm = if unhomed { arm.allowing_unhomed() } else { arm };
@@ -139,12 +139,12 @@ fn point(step: &TeachStep) -> Option<Point> {
 
 #[pymethods]
 impl Lesson {
-    /// Whether the arm reports its unlock key.
+    /// True if the arm reports its unlock key.
     fn is_guided(&self, py: Python<'_>) -> PyResult<bool> {
         Ok(self.inner.get(py)?.hand.is_some())
     }
 
-    /// The points so far.
+    /// Points so far, in order.
     fn points(&self, py: Python<'_>) -> PyResult<Vec<Point>> {
         let taught = &self.inner.get(py)?.taught;
         Ok(taught
@@ -156,12 +156,12 @@ impl Lesson {
             .collect())
     }
 
-    /// How many points a hand has taught.
+    /// Number of points taught by hand.
     fn by_hand(&self, py: Python<'_>) -> PyResult<usize> {
         Ok(self.inner.get(py)?.taught.by_hand.borrow().len())
     }
 
-    /// Waits for the point of the hand behind so many of them: its name and place.
+    /// Waits for the hand-taught point with this index. Returns its name and position.
     fn next(&self, py: Python<'_>, nth: usize) -> PyResult<Call> {
         let inner = self.inner.get(py)?;
         let (arm, mut points) = (inner.arm.clone(), inner.taught.by_hand.subscribe());
@@ -182,7 +182,7 @@ impl Lesson {
         ))
     }
 
-    /// Stores where the arm stands, waited for if it moves: its name and place.
+    /// Stores the arm's pose as a point, after it has come to rest. Returns name and position.
     fn store(
         &self,
         py: Python<'_>,
@@ -222,13 +222,13 @@ impl Lesson {
         Ok(last)
     }
 
-    /// The program as it is.
+    /// Program with the points so far.
     fn plan(&self, py: Python<'_>) -> PyResult<PyPlan> {
         let plan = self.inner.get(py)?.taught.editor().program.plan(0);
         Ok(PyPlan::of(plan, Source::default()))
     }
 
-    /// Ends it: the settings of the arm are as before.
+    /// Ends the lesson and restores the arm's settings.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let inner = self.inner.get(py)?;
         if let Some(hand) = &inner.hand {

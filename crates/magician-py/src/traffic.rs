@@ -145,7 +145,7 @@ impl Sink for Pieces<'_> {
     }
 }
 
-/// The pieces that bytes consist of, a capture's or those of a line; of a `file`, which may be hex text too.
+/// Decodes bytes of a capture or a line to pieces. The content of a `file` may also be hex text.
 #[pyfunction]
 pub(crate) fn pieces(
     py: Python<'_>,
@@ -178,7 +178,7 @@ pub(crate) fn pieces(
     Ok(pieces.found.into_any().unbind())
 }
 
-/// The bytes that hex text stands for; `None` for other text.
+/// Parses hex text to bytes. Returns `None` for other text.
 #[pyfunction]
 pub(crate) fn hex_bytes<'py>(py: Python<'py>, text: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {
     if !hex::is_hex(text) {

@@ -19,8 +19,8 @@ HEAD = """# Python: reference
 
 <!-- Written by crates/magician-py/tools/api.py of the package's docstrings. -->
 
-Every public name of `magician`, with its parameters and a sentence; `help(magician.Arm.move_to)` tells the rest.
-[The guide](../guide/PYTHON.md) explains, [How do I ..](../guide/PYTHON-TASKS.md) shows. `magician.aio` has the same `Arm`, with `await`.
+Every public name of `magician`, with its parameters and a summary. `help(magician.Arm.move_to)` prints the full text.
+[The guide](../guide/PYTHON.md) explains the package, [How do I ..](../guide/PYTHON-TASKS.md) has examples. `magician.aio` has the same `Arm`, with `await`.
 Lengths are mm, angles degrees, times seconds.
 """
 # Defining file, importing module, and title of each section.
@@ -28,7 +28,7 @@ MODULES = {
     "_blocking": ("magician", "The arm"),
     "places": ("magician.places", "Places"),
     "calibrate": ("magician.calibrate", "Calibration"),
-    "words": ("magician.words", "Words: what an arm can be told, as commands"),
+    "words": ("magician.words", "Words: command builders"),
     "pins": ("magician.pins", "Pins and connectors"),
     "programs": ("magician.programs", "Plans"),
     "running": ("magician.running", "Runs"),
@@ -41,7 +41,7 @@ MODULES = {
     "virtual": ("magician", "Virtual arms"),
     "serving": ("magician", "Arms for other programs"),
     "station": ("magician.station", "Stations"),
-    "_stations": ("magician.station", "What a station says"),
+    "_stations": ("magician.station", "Values of a station"),
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "replaying": ("magician.replaying", "Replayed sessions"),

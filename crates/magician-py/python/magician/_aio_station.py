@@ -1,4 +1,4 @@
-"""Stations for programs on asyncio: many programs share an arm, one of them moves it.
+"""Stations for programs on asyncio: many programs share an arm, and one of them controls it.
 
 ``tools/blocking.py`` generates the blocking interface, :class:`magician.Station`, from this file.
 """
@@ -70,7 +70,7 @@ _T = TypeVar("_T")
 
 # [aio]
 class Connecting(Bound, Generic[_T]):
-    """Something about to be there: ``await`` it, or enter it with ``async with``."""
+    """A pending object: ``await`` it, or enter it with ``async with``."""
 
     def __init__(self, making: Callable[[], Coroutine[Any, Any, _T]]) -> None:
         self._making = making
@@ -92,14 +92,14 @@ class Connecting(Bound, Generic[_T]):
 
 # [both]
 class Station(Bound):
-    """A session at a station, ``magician serve``: many programs look at its arms, one moves each, anybody stops.
+    """A session at a station (``magician serve``). Many programs watch its arms, one controls each, any may stop them.
 
-    A connection that breaks is made again, after 0.2 s at first and every 5 s at last. Within 5 s the session comes
-    back with its leases; watches go on by themselves. A request whose answer was lost raises
+    A lost connection is retried with a backoff from 0.2 s to 5 s. Within 5 s the session resumes with its leases;
+    watches continue automatically. A request whose answer was lost raises
     :class:`~magician.errors.PortError` and is not sent again.
 
-    Refusals of the station are :class:`~magician.errors.StationError`, errors of the arm the others of
-    :mod:`magician.errors`. The end of a ``with`` block ends the session, and gives its leases back.
+    Refusals of the station raise :class:`~magician.errors.StationError`, errors of the arm the other exceptions of
+    :mod:`magician.errors`. The end of a ``with`` block ends the session and releases its leases.
     """
 
     # [aio]
@@ -111,15 +111,15 @@ class Station(Bound):
     def connect(
         cls, url: str = "http://127.0.0.1:8910", *, name: str = "python", token: str | None = None
     ) -> Connecting[Station]:
-        """Begins a session: ``async with Station.connect() as station``, or ``station = await Station.connect()``.
+        """Starts a session: ``async with Station.connect() as station``, or ``station = await Station.connect()``.
 
         :param url: ``http://HOST:PORT``.
-        :param name: what other sessions see.
-        :param token: a token of ``magician station token``, where one is needed; without it ``MAGICIAN_TOKEN`` of the
+        :param name: name shown to other sessions.
+        :param token: a token from ``magician station token``, if required; defaults to ``MAGICIAN_TOKEN`` of the
             environment.
 
         Raises :class:`~magician.errors.PortError` when there is no station,
-        :class:`~magician.errors.ForbiddenError` when the token is not good.
+        :class:`~magician.errors.ForbiddenError` when the token is invalid.
         """
 
         async def making() -> Station:
@@ -131,15 +131,15 @@ class Station(Bound):
     # def __init__(
     #     self, url: str = "http://127.0.0.1:8910", *, name: str = "python", token: str | None = None
     # ) -> None:
-    #     """Begins a session.
+    #     """Starts a session.
     #
     #     :param url: ``http://HOST:PORT``.
-    #     :param name: what other sessions see.
-    #     :param token: a token of ``magician station token``, where one is needed; without it ``MAGICIAN_TOKEN`` of the
+    #     :param name: name shown to other sessions.
+    #     :param token: a token from ``magician station token``, if required; defaults to ``MAGICIAN_TOKEN`` of the
     #         environment.
     #
     #     Raises :class:`~magician.errors.PortError` when there is no station,
-    #     :class:`~magician.errors.ForbiddenError` when the token is not good.
+    #     :class:`~magician.errors.ForbiddenError` when the token is invalid.
     #     """
     #     self._core = opened(wait(connecting(url, name, token)))
     #     self._hello: dict[str, Any] = read(self._core.hello())
@@ -159,13 +159,13 @@ class Station(Bound):
         return f"<Station, session {self.session}, {self._core.connection()}>"
 
     async def close(self) -> None:
-        """Ends the session; its leases are given back. Closing it again does nothing."""
+        """Ends the session and releases its leases. A second call does nothing."""
         if self._core.is_here():
             await until(self._core.close())
 
     @property
     def session(self) -> str:
-        """The id of the session."""
+        """Id of the session."""
         return str(self._hello["session"])
 
     @property
@@ -175,38 +175,38 @@ class Station(Bound):
 
     @property
     def version(self) -> str:
-        """The version of the station."""
+        """Version of the station."""
         return str(self._hello["version"])
 
     @property
     def connected(self) -> bool:
-        """Whether it is connected now."""
+        """True while the session is connected."""
         return self._core.connection() == "up"
 
     @property
     def jobs(self) -> Jobs:
-        """Programs that the station runs."""
+        """Jobs: programs that the station runs."""
         return Jobs(self)
 
     async def call(self, method: str, **params: Any) -> Any:
-        """Calls any method of the station's API by its name, and returns its result.
+        """Calls a method of the station's API by name and returns the result.
 
-        ``station.call("arm.move", to=[220, 0, 50, 0])``. Parameters that are ``None`` are left out;
-        ``from_`` is ``from``.
+        ``station.call("arm.move", to=[220, 0, 50, 0])``. Parameters that are ``None`` are omitted; ``from_`` is sent as
+        ``from``.
         """
         return read(await until(self._core.call(text("method", method), written(params))))
 
     async def arms(self) -> list[ArmEntry]:
-        """The arms of the station."""
+        """Returns the arms of the station."""
         found = await self.call("arm.list")
         return [made(ArmEntry, each) for each in found["arms"]]
 
     async def state(self, arm: str | None = None) -> ArmState:
-        """The state of an arm, or of the only one."""
+        """Returns the state of an arm, or of the only arm."""
         return made(ArmState, await self.call("arm.state", arm=arm))
 
     async def stop(self, arm: str | None = None) -> dict[str, Mapping[str, float]]:
-        """Stops an arm, or all of them, also when others move them: where each of them stands."""
+        """Stops an arm, or all arms, also those of other sessions, and returns the resting pose of each."""
         stopped = await self.call("arm.stop", arm=arm)
         return {each["arm"]: each["pose"] for each in stopped["arms"]}
 
@@ -219,27 +219,29 @@ class Station(Bound):
         reconnect: bool = True,
         fence: Mapping[str, object] | None = None,
     ) -> ConnectingArm:
-        """An arm of the station, as :class:`magician.aio.Arm`: ``async with station.arm("left") as arm``.
+        """Connects to an arm of the station, as :class:`magician.aio.Arm`: ``async with station.arm("left") as arm``.
 
-        All of the package works with it as with an arm at a port. The first call that moves or sets takes the lease,
-        which is given back when the arm is closed; :meth:`lease` gets it before, and waits for it.
+        The whole package works with it as with an arm at a port. The first call that moves the arm or sets a value
+        acquires the lease, which is released when the arm is closed; :meth:`lease` acquires it earlier, and can wait
+        for it.
 
-        :param name: its name; it may be left out while the station has one arm.
-        :param timeout: seconds after which every single call to the arm ends.
-        :param reconnect: whether to go on when the connection to the station broke and is back.
-        :param fence: limits for everything sent to it, beside those of the station.
+        :param name: name of the arm; optional if the station has only one.
+        :param timeout: timeout of a single call to the arm, s.
+        :param reconnect: whether to continue after the connection to the station was lost and restored.
+        :param fence: limits for everything sent to the arm, in addition to those of the station.
         """
         return Arm.connect(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
 
     def lease(
         self, arm: str | None = None, *, wait: float = 0.0, ask: str | None = None, take: bool = False
     ) -> Connecting[Lease]:
-        """The lease of an arm, the right to move it: ``async with station.lease(wait=60)``.
+        """Acquires the lease of an arm, the right to move it: ``async with station.lease(wait=60)``.
 
-        :param arm: its name; it may be left out while the station has one arm.
-        :param wait: how many seconds to wait in the queue for it.
-        :param ask: a sentence for its holder, who gives it or not; without an answer in 20 s it passes.
-        :param take: whether to take it away from its holder, for teachers.
+        :param arm: name of the arm; optional if the station has only one.
+        :param wait: maximum time to wait in the queue, s.
+        :param ask: message to the holder, who may grant or refuse the lease; without an answer within 20 s it is
+            transferred.
+        :param take: whether to take the lease from its holder; for teachers.
 
         Raises :class:`~magician.errors.LeaseError` when another session has it.
         """
@@ -258,27 +260,29 @@ class Station(Bound):
     #     reconnect: bool = True,
     #     fence: Mapping[str, object] | None = None,
     # ) -> Arm:
-    #     """An arm of the station, as :class:`magician.Arm`: ``with station.arm("left") as arm``.
+    #     """Connects to an arm of the station, as :class:`magician.Arm`: ``with station.arm("left") as arm``.
     #
-    #     All of the package works with it as with an arm at a port. The first call that moves or sets takes the lease,
-    #     which is given back when the arm is closed; :meth:`lease` gets it before, and waits for it.
+    #     The whole package works with it as with an arm at a port. The first call that moves the arm or sets a value
+    #     acquires the lease, which is released when the arm is closed; :meth:`lease` acquires it earlier, and can wait
+    #     for it.
     #
-    #     :param name: its name; it may be left out while the station has one arm.
-    #     :param timeout: seconds after which every single call to the arm ends.
-    #     :param reconnect: whether to go on when the connection to the station broke and is back.
-    #     :param fence: limits for everything sent to it, beside those of the station.
+    #     :param name: name of the arm; optional if the station has only one.
+    #     :param timeout: timeout of a single call to the arm, s.
+    #     :param reconnect: whether to continue after the connection to the station was lost and restored.
+    #     :param fence: limits for everything sent to the arm, in addition to those of the station.
     #     """
     #     return Arm(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
     #
     # def lease(
     #     self, arm: str | None = None, *, wait: float = 0.0, ask: str | None = None, take: bool = False
     # ) -> Lease:
-    #     """Gets the lease of an arm, the right to move it: ``with station.lease(wait=60)``.
+    #     """Acquires the lease of an arm, the right to move it: ``with station.lease(wait=60)``.
     #
-    #     :param arm: its name; it may be left out while the station has one arm.
-    #     :param wait: how many seconds to wait in the queue for it.
-    #     :param ask: a sentence for its holder, who gives it or not; without an answer in 20 s it passes.
-    #     :param take: whether to take it away from its holder, for teachers.
+    #     :param arm: name of the arm; optional if the station has only one.
+    #     :param wait: maximum time to wait in the queue, s.
+    #     :param ask: message to the holder, who may grant or refuse the lease; without an answer within 20 s it is
+    #         transferred.
+    #     :param take: whether to take the lease from its holder; for teachers.
     #
     #     Raises :class:`~magician.errors.LeaseError` when another session has it.
     #     """
@@ -299,11 +303,11 @@ class Station(Bound):
         return Lease(self._core, arm, answer["lease"])
 
     async def answer(self, session: str, grant: bool, *, arm: str | None = None) -> None:
-        """Answers a session that asks for the lease: the notice ``"lease.asked"`` names it."""
+        """Grants or refuses the lease to a session that requested it, named by the notice ``"lease.asked"``."""
         await self.call("lease.answer", session=session, grant=flag("grant", grant), arm=arm)
 
     def notices(self) -> AsyncIterator[Notice]:
-        """What the station tells all sessions, and this one, from now on; it ends with the session."""
+        """Subscribes to notifications of the station from now on. The subscription ends with the session."""
         return self._notices(self._core.notices())
 
     async def _notices(self, heard: NativeNotices) -> AsyncIterator[Notice]:
@@ -312,12 +316,12 @@ class Station(Bound):
             yield Notice(method, read(told))
 
     async def watch(self, arm: str | None = None, *, rate: int = 20) -> AsyncIterator[ArmState]:
-        """The states of an arm, again and again: the newest one each time.
+        """Watches the state of an arm; yields the latest state each time.
 
-        :param arm: its name; it may be left out while the station has one arm.
-        :param rate: states a second, 1 to 50.
+        :param arm: name of the arm; optional if the station has only one.
+        :param rate: states per second, 1 to 50.
 
-        It goes on when the connection was made again, and raises :class:`~magician.errors.PortError` when the session
+        The watch continues after a reconnect, and raises :class:`~magician.errors.PortError` when the session
         has ended.
         """
         state: dict[str, Any] = {}
@@ -341,13 +345,13 @@ class Station(Bound):
         raise PortError("the session at the station has ended")
 
     async def events(self, arm: str | None = None, *, since: int | None = None) -> AsyncIterator[StationEvent]:
-        """What happens at an arm: alarms, finished commands, stops, leases, jobs.
+        """Subscribes to events of an arm: alarms, finished commands, stops, leases, jobs.
 
-        :param arm: its name; it may be left out while the station has one arm.
-        :param since: the number of the last event that is known: the later ones come first. Without it those from
-            now on.
+        :param arm: name of the arm; optional if the station has only one.
+        :param since: number of the last known event: later events are delivered first. Without it, only events from now
+            on.
 
-        What happened while the connection was broken comes once it is back.
+        Events during a lost connection are delivered after the reconnect.
         """
         heard = self._core.notices()
         subscription = (await self.call("arm.subscribe", arm=arm, rate=1))["subscription"]
@@ -384,7 +388,7 @@ class Lease(Bound):
         self._core = core
         self._held = True
         self.arm = arm
-        """The arm's name, if one was given."""
+        """Name of the arm, if one was given."""
         self.lease = lease
         """Its id."""
 
@@ -401,14 +405,14 @@ class Lease(Bound):
             await self.release()
 
     async def release(self) -> None:
-        """Gives it back: what the arm has queued goes on. An arm of the session that still needs it keeps it."""
+        """Releases the lease; queued commands continue. If an arm of the session still needs the lease, it is kept."""
         if self._held:
             self._held = False
             await until(self._core.release(self.lease))
 
 
 class Jobs(Bound):
-    """Programs that a station runs: it checks them, counts their steps, and pauses, resumes and stops them."""
+    """Jobs of a station, which checks programs, counts their steps, and pauses, resumes and stops them."""
 
     def __init__(self, station: Station) -> None:
         self._station = station
@@ -424,9 +428,9 @@ class Jobs(Bound):
         arm: str | None = None,
         **options: Any,
     ) -> dict[str, Any]:
-        """Checks a program from where the arm stands; nothing moves.
+        """Checks a program from the arm's current pose. Nothing moves.
 
-        It returns what ``magician run --check --json`` prints. As for :meth:`start`.
+        Returns the result of ``magician run --check --json``. Parameters as for :meth:`start`.
         """
         found: dict[str, Any] = await self._station.call("job.check", arm=arm, **source(program, name, options))
         return found
@@ -439,30 +443,30 @@ class Jobs(Bound):
         arm: str | None = None,
         **options: Any,
     ) -> StationJob:
-        """Checks a program and runs it, and returns as soon as it runs. It needs the lease of the arm.
+        """Checks a program, starts it, and returns as soon as it runs. Requires the lease of the arm.
 
         :param program: a :class:`magician.Plan`, the path of a file, or a file's bytes.
-        :param name: instead of it, the name of a program that the station keeps.
-        :param arm: its name; it may be left out while the station has one arm.
+        :param name: name of a program stored at the station, instead of ``program``.
+        :param arm: name of the arm; optional if the station has only one.
         :param options: further parameters of ``job.start``: ``setup``, ``loops``, ``from_``, ``unhomed``, ..
 
-        Raises :class:`~magician.errors.CheckFailedError` when the arm cannot do all of it: nothing was sent then.
+        Raises :class:`~magician.errors.CheckFailedError` when the check fails; nothing was sent then.
         """
         started = await self._station.call("job.start", arm=arm, **source(program, name, options))
         return StationJob(self._station, started["job"])
 
     async def list(self, arm: str | None = None) -> list[JobState]:
-        """The last 50 jobs of an arm, the newest last."""
+        """Returns the last 50 jobs of an arm, newest last."""
         found = await self._station.call("job.list", arm=arm)
         return [made(JobState, each) for each in found["jobs"]]
 
     def get(self, job: str) -> StationJob:
-        """The job of an id."""
+        """Returns the job with this id."""
         return StationJob(self._station, text("job", job))
 
 
 class StationJob(Bound):
-    """A program that a station runs. The end of this program does not end it, but the end of its lease pauses it."""
+    """A job of a station. It outlives this program, but pauses when its lease ends."""
 
     def __init__(self, station: Station, job: str) -> None:
         self._station = station
@@ -476,20 +480,19 @@ class StationJob(Bound):
         return made(JobState, await self._station.call(method, job=self.job, **params))
 
     async def state(self) -> JobState:
-        """How far it is."""
+        """Returns the progress of the job."""
         return await self._call("job.get")
 
     async def pause(self) -> JobState:
-        """Pauses it: the pen is up, the laser off, and the arm may be moved."""
+        """Pauses the job: the pen is up, the laser off, and the arm may be moved."""
         return await self._call("job.pause")
 
     async def resume(self, *, approach: bool = True, yes: bool = False, overlap: float | None = None) -> JobState:
-        """Goes on with it, also when it was stopped, has failed, or the station died.
+        """Resumes the job, also after a stop, a failure, or a crash of the station.
 
         :param approach: whether the arm may have been moved since.
-        :param yes: that what burns on a real arm is meant.
-        :param overlap: how far before the place where a burn ended it begins, along its line, mm; for a job that
-            has ended.
+        :param yes: confirms that the job may burn on a real arm.
+        :param overlap: distance along the line by which a burn overlaps the burnt part, mm; for a job that has ended.
         """
         return await self._call(
             "job.resume",
@@ -499,11 +502,11 @@ class StationJob(Bound):
         )
 
     async def stop(self) -> JobState:
-        """Stops it and lifts its pen; it needs no lease."""
+        """Stops the job and lifts its pen. No lease is required."""
         return await self._call("job.stop")
 
     async def changes(self) -> AsyncIterator[JobState]:
-        """How far it is now, and each change of that, ten a second at most, until it is over.
+        """Yields the current progress and each change, at most ten per second, until the job ends.
 
         Raises :class:`~magician.errors.PortError` when the session has ended.
         """
@@ -525,13 +528,13 @@ class StationJob(Bound):
                 yield state
 
     async def wait(self, progress: Callable[[JobState], object] | None = None) -> JobState:
-        """Waits until it is done.
+        """Waits until the job is done.
 
-        :param progress: called with each change, ten times a second at most.
+        :param progress: called with each change, at most ten times per second.
 
-        Raises the error of a job that has failed, :class:`~magician.errors.StoppedError` when it was stopped, and
-        :class:`~magician.errors.PortError` when it was interrupted, or the session has ended. Leaving the wait leaves
-        the job as it is.
+        Raises the error of a failed job, :class:`~magician.errors.StoppedError` if it was stopped, and
+        :class:`~magician.errors.PortError` if it was interrupted or the session has ended. Interrupting the wait does
+        not affect the job.
         """
         hearing(progress)
         last: JobState | None = None

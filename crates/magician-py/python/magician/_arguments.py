@@ -1,4 +1,4 @@
-"""Numbers that a program gives: what is none, or out of range, is refused under the name that its caller gave it."""
+"""Validation of arguments. Errors name the argument of the caller."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ __all__ = [
 _T = TypeVar("_T")
 
 DAY = 86_400.0
-"""More seconds than this are no time that a program waits."""
+"""Largest accepted time, s."""
 
 
 def whole(name: str, value: SupportsIndex, least: int, most: int) -> int:
-    """A whole number from ``least`` to ``most``.
+    """Checks a whole number from ``least`` to ``most``.
 
-    Raises ``TypeError`` for what is no whole number, truth values among it.
+    Raises ``TypeError`` for other types, including bool.
     """
     if isinstance(value, bool):
         raise TypeError(f"{name} is {value}; it takes a whole number")
@@ -82,9 +82,9 @@ def number(
     most: float = math.inf,
     unit: str | None = None,
 ) -> float | None:
-    """A number, neither NaN nor infinite: greater than ``above``, or at least ``least``, and at most ``most``.
+    """Checks a finite number: greater than ``above``, or at least ``least``, and at most ``most``.
 
-    ``None`` is what is left out. Raises ``TypeError`` for what is not a number, texts and truth values among it.
+    ``None`` stands for an omitted argument. Raises ``TypeError`` for other types, including str and bool.
     """
     if value is None:
         return None
@@ -98,17 +98,17 @@ def number(
 
 
 def checked(**values: float) -> list[float]:
-    """Numbers, neither NaN nor infinite, each under its own name."""
+    """Checks finite numbers, each under its own name."""
     return [number(name, value) for name, value in values.items()]
 
 
 def seconds(name: str, value: float, *, above: float | None = None, least: float = 0.0, most: float = DAY) -> float:
-    """A time."""
+    """Checks a time, s."""
     return number(name, value, above=above, least=least, most=most, unit="s")
 
 
 def numbers(name: str, values: Iterable[float], count: int, *, unit: str | None = None) -> tuple[float, ...]:
-    """So many numbers, neither NaN nor infinite."""
+    """Checks a sequence of finite numbers with the given length."""
     try:
         found = None if isinstance(values, (str, bytes)) else tuple(values)
     except TypeError:
@@ -121,7 +121,7 @@ def numbers(name: str, values: Iterable[float], count: int, *, unit: str | None 
 
 
 def flag(name: str, value: Any) -> bool:
-    """True or False, 1 or 0, and NumPy's."""
+    """Checks a bool: True or False, 1 or 0, or a NumPy bool."""
     if isinstance(value, int) or type(value).__module__ == "numpy":
         with contextlib.suppress(ValueError):
             if value == 0 or value == 1:
@@ -130,12 +130,12 @@ def flag(name: str, value: Any) -> bool:
 
 
 def flags(**values: bool) -> dict[str, bool]:
-    """The same, each under its own name."""
+    """Checks bools, each under its own name."""
     return {name: flag(name, value) for name, value in values.items()}
 
 
 def ending(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict[str, Any]:
-    """What becomes of pen and arm at the end of a run."""
+    """Checks the options for pen and arm at the end of a run."""
     asked = flags(stay=stay)
     if asked["stay"] and park is not None:
         raise InvalidInputError("stay leaves the pen where it is, and park takes it elsewhere: give one of them")
@@ -147,16 +147,16 @@ def ending(stay: bool, park: Iterable[float] | None, lift: float | None) -> dict
 
 
 def text(name: str, value: Any) -> Any:
-    """A text, or ``None`` for what is left out."""
+    """Checks a string; ``None`` stands for an omitted argument."""
     if value is None or isinstance(value, str):
         return value
     raise TypeError(f"{name} is {_shown(value)}; it takes a text")
 
 
 def as_json(name: str, value: Any) -> Any:
-    """A value that JSON can say, of one that Python can: tuples, arrays, NumPy's numbers.
+    """Converts tuples, arrays and NumPy numbers to values for JSON.
 
-    A number that is none, or infinite, becomes its name, which is refused as every other text.
+    NaN and infinity become their names, which are refused like any other string.
     """
     found: Any = value.tolist() if hasattr(value, "tolist") else value
     if found is None or isinstance(found, (str, bool)):
@@ -177,13 +177,13 @@ def as_json(name: str, value: Any) -> Any:
 
 
 def hearing(value: Any) -> None:
-    """Refuses what cannot be told of progress."""
+    """Checks a progress argument."""
     if value is not None and not isinstance(value, bool) and not callable(value):
         raise TypeError(f"progress is {_shown(value)}; it takes a function")
 
 
 def addresses(name: str, values: Iterable[int]) -> list[int]:
-    """The EIO addresses of some pins."""
+    """Returns the EIO addresses of pins."""
     return [whole(f"{name}[{nth}]", each, 1, 20) for nth, each in enumerate(values)]
 
 
@@ -200,7 +200,7 @@ def _real(name: str, value: Any) -> float:
 
 
 def _shown(value: object) -> str:
-    """A value and what it is, in short."""
+    """Describes a value and its type, abbreviated."""
     shown = repr(value)
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
     return shown if value is None or isinstance(value, bool) else f"{shown} ({type(value).__name__})"
@@ -229,14 +229,14 @@ def _range(above: float | None, least: float, most: float) -> str:
 
 
 def instance(name: str, value: object, kind: type[_T], hint: str) -> _T:
-    """What is of this class."""
+    """Checks that a value is an instance of this class."""
     if not isinstance(value, kind):
         raise TypeError(f"{name} is {_shown(value)} ({type(value).__name__}); it takes a {kind.__name__}: {hint}")
     return value
 
 
 def not_a_file(commands: Iterable[_T]) -> Iterable[_T]:
-    """The commands, unless they are the name of a file: people try that."""
+    """Refuses a file name passed in place of commands, a common mistake."""
     if isinstance(commands, Command):
         raise TypeError(f"a program is commands in a list: [{type(commands).__name__}(...)]")
     if not hasattr(commands, "__iter__"):

@@ -1,4 +1,4 @@
-"""What belongs to a connection, and with it to one process."""
+"""Objects bound to a connection, and thus to one process."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ __all__ = ["Bound"]
 
 
 class Bound:
-    """It is neither copied nor pickled."""
+    """Refuses copying and pickling."""
 
     __slots__ = ()
 

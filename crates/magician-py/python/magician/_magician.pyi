@@ -1,4 +1,4 @@
-"""The native part: what the public interface stands on."""
+"""Native module underlying the public interface."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path

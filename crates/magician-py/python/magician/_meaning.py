@@ -1,4 +1,4 @@
-"""What the numbers of some answers mean: bases of their classes in ``commands``."""
+"""Base classes that interpret the numbers of some answers of ``commands``."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["Color", "Joints", "Position"]
 
 
 class Position(NamedTuple):
-    """Where the tool is, in the arm's frame: mm and degrees. It can be given to a move: ``arm.move_to(*position)``."""
+    """Position of the tool in the arm's frame, mm and degrees. Pass it to a move: ``arm.move_to(*position)``."""
 
     x: float
     """Forward, mm."""
@@ -23,7 +23,7 @@ class Position(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Angles of the joints, degrees. They can be given to a move: ``arm.move_joints(*joints)``."""
+    """Joint angles, degrees. Pass them to a move: ``arm.move_joints(*joints)``."""
 
     j1: float
     """Base."""
@@ -36,7 +36,7 @@ class Joints(NamedTuple):
 
 
 class Color(Enum):
-    """A colour that the colour sensor tells apart."""
+    """Colour that the colour sensor can distinguish."""
 
     RED = "red"
     GREEN = "green"
@@ -57,7 +57,7 @@ class _Pose(Protocol):
 
 
 class PoseMeaning:
-    """Where the arm is."""
+    """Pose of the arm."""
 
     __slots__ = ()
 
@@ -69,14 +69,14 @@ class PoseMeaning:
         return 4
 
     def __array__(self: _Pose, dtype: Any = None, copy: bool | None = None) -> Any:
-        """x, y, z and r as an array of NumPy's."""
+        """x, y, z and r as a NumPy array."""
         from numpy import array
 
         return array((self.x, self.y, self.z, self.r), dtype=float if dtype is None else dtype)
 
     @property
     def position(self: _Pose) -> Position:
-        """Where the tool is: x, y, z in mm and r in degrees."""
+        """Position of the tool: x, y, z in mm and r in degrees."""
         return Position(self.x, self.y, self.z, self.r)
 
     @property
@@ -121,7 +121,7 @@ class ColorMeaning:
 
     @property
     def color(self: _Color) -> Color | None:
-        """The strongest of the three; ``None`` if two are equally strong, or the sensor sees nothing."""
+        """Strongest channel; ``None`` if two are equally strong, or the sensor detects nothing."""
         r, g, b = self.r, self.g, self.b
         if r > g and r > b:
             return Color.RED
@@ -143,7 +143,7 @@ class InfraredMeaning:
     __slots__ = ()
 
     def __bool__(self: _Infrared) -> bool:
-        """Whether something is in front of the sensor."""
+        """True if the sensor detects an object."""
         return self.state
 
 
@@ -158,7 +158,7 @@ class LevelMeaning:
     __slots__ = ()
 
     def __bool__(self: _Level) -> bool:
-        """Whether the input is high."""
+        """True if the input is high."""
         return self.level
 
 

@@ -1,4 +1,4 @@
-"""Motions in the background, one after the other, while the program does something else.
+"""Background motions, which run one after another while the program does other work.
 
 A motion takes a generator of calls of the native part. A wait drives it; without one, the thread that reports ended
 calls does.
@@ -20,10 +20,10 @@ from .readings import Ran
 __all__ = ["Ended", "Going", "Steps", "catching", "doubt", "homing", "performing"]
 
 _READY = 0.3
-"""How long it takes to begin a motion, s: what is met on a belt is met later than that."""
+"""Time to start a motion, s; a meeting on a belt is at least this far in the future."""
 
 Steps = Generator[tuple[Call[Any], bool], Any, Any]
-"""Calls, one after the other, and whether each of them moves the arm. It is sent what they come to."""
+"""Generator of calls, each with True if it moves the arm. It receives their results."""
 
 
 def homing(core: Core) -> Steps:
@@ -43,10 +43,10 @@ def performing(
     keep: bool = False,
     allow_laser: bool = False,
 ) -> Steps:
-    """Runs commands, or what makes them when it is their turn.
+    """Runs commands, or a function that builds them when their turn comes.
 
-    :param asks: Whether they depend on where the arm is.
-    :param speed: Share of the set speeds for them alone, percent.
+    :param asks: Whether they depend on the arm's pose.
+    :param speed: Speed ratio for these commands alone, percent.
     :param arc: Whether the commands are arcs: the share of arcs is set as well. The document has arcs obey that one,
         and the vendor's code the one of point-to-point moves and lines (model section 9).
     """
@@ -93,10 +93,10 @@ def catching(
     lead: float,
     speed: float | None,
 ) -> Steps:
-    """Picks something up that moves: goes above the place where it is met, waits there, and goes down.
+    """Picks up a moving object: moves above the meeting point, waits there, and descends.
 
-    :param made: The commands for a place and a rotation: until the tool is above, and from there on.
-    :param speed: Share of the set speeds that these have; it is restored.
+    :param made: Builds the commands for a position and a rotation: those until the tool is above, and the rest.
+    :param speed: Speed ratio for these commands, percent; restored afterwards.
     """
     pose: Pose = yield core.known_pose(Pose), False
     turn = pose.r if r is None else r
@@ -141,7 +141,7 @@ def catching(
 
 
 def doubt(interruption: BaseException, failure: Error) -> None:
-    """Tells with what ended a wait that the stop because of it failed."""
+    """Adds a note to the exception that ended a wait: the stop failed."""
     said = f"the arm was told to stop, but has not confirmed it: {failure}"
     add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
     if add_note is not None:
@@ -151,7 +151,7 @@ def doubt(interruption: BaseException, failure: Error) -> None:
 
 
 class Ended:
-    """A motion that has ended well."""
+    """A successfully finished motion."""
 
     over = True
     failure: BaseException | None = None
@@ -160,15 +160,15 @@ class Ended:
         self.value = value
 
     def when_over(self, tell: Callable[[], object]) -> None:
-        """Calls this when it is over."""
+        """Calls a function when the motion is over."""
         tell()
 
     def cancel(self, *, rests: bool = True) -> None:
-        """There is nothing left of it."""
+        """Does nothing: the motion is over."""
 
 
 class Going:
-    """A motion on its way, or waiting for the one before it."""
+    """A running motion, or one that waits for its predecessor."""
 
     def __init__(self, core: Core, steps: Steps, after: Going | None) -> None:
         import threading
@@ -205,10 +205,10 @@ class Going:
         tell()
 
     def cancel(self, *, rests: bool = True) -> None:
-        """Stops it, if it has begun, and drops what waits for it.
+        """Stops the motion if it has begun, and drops its successors.
 
-        :param rests: Whether it is over only once the arm stands; without, at once, for a caller that waits for a
-            stop of its own.
+        :param rests: Whether the motion is over only once the arm is at rest. Otherwise it is over at once, for a
+            caller that waits for its own stop.
         """
         with self._lock:
             if self.over or self._cancelled:
@@ -225,7 +225,7 @@ class Going:
             self._step()
 
     def is_given_up(self) -> bool:
-        """Whether a cancel ends it: of itself, or of a motion that it waits for."""
+        """True if it was cancelled, or a motion that it waits for was."""
         going: Going | None = self
         while going is not None:
             with going._lock:
@@ -236,7 +236,7 @@ class Going:
         return False
 
     def drop(self) -> None:
-        """Nothing more of it is sent, nor of those before it: the arm is about to be stopped."""
+        """Stops sending this motion and its predecessors, because the arm is about to be stopped."""
         going: Going | None = self
         while going is not None:
             with going._lock:
@@ -299,7 +299,7 @@ class Going:
             each()
 
     def _rest(self, failure: BaseException) -> None:
-        """Ends it once the arm stands, or does not say so."""
+        """Ends the motion once the arm is at rest, or does not confirm the stop."""
         try:
             resting = self._core.wait_still()
         except Error as error:

@@ -1,4 +1,4 @@
-"""Commands by the names that people know them by."""
+"""Lookup of commands by name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .errors import InvalidInputError
 
 
 def find(name: str, form: str, fields: dict[str, Any]) -> Any:
-    """The class or the object of ``commands`` that a person means by a name and fields; ``form`` is ``"get"`` or
+    """Finds the class, or builds the object, of ``commands`` for a name and fields; ``form`` is ``"get"`` or
     ``"set"``.
     """
     try:
@@ -35,14 +35,14 @@ def find(name: str, form: str, fields: dict[str, Any]) -> Any:
 
 
 def _named(form: str) -> list[str]:
-    """The names of all that can be asked for, or set."""
+    """Returns the names of all commands that can be read or set."""
     kinds: tuple[type[Command], ...] = (Answer, Query) if form == "get" else (Writable,)
     everything: Mapping[str, Any] = vars(commands)
     return [name for name, each in everything.items() if hasattr(each, "LAYOUT") and issubclass(each, kinds)]
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
-    """Which of these somebody may have meant."""
+    """Suggests similar names."""
     import difflib
 
     plain = {_plain(each): each for each in known}
@@ -51,5 +51,5 @@ def _meant(name: str, known: Iterable[str]) -> str:
 
 
 def _plain(name: str) -> str:
-    """A name as it is compared: without case, lines, and the vendor's verbs."""
+    """Normalizes a name for comparison: without case, underscores and the vendor's verbs."""
     return name.lower().replace("_", "").replace("-", "").removeprefix("get").removeprefix("set")

@@ -1,4 +1,4 @@
-"""How calls of the native part end: a thread waits for them, or an event loop is told."""
+"""Waiting for calls of the native part, in a thread or in an event loop."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ._motions import Ended, Going, Steps, doubt
 from .errors import Error, ResponseTimeoutError
 
 _LOOK = 0.1
-"""How long a thread waits for a motion before it looks whether it was interrupted, s."""
+"""Interval at which a thread that waits for a motion checks for an interrupt, s."""
 _MOMENT = 0.02
-"""How often something that cannot tell is looked at, s."""
+"""Polling interval for objects without notification, s."""
 
 __version__ = _magician.__version__
 
@@ -38,19 +38,19 @@ def going_through(program: Iterable[T]) -> Iterator[T]: ...
 @overload
 def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]: ...
 def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]:
-    """What goes through a program, of either kind."""
+    """Iterator over a program, synchronous or asynchronous."""
     if isinstance(program, AsyncIterable):
         return aiter(program)
     return iter(not_a_file(program))
 
 
 def begun(call: Call[Any]) -> None:
-    """Has something begin that is waited for later."""
+    """Starts a call that is awaited later."""
     call.listen(lambda: None)
 
 
 class Connectable(Protocol):
-    """What can be connected to besides a port: a virtual arm of the program's making."""
+    """Connection target other than a port: a virtual arm created by the program."""
 
     def connect_core(
         self,
@@ -63,16 +63,16 @@ class Connectable(Protocol):
         fence: str | None,
         trace: str | None,
     ) -> Call[Core]:
-        """Begins to connect to it."""
+        """Starts a connection."""
         ...
 
 
 Where = str | os.PathLike[str] | Connectable | None
-"""What an arm can be connected to."""
+"""Target of a connection."""
 
 
 def fence_text(fence: Mapping[str, object]) -> str:
-    """A fence as the file of settings writes it: the driver reads both."""
+    """Converts a fence to the format of the settings file, which the driver parses."""
     import json
 
     try:
@@ -93,7 +93,7 @@ def connecting(
     fence: Mapping[str, object] | None = None,
     trace: str | os.PathLike[str] | None = None,
 ) -> Call[Core]:
-    """Begins to connect, to a port or to a virtual arm."""
+    """Starts a connection to a port or a virtual arm."""
     timeout = seconds("timeout", timeout, above=0)
     window = whole("window", window, 1, 8)
     echo = seconds("echo", echo)
@@ -124,7 +124,7 @@ def wait(call: Call[T], listener: Listener | None = None) -> T:
 
 
 def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
-    """Waits in this thread for something that moves the arm: an interrupt stops the arm."""
+    """Waits in this thread for a motion. An interrupt stops the arm."""
     try:
         return call.wait(listener)
     except BaseException as interruption:
@@ -134,7 +134,7 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
 
 
 def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
-    """Waits in this thread for something that ends in order: an interruption is raised once ``left`` is over."""
+    """Waits in this thread for a call with a cleanup. An interrupt is raised once ``left`` is over."""
     try:
         return call.wait(listener)
     except BaseException:
@@ -147,8 +147,8 @@ def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None)
 
 
 def wait_over(job: Job) -> str | None:
-    """Waits in this thread until nothing of a job that was stopped is left to do. An interrupt meanwhile may stop it at
-    once, and ends no wait: the job keeps that short.
+    """Waits in this thread for the cleanup of a stopped job. An interrupt meanwhile may stop it at once but does not
+    end the wait, which the job keeps short.
     """
     while True:
         over = job.over()
@@ -159,7 +159,7 @@ def wait_over(job: Job) -> str | None:
 
 
 def wait_steps(steps: Steps, core: Core) -> Any:
-    """Waits in this thread for calls, one after the other."""
+    """Waits in this thread for a sequence of calls."""
     try:
         call, moves = next(steps)
         while True:
@@ -174,7 +174,7 @@ def wait_steps(steps: Steps, core: Core) -> Any:
 
 
 def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
-    """The next of a generator; its end is raised as :exc:`Over`, and so is that of what it feeds."""
+    """Returns the next item of a generator. Raises :exc:`Over` at its end, and at the end of the run that it feeds."""
     if running.over():
         raise Over
     try:
@@ -184,7 +184,7 @@ def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
 
 
 def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
-    """Waits in this thread for a motion in the background; an interruption stops the arm."""
+    """Waits in this thread for a background motion. An interrupt stops the arm."""
     if not going.over:
         import threading
 
@@ -204,7 +204,7 @@ def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -
 
 
 def wait_settled(going: Going, core: Core) -> None:
-    """Waits in this thread until a motion in the background is over. It raises what its caller was not told."""
+    """Waits in this thread until a background motion is over. Raises its error if the caller has not seen it."""
     told = going.told
     try:
         wait_ended(going, core)
@@ -214,12 +214,12 @@ def wait_settled(going: Going, core: Core) -> None:
 
 
 def wait_moment() -> None:
-    """Waits for a moment."""
+    """Waits briefly."""
     time.sleep(_MOMENT)
 
 
 def wait_stopped(core: Core, interruption: BaseException) -> None:
-    """Stops the arm because of this, which is told if that is not certain."""
+    """Stops the arm because of an exception, and adds a note to it if the stop is uncertain."""
     try:
         core.stop().wait()
     except Error as failure:
@@ -227,12 +227,12 @@ def wait_stopped(core: Core, interruption: BaseException) -> None:
 
 
 async def until(call: Call[T], listener: Listener | None = None) -> T:
-    """Waits in the running event loop. What is cancelled meanwhile is let go of."""
+    """Waits in the running event loop. A cancelled call is abandoned."""
     return await _until(call, listener)
 
 
 async def until_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
-    """Waits in the running event loop for something that moves the arm: cancelling it stops the arm."""
+    """Waits in the running event loop for a motion. Cancelling it stops the arm."""
     try:
         return await _until(call, listener)
     except GeneratorExit:
@@ -245,7 +245,7 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
 
 
 async def until_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
-    """Waits in the running event loop for something that ends in order, as :func:`wait_left`."""
+    """Waits in the running event loop for a call with a cleanup, as :func:`wait_left`."""
     try:
         return await _until(call, listener)
     except GeneratorExit:
@@ -258,7 +258,7 @@ async def until_left(call: Call[T], left: Call[None], listener: Listener | None 
 
 
 async def until_over(job: Job) -> str | None:
-    """Waits in the running event loop until nothing of a job that was stopped is left to do, as :func:`wait_over`."""
+    """Waits in the running event loop for the cleanup of a stopped job, as :func:`wait_over`."""
     from asyncio import CancelledError
 
     while True:
@@ -269,7 +269,7 @@ async def until_over(job: Job) -> str | None:
 
 
 async def until_steps(steps: Steps, core: Core) -> Any:
-    """Waits in the running event loop for calls, one after the other."""
+    """Waits in the running event loop for a sequence of calls."""
     try:
         call, moves = next(steps)
         while True:
@@ -287,7 +287,8 @@ async def until_steps(steps: Steps, core: Core) -> Any:
 
 
 async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any]) -> T:
-    """As :func:`wait_next`, for both kinds; the end of what an asynchronous one feeds cancels it."""
+    """Returns the next item of a synchronous or asynchronous generator, as :func:`wait_next`. The end of the run
+    cancels an asynchronous one."""
     if not isinstance(coming, AsyncIterator):
         return wait_next(coming, running)
     import asyncio
@@ -321,7 +322,7 @@ async def _next_of(coming: AsyncIterator[T]) -> T:
 
 
 async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
-    """Waits in the running event loop for a motion in the background; cancelling the wait stops the arm."""
+    """Waits in the running event loop for a background motion. Cancelling the wait stops the arm."""
     if not going.over:
         import asyncio
 
@@ -351,7 +352,7 @@ async def until_ended(going: Going | Ended, core: Core, timeout: float | None = 
 
 
 async def until_settled(going: Going, core: Core) -> None:
-    """Waits in the running event loop until a motion in the background is over, as :func:`wait_settled`."""
+    """Waits in the running event loop until a background motion is over, as :func:`wait_settled`."""
     told = going.told
     try:
         await until_ended(going, core)
@@ -361,14 +362,15 @@ async def until_settled(going: Going, core: Core) -> None:
 
 
 async def until_moment() -> None:
-    """Waits for a moment."""
+    """Waits briefly."""
     import asyncio
 
     await asyncio.sleep(_MOMENT)
 
 
 async def until_stopped(core: Core, interruption: BaseException) -> None:
-    """Stops the arm because of this, which is told if that is in doubt. The stop goes on when nobody waits for it."""
+    """Stops the arm because of an exception, and adds a note to it if the stop is uncertain. The stop continues without
+    a waiter."""
     try:
         await _until(core.stop(), None)
     except Error as failure:
@@ -429,11 +431,11 @@ class Closeable(Protocol):
     """A connection: an arm's, or a session at a station."""
 
     def close(self) -> Call[None]:
-        """Begins to close it."""
+        """Starts to close the connection."""
         ...
 
     def is_here(self) -> bool:
-        """Whether it was made in this process."""
+        """True if it was created in this process, False in a forked child."""
         ...
 
 
@@ -442,13 +444,13 @@ _open: weakref.WeakSet[Any] = weakref.WeakSet()
 
 
 def opened(core: _C) -> _C:
-    """Remembers a connection: the end of the interpreter closes it."""
+    """Registers a connection to be closed when the interpreter ends."""
     _open.add(core)
     return core
 
 
 def _end() -> None:
-    """Closes what is open, all at the same time, and lets the native part say what it has to say."""
+    """Closes all open connections at the same time, and flushes the log of the native part."""
     closing = [core.close() for core in list(_open) if core.is_here()]
     try:
         for call in closing:

@@ -1,4 +1,4 @@
-"""Pictures as files and in notebooks, and what pen and laser have left."""
+"""Pictures as files and in notebooks, and the strokes of pen and laser."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .errors import InvalidInputError
 __all__ = ["Drawing", "Picture", "Stroke"]
 
 SCALE = 8.0
-"""Pixels to a millimetre: about 200 dots an inch."""
+"""Pixels per mm: about 200 dpi."""
 
 
 class Picture:
-    """A picture; a notebook shows it."""
+    """A picture. Notebooks display it."""
 
     __slots__ = ("_native",)
 
@@ -29,17 +29,17 @@ class Picture:
 
     @property
     def svg(self) -> str:
-        """As SVG, in true size."""
+        """Returns SVG in true size."""
         return self._native.svg
 
     def png(self, scale: float = SCALE) -> bytes:
-        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large."""
+        """Returns PNG with ``scale`` pixels per mm, reduced if it would be too large."""
         return self._native.png(number("scale", scale, above=0, unit="pixels/mm"))
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE) -> Path:
-        """Writes it to a ``.svg`` or ``.png`` file and returns the path.
+        """Writes the picture to a ``.svg`` or ``.png`` file and returns the path.
 
-        :raises InvalidInputError: The name ends otherwise.
+        :raises InvalidInputError: The file has another extension.
         :raises OSError: The file cannot be written.
         """
         return _save(path, lambda: self.svg, lambda: self.png(scale))
@@ -58,21 +58,21 @@ class Picture:
 
 
 class Stroke(Value):
-    """A line that the pen or the laser has left without a break; one of a single point is a dot."""
+    """A continuous line of the pen or the laser; a single point is a dot."""
 
     burnt: bool
-    """Whether it was the laser."""
+    """True if the laser made the stroke, False for the pen."""
     power: float
-    """Of the laser, above 0 to 100 percent; 100 for ink."""
+    """Laser power, above 0 to 100 percent; 100 for ink."""
     _data: bytes
 
     @property
     def points(self) -> list[tuple[float, ...]]:
-        """Its corners x, y in the frame of the arm's base, mm."""
+        """Vertices x, y in the arm's base frame, mm."""
         return to_tuples(self._data, 2)
 
     def to_numpy(self) -> Floats:
-        """Its corners as an array of shape (n, 2), mm. Needs NumPy."""
+        """Returns the vertices as an array of shape (n, 2), mm. Needs NumPy."""
         return to_numpy(self._data, 2)
 
     def __repr__(self) -> str:
@@ -80,7 +80,7 @@ class Stroke(Value):
 
 
 class Drawing(Sequence[Stroke]):
-    """The strokes that pen and laser have left, in the order in which they were made. A notebook shows it."""
+    """Strokes of pen and laser, in order of creation. Notebooks display them."""
 
     __slots__ = ("_native",)
 
@@ -107,27 +107,27 @@ class Drawing(Sequence[Stroke]):
 
     @property
     def bounds(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
-        """The least and the greatest x, y of it, mm; ``None`` if there is nothing."""
+        """Minimum and maximum x, y, mm; ``None`` if there are no strokes."""
         found = self._native.bounds()
         return None if found is None else ((found[0][0], found[0][1]), (found[1][0], found[1][1]))
 
     @property
     def svg(self) -> str:
-        """As SVG, in true size, seen from above: X to the right, Y up; what was left, with a margin."""
+        """Returns SVG in true size, seen from above: X to the right, Y up; the strokes with a margin."""
         return self._native.svg(False)
 
     def png(self, scale: float = SCALE, *, whole: bool = False) -> bytes:
-        """As PNG, ``scale`` pixels to a millimetre; fewer, if it would be too large.
+        """Returns PNG with ``scale`` pixels per mm, reduced if it would be too large.
 
-        :param whole: Whether the picture shows the arm's base too, and not only what was left.
+        :param whole: Whether the picture includes the arm's base.
         """
         return self._native.png(number("scale", scale, above=0, unit="pixels/mm"), whole)
 
     def save(self, path: str | os.PathLike[str], *, scale: float = SCALE, whole: bool = False) -> Path:
-        """Writes it to a ``.svg`` or ``.png`` file and returns the path.
+        """Writes the picture to a ``.svg`` or ``.png`` file and returns the path.
 
-        :param whole: Whether the picture shows the arm's base too, and not only what was left.
-        :raises InvalidInputError: The name ends otherwise.
+        :param whole: Whether the picture includes the arm's base.
+        :raises InvalidInputError: The file has another extension.
         :raises OSError: The file cannot be written.
         """
         return _save(path, lambda: self._native.svg(whole), lambda: self.png(scale, whole=whole))

@@ -1,4 +1,4 @@
-"""Numbers on their way into the native part and back: whole arrays at once, with or without NumPy."""
+"""Conversion of arrays to and from the native part, with or without NumPy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ else:
 
 
 class SupportsArray(Protocol):
-    """What NumPy can make an array of, such as an array of its own."""
+    """Object that NumPy can convert to an array."""
 
     def __array__(self) -> Any: ...
 
@@ -32,7 +32,7 @@ Points = Sequence[Sequence[float]] | SupportsArray
 
 
 def rows(points: Points | Iterable[Sequence[float]]) -> tuple[bytes, int]:
-    """The numbers of points as bytes, and how many there are in a row: 3 or 4."""
+    """Encodes points as bytes. Returns them with the row length, 3 or 4."""
     data, shape = _numbers(points, "points")
     if len(shape) != 2 or shape[1] not in (3, 4):
         raise InvalidInputError(
@@ -42,7 +42,7 @@ def rows(points: Points | Iterable[Sequence[float]]) -> tuple[bytes, int]:
 
 
 def column(values: Sequence[float] | SupportsArray, count: int, what: str) -> bytes:
-    """One number for each of ``count`` rows, as bytes."""
+    """Encodes one number for each of ``count`` rows as bytes."""
     data, shape = _numbers(values, what)
     if shape != (count,):
         raise InvalidInputError(f"{what} has the shape ({count},), one for each point; this has {shape}")
@@ -50,14 +50,14 @@ def column(values: Sequence[float] | SupportsArray, count: int, what: str) -> by
 
 
 def to_list(data: bytes) -> list[float]:
-    """The numbers that the native part gave."""
+    """Decodes numbers of the native part."""
     values = array("d")
     values.frombytes(data)
     return values.tolist()
 
 
 def table(values: Any, count: int, what: str) -> tuple[bytes, int]:
-    """So many rows of four or five numbers as bytes, and how many there are in a row."""
+    """Encodes rows of four or five numbers as bytes. Returns them with the row length."""
     data, shape = _numbers(values, what)
     if len(shape) != 2 or shape[0] != count or shape[1] not in (4, 5):
         wanted = f"({count}, 4) or ({count}, 5)" if count > 1 else "4 or 5 numbers"
@@ -94,7 +94,7 @@ def _numbers(values: Any, what: str) -> tuple[bytes, tuple[int, ...]]:
 
 
 def _permit(values: Any, what: str) -> None:
-    """Refuses arrays whose numbers would not be what they are: masked, complex, texts, objects, truth values."""
+    """Refuses arrays that would lose information: masked, complex, text, object and bool arrays."""
     kind = getattr(getattr(values, "dtype", None), "kind", None)
     if isinstance(kind, str) and kind not in "fiu":
         raise TypeError(f"{what} must be real numbers, not an array of {values.dtype}: convert it by astype(float)")
@@ -121,7 +121,7 @@ def _array(items: list[Any], what: str, columns: int = 1) -> bytes:
 
 
 def to_numpy(data: bytes, columns: int) -> Floats:
-    """Rows of so many numbers, as an array of its own."""
+    """Decodes rows of the given length to a new array."""
     try:
         import numpy
     except ModuleNotFoundError as error:
@@ -132,5 +132,5 @@ def to_numpy(data: bytes, columns: int) -> Floats:
 
 
 def to_tuples(data: bytes, columns: int) -> list[tuple[float, ...]]:
-    """Rows of so many numbers, without NumPy."""
+    """Decodes rows of the given length, without NumPy."""
     return list(struct.iter_unpack(f"={columns}d", data))

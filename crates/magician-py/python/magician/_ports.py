@@ -1,4 +1,4 @@
-"""Where arms could be: the serial ports of this computer, and the networks around it."""
+"""Discovery of arms: serial ports of this computer, and its networks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class SerialPort(Value):
     """A serial port of this computer, with the details of its USB device."""
 
     path: str
-    """What to connect to: ``/dev/ttyUSB0``, ``COM3``."""
+    """Port to connect to: ``/dev/ttyUSB0``, ``COM3``."""
     vendor: int | None
     """Vendor id, if it is on USB."""
     product: int | None
@@ -30,30 +30,30 @@ class SerialPort(Value):
     serial_number: str | None
     """Serial number of the adapter, not of the arm."""
     location: str | None
-    """The socket that it is plugged into, as the system names it: ``1-1.4`` on Linux."""
+    """USB location, as named by the system: ``1-1.4`` on Linux."""
     likely_arm: bool
-    """Whether the adapter is one that Magicians have. Other devices have them too."""
+    """True if the adapter model is used by Magicians. Other devices use it too."""
 
 
 class Found(Value):
     """An arm that answered on the network."""
 
     port: str
-    """What to connect to: ``udp:192.168.1.5:8899``."""
+    """Port to connect to: ``udp:192.168.1.5:8899``."""
     address: str
-    """Where the answer came from: where the arm is reached."""
+    """Address that the answer came from, at which the arm is reachable."""
     reported: str
-    """The address that its module says it has; another one behind a router."""
+    """Address reported by its Wi-Fi module; differs behind a router."""
     mac: str
-    """The module's hardware address, twelve hexadecimal digits."""
+    """MAC address of the module, twelve hexadecimal digits."""
     name: str
-    """What the module calls itself: ``USR-C322``."""
+    """Name of the module: ``USR-C322``."""
     version: str | None
     """Version of the module's firmware."""
 
 
 def ports() -> list[SerialPort]:
-    """The serial ports of this computer, likely arms first.
+    """Lists the serial ports of this computer, likely arms first.
 
     Raises :class:`~magician.errors.PortError` when the system cannot list them.
     """
@@ -61,12 +61,12 @@ def ports() -> list[SerialPort]:
 
 
 def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
-    """Searches the networks of this computer for arms on Wi-Fi: those that answer in ``within`` seconds.
+    """Searches the networks of this computer for arms on Wi-Fi, for ``within`` seconds.
 
-    :param hosts: names or addresses to ask instead, which may be in other networks; then it ends when all have
-        answered.
+    :param hosts: names or addresses to query instead, which may be in other networks; the search then ends when all
+        have answered.
 
-    It returns an empty list if none answers. Raises :class:`~magician.errors.InvalidInputError` for an invalid host,
+    Returns an empty list if no arm answers. Raises :class:`~magician.errors.InvalidInputError` for an invalid host,
     :class:`~magician.errors.PortError` when a host's name is not known or this computer has no network.
     """
     return [Found(*parts) for parts in wait(_asking(hosts, within))]

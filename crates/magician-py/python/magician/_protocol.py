@@ -1,4 +1,4 @@
-"""What all commands are: classes that say what can be done with them."""
+"""Base classes of all commands, by the operations that they support."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ A_co = TypeVar("A_co", bound="Command", covariant=True)
 
 
 class OpenEnum(IntEnum):
-    """Named values of a byte. A value without a name passes through, under the name ``UNKNOWN_n``."""
+    """Named values of a byte. Values without a name are accepted, as ``UNKNOWN_n``."""
 
     def __repr__(self) -> str:
         # A form that can be typed in again.
@@ -53,20 +53,20 @@ class Command(Value):
     """Name of the layout in the protocol's table, and of the class."""
 
     def __bytes__(self) -> bytes:
-        """The parameters as they travel, without the frame around them."""
+        """Encoded parameters, without the frame."""
         return _magician.encode(self)
 
     @classmethod
     def from_bytes(cls: type[C], params: bytes) -> C:
-        """The command that has these parameters, in any form that the arm accepts.
+        """Decodes a command from its parameters, in any form that the arm accepts.
 
-        Raises :class:`~magician.errors.UnexpectedError` when there are too few, or they fit no form.
+        Raises :class:`~magician.errors.UnexpectedError` if there are too few, or they match no form.
         """
         return _magician.decode(cls, params)
 
 
 class Answer(Command):
-    """The arm's answer to a query: see :class:`Query`."""
+    """Answer of the arm to a query: see :class:`Query`."""
 
 
 class Readable(Answer):
@@ -74,7 +74,7 @@ class Readable(Answer):
 
 
 class Query(Command, Generic[A_co]):
-    """A question about a pin, a port or a target: ``arm.get(commands.GetIoDi(address=19))``."""
+    """Query for a pin, a port or a target: ``arm.get(commands.GetIoDi(address=19))``."""
 
 
 class Writable(Command):
@@ -82,4 +82,4 @@ class Writable(Command):
 
 
 class Queueable(Writable):
-    """A command that may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
+    """Command that can also be queued: ``arm.enqueue(...)``, ``arm.perform([...])``."""

@@ -1,4 +1,4 @@
-"""What is told of a program before it runs: notes on its file, and what a check has found."""
+"""Reports on a program before it runs: notes on its file, and results of the check."""
 
 from __future__ import annotations
 
@@ -11,34 +11,33 @@ __all__ = ["Complaint", "Note", "Placed", "Report", "clock", "report"]
 
 
 class Placed(Value):
-    """How a file was laid before the arm."""
+    """Placement of a file before the arm."""
 
     scale: float
-    """Its size, 1 being the true one."""
+    """Scale factor; 1 is true size."""
     turn: float
-    """By how many degrees it is turned counter-clockwise."""
+    """Counter-clockwise rotation, degrees."""
     at: tuple[float, float]
-    """The middle of what it draws or burns, in the arm's x and y, mm."""
+    """Centre of the drawn or burnt area, in the arm's x and y, mm."""
     page: tuple[tuple[float, float], ...] | None = None
-    """The corners of the page that it lies on, if one was asked for, in the arm's x and y, mm: the lower left one, and
-    on round it counter-clockwise."""
+    """Corners of the page, in the arm's x and y, mm: counter-clockwise from the lower left; ``None`` without a page."""
 
 
 class Note(Value):
-    """A part of a file that was left out or interpreted; it is not an error."""
+    """Note on a part of a file that was left out or interpreted; not an error."""
 
     message: str
-    """What."""
+    """The note, in a sentence."""
     line: int | None = None
     """Line of the file, from 1."""
     column: int | None = None
     """Column in that line, from 1."""
     name: str | None = None
-    """The element or point of the file."""
+    """Element or point of the file."""
     help: str | None = None
-    """What to do about it."""
+    """Suggested remedy."""
     code: str = "problem"
-    """Of what kind it is: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"``, ``"speed"``
+    """Kind of the note: ``"left-out"``, ``"assumed"``, ``"placed"``, ``"reordered"``, ``"power"``, ``"speed"``
     or ``"long"``."""
 
     def __str__(self) -> str:
@@ -47,39 +46,39 @@ class Note(Value):
 
 
 class Complaint(Value):
-    """A step that the arm could not do, or that a guard refuses."""
+    """Step that the arm cannot do, or that a guard refuses."""
 
     step: int
-    """Which step, from 1; one more than there are for what is wrong at the end."""
+    """Number of the step, from 1; one more than the number of steps for a fault at the end."""
     error: Error
-    """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
+    """The exception that a run would raise, with value and limit if a limit is broken."""
     line: int | None = None
-    """Line of the file that it comes from, from 1."""
+    """Line in the source file, from 1."""
     column: int | None = None
     """Column in that line, from 1."""
     row: int | None = None
-    """Row of the array that it comes from, from 0."""
+    """Row in the source array, from 0."""
     name: str | None = None
-    """The element or point of the file that it belongs to."""
+    """Element or point of the source file."""
 
     @property
     def message(self) -> str:
-        """Why, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
+        """The reason, in a sentence: ``joint 2 would be at 91.3 deg, limit 85.0 deg``."""
         return str(self.error)
 
     @property
     def value(self) -> float | None:
-        """The value that is too large or too small, in :attr:`unit`."""
+        """Value out of range, in :attr:`unit`."""
         return self.error.value
 
     @property
     def limit(self) -> float | None:
-        """The limit that it breaks, in :attr:`unit`."""
+        """Limit that the value exceeds, in :attr:`unit`."""
         return self.error.limit
 
     @property
     def unit(self) -> str | None:
-        """The unit of both."""
+        """Unit of value and limit."""
         return self.error.unit
 
     def __eq__(self, other: object) -> bool:
@@ -101,37 +100,37 @@ class Report(Value):
     """The result of a check. A notebook shows it as a table."""
 
     refused: int
-    """How many steps the arm could not do."""
+    """Number of steps that the arm cannot do."""
     complaints: list[Complaint]
-    """The first hundred of them, in their order."""
+    """The first hundred complaints, in order."""
     steps: int
-    """How many steps the plan has."""
+    """Number of steps of the plan."""
     counts: dict[str, int]
-    """How many of each kind: ``{"move": 4, "path": 120}``."""
+    """Number of steps of each kind: ``{"move": 4, "path": 120}``."""
     seconds: float | None
-    """How long the arm takes, on its own clock; ``None`` if a step has no end that is known: homing, a trigger."""
+    """Duration on the arm's clock, s; ``None`` if the end of a step is unknown: homing, a trigger."""
     drawn: float
-    """How far the tool draws or burns, mm."""
+    """Length of the drawn or burnt lines, mm."""
     travelled: float
-    """How far it goes besides, mm."""
+    """Length of the travel moves, mm."""
     power: tuple[float, float] | None
-    """The weakest and the strongest power that is burnt, percent; ``None`` if nothing burns."""
+    """Minimum and maximum laser power, percent; ``None`` if nothing burns."""
     bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
-    """The least and the greatest x, y, z of the ways that draw or burn, mm; ``None`` if nothing is drawn."""
+    """Minimum and maximum x, y, z of the drawn or burnt lines, mm; ``None`` if nothing is drawn."""
     travel_bounds: tuple[tuple[float, float, float], tuple[float, float, float]] | None
-    """The least and the greatest x, y, z at which steps end, mm."""
+    """Minimum and maximum x, y, z of the step targets, mm."""
     longest_way: tuple[int, float] | None
-    """The step with the longest way, from 1, and how long that is, mm."""
+    """Step with the longest path, from 1, and the length, mm."""
     longest_time: tuple[int, float] | None
-    """The step that takes longest, from 1, and how long, s."""
+    """Step with the longest duration, from 1, and the duration, s."""
 
     @property
     def ok(self) -> bool:
-        """Whether the arm can do all of it."""
+        """True if the arm can do every step."""
         return self.refused == 0
 
     def raise_if_refused(self) -> None:
-        """Raises the error of the first complaint, if there is one."""
+        """Raises the error of the first complaint, if any."""
         for complaint in self.complaints:
             raise complaint.error
 
@@ -172,7 +171,7 @@ class Report(Value):
 
 
 def report(found: dict[str, Any]) -> Report:
-    """The report of what the native part has found."""
+    """Builds the report from the results of the native part."""
     bounds, travel_bounds = found["bounds"], found["travel_bounds"]
     return Report(
         refused=found["refused"],
@@ -197,7 +196,7 @@ def _told(complaint: Complaint) -> tuple[object, ...]:
 
 
 def clock(seconds: float) -> str:
-    """A time as clocks have it."""
+    """Formats a duration as a clock does."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

@@ -1,4 +1,4 @@
-"""The arguments that every virtual arm takes."""
+"""Common arguments of virtual arms."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ __all__ = ["clock_speed", "scenario_file", "scenario_text", "tool_bias"]
 
 
 def clock_speed(speed: float | Literal["max"]) -> float:
-    """The factor to real time; 0 for ``"max"``."""
+    """Converts a speed to the factor of real time; 0 for ``"max"``."""
     if isinstance(speed, str) and speed != "max":
         raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
     return 0.0 if speed == "max" else number("speed", speed, above=0)
 
 
 def tool_bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, float] | None:
-    """Where the tip of a tool is from the wrist, mm."""
+    """Returns the offset of a tool's tip from the wrist, mm."""
     if tool is None:
         return None
     if isinstance(tool, str):
@@ -33,14 +33,14 @@ def tool_bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, 
 
 
 def scenario_file(scenario: str | os.PathLike[str] | None) -> str | None:
-    """The file of a scenario; ``None`` for a text."""
+    """Returns the path of a scenario file; ``None`` for a text."""
     if scenario is None or (isinstance(scenario, str) and ("\n" in scenario or "=" in scenario)):
         return None
     return os.fspath(scenario)
 
 
 def scenario_text(scenario: str | os.PathLike[str] | None) -> str | None:
-    """The text of a scenario, which may be a file's name."""
+    """Returns the text of a scenario, read from a file if a path is given."""
     file = scenario_file(scenario)
     if file is None:
         return cast("str | None", scenario)

@@ -1,4 +1,4 @@
-"""What sessions at a station, blocking and on asyncio, have in common: values, and what goes into requests."""
+"""Values and requests shared by blocking and asyncio sessions at a station."""
 
 from __future__ import annotations
 
@@ -22,48 +22,48 @@ _SUFFIXES = {".gcode": "gcode", ".nc": "gcode", ".ngc": "gcode", ".csv": "points
 
 
 class Holder(Value):
-    """The session that has the lease of an arm."""
+    """Session that holds the lease of an arm."""
 
     session: str
     """Its id."""
     name: str
-    """What it calls itself."""
+    """Name given by the session."""
 
 
 class ArmEntry(Value):
     """An arm of a station."""
 
     name: str
-    """Its name there."""
+    """Name of the arm at the station."""
     port: str
-    """Where the station has it."""
+    """Port of the arm at the station."""
     virtual: bool
-    """Whether it is a virtual arm of the station's own."""
+    """True for a virtual arm of the station."""
     link: str
     """``"up"`` or ``"lost"``."""
     holder: Holder | None
-    """Who may move it now."""
+    """Holder of the lease, if any."""
     job: str | None
-    """The job that it is at."""
+    """Id of the current job, if any."""
 
 
 class ToolState(Value):
-    """What the tools of an arm do, each ``None`` where it is not known."""
+    """State of an arm's tools; values are ``None`` if unknown."""
 
     name: str | None
-    """The tool that is mounted, if its tip is that of one with a name."""
+    """Name of the tool, if its tip is that of a named one."""
     bias: tuple[float, float, float] | None
-    """Its tip from the flange, mm."""
+    """Offset of the tip from the flange, mm."""
     suction: bool | None
-    """Whether the suction cup is on."""
+    """True if the suction cup is on."""
     gripper: str | None
     """``"open"``, ``"closed"`` or ``"off"``."""
     laser: bool | None
-    """Whether the laser may burn."""
+    """True if the laser may burn."""
 
 
 class ArmState(Value):
-    """The state of an arm, as a station has read it last."""
+    """Latest state of an arm, read by a station."""
 
     arm: str
     """Its name."""
@@ -86,81 +86,81 @@ class ArmState(Value):
     j4: float
     """Degrees."""
     rail: float | None
-    """Where on the rail, mm, if it has one."""
+    """Position on the rail, mm, if there is one."""
     current_index: int
-    """The queued command that was finished last."""
+    """Index of the last finished queued command."""
     left_space: int
     """Free places in the queue."""
     alarms: tuple[int, ...]
-    """Codes of the alarms that stand."""
+    """Codes of the active alarms."""
     link: str
-    """``"up"`` or ``"lost"``; while it is lost the rest is of before."""
+    """``"up"`` or ``"lost"``; while it is lost the other values are the last ones read."""
     moving: bool
-    """Whether it moves, or may."""
+    """True if the arm is or may be moving."""
     homed: bool | None
-    """Whether it was homed since it was switched on, if that is known."""
+    """True if the arm was homed since power-up; ``None`` if unknown."""
     tool: ToolState
-    """What its tools do."""
+    """State of the tools."""
     speed: float | None
-    """Share of the set speed of moves, percent, if it is known."""
+    """Speed ratio of moves, percent, if known."""
     pins: tuple[Mapping[str, Any], ...]
-    """Levels of the pins that are watched: ``kind``, ``address``, ``value``."""
+    """Levels of the watched pins: ``kind``, ``address``, ``value``."""
     job: str | None
-    """The job that it is at."""
+    """Id of the current job, if any."""
     jog: str | None
-    """The jog that it is at."""
+    """Current jog, if any."""
     holder: Holder | None
-    """Who may move it now."""
+    """Holder of the lease, if any."""
 
 
 class JobState(Value):
-    """How far a job is."""
+    """Progress of a job."""
 
     job: str
     """Its id."""
     arm: str
-    """The arm's name."""
+    """Name of the arm."""
     title: str | None
-    """What it is called."""
+    """Title of the job."""
     state: str
     """``"checking"``, ``"running"``, ``"pausing"``, ``"paused"``, ``"stopping"``, ``"done"``, ``"stopped"``,
     ``"failed"`` or ``"interrupted"``.
     """
     step: int
-    """Finished steps of the present loop."""
+    """Finished steps of the current loop."""
     steps: int | None
-    """Steps of one loop."""
+    """Number of steps of one loop."""
     loop: int
-    """The present loop, from 1."""
+    """Current loop, from 1."""
     loops: int
-    """How many; 0 until it is stopped."""
+    """Number of loops; 0 for endless."""
     seconds_left: float | None
-    """How long the rest takes, where that is known."""
+    """Estimated remaining time, s, if known."""
     drawn_mm: float | None
-    """Length of the lines that were drawn."""
+    """Length of the drawn lines, mm."""
     travel_mm: float | None
-    """Length of the ways between them."""
+    """Length of the travel moves, mm."""
     started: float | None
     """Unix seconds of the station."""
     ended: float | None
     """Unix seconds of the station."""
     holder: Holder | None
-    """Who has started it."""
+    """Session that started the job."""
     reason: str | None
-    """Why it is paused."""
+    """Reason of a pause."""
     text: str | None
-    """What the person is told for whom it pauses between parts, or because the program says so."""
+    """Message for the operator at a pause between parts or of the program."""
     error: Mapping[str, Any] | None
-    """Why it has failed."""
+    """Reason of a failure."""
 
     @property
     def over(self) -> bool:
-        """Whether it has ended, in whatever way."""
+        """True if the job has ended for any reason."""
         return self.state in _OVER
 
     @property
     def share(self) -> float:
-        """Between 0 and 1, over all loops; 0 without an end."""
+        """Progress over all loops, 0 to 1; 0 if endless."""
         if self.state == "done":
             return 1.0
         if not self.steps or not self.loops:
@@ -169,27 +169,27 @@ class JobState(Value):
 
 
 class StationEvent(Value):
-    """Something that happened at an arm."""
+    """Event of an arm."""
 
     arm: str
     """Its name."""
     seq: int
     """Its number, from 1."""
     t: float
-    """When, Unix seconds of the station."""
+    """Time of the event, Unix seconds of the station."""
     event: str
-    """What: ``"alarm-raised"``, ``"command-finished"``, ``"stop"``, ``"lease"``, ``"job"``, .."""
+    """Kind of the event: ``"alarm-raised"``, ``"command-finished"``, ``"stop"``, ``"lease"``, ``"job"``, .."""
     data: Mapping[str, Any]
-    """What else is known of it."""
+    """Further details."""
 
 
 class Notice(Value):
-    """A notification of a station."""
+    """Notification of a station."""
 
     method: str
     """``"lease.changed"``, ``"lease.asked"``, ``"job.changed"``, ..; ``"connection"`` when it breaks or is back."""
     params: Any
-    """What it says."""
+    """Content of the notification."""
 
 
 def _value(name: str, value: Any) -> Any:
@@ -205,7 +205,7 @@ def _value(name: str, value: Any) -> Any:
 
 
 def made(cls: type[_V], data: Mapping[str, Any]) -> _V:
-    """A value of what the station says; what it does not know of is left out."""
+    """Converts a message of the station to a value; unknown fields are dropped."""
     names: tuple[str, ...] = cls._fields  # pyright: ignore[reportPrivateUsage]
     return cls(**{name: _value(name, data.get(name)) for name in names})
 
@@ -235,7 +235,7 @@ def read(answer: str) -> Any:
 def source(
     program: Plan | str | os.PathLike[str] | bytes | None, name: str | None, options: dict[str, Any]
 ) -> dict[str, Any]:
-    """The program as a station takes it."""
+    """Converts a program to the form that a station accepts."""
     if program is None or name is not None:
         if name is None or program is not None:
             raise TypeError("a job is of one program: give it, or the name of one that the station keeps")
@@ -253,7 +253,7 @@ def source(
 
 
 def ended(state: JobState | None) -> JobState:
-    """A job that is done; any other end is an error."""
+    """Returns a job that is done; raises an error for any other end."""
     assert state is not None, "it has a state"
     if state.state == "failed":
         error = dict(state.error or {})
@@ -272,7 +272,7 @@ def connecting(url: str, name: str, token: str | None) -> Call[Station]:
 
 
 class ArmAt:
-    """An arm of a session, to be connected to."""
+    """Address of a session's arm, for a connection."""
 
     def __init__(self, core: Station, name: str | None) -> None:
         self._core = core

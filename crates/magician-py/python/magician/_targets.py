@@ -1,4 +1,4 @@
-"""Where a motion leads: numbers, poses, and what a program leaves for the arm to know."""
+"""Targets of motions: numbers, poses, and values taken from the arm's state."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .errors import InvalidInputError
 __all__ = ["KEPT", "JointTarget", "Target", "joints", "keeps_r", "kept", "listed", "spot"]
 
 Target = Pose | Position | Sequence[float]
-"""Where to go: a pose, or x, y, z and perhaps r in a row."""
+"""Cartesian target: a pose, or a sequence x, y, z and optionally r."""
 JointTarget = Pose | Joints | Sequence[float]
-"""Where to go with the joints: those of a pose, or J1 to J3 and perhaps J4 in a row."""
+"""Joint target: the joints of a pose, or a sequence J1 to J3 and optionally J4."""
 
 KEPT = cast(float, None)
-"""The r of a move that keeps it: :func:`kept` says which it is as soon as that is known."""
+"""Placeholder r of a move that keeps the rotation; :func:`kept` replaces it once known."""
 
 _POINTS = (PtpCmd, PtpPoCmd, PtpWithLCmd, PtpPoWithLCmd)
 _INCREMENTS = (PtpMode.MOVL_XYZ_INC, PtpMode.MOVJ_XYZ_INC)
@@ -41,7 +41,7 @@ _ANGLES = (PtpMode.JUMP_ANGLE, PtpMode.MOVJ_ANGLE, PtpMode.MOVL_ANGLE)
 
 
 def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float | None]:
-    """x, y, z, and r if it was given: of four numbers, or of one target."""
+    """Returns x, y, z, and r if given, from four numbers or one target."""
     if isinstance(x, Pose) and y is None and z is None:
         given: Sequence[float] = x.position
     elif y is not None or z is not None or _is_one(x):
@@ -56,7 +56,7 @@ def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[flo
 
 
 def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tuple[float, float, float, float | None]:
-    """J1 to J3, and J4 if it was given: of four numbers, or of one target."""
+    """Returns J1 to J3, and J4 if given, from four numbers or one target."""
     if isinstance(j1, Pose) and j2 is None and j3 is None:
         given: Sequence[float] = j1.joint_angle
     elif j2 is not None or j3 is not None or _is_one(j1):
@@ -70,7 +70,7 @@ def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tup
 
 
 def _is_one(value: object) -> bool:
-    """Whether it is meant as a number, and not as a row of them."""
+    """True for a number, false for a sequence of numbers."""
     # `__float__` does not tell: NumPy arrays have it too. An array of zero dimensions is a number.
     return isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or getattr(value, "ndim", 1) == 0
 
@@ -82,7 +82,8 @@ def _there(name: str, value: float | None) -> float:
 
 
 def listed(commands: Iterable[Queueable]) -> list[Queueable]:
-    """The commands of a program, up to the first item that is not a command: a program may be endless."""
+    """Collects the commands of a program, up to the first item that is not a command, because a program may be
+    endless."""
     made: list[Queueable] = []
     for each in not_a_file(commands):
         if not hasattr(each, "LAYOUT"):
@@ -92,12 +93,12 @@ def listed(commands: Iterable[Queueable]) -> list[Queueable]:
 
 
 def keeps_r(command: object) -> bool:
-    """Whether a command is a move that keeps r, and does not know which."""
+    """True if a command is a move that keeps an r that is not yet known."""
     return isinstance(command, _POINTS) and cast(Any, command.r) is None
 
 
 def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
-    """The commands with every r, ``r`` being that of the arm before them if it is known.
+    """Fills in every r of the commands; ``r`` is that of the arm before them, if known.
 
     :raises InvalidInputError: A move keeps an unknown r: after a path, homing, or at the start of a plan.
     """
@@ -105,14 +106,14 @@ def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
 
 
 class KeepingR:
-    """Gives commands their r, one after the other, as :func:`kept` does."""
+    """Fills in r of commands one by one, as :func:`kept`."""
 
     def __init__(self, r: float | None) -> None:
         self._r = r
         self._step = 0
 
     def __call__(self, command: Queueable) -> Queueable:
-        """The next command."""
+        """Returns the next command with its r."""
         step, self._step = self._step, self._step + 1
         if isinstance(command, _POINTS):
             if keeps_r(command):

@@ -1,4 +1,4 @@
-"""How a run is told of: to whom, on which line, and when it breaks."""
+"""Progress reports of a run, and notes on its failure."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from .running import PlanProgress, RunResult, Watcher
 __all__ = ["Line", "Telling"]
 
 PATIENCE = 0.3
-"""A run that is over sooner needs no line, s."""
+"""Delay before the first progress line, s; shorter runs print none."""
 USUAL = 80
-"""Columns of a terminal that does not tell."""
+"""Default terminal width, columns."""
 LINES = 3.0
-"""Between two lines where none can be written over, s."""
+"""Interval of progress lines where a line cannot be overwritten, s."""
 
 
 class Telling:
-    """Tells somebody how far a run is."""
+    """Reports the progress of a run."""
 
     def __init__(self, steps: int, watcher: Watcher) -> None:
         # None in a program without a console.
@@ -32,7 +32,7 @@ class Telling:
         self._now = PlanProgress(0, steps, None)
 
     def __call__(self, reported: tuple[int, float | None, float]) -> None:
-        """Hears what the native part reports."""
+        """Receives a report of the native part."""
         now = PlanProgress(reported[0], self._now.steps, reported[1], reported[2])
         if now != self._now:
             self._now = now
@@ -40,7 +40,7 @@ class Telling:
                 self._tell(now)
 
     def ended(self, found: dict[str, Any]) -> RunResult:
-        """The run has ended well."""
+        """Handles the successful end of the run."""
         if self._line is not None:
             done, steps = self._now.done, self._now.steps
             self._line.end(f"{done} of {steps} steps done")
@@ -56,7 +56,7 @@ class Telling:
         )
 
     def broken(self, error: BaseException, said: str | None) -> None:
-        """It has not: the exception is told what became of the arm, and how far it came."""
+        """Handles a failure: adds notes on the arm's state and the progress to the exception."""
         if self._line is not None:
             self._line.clear()
         if said is not None:
@@ -67,16 +67,16 @@ class Telling:
 
 
 class Shared(Protocol):
-    """How far something is."""
+    """Progress of an operation."""
 
     @property
     def share(self) -> float:
-        """Between 0 and 1."""
+        """Finished share, 0 to 1."""
         ...
 
 
 class Line:
-    """A line on a terminal that is written over, or one every few seconds elsewhere."""
+    """Progress line, overwritten on a terminal, or printed every few seconds elsewhere."""
 
     def __init__(self, out: TextIO) -> None:
         self._out = out
@@ -123,7 +123,7 @@ class Line:
 
 
 def _note(error: BaseException, text: str) -> None:
-    """Adds a line to what an exception says of itself."""
+    """Adds a note to an exception."""
     if sys.version_info >= (3, 11):
         error.add_note(text)
     else:

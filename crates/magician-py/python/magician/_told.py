@@ -1,4 +1,4 @@
-"""What the native part tells of, as values and exceptions of this package."""
+"""Conversion of native results to values and exceptions of this package."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def error(
     alarms: Sequence[int] | None = None,
     station: str | None = None,
 ) -> Error:
-    """The exception of a kind."""
+    """Creates the exception for a kind."""
     return _ERRORS.get(kind, Error)(
         message,
         code=code,
@@ -110,7 +110,7 @@ _REFUSALS: dict[str, type[StationError]] = {
 
 
 def refused(code: int, message: str, data: str | None) -> Error:
-    """The exception of a station's error; of a connection that broke or was never there, with code 0."""
+    """Creates the exception for a station's error; code 0 stands for a lost or failed connection."""
     import json
 
     if code == 0:
@@ -124,7 +124,7 @@ def refused(code: int, message: str, data: str | None) -> Error:
 
 
 def failure(message: str, about: dict[str, Any]) -> Error:
-    """The exception of an error of a station, by what it is about."""
+    """Creates the exception for a station's error from its details."""
     kind = about.get("kind", "unexpected")
     if kind in _REFUSALS:
         return _REFUSALS[kind](message, data=about)
@@ -152,7 +152,7 @@ _EVENTS: dict[str, type[Event]] = {
 
 
 def event(parts: tuple[str, tuple[Any, ...]]) -> Event:
-    """The event that the native part tells of."""
+    """Converts an event."""
     name, fields = parts
     kind = _EVENTS[name]
     if kind is AlarmRaised or kind is AlarmCleared:
@@ -161,13 +161,13 @@ def event(parts: tuple[str, tuple[Any, ...]]) -> Event:
 
 
 def link(parts: tuple[Any, ...]) -> Link:
-    """How the line stands."""
+    """Converts the state of the line."""
     state, why, sought, ago = parts
     return Link(state, why, sought, time.monotonic() - ago if state == "lost" else None)
 
 
 def status(parts: tuple[Any, ...]) -> Status:
-    """A reading of the arm's state."""
+    """Converts a reading of the arm's state."""
     pose, current, space, alarms, line, ago, inputs, outputs, analogs = parts
     return Status(
         pose,
@@ -189,7 +189,7 @@ def decoded(
     carried: tuple[Command | None, int | None, bytes],
     notes: tuple[str, ...],
 ) -> Decoded:
-    """A frame that was understood."""
+    """Converts a decoded frame."""
     from .traffic import Decoded
 
     offset, data, link, at = seen

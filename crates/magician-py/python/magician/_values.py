@@ -1,7 +1,7 @@
-"""What values of this package are made of: classes of named fields that cannot be changed.
+"""Base of immutable value classes with named fields.
 
-They are what ``dataclass(frozen=True, slots=True)`` makes, without what that costs at import: it writes a program for
-each class and runs it, for a hundred classes as long as all else together.
+They behave like ``dataclass(frozen=True, slots=True)`` without its import cost: dataclass generates and executes code
+for each class, which for a hundred classes takes as long as the rest of the import.
 """
 
 # pyright: reportPrivateUsage=false
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass_transform(**_how: object) -> Callable[[Any], Any]:
-        """For those who check types."""
+        """For type checkers."""
         return lambda made: made
 
 
@@ -27,7 +27,7 @@ __all__ = ["Value", "ValueType", "fields"]
 
 @dataclass_transform(frozen_default=True)
 class ValueType(type):
-    """Makes a class of the fields that its body lists, in their order, those of its bases first."""
+    """Creates a class from the fields of its body, in order, after those of its bases."""
 
     _fields: tuple[str, ...]
     _defaults: dict[str, Any]
@@ -60,7 +60,7 @@ class ValueType(type):
 
 
 class _OfDataclass:
-    """What the functions of ``dataclasses`` look for (``fields``, ``asdict``, ``replace``), made when they do."""
+    """Metadata for the functions of ``dataclasses`` (``fields``, ``asdict``, ``replace``), created on first use."""
 
     def __set_name__(self, _owner: type, name: str) -> None:
         self._name = name
@@ -79,7 +79,7 @@ class _OfDataclass:
 
 
 class Value(metaclass=ValueType):
-    """Named fields: compared, hashed, shown, taken apart, copied and pickled by them, and not changed."""
+    """Immutable value with named fields, which define comparison, hash, repr, pattern matching, copy and pickle."""
 
     if not TYPE_CHECKING:
         __dataclass_fields__ = _OfDataclass()
@@ -122,7 +122,7 @@ class Value(metaclass=ValueType):
 
 
 def fields(cls: type[Value]) -> dict[str, bool]:
-    """The fields of a class, and whether each may be left out."""
+    """Returns the fields of a class, each with True if it is optional."""
     return {name: name in cls._defaults for name in cls._fields}
 
 
@@ -131,7 +131,7 @@ def _values(value: Value) -> list[Any]:
 
 
 def _complete(cls: ValueType, values: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-    """All values, of those that were given and those that stand for what was left out."""
+    """Combines given values with the defaults of omitted ones."""
     names = cls._fields
     if len(values) > len(names):
         raise TypeError(f"{cls.__name__}() takes {len(names)} values, and {len(values)} were given")

@@ -339,8 +339,8 @@ class Arm(Bound):
 
     @property
     def poses(self) -> Poses:
-        """Poses by their names, in the file ``poses.json`` beside the program: ``arm.poses["tray"] = arm.pose()``, and
-        ``arm.move_to("tray")`` in any program after that. Another file is set: ``arm.poses = Poses("cell.json")``.
+        """Named poses, stored in ``poses.json`` beside the program: ``arm.poses["tray"] = arm.pose()``, then
+        ``arm.move_to("tray")`` in any later program. Assign to use another file: ``arm.poses = Poses("cell.json")``.
         """
         if self._poses is None:
             self._poses = Poses()
@@ -356,12 +356,12 @@ class Arm(Bound):
 
     @property
     def name(self) -> str:
-        """The name of the connection in messages: the port as it was given."""
+        """Name of the connection in messages: the port as passed by the caller."""
         return self._core.name()
 
     @property
     def timeout(self) -> float:
-        """Seconds after which every single call to the arm ends; it can be set, for calls that begin after that."""
+        """Timeout of a single call to the arm, s. A new value applies to later calls."""
         return self._core.timeout()
 
     @timeout.setter
@@ -370,26 +370,25 @@ class Arm(Bound):
 
     @property
     def link(self) -> Link:
-        """The present state of the line to the arm. A silent line counts as up; the calls over it end by their
-        deadlines.
+        """Current state of the line to the arm. A silent line counts as up; calls over it end by their deadlines.
         """
         return _told.link(self._core.link())
 
     @property
     def moving(self) -> bool:
-        """Whether a motion or a queue that this connection started may still be running.
+        """True if a motion or a queue that this connection started may still be running.
 
-        It errs towards yes: a motion counts until its end was read. Motions that other programs started do not count.
+        If in doubt the value is True: a motion counts until its end was read. Motions that other programs started do
+        not count.
         """
         return self._core.moving()
 
     def detach(self) -> None:
-        """Lets the motions and the queue that this connection started go on when it ends, however it ends."""
+        """Leaves the motions and the queue of this connection running when the connection ends, for any reason."""
         self._core.detach()
 
     async def close(self) -> None:
-        """Closes the connection and returns when that is done. Motions that it started are stopped, unless it was
-        detached.
+        """Closes the connection and waits until it is closed. Its motions are stopped, unless it was detached.
 
         All other calls on it fail with :class:`~magician.errors.ClosedError`, those under way too. Closing it again
         does nothing.
@@ -399,10 +398,10 @@ class Arm(Bound):
             await until(self._core.close())
 
     async def reconnected(self) -> None:
-        """Waits until the line is up again, at once when it is up.
+        """Waits until the line is up again. Returns at once if the line is up.
 
-        Nothing is sent again automatically: calls that were under way when the line was lost have ended with an error.
-        Look at the arm before you go on.
+        Nothing is retransmitted: calls in flight when the line was lost have ended with an error. Look at the arm
+        before you continue.
 
         Raises :class:`~magician.errors.PortError` when the connection does not reconnect,
         :class:`~magician.errors.ClosedError` when it is closed meanwhile.
@@ -410,29 +409,29 @@ class Arm(Bound):
         await until(self._core.reconnected())
 
     async def stats(self) -> Stats:
-        """Counts of the traffic on the line so far, and the number of commands that the arm's queue holds."""
+        """Returns the traffic counters of the line, and the capacity of the arm's queue."""
         return Stats(*await until(self._core.stats()))
 
     # Pose and state.
 
     async def pose(self) -> Pose:
-        """The arm's pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
-        commanded.
+        """Returns the commanded pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4``
+        (degrees).
 
         Document 1.4.1.
         """
         return await until(self._core.get(Pose))
 
     async def _known_pose(self) -> Pose:
-        """The pose that the last motion reached a moment ago; otherwise the arm is asked."""
+        """Returns the pose at the end of the last motion if it is recent; otherwise reads it."""
         return await until(self._core.known_pose(Pose))
 
     async def joints(self) -> Joints:
-        """The angles of the joints, degrees."""
+        """Returns the joint angles, degrees."""
         return (await self.pose()).joints
 
     async def bias(self) -> tuple[float, float, float]:
-        """The tip of the arm's tool, x, y, z in mm from the wrist (document 1.8.1)."""
+        """Returns the offset of the tool tip from the wrist: x, y, z in mm (document 1.8.1)."""
         bias = await until(self._core.get(commands.EndEffectorParams))
         return bias.x_bias, bias.y_bias, bias.z_bias
 
@@ -443,7 +442,7 @@ class Arm(Bound):
     @overload
     async def forward(self, joints: Points, /) -> PoseArray: ...
     async def forward(self, *joints: Any) -> Position | PoseArray:
-        """The pose of the tip of the arm's tool at joint angles, degrees: :func:`magician.forward` for the tool that is
+        """Computes the pose of the tool tip from joint angles, degrees: :func:`magician.forward` for the tool that is
         set, whole arrays too. Nothing moves."""
         from .kinematics import forward
 
@@ -461,10 +460,9 @@ class Arm(Bound):
     @overload
     async def inverse(self, poses: Points, /, *, r: float = 0.0) -> JointArray: ...
     async def inverse(self, *pose: Any, r: float = 0.0) -> Joints | JointArray:
-        """The joint angles that bring the tip of the arm's tool to a pose: :func:`magician.inverse` for the tool that
-        is set, whole arrays too. Nothing moves.
-
-        Raises :class:`~magician.errors.UnreachableError` for a single pose that the arm cannot reach.
+        """Computes the joint angles for a pose of the tool tip: :func:`magician.inverse` for the current
+        tool; accepts arrays. Nothing moves. Raises :class:`~magician.errors.UnreachableError` for a single pose that
+        the arm cannot reach.
         """
         from .kinematics import inverse
 
@@ -480,7 +478,7 @@ class Arm(Bound):
     @overload
     async def is_reachable(self, poses: Points, /, *, r: float = 0.0) -> Mask: ...
     async def is_reachable(self, x: Any, y: float | None = None, z: float | None = None, r: float = 0.0) -> bool | Mask:
-        """Whether the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
+        """True if the tool tip can reach a pose, mm and degrees: :func:`magician.is_reachable` for the
         tool that is set, whole arrays too. The path there is not checked; a motion is, before it is sent.
         """
         from .kinematics import is_reachable
@@ -490,15 +488,15 @@ class Arm(Bound):
         return found
 
     async def rail_position(self) -> float:
-        """The arm's position on its rail, mm (document 1.4.3)."""
+        """Returns the position on the rail, mm (document 1.4.3)."""
         return (await until(self._core.get(commands.PoseL))).pose_l
 
     async def clock(self) -> float:
-        """The arm's own clock: seconds since it was switched on, to the millisecond (document 1.3.5)."""
+        """Returns the arm's clock: seconds since power-up, with a resolution of 1 ms (document 1.3.5)."""
         return (await self.get(commands.DeviceTime)).g_systick / 1000
 
     async def info(self) -> Info:
-        """The arm's name, serial number, firmware, and the time since it was switched on."""
+        """Returns the name, serial number and firmware of the arm, and the time since power-up."""
         name = await self.get(commands.DeviceName)
         serial = await self.get(commands.DeviceSn)
         version = await self.get(commands.DeviceVersion)
@@ -520,11 +518,11 @@ class Arm(Bound):
         )
 
     async def alarms(self) -> tuple[Alarm, ...]:
-        """The alarms that are set, each with its cause and its remedy (document 1.5.1)."""
+        """Returns the active alarms, each with cause and remedy (document 1.5.1)."""
         return (await until(self._core.get(commands.AlarmsState))).alarms_state
 
     async def clear_alarms(self, *, allow_laser: bool = False) -> None:
-        """Clears the alarms; the queue goes on if their causes are gone (document 1.5.2).
+        """Clears the alarms; the queue continues if their causes are gone (document 1.5.2).
 
         :param allow_laser: as for :meth:`start_queue`.
         """
@@ -538,10 +536,10 @@ class Arm(Bound):
         outputs: Iterable[PinLike] = (),
         analogs: Iterable[PinLike] = (),
     ) -> StateWatch:
-        """Watches the arm: pose, queue, alarms and link, ``rate`` times a second (0.01 to 1000).
+        """Watches the state of the arm: pose, queue, alarms and link, at ``rate`` Hz (0.01 to 1000).
 
         ``async for status in arm.state(20): ...`` gives every reading. All watches share one set of reads, at the
-        highest rate that any of them asks for, and less often when the line is busy.
+        highest requested rate, and less often while the line is busy.
 
         :param inputs: Pins of digital inputs to read as well (:class:`~magician.Pin`); they must have been multiplexed.
         :param outputs: the same, of digital outputs.
@@ -554,11 +552,11 @@ class Arm(Bound):
         return StateWatch(self._core.state(rate, *watched))
 
     def events(self) -> Events:
-        """Events from now on, for any number of listeners: alarms, finished commands, a lost line.
+        """Subscribes to events from now on: alarms, finished commands, a lost line. Any number of listeners is allowed.
 
-        Events come from frames that pass over the line anyway: they cause no reads of their own, and without reads
-        no events arise. To learn of an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. A listener may fall
-        256 events behind; then it misses the oldest.
+        Events are derived from other traffic: they cause no reads of their own, and without reads there are no events.
+        To see an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. Each listener buffers 256 events, then drops
+        the oldest.
         """
         return Events(self._core.events())
 
@@ -571,7 +569,7 @@ class Arm(Bound):
     @overload
     async def get(self, what: str, **fields: Any) -> Any: ...
     async def get(self, what: type[Readable] | Query[Any] | str, **fields: Any) -> Any:
-        """Asks for a value.
+        """Reads a value of the arm.
 
         By its class, ``arm.get(commands.Pose)``; with a question, ``arm.get(commands.GetIoDi(address=19))``; or by any
         name of the command, ``arm.get("IODI", address=19)``.
@@ -614,7 +612,7 @@ class Arm(Bound):
     @overload
     async def enqueue(self, command: str, *, allow_laser: bool = False, **fields: Any) -> int: ...
     async def enqueue(self, command: Queueable | str, *, allow_laser: bool = False, **fields: Any) -> int:
-        """Puts a command into the arm's queue and returns its index. It does not start the queue: see
+        """Appends a command to the arm's queue and returns its index. The queue is not started: see
         :meth:`start_queue`.
 
         :param allow_laser: as for :meth:`set`.
@@ -636,7 +634,7 @@ class Arm(Bound):
         allow_dangerous: bool = False,
         allow_laser: bool = False,
     ) -> bytes:
-        """Sends any frame and returns the parameters of its answer.
+        """Sends an arbitrary frame and returns the parameters of the answer.
 
         :param id: id of the command, 0 to 255.
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
@@ -686,16 +684,17 @@ class Arm(Bound):
         allow_laser: bool = False,
         wait: bool = True,
     ) -> Ran | Motion[Ran]:
-        """Checks commands as the arm stands now, before any of them is sent, runs them, and waits for their end.
+        """Checks commands from the arm's current pose and settings, runs them, and waits until they have finished.
+        Nothing is sent before the check passes.
 
-        They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
+        Any number of commands is fed through the arm's queue. :mod:`magician.words` builds them.
 
         :param progress: called now and then with the progress, while this call waits.
         :param skip: checks to leave out.
         :param require_homed: refuses an arm whose alarms say that it was not homed since it was switched on.
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
-        :param wait: Whether to wait for the end. ``False`` returns at once, with a :class:`Motion`.
+        :param wait: Whether to wait for the end. ``False`` returns a :class:`Motion` at once.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
@@ -714,14 +713,14 @@ class Arm(Bound):
         return Ran(*await until_done(call, self._core, hear))
 
     async def _kept(self, program: Iterable[Queueable]) -> Sequence[Queueable]:
-        """The commands, each with its r, as the arm stands now."""
+        """Fills in r of each command from the arm's current pose."""
         given = listed(program)
         return kept(given, (await self._known_pose()).r) if any(map(keeps_r, given)) else given
 
     async def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
-        """Checks commands as the arm stands now, and tells how many seconds they take.
+        """Checks commands from the arm's current pose and settings, and returns their duration, s.
 
-        It is a virtual arm's time, to the microsecond; ``math.inf`` if the end of one of them is not known: homing, a
+        The duration is simulated, with a resolution of 1 µs; ``math.inf`` if the end of a command is unknown: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
         names = _names(skip)
@@ -738,16 +737,16 @@ class Arm(Bound):
         patience: float = 30.0,
         allow_laser: bool = False,
     ) -> Run:
-        """A program that can go on after the line was lost. Nothing is sent before :meth:`Run.finish`, and nothing is
-        checked.
+        """Prepares a run that can resume after the line was lost. Nothing is sent before :meth:`Run.finish`, and
+        nothing is checked.
 
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
-        :param horizon: maximum motion in the arm's queue, seconds, so that the arm does not go on for long when this
-            program dies: it has no watchdog. At least two commands are queued, however long they take.
+        :param horizon: maximum duration of queued motion, s. It bounds how long the arm moves on if this program dies,
+            as the arm has no watchdog. At least two commands are always queued.
         :param laser_horizon: the same while the laser may be lit.
-        :param trust_pose: lets an interrupted run go on although the end pose of its last finished command is unknown.
-        :param patience: how long the run waits for an arm that does not answer on a line that is there, seconds; never
-            less than the timeout of single calls. Meanwhile its progress tells how long the arm has been ``silent``.
+        :param trust_pose: resumes an interrupted run even if the end pose of its last finished command is unknown.
+        :param patience: maximum time to wait for a silent arm while the line is up, s; at least the timeout of single
+            calls. Meanwhile ``silent`` of the progress is the time since the last answer.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         """
         how = {
@@ -761,21 +760,21 @@ class Arm(Bound):
     # Motion: each of these waits for its end, unless wait=False.
 
     async def home(self, *, wait: bool = True) -> Motion[None]:
-        """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2). Until it
-        is switched off, programs on this computer know that it is homed."""
+        """Homes the arm, waits for the end (up to half a minute), and clears the alarms (document 1.6.2). Programs on
+        this computer treat the arm as homed until it is switched off."""
         return await self._go(homing(self._core), wait)
 
     async def touch_off(self, *, unhomed: bool = False) -> Surface:
-        """Takes the height of the level work surface from where the tool touches it now, and moves nothing::
+        """Sets the height of the level work surface to the current height of the tool tip, without motion::
 
             arm.line_to(220, 0, -55)      # down to the paper, by small steps
             plan = magician.load("house.svg", surface=arm.touch_off())
 
-        The height of a real arm is kept in the settings file, as ``magician calibrate surface`` keeps it: the command
-        and a station use it from then on, and :func:`magician.calibrate.saved` reads it back.
+        The height of a real arm is stored in the settings file, as by ``magician calibrate surface``. The command line
+        and a station use it from then on; :func:`magician.calibrate.saved` reads it back.
 
-        :param unhomed: Whether to take an arm (a virtual one aside) that is not known to be homed since power-up. The
-            height may be wrong then.
+        :param unhomed: Whether to accept a real arm that is not known to be homed since power-up. The height may then
+            be wrong.
         :raises InvalidInputError: The arm moves, its laser is on, it is not known to be homed, or its poses are for a
             tool that ends at another height than the one that draws; or the settings keep a sheet, whose height takes
             precedence.
@@ -819,18 +818,17 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose, all joints together or on a straight line, and waits until it is there.
+        """Moves to a pose, with joint interpolation or on a straight line, and waits for the end.
 
-        :param x: mm forward from the base axis; or a pose, or x, y, z and perhaps r in a row:
+        :param x: mm forward from the base axis; or a pose, or a sequence x, y, z and optionally r:
             ``arm.move_to(arm.pose())``; or the name of one of :attr:`poses`.
         :param y: mm to the arm's left.
         :param z: mm up from the shoulder axis; the table is below 0.
         :param r: rotation of the tool, degrees; left out keeps it.
-        :param linear: whether the tool goes on a straight line.
-        :param rail: mm on the rail (0 to 1000), to go to at the same time.
-        :param speed: Share of the set speeds and accelerations for this move alone, percent, as :meth:`speed` sets it
-            for all.
-        :param wait: Whether to wait until it is there. ``False`` returns at once, with a :class:`Motion`.
+        :param linear: whether the tool moves on a straight line.
+        :param rail: target on the rail, mm (0 to 1000), reached at the same time.
+        :param speed: Speed and acceleration ratio for this move alone, percent, as :meth:`speed` sets it for all moves.
+        :param wait: Whether to wait for the end. ``False`` returns a :class:`Motion` at once.
 
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
@@ -857,8 +855,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there: as
-        :meth:`move_to`.
+        """Moves to a pose on a straight line (mm, degrees; r is kept if left out) and waits for the end. Parameters as
+        for :meth:`move_to`.
         """
         return await self._move(words.line_to(*self._place(x, y, z, r)), speed=speed, wait=wait)
 
@@ -896,8 +894,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to a pose over obstacles: up, across, down (mm, degrees; r left out keeps it). Waits until it is there:
-        as :meth:`move_to`.
+        """Jumps to a pose over obstacles: up, across, down (mm, degrees; r is kept if left out). Waits for the end.
+        Parameters as for :meth:`move_to`.
 
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
@@ -917,14 +915,14 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Picks something up: over it, straight down, suction on or gripper closed, straight up. All of it is checked
-        before it begins.
+        """Picks up an object: moves above it, straight down, suction on or gripper closed, straight up. All of it is
+        checked before it starts.
 
-        :param at: Where the tool holds it: a pose, x, y, z and perhaps r in a row, or the name of one of :attr:`poses`.
-        :param tool: What holds it. A gripper opens on the way down.
-        :param approach: How far above it the way down begins, mm.
-        :param retreat: How far the tool goes up with it, mm; as ``approach`` if left out.
-        :param hold: How long the tool takes to hold it, seconds: 0.3 for suction and 0.5 for a gripper if left out.
+        :param at: Grip position: a pose, a sequence x, y, z and optionally r, or the name of one of :attr:`poses`.
+        :param tool: Gripping tool. A gripper opens on the way down.
+        :param approach: Height above the object where the descent begins, mm.
+        :param retreat: Height of the lift, mm; ``approach`` if left out.
+        :param hold: Time that the tool needs to grip, s: 0.3 for suction and 0.5 for a gripper if left out.
         :param speed: As for :meth:`move_to`.
         :param wait: As for :meth:`move_to`.
         """
@@ -945,10 +943,10 @@ class Arm(Bound):
         lead: float = 0.0,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Picks something up from a belt that runs: it goes above the place where the arm can meet it first, waits
-        there, and goes down so that it arrives together with it. Suction is on from the beginning.
+        """Picks up an object from a running belt. The arm moves above the earliest meeting point, waits there, and
+        descends so that it arrives together with the object. Suction is on from the start.
 
-        Where they meet is computed with the times that the check tells; all of it is checked before anything moves.
+        The meeting point is computed from simulated durations; all of it is checked before anything moves.
 
         ::
 
@@ -956,21 +954,21 @@ class Arm(Bound):
             seen = arm.infrared_edge("GP2")
             arm.pick_from_belt((180, -150, -30), Belt(40), since=seen)
 
-        :param at: Where the tool would hold it: a pose, x, y, z and perhaps r in a row, or the name of one of
+        :param at: Grip position at time ``since``: a pose, a sequence x, y, z and optionally r, or the name of one of
             :attr:`poses`.
-        :param belt: How fast the belt runs, and where.
-        :param since: When it was there: the arm's :meth:`clock`, s; now if it is left out.
-        :param tool: What holds it. A gripper closes on the arrival, and the belt goes on while it closes.
+        :param belt: Speed and direction of the belt.
+        :param since: Time at which the object was at ``at``: the arm's :meth:`clock`, s; now if left out.
+        :param tool: Gripping tool. A gripper closes on arrival; the belt moves on while it closes.
         :param approach: As for :meth:`pick`.
         :param retreat: As for :meth:`pick`.
         :param hold: As for :meth:`pick`.
         :param speed: As for :meth:`move_to`.
-        :param lead: By how much sooner the arm is to arrive, seconds, where it is seen to come too late: a line, or an
-            arm, that is slower than it should be.
+        :param lead: Time by which the arm arrives earlier, s. Use it if the arm is seen to arrive late because of a
+            slow line or arm.
         :param wait: As for :meth:`move_to`. Without ``since``, "now" is when it was called.
-        :raises UnreachableError: The belt does not bring it within reach, or takes it out of reach before the arm can
-            be there. Nothing has moved.
-        :raises ResponseTimeoutError: The arm was above the place too late. It stands there.
+        :raises UnreachableError: The object never comes within reach, or leaves it before the arm can arrive. Nothing
+            has moved.
+        :raises ResponseTimeoutError: The arm was above the meeting point too late, and stays there.
         """
         x, y, z, r = self._place(at)
         lead = number("lead", lead, least=-10, most=10, unit="s")
@@ -1000,8 +998,8 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Puts down what the tool holds: over the place, straight down, suction off or gripper open, straight up. The
-        parameters are those of :meth:`pick`.
+        """Places the held object: moves above the target, straight down, suction off or gripper open, straight up.
+        Parameters as for :meth:`pick`.
         """
         x, y, z, r = self._place(at)
         return await self._move(*placing((x, y, z), r, tool, approach, retreat, hold), speed=speed, wait=wait)
@@ -1017,7 +1015,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Moves by a distance (mm, degrees) from the present pose: ``arm.move_by(dz=20)``."""
+        """Moves by a distance (mm, degrees) from the current pose: ``arm.move_by(dz=20)``."""
         word = words.line_by if linear else words.move_by
         return await self._move(word(dx, dy, dz, dr), speed=speed, wait=wait)
 
@@ -1031,7 +1029,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Moves by a distance (mm, degrees) from the present pose, on a straight line."""
+        """Moves by a distance (mm, degrees) from the current pose, on a straight line."""
         return await self.move_by(dx, dy, dz, dr, linear=True, speed=speed, wait=wait)
 
     @overload
@@ -1067,7 +1065,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to joint angles, degrees, or to those of a pose; j4 left out keeps it. ``linear``: with the tool on a
+        """Moves to joint angles, degrees, or to those of a pose; j4 is kept if left out. ``linear`` moves the tool on a
         straight line.
         """
         word = words.line_joints if linear else words.move_joints
@@ -1103,7 +1101,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to joint angles, degrees, with the tool on a straight line; j4 left out keeps it."""
+        """Moves to joint angles, degrees, with the tool on a straight line; j4 is kept if left out."""
         return await self._turn(words.line_joints, joints(j1, j2, j3, j4), speed, wait)
 
     @overload
@@ -1136,7 +1134,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
+        """Jumps to joint angles, degrees, over obstacles; j4 is kept if left out."""
         return await self._turn(words.jump_joints, joints(j1, j2, j3, j4), speed, wait)
 
     async def _turn(
@@ -1164,13 +1162,13 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Turns the joints by these angles, degrees, from their present ones."""
+        """Turns the joints by these angles, degrees, relative to their current ones."""
         return await self._move(words.move_joints_by(d1, d2, d3, d4), speed=speed, wait=wait)
 
     async def arc_to(self, via: Four, to: Four, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
-        """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33).
+        """Moves to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33).
 
-        :param speed: Share of the set speeds for this arc alone, percent.
+        :param speed: Speed ratio for this arc alone, percent.
         :param wait: As for :meth:`move_to`.
         """
         return await self._arc(words.arc_to(via, to), speed, wait)
@@ -1178,7 +1176,7 @@ class Arm(Bound):
     async def circle(
         self, via: Four, over: Four, turns: int = 1, *, speed: float | None = None, wait: bool = True
     ) -> Motion[Ran]:
-        """Goes round the circle through the present pose, ``via`` and ``over`` (x, y, z, r), back to that pose.
+        """Moves along the circle through the current pose, ``via`` and ``over`` (x, y, z, r), back to the current pose.
 
         :param speed: As for :meth:`arc_to`.
         :param wait: As for :meth:`move_to`.
@@ -1190,21 +1188,22 @@ class Arm(Bound):
         return await self._go(performing(self._core, [arc], speed=percent, arc=True), wait)
 
     async def path_to(self, x: float, y: float, z: float, *, wait: bool = True) -> Motion[Ran]:
-        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`. It takes no
-        ``speed``, because the controller scales no paths (:meth:`path_speed` sets how fast they are).
+        """Moves to a point, mm, as a continuous path of one segment. Build longer paths with :func:`words.path_to`.
+        There is no ``speed`` because the controller does not scale paths: :meth:`path_speed` sets their speed.
         """
         return await self._move(words.path_to(x, y, z), wait=wait)
 
     async def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0, *, wait: bool = True) -> Motion[Ran]:
-        """As :meth:`path_to`, by a distance from the present pose."""
+        """Moves by a distance, mm, from the current pose, as :meth:`path_to`."""
         return await self._move(words.path_by(dx, dy, dz), wait=wait)
 
     async def wait(self, seconds: float) -> None:
-        """Makes the arm wait: its queue, and with it a virtual arm's time. It is not :func:`time.sleep`."""
+        """Holds the arm's queue for a time, s, and waits. A virtual arm's clock advances, unlike with
+        :func:`time.sleep`."""
         await self._move(words.wait(seconds))
 
     async def wait_for_level(self, address: PinLike, high: bool) -> None:
-        """Waits until a digital input (EIO address 1 to 20) has this level, without a time limit (document 1.14.1)."""
+        """Waits until a digital input (EIO address 1 to 20) has this level, without timeout (document 1.14.1)."""
         await self._move(words.wait_for_level(address, high))
 
     async def wait_below(self, address: PinLike, threshold: int) -> None:
@@ -1212,31 +1211,31 @@ class Arm(Bound):
         await self._move(words.wait_below(address, threshold))
 
     async def wait_at_most(self, address: PinLike, threshold: int) -> None:
-        """As :meth:`wait_below`, until the input is at most the threshold."""
+        """Waits until the input is at most the threshold, as :meth:`wait_below`."""
         await self._move(words.wait_at_most(address, threshold))
 
     async def wait_at_least(self, address: PinLike, threshold: int) -> None:
-        """As :meth:`wait_below`, until the input is at least the threshold."""
+        """Waits until the input is at least the threshold, as :meth:`wait_below`."""
         await self._move(words.wait_at_least(address, threshold))
 
     async def wait_above(self, address: PinLike, threshold: int) -> None:
-        """As :meth:`wait_below`, until the input is above the threshold."""
+        """Waits until the input is above the threshold, as :meth:`wait_below`."""
         await self._move(words.wait_above(address, threshold))
 
     async def check_lost_steps(self) -> None:
-        """Compares the joints with their sensors; a lost step raises an alarm (E36)."""
+        """Checks for lost steps: compares the joints with their sensors. A lost step raises an alarm (E36)."""
         await self._move(words.check_lost_steps())
 
     # The rail.
 
     async def rail(self, on: bool, version: RailVersion | int | str) -> None:
-        """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
+        """Sets whether the arm is mounted on a rail, and the rail's version (document 1.3.4, E15)."""
         await self.set(words.rail(on, version))
 
     async def move_with_rail(
         self, x: float, y: float, z: float, r: float, rail: float, *, speed: float | None = None, wait: bool = True
     ) -> Motion[Ran]:
-        """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
+        """Moves to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
         return await self._move(words.move_with_rail(x, y, z, r, rail), speed=speed, wait=wait)
 
     async def rail_to(self, position: float, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
@@ -1257,57 +1256,57 @@ class Arm(Bound):
     # Speeds and jump height, from the next motion on.
 
     async def speed(self, velocity: float, acceleration: float | None = None) -> None:
-        """Share of the set speeds and accelerations that point-to-point moves use, percent (document 1.10.4).
+        """Sets the speed and acceleration ratios of point-to-point moves, percent (document 1.10.4).
 
-        Above 0; more than 100 counts as 100. The acceleration is as the velocity unless it is given.
+        Above 0; more than 100 counts as 100. The acceleration ratio equals the velocity ratio if left out.
         """
         await self.set(words.speed(velocity, acceleration))
 
     async def joint_speed(self, velocity: Four, acceleration: Four) -> None:
-        """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves (document 1.10.1)."""
+        """Sets speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves (document 1.10.1)."""
         await self.set(words.joint_speed(velocity, acceleration))
 
     async def line_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2)."""
+        """Sets speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2)."""
         await self.set(words.line_speed(velocity, acceleration))
 
     async def path_speed(self, velocity: float, acceleration: float) -> None:
-        """Maximum speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31)."""
+        """Sets maximum speed (mm/s) and acceleration (mm/s2) of continuous paths (document 1.11.1, E31)."""
         await self.set(words.path_speed(velocity, acceleration))
 
     async def arc_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) on arcs and circles (document 1.12.1).
+        """Sets speed (mm/s) and acceleration (mm/s2) of arcs and circles (document 1.12.1).
 
-        By the vendor's code arcs have the speeds of :meth:`line_speed` instead (model section 9): set both.
+        In the vendor's code arcs use the speeds of :meth:`line_speed` instead (model section 9): set both.
         """
         await self.set(words.arc_speed(velocity, acceleration))
 
     async def rail_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) on the rail (document 1.10.6, E26)."""
+        """Sets speed (mm/s) and acceleration (mm/s2) of the rail (document 1.10.6, E26)."""
         await self.set(words.rail_speed(velocity, acceleration))
 
     async def jump_height(self, height: float, z_limit: float) -> None:
-        """How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, E30)."""
+        """Sets the lift of jumps above the higher end, and the upper z limit, mm (document 1.10.3, E30)."""
         await self.set(words.jump_height(height, z_limit))
 
     async def jump_heights(self, start: float, end: float, z_limit: float) -> None:
-        """How far a jump lifts above its start and its end, and the z it stays below, mm (document 1.10.8, E27)."""
+        """Sets the lift of jumps above start and end, and the upper z limit, mm (document 1.10.8, E27)."""
         await self.set(words.jump_heights(start, end, z_limit))
 
     async def jog_speed(self, velocity: float, acceleration: float | None = None) -> None:
-        """Share of the set jog speeds, percent (document 1.9.3)."""
+        """Sets the jog speed ratio, percent (document 1.9.3)."""
         await self.set(words.jog_speed(velocity, acceleration))
 
     async def jog_joint_speed(self, velocity: Four, acceleration: Four) -> None:
-        """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1)."""
+        """Sets speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in joint jogs (document 1.9.1)."""
         await self.set(words.jog_joint_speed(velocity, acceleration))
 
     async def jog_axis_speed(self, velocity: Four, acceleration: Four) -> None:
-        """Speeds (mm/s; deg/s for r) and accelerations of x, y, z and r in jogs (document 1.9.2)."""
+        """Sets speeds (mm/s; deg/s for r) and accelerations of x, y, z and r in Cartesian jogs (document 1.9.2)."""
         await self.set(words.jog_axis_speed(velocity, acceleration))
 
     async def jog_rail_speed(self, velocity: float, acceleration: float) -> None:
-        """Speed (mm/s) and acceleration (mm/s2) of jogs on the rail (document 1.9.5, E25)."""
+        """Sets speed (mm/s) and acceleration (mm/s2) of rail jogs (document 1.9.5, E25)."""
         await self.set(words.jog_rail_speed(velocity, acceleration))
 
     async def home_at(self, x: float, y: float, z: float, r: float) -> None:
@@ -1315,14 +1314,15 @@ class Arm(Bound):
         await self.set(words.home_at(x, y, z, r))
 
     async def lost_step_threshold(self, degrees: float) -> None:
-        """The deviation from which a joint counts as having lost steps, degrees; 5 at power-up (document 1.18.1)."""
+        """Sets the lost-step threshold: the deviation from which a joint has lost steps, degrees; 5 at power-up
+        (document 1.18.1)."""
         await self.set(words.lost_step_threshold(degrees))
 
     # Tool, pins, motors and sensors, at once.
 
     async def tool(self, name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> None:
-        """Tells the arm its tool: by its name, or by the tip's x, y, z in mm from the wrist; from then on poses are
-        those of that tip."""
+        """Sets the tool: its name, or the offset of its tip, x, y, z in mm from the wrist. Later poses refer to this
+        tip."""
         await self.set(words.tool(name, x=x, y=y, z=z))
 
     async def suction(self, on: bool) -> None:
@@ -1342,7 +1342,7 @@ class Arm(Bound):
         await self.set(words.pump_off())
 
     async def laser(self, on: bool, *, allow_laser: bool = False) -> None:
-        """Switches the laser, full on or off (document 1.8.2). It goes out when the connection ends without
+        """Switches the laser to full power or off (document 1.8.2). It is switched off when the connection ends without
         :meth:`detach`, and at the end of a ``with`` block.
 
         :param allow_laser: Whether the laser of an arm that is not virtual may burn; off takes no permission.
@@ -1357,38 +1357,38 @@ class Arm(Bound):
         """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 
         :param allow_laser: Whether the laser's pins, EIO 2 and 4, of an arm that is not virtual may be raised.
-        :raises InvalidInputError: The pin is no digital output: :meth:`multiplex` makes it one.
+        :raises InvalidInputError: The pin is not a digital output: call :meth:`multiplex` first.
         """
         await self._drive(words.output(address, high), allow_laser)
 
     async def pwm(self, address: PinLike, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
-        """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high.
+        """Sets a pulse-width output (EIO address 1 to 20): frequency, Hz (10 to 1000000), and duty cycle, percent.
 
         :param allow_laser: Whether the laser's pin, EIO 4, of an arm that is not virtual may be driven.
-        :raises InvalidInputError: The pin is no pulse-width output: :meth:`multiplex` makes it one.
+        :raises InvalidInputError: The pin is not a pulse-width output: call :meth:`multiplex` first.
         """
         await self._drive(words.pwm(address, frequency, duty_cycle), allow_laser)
 
     async def servo(self, address: PinLike, pulse_ms: float) -> None:
-        """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
-        most."""
+        """Sets the position of a hobby servo on a pulse-width pin by its pulse width: 1 to 2 ms, 1.5 ms being the
+        centre of most servos."""
         await self._drive(words.servo(address, pulse_ms), False)
 
     async def _drive(self, command: commands.IoDo | commands.IoPwm, allow_laser: bool) -> None:
         await until(self._core.drive(command, flag("allow_laser", allow_laser)))
 
     async def level_at(self, address: PinLike) -> bool:
-        """The level of a digital input (EIO address 1 to 20; document 1.15.4)."""
+        """Reads the level of a digital input (EIO address 1 to 20; document 1.15.4)."""
         return (await self.get(words.level_at(address))).level
 
     async def analog_at(self, address: PinLike) -> float:
-        """The voltage at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
+        """Reads the voltage at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
         return (await self.get(words.analog_at(address))).volts
 
     async def motor(self, index: StepperLike, speed: int) -> None:
         """Runs an external motor at a speed in pulses/s, whose sign is the direction; 0 stops it (document 1.15.6).
 
-        It runs on until it is stopped: `stop` does that, and the end of the connection.
+        It runs until stopped, by `stop` or the end of the connection.
         """
         await self.set(words.motor(index, speed))
 
@@ -1399,20 +1399,20 @@ class Arm(Bound):
     async def conveyor(self, index: StepperLike, mm_per_s: float) -> None:
         """Runs the conveyor belt on this motor output at a speed in mm/s, whose sign is the direction; 0 stops it.
 
-        It runs on until it is stopped: `stop` does that, and the end of the connection.
+        It runs until stopped, by `stop` or the end of the connection.
         """
         await self.set(words.conveyor(index, mm_per_s))
 
     async def conveyor_by(self, index: StepperLike, mm: float, mm_per_s: float, *, wait: bool = True) -> Motion[Ran]:
-        """Moves the conveyor belt on this motor output by a distance in mm and waits until it stands still."""
+        """Moves the conveyor belt on this motor output by a distance in mm and waits until it is at rest."""
         return await self._move(words.conveyor_by(index, mm, mm_per_s), wait=wait)
 
     async def infrared_edge(self, port: PortLike, timeout: float | None = None) -> float:
-        """Waits until something comes in front of the infrared sensor on a port, and returns when that was: the arm's
-        :meth:`clock`, s. What is there already has to go first.
+        """Waits for a rising edge of the infrared sensor on a port, and returns its time: the arm's :meth:`clock`, s.
+        An object that is already detected must leave first.
 
         :param timeout: Maximum time to wait, seconds; none if left out.
-        :raises ResponseTimeoutError: Nothing came in that time.
+        :raises ResponseTimeoutError: No object came before the timeout.
         """
         limit = None if timeout is None else monotonic() + seconds("timeout", timeout)
         seen = True
@@ -1428,7 +1428,7 @@ class Arm(Bound):
         await self.set(words.color_sensor(port, on, version))
 
     async def color_at(self, port: PortLike) -> Color | None:
-        """The colour that the sensor on a port sees, or ``None`` if two are equally strong."""
+        """Reads the colour from the sensor on a port; ``None`` if two channels are equally strong."""
         return (await self.get(words.color_at(port))).color
 
     async def infrared(self, port: PortLike, on: bool, version: VersionLike) -> None:
@@ -1436,54 +1436,54 @@ class Arm(Bound):
         await self.set(words.infrared(port, on, version))
 
     async def infrared_at(self, port: PortLike) -> bool:
-        """Whether something is in front of the infrared sensor on a port."""
+        """True if the infrared sensor on a port detects an object."""
         return (await self.get(words.infrared_at(port))).state
 
     # Queue and stop.
 
     async def start_queue(self, *, allow_laser: bool = False) -> None:
-        """Lets the queue run (document 1.19.1), once the arm stands: a start may end the motion under way.
+        """Starts the queue once the arm is at rest (document 1.19.1), because a start may abort the motion under way.
 
-        :param allow_laser: on a real arm, lets it run also when commands of another program wait in it, since they may
-            burn and cannot be read back.
+        :param allow_laser: on a real arm, starts the queue even if it holds commands of another program, which may burn
+            and cannot be read back.
         """
         await until(self._core.start_queue(flag("allow_laser", allow_laser)))
 
     async def clear_queue(self) -> None:
-        """Clears the queue; the motion under way may end where it is (document 1.19.6). A run under way ends."""
+        """Clears the queue; the motion under way may be aborted (document 1.19.6). Ends a run under way."""
         self._drop()
         await self.set(commands.QueuedCmdClear())
 
     async def current_index(self) -> int:
-        """Index of the queued command that was finished last, 0 before the first (document 1.19.7)."""
+        """Returns the index of the last finished queued command; 0 before the first (document 1.19.7)."""
         return (await self.get(commands.QueuedCmdCurrentIndex)).queued_cmd_current_index
 
     async def left_space(self) -> int:
-        """Free places in the arm's queue (document 1.19.8)."""
+        """Returns the number of free places in the arm's queue (document 1.19.8)."""
         return (await self.get(commands.QueuedCmdLeftSpace)).left_space
 
     async def wait_for(self, index: int, *, progress: Callable[[Progress], object] | None = None) -> None:
-        """Waits until the queued command of this index has finished, and watches for alarms and standstill.
+        """Waits until the queued command with this index has finished. Detects alarms and standstill.
 
         Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
-        after a stop, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long: soon in a queue
-        that this connection has stopped, after five seconds in one that it has not started, since another program may
+        after a stop, :class:`~magician.errors.ResponseTimeoutError` when the queue makes no progress: soon if this
+        connection has stopped it, after five seconds if this connection has not started it, since another program may
         start it.
         """
         index = whole("index", index, 0, 0xFFFF_FFFF_FFFF_FFFF)
         await until_done(self._core.wait_for(index), self._core, _hearing(progress))
 
     async def wait_still(self) -> None:
-        """Waits until the arm stands still: three equal poses over two periods of 20 ms.
+        """Waits until the arm is at rest: three equal poses over two periods of 20 ms.
 
-        Raises :class:`~magician.errors.ResponseTimeoutError` when it still moves after five seconds.
+        Raises :class:`~magician.errors.ResponseTimeoutError` when it is still moving after five seconds.
         """
         await until_done(self._core.wait_still(), self._core)
 
     async def stop(self) -> None:
-        """Stops the motion, switches the laser off, clears the queue, and waits until the arm stands still.
+        """Stops the motion, switches the laser off, clears the queue, and waits until the arm is at rest.
 
-        It overtakes all other calls; commands that were not sent yet end with :class:`~magician.errors.ClosedError`.
+        A stop overtakes all other calls; unsent commands end with :class:`~magician.errors.ClosedError`.
         Suction and gripper stay as they are. Any thread or task may call it while others wait.
 
         Raises :class:`~magician.errors.ResponseTimeoutError` when the arm does not answer or does not stop.
@@ -1494,16 +1494,16 @@ class Arm(Bound):
     def request_stop(self) -> None:
         """Stops the arm as :meth:`stop` does, but returns at once: for signal handlers, callbacks and other threads.
 
-        The stop is sent ahead of all other requests, and repeated for up to three seconds until it is answered; while
-        the line is lost, it is the first request after reconnecting.
+        The stop is sent ahead of all other requests, and retransmitted for up to three seconds until it is answered.
+        While the line is lost, it becomes the first request after reconnecting.
         """
         self._drop()
         self._core.request_stop()
 
     async def stop_gentle(self) -> None:
-        """Lets the command under way finish and then stops the queue (document 1.19.2).
+        """Stops the queue after the command under way (document 1.19.2).
 
-        Waiting commands stay; :meth:`start_queue` goes on with them. A run under way ends.
+        Waiting commands stay; :meth:`start_queue` resumes them. Ends a run under way.
         """
         self._drop()
         await until(self._core.stop_gentle())
@@ -1511,7 +1511,7 @@ class Arm(Bound):
     # Jogging.
 
     def jog(self, direction: Direction | commands.JogCmd, *, keep: float = 0.3, ratio: float | None = None) -> Jog:
-        """Jogs a coordinate, a joint or the rail for as long as a ``with`` block calls ``keep``: a dead man's switch.
+        """Jogs a coordinate, a joint or the rail while a ``with`` block calls ``keep``: a dead man's switch.
 
         ::
 
@@ -1519,15 +1519,14 @@ class Arm(Bound):
                 while button_is_pressed():
                     jog.keep()
 
-        It acts at once, outside the queue. There is one jog at a time: a new one replaces the one under way.
+        A jog bypasses the queue and acts at once. A new jog replaces the one under way.
 
         :param direction: ``"x+"`` to ``"r-"`` a coordinate, ``"j1+"`` to ``"j4-"`` a joint, ``"rail+"`` and
             ``"rail-"``.
-        :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called.
-        :param ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. If left out it
-            is not changed.
+        :param keep: keep-alive timeout, s, 0.02 to 2: the jog ends unless :meth:`Jog.keep` was called.
+        :param ratio: jog speed ratio, 1 to 100 %. It is set before the jog and stays set; left unchanged if left out.
 
-        The arm itself has no such watchdog: if the computer dies or the cable breaks, a jog goes on to the end of its
+        The arm itself has no watchdog: if the computer fails or the cable breaks, a jog continues to the end of its
         range.
         """
         command = words.jog(direction) if isinstance(direction, str) else direction
@@ -1535,18 +1534,18 @@ class Arm(Bound):
         return Jog(self._core, command, keep, number("ratio", ratio, least=1, most=100, unit="%"))
 
     async def stop_jog(self) -> None:
-        """Ends any jog at once, and repeats that until the arm stands still."""
+        """Ends any jog at once, and repeats this until the arm is at rest."""
         await until(self._core.stop_jog())
 
     # Programs.
 
     async def check(self, plan: Plan) -> Report:
-        """Checks a plan from the arm's present pose and settings; moves nothing."""
+        """Checks a plan from the arm's current pose and settings. Nothing moves."""
         start = await until(self._core.start_of(_plan(plan).native))
         return report(plan.native.check(start))
 
     async def preview(self, plan: Plan) -> Picture:
-        """The picture of a plan, from the arm's present pose; moves nothing."""
+        """Draws a picture of a plan from the arm's current pose. Nothing moves."""
         start = await until(self._core.start_of(_plan(plan).native))
         return Picture(plan.native.preview(start, None, None))
 
@@ -1608,34 +1607,35 @@ class Arm(Bound):
         restore: bool = True,
         wait: bool = True,
     ) -> RunResult | Job:
-        """Runs a plan, or commands, and waits for the end. All of it is checked before the first byte is sent.
+        """Runs a plan, or commands, and waits for the end. Everything is checked before anything is sent.
 
-        The queue is kept just full enough that the arm never waits for the next command: at most two seconds of motion
-        go on if this program dies. If the wait ends early (Ctrl-C, a cancelled task, an exception in ``progress``), the
-        arm stops first, and lifts the pen of a drawing; notes on the exception say so, and how many steps are done. A
-        second Ctrl-C, at least 0.5 s later, stops the arm at once and moves nothing. Settings are restored all the
-        same.
+        The queue holds just enough commands that the arm never waits: if this program dies, at most two seconds of
+        motion remain. If the wait ends early (Ctrl-C, a cancelled task, an exception in ``progress``), the arm stops
+        first and lifts the pen of a drawing; notes on the exception report this and the number of finished steps. A
+        second Ctrl-C, at least 0.5 s later, stops the arm at once without lifting the pen. Settings are restored in any
+        case.
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
             to 10 times a second.
-        :param first_step: The step to begin with, counted from 1: the settings of the steps before are applied, and the
-            arm goes there from above.
-        :param resume: Goes on where a run of the same plan was interrupted, by Python or by the command.
-        :param overlap: With ``resume``: how far before the place where a burn stopped it begins, along its line, mm.
-        :param check: Whether to refuse a plan that the arm cannot do.
-        :param keep: Whether to run first the commands that an earlier program left in the queue.
-        :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
-        :param unhomed: Whether to run on an arm (a virtual one aside) that is not known to be homed since power-up. It
-            may go to the wrong place.
+        :param first_step: First step to run, counted from 1: settings of earlier steps are applied, and the arm
+            approaches from above.
+        :param resume: Resumes an interrupted run of the same plan, started from Python or the command line.
+        :param overlap: With ``resume``: distance along the line by which a burn overlaps the burnt part, mm.
+        :param check: Whether to refuse a plan that fails the check.
+        :param keep: Whether to run commands first that an earlier program left in the queue.
+        :param require_homed: Whether to refuse an arm that was not homed since power-up.
+        :param unhomed: Whether to run on a real arm that is not known to be homed since power-up. Its positions may be
+            wrong.
         :param stay: Whether the pen stays down at the end, and when the drawing is stopped, instead of going up.
-        :param park: The position (x, y, z) to which the tip of the tool goes at the end: up first, then across.
-        :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
+        :param park: Final position (x, y, z) of the tool tip, mm: up first, then across.
+        :param lift: Lift of the pen, mm; that of :func:`~magician.load`, or 10.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         :param restore: Whether speeds and jump heights that the plan changes are restored at its end.
         :param wait: Whether to wait for the end. ``False`` returns as soon as earlier motions have ended, with a
-            :class:`Job`, as :meth:`start` does. :raises UnreachableError, InvalidInputError: The check refuses a step;
-            the message says which and why, with both values.
+            :class:`Job`, as :meth:`start` does.
+        :raises UnreachableError, InvalidInputError: The check refuses a step; the message names the step, the value
+            and the limit.
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: It was stopped.
         """
@@ -1681,10 +1681,9 @@ class Arm(Bound):
         allow_laser: bool = False,
         restore: bool = True,
     ) -> Job:
-        """Starts a plan, or commands, and returns at once: the :class:`Job` waits for the end, pauses and resumes.
+        """Starts a plan, or commands, and returns a :class:`Job` at once, which can wait, pause and resume.
 
-        The parameters are those of :meth:`run`. A job without a reference to it is stopped when it is
-        garbage-collected.
+        Parameters as for :meth:`run`. A job that is garbage-collected is stopped.
 
         >>> job = arm.start(plan)
         >>> job.pause()
@@ -1714,20 +1713,20 @@ class Arm(Bound):
         skip: Collection[Check] = (),
         allow_laser: bool = False,
     ) -> Ran:
-        """Runs commands of a generator, which may have no end, and waits for their end.
+        """Runs commands from a generator, possibly endless, and waits for the end.
 
-        The next commands are taken while the arm does those before, so that it does not wait between them: a path goes
-        through its corners without a stop. The generator is at most ``ahead`` commands before the arm. Each command is
-        checked as those before it leave the arm, and then sent.
+        The next commands are fetched while the arm executes earlier ones, so the arm does not wait between them and a
+        path passes its corners without a stop. The generator is at most ``ahead`` commands ahead of the arm. Each
+        command is checked from the state that the earlier ones lead to, and then sent.
 
-        The generator may take its time: it runs in the caller's thread. While it has nothing the arm finishes what it
-        has, and stands. What ends the run (a stop, an alarm) is raised when it gives the next command; an asynchronous
-        one is cancelled at once. It may read the arm and its sensors, and stop it, but not move it. Where it waits for
-        the arm or a sensor, it yields ``None`` again and again: it is asked once more when the arm has finished a
-        command, or after 10 ms; a virtual arm's time goes on meanwhile.
+        The generator runs in the caller's thread and may block. Meanwhile the arm finishes its queue and rests. An
+        error that ends the run (a stop, an alarm) is raised when the generator yields the next command; an asynchronous
+        generator is cancelled at once. The generator may read the arm and its sensors, and stop it, but not move it. To
+        wait for the arm or a sensor, it yields ``None`` repeatedly: it is resumed when the arm has finished a command,
+        or after 10 ms, while a virtual arm's clock advances.
 
         An exception in the generator, Ctrl-C and a cancelled task stop the arm. A command that the check refuses does
-        not: those before it are done, and then the error is raised.
+        not: the earlier commands finish, and then the error is raised.
 
         ::
 
@@ -1739,11 +1738,10 @@ class Arm(Bound):
             arm.stream(spiral())
 
         :param program: A generator of commands, or any iterable.
-        :param ahead: The most commands that are taken and that the arm has not finished, 1 to 10000.
+        :param ahead: Maximum number of fetched but unfinished commands, 1 to 10000.
         :param skip: As for :meth:`perform`.
-        :param allow_laser: As for :meth:`perform`. A laser that is switched on goes dark while the generator has
-            nothing.
-        :raises UnreachableError, InvalidInputError: The check refuses a command; ``step`` says which, from 0.
+        :param allow_laser: As for :meth:`perform`. A lit laser is switched off while the generator yields no command.
+        :raises UnreachableError, InvalidInputError: The check refuses a command; ``step`` is its index, from 0.
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: It was stopped.
         """
@@ -1765,7 +1763,7 @@ class Arm(Bound):
         running: Call[tuple[int, int | None, int | None]],
         keeping: KeepingR,
     ) -> Ran:
-        """Feeds a run with what comes, and waits for its end."""
+        """Feeds the commands to a run, and waits for its end."""
         begun(running)
         try:
             while feed.free() or await until(feed.room()):
@@ -1800,46 +1798,46 @@ class Arm(Bound):
         units: bool = False,
         overwrite: bool = False,
     ) -> Recording:
-        """Records the motion of the arm in a file while a ``with`` block runs: motion by this program, by a
-        hand that holds the unlock key, or by another program.
+        """Records the motion of the arm to a file while a ``with`` block runs. The motion may come from this program,
+        from a hand that holds the unlock key, or from another program.
 
         ``async with arm.record("day.csv") as recording``
 
-        The ending of the name selects the format, as in ``magician record``: ``.mcap``, ``.csv`` and ``.jsonl`` are
+        The file extension selects the format, as in ``magician record``: ``.mcap``, ``.csv`` and ``.jsonl`` are
         readings (time in s, pose and joints in mm and degrees, queue index and space, alarms); ``.plan.json`` is a
         program that repeats the motion at its own speed and with its pauses, ``.playback`` the same for DobotStudio,
-        with a stop at each point; :func:`magician.load` reads both. It only reads. A virtual arm whose clock leaps
-        (full speed or virtual time) is sampled on its own clock while it moves, another arm by this computer's clock.
+        with a stop at each point; :func:`magician.load` reads both. It only reads. A virtual arm at full speed or in
+        virtual time is sampled by its own clock while it moves, any other arm by the host's clock.
 
         :param path: The file.
         :param rate: Readings per second, 0.1 to 500; a line at 115200 baud carries about 50.
-        :param tolerance: Largest distance of a program from the motion that it repeats, mm, 0.01 to 100.
-        :param units: Whether a ``.csv`` file has the units of its columns in a second line; it is read back with them.
-        :param overwrite: Whether a file that is there may be replaced.
-        :returns: What records; :meth:`Recording.begin` says what can go wrong.
+        :param tolerance: Largest deviation of the program from the recorded motion, mm, 0.01 to 100.
+        :param units: Whether a ``.csv`` file has the units of its columns in a second line; it can be read back.
+        :param overwrite: Whether an existing file may be replaced.
+        :returns: The recording; for errors see :meth:`Recording.begin`.
         """
         return Recording(self._core, None, _recorded(path, rate, tolerance, units, overwrite))
 
     def teach(
         self, *, by: Literal["joints", "line", "jump"] = "joints", title: str = "", unhomed: bool = False
     ) -> Lesson:
-        """Teaches a program by hand while a ``with`` block runs: hold the unlock key on the forearm, lead the arm, and
-        let go of the key; each time that is a point.
+        """Teaches a program by hand while a ``with`` block runs. Hold the unlock key on the forearm, move the arm, and
+        release the key: each release adds a point.
 
         ``async with arm.teach() as lesson``
 
-        Points come whether the program waits for them or not. What is changed of the arm's settings for that is
-        restored at the end of the block, also by the next program if this one is killed.
+        Points are collected even if the program does not wait for them. Changed settings of the arm are restored at the
+        end of the block, or by the next program if this one is killed.
 
-        :param by: How the points are reached: with all joints together, on a straight line, or up, across and down.
-        :param title: What the program is called.
-        :param unhomed: Whether to teach an arm (a virtual one aside) that is not known to be homed since power-up. Its
-            points may lie in the wrong place.
+        :param by: Motion to the points: joint interpolation, a straight line, or a jump (up, across, down).
+        :param title: Title of the program.
+        :param unhomed: Whether to teach on a real arm that is not known to be homed since power-up. The points may then
+            be wrong.
         """
         return Lesson(self._core, text("title", title), text("by", by), **flags(unhomed=unhomed))
 
     async def picture(self) -> Picture:
-        """A picture of the arm's present pose, from above and from the side."""
+        """Draws the arm's current pose, from above and from the side."""
         return Picture(await until(self._core.snapshot()))
 
     def _repr_svg_(self) -> str | None:
@@ -1851,11 +1849,11 @@ class Arm(Bound):
 
 
 class Motion(Bound, Generic[_T]):
-    """A motion that was begun with ``wait=False``: it goes on by itself.
+    """A motion started with ``wait=False``, which runs in the background.
 
-    The motions of an arm run one after another: a new one waits for its turn. If one fails or is cancelled, those
-    behind it are dropped; if its :meth:`wait` is not called, the next call that moves the arm, or the end of the
-    ``with`` block, raises its error. A ``with`` block that ends normally waits for the last motion.
+    The motions of an arm run one after another. If one fails or is cancelled, later ones are dropped. If :meth:`wait`
+    is not called, the next call that moves the arm, or the end of the ``with`` block, raises the error. A ``with``
+    block that ends normally waits for the last motion.
 
     >>> motion = arm.move_to(220, 60, 20, wait=False)
     >>> motion.done()
@@ -1872,14 +1870,14 @@ class Motion(Bound, Generic[_T]):
         return f"<Motion, {'under way' if not self.done() else 'done' if self._going.failure is None else 'failed'}>"
 
     def done(self) -> bool:
-        """Whether it has ended, well or not."""
+        """True if it has ended, successfully or not."""
         return self._going.over
 
     async def wait(self, timeout: float | None = None) -> _T:
-        """Waits for its end, and returns the result. Interrupting the wait stops the arm.
+        """Waits for the end and returns the result. Interrupting the wait stops the arm.
 
-        :param timeout: Maximum time to wait, seconds; the motion goes on after it.
-        :raises ResponseTimeoutError: It was still under way then.
+        :param timeout: Maximum time to wait, s; the motion continues after it.
+        :raises ResponseTimeoutError: It was still under way after ``timeout``.
         :raises ClosedError: It was cancelled or stopped. Otherwise it raises the errors of the motion.
         """
         limit = None if timeout is None else seconds("timeout", timeout)
@@ -1892,15 +1890,15 @@ class Motion(Bound, Generic[_T]):
 
     # [both]
     def cancel(self) -> None:
-        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once.
+        """Stops the arm if the motion has begun, and drops later motions. Returns at once.
 
-        :meth:`wait` ends once the arm stands, and so long waits any motion that is begun after this.
+        :meth:`wait` returns once the arm is at rest. Motions started after this call wait for that too.
         """
         self._going.cancel()
 
 
 class Jog(Bound):
-    """A jog: see :meth:`Arm.jog`. It begins with its ``with`` block; at the end of the block the arm stops."""
+    """A jog: see :meth:`Arm.jog`. It starts with its ``with`` block and stops at the end of the block."""
 
     def __init__(self, core: Core, command: commands.JogCmd, keep: float, ratio: float | None) -> None:
         self._core = core
@@ -1927,9 +1925,9 @@ class Jog(Bound):
                 raise
 
     def keep(self) -> None:
-        """Keeps the jog going. Nothing is sent.
+        """Renews the keep-alive timeout of the jog. Nothing is sent.
 
-        Raises when it has ended: :class:`~magician.errors.ResponseTimeoutError` when this was called too late,
+        Raises if the jog has ended: :class:`~magician.errors.ResponseTimeoutError` after the keep-alive timeout,
         :class:`~magician.errors.PortError` when the line was lost, :class:`~magician.errors.ClosedError` after a stop
         or another jog.
         """
@@ -1947,7 +1945,7 @@ def _check_pauses(plan: Plan) -> None:
 
 
 class Job(Bound):
-    """A plan under way: see :meth:`Arm.start`."""
+    """A running plan: see :meth:`Arm.start`."""
 
     def __init__(self, core: Core, job: NativeJob, steps: int) -> None:
         self._core = core
@@ -1964,36 +1962,35 @@ class Job(Bound):
 
     @property
     def progress(self) -> PlanProgress:
-        """How far it is."""
+        """Progress of the job."""
         done, left, silent = self._job.progress()
         return PlanProgress(done, self._steps, left, silent)
 
     async def pause(self) -> None:
-        """Pauses it, and returns when it is paused: the stroke under way has ended, none of its commands wait in the
-        arm, the laser is off, the pen is up. The arm may be moved then. During the check it pauses before anything is
-        sent.
+        """Pauses the job, and returns when it is paused: the current stroke has ended, the queue is empty, the laser is
+        off, the pen is up. The arm may then be moved. During the check the job pauses before anything is sent.
 
-        :raises ClosedError: It is ending, or over.
+        :raises ClosedError: The job is ending or has ended.
         """
         await until(self._job.pause())
 
     @property
     def pause_reason(self) -> str | None:
-        """Why it is paused: ``person`` who asked for it, ``part`` between two parts of a drawing, ``program`` where the
-        plan says so. ``None`` while it is not paused.
+        """Reason of the pause: ``person`` (requested), ``part`` (between two parts of a drawing), ``program`` (a pause
+        in the plan). ``None`` while it is not paused.
         """
         found = self._job.pause_reason()
         return None if found is None else found[0]
 
     @property
     def pause_text(self) -> str | None:
-        """What the person is told whom it waits for, such as which pen to mount."""
+        """Message for the operator at a pause, such as which pen to mount."""
         found = self._job.pause_reason()
         return None if found is None else found[2]
 
     async def paused(self) -> str | None:
-        """Waits until it is paused, and returns what the person is told: empty at a pause that somebody asked for.
-        ``None`` when the job is over; :meth:`wait` has its result.
+        """Waits until the job is paused, and returns the message for the operator; it is empty at a requested pause.
+        ``None`` if the job has ended; :meth:`wait` returns its result.
 
         >>> job = arm.start(magician.load("two.svg", surface=-60, parts="layer"))
         >>> while (text := job.paused()) is not None:
@@ -2004,43 +2001,42 @@ class Job(Bound):
         return await until(self._job.paused())
 
     async def resume(self) -> None:
-        """Goes on with a paused job: above the point where it paused, down, and on. A laser job burns again.
+        """Resumes a paused job: moves above the point of the pause, down, and continues. A laser job burns again.
 
-        :raises UnexpectedError: The arm was reset meanwhile, or its pose is not certain: home it first.
+        :raises UnexpectedError: The arm was reset meanwhile, or its pose is uncertain: home it first.
         :raises InvalidInputError: The job is not paused, or the arm moves. After any error the job stays paused.
         """
         await until(self._job.resume())
 
     @property
     def speed(self) -> int:
-        """The speed of the commands that are not sent yet, in percent of the plan's: 100 at first."""
+        """Speed of unsent commands, percent of the plan's speed; initially 100."""
         return self._job.speed()
 
     def set_speed(self, percent: int) -> None:
-        """Changes the speed of the commands that are not sent yet, also after a pause, to this share of the plan's
-        speed.
+        """Sets the speed of unsent commands, also after a pause, as a percentage of the plan's speed.
 
-        Commands that the arm already has keep their speed. The speed of a laser job can change only if all of its laser
-        power is in proportion to speed (M4); the power then follows.
+        Commands already in the arm keep their speed. The speed of a laser job can change only if all of its laser power
+        is proportional to speed (M4); the power then follows.
 
         :param percent: 10 to 100.
-        :raises InvalidInputError: It is a laser job whose power is set for one speed only.
-        :raises ClosedError: It is ending, or over.
+        :raises InvalidInputError: The laser power of the job is set for one speed only.
+        :raises ClosedError: The job is ending or has ended.
         """
         self._job.set_speed(int(number("percent", percent, least=10, most=100, unit="%")))
 
     def stop(self) -> None:
-        """Stops it, and returns at once: the arm stops, the laser goes off, the pen goes up; :meth:`wait` waits for
-        that. A second stop ends it without moving the pen.
+        """Stops the job, and returns at once. The arm stops, the laser is switched off, the pen is lifted; :meth:`wait`
+        waits for this. A second stop ends the job without moving the pen.
         """
         self._job.stop()
 
     def cancel(self) -> None:
-        """:meth:`stop`, by the name that handles have."""
+        """:meth:`stop`, under the common name of handles."""
         self.stop()
 
     def done(self) -> bool:
-        """Whether it has ended, well or not."""
+        """True if it has ended, successfully or not."""
         return self.state == "ended"
 
     # [aio]
@@ -2049,11 +2045,11 @@ class Job(Bound):
 
     # [both]
     async def wait(self, timeout: float | None = None, *, progress: Watcher = False) -> RunResult:
-        """Waits for its end. Interrupting the wait stops the job, as in :meth:`Arm.run`.
+        """Waits for the end of the job. Interrupting the wait stops the job, as in :meth:`Arm.run`.
 
-        :param timeout: Maximum time to wait, seconds; the job goes on after it.
+        :param timeout: Maximum time to wait, s; the job continues after it.
         :param progress: As in :meth:`Arm.run`.
-        :raises ResponseTimeoutError: It was still under way then.
+        :raises ResponseTimeoutError: It was still under way after ``timeout``.
         :raises ClosedError: It was stopped; else as :meth:`Arm.run`.
         """
         hearing(progress)
@@ -2089,13 +2085,13 @@ def record(
     units: bool = False,
     overwrite: bool = False,
 ) -> Recording:
-    """Records the motion of an arm in a file while a ``with`` block runs.
+    """Records the motion of an arm to a file while a ``with`` block runs.
 
     ``async with record("/dev/ttyUSB0", "day.csv") as recording``
 
-    :param arm: An arm, or the port of one, as :class:`Arm` takes it, which is connected to for as long.
+    :param arm: An arm, or a port as for :class:`Arm`, to which it connects for the duration of the recording.
 
-    The others are those of :meth:`Arm.record`.
+    Other parameters as for :meth:`Arm.record`.
     """
     if isinstance(arm, Arm):
         return arm.record(path, rate=rate, tolerance=tolerance, units=units, overwrite=overwrite)
@@ -2109,10 +2105,9 @@ def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, units
 
 
 class Recording(Bound):
-    """An arm on record: see :meth:`Arm.record`. It begins with its ``with`` block, or with :meth:`begin`; at the end of
-    the block, or with :meth:`finish`, the file is complete. What was recorded is in the file within a second, whatever
-    becomes of the program; if it replaces a file, that one stays until the end, and the new one grows beside it as
-    ``NAME.partial``.
+    """A recording of an arm: see :meth:`Arm.record`. It starts with its ``with`` block, or with :meth:`begin`; at the
+    end of the block, or after :meth:`finish`, the file is complete. Readings are written within a second, even if the
+    program crashes. An existing file is replaced only at the end: until then the new one is ``NAME.partial``.
     """
 
     def __init__(self, core: Core | None, port: Where, how: _Recorded) -> None:
@@ -2124,12 +2119,12 @@ class Recording(Bound):
         self._ended: tuple[float, int, float, int | None] | None = None
 
     async def begin(self) -> Recording:
-        """Begins, and returns when the arm has answered.
+        """Starts the recording, and returns when the arm has answered.
 
-        :raises InvalidInputError: The file's name ends in no format to record.
-        :raises FileExistsError: The file is there, and ``overwrite`` was not given.
+        :raises InvalidInputError: The file extension is not a recording format.
+        :raises FileExistsError: The file exists, and ``overwrite`` was not given.
         :raises OSError: The file cannot be written.
-        :raises ClosedError: It was begun before.
+        :raises ClosedError: The recording was started before.
         """
         if self._native is not None:
             raise ClosedError("the recording was begun before: make another one")
@@ -2148,10 +2143,10 @@ class Recording(Bound):
         return self
 
     async def finish(self) -> Recording:
-        """Takes a last reading and completes the file. Finishing it again does nothing.
+        """Takes a last reading and completes the file. A second call does nothing.
 
-        :raises PortError: The line was lost meanwhile; the readings before are in the file.
-        :raises OSError: The file takes nothing more.
+        :raises PortError: The line was lost; earlier readings are in the file.
+        :raises OSError: The file cannot be written.
         """
         native = self._native
         if native is None:
@@ -2185,38 +2180,38 @@ class Recording(Bound):
 
     @property
     def path(self) -> str:
-        """The file."""
+        """Path of the file."""
         return self._how[0]
 
     @property
     def is_open(self) -> bool:
-        """Whether it goes on: it was begun and not finished, and has not ended by itself, as with a lost line;
-        :meth:`finish` tells why."""
+        """True while it records: started, not finished, and not ended by an error such as a lost line, which
+        :meth:`finish` raises."""
         return self._native is not None and self._native.is_open()
 
     @property
     def seconds(self) -> float:
-        """Time of the last reading, s: by this computer's clock, or by that of a virtual arm in the process."""
+        """Time of the last reading, s, by the host's clock, or by that of an in-process virtual arm."""
         return self._tally()[0] if self._ended is None else self._ended[0]
 
     @property
     def readings(self) -> int:
-        """Readings so far."""
+        """Number of readings so far."""
         return self._tally()[1] if self._ended is None else self._ended[1]
 
     @property
     def length(self) -> float:
-        """Length of the tool's way so far, mm."""
+        """Length of the tool's path so far, mm."""
         return self._tally()[3] if self._ended is None else self._ended[2]
 
     @property
     def position(self) -> Position | None:
-        """Where the tool was at the last reading; ``None`` before the first."""
+        """Position of the tool at the last reading; ``None`` before the first."""
         return self._tally()[2]
 
     @property
     def steps(self) -> int | None:
-        """Steps of the program, once it is finished; ``None`` for a file of readings."""
+        """Number of steps of the finished program; ``None`` for a file of readings."""
         return None if self._ended is None else self._ended[3]
 
     def _tally(self) -> tuple[float, int, Position | None, float]:
@@ -2233,8 +2228,8 @@ class Recording(Bound):
 
 
 class Lesson(Bound):
-    """A program that is taught by hand: see :meth:`Arm.teach`. It begins with its ``with`` block; its points outlast
-    that. Iterated it gives the points that the hand teaches, waiting for each, until :meth:`close`.
+    """A program taught by hand: see :meth:`Arm.teach`. It starts with its ``with`` block; its points remain available
+    after it. Iteration waits for and yields each point taught by hand, until :meth:`close`.
     """
 
     def __init__(self, core: Core, title: str, by: str, unhomed: bool) -> None:
@@ -2261,26 +2256,27 @@ class Lesson(Bound):
                 raise
 
     async def close(self) -> None:
-        """Ends it: no points come any more, and the arm's settings are as before. Closing it again does nothing."""
+        """Ends the lesson: no more points are taken, and the arm's settings are restored. A second call does
+        nothing."""
         if self._open:
             self._open = False
             await until(self._begun().close())
 
     @property
     def guided(self) -> bool:
-        """Whether the arm reports its unlock key. If not, :meth:`point` takes each point."""
+        """True if the arm reports its unlock key. If not, :meth:`point` takes each point."""
         return self._begun().is_guided()
 
     @property
     def points(self) -> list[Point]:
-        """The points so far, those of the hand and of :meth:`point`, in their order."""
+        """All points so far, from the hand and from :meth:`point`, in order."""
         return [_point(*each) for each in self._begun().points()]
 
     async def wait(self, timeout: float | None = None) -> Point:
-        """Waits for the next point of the hand that no wait has given before.
+        """Waits for the next point taught by hand that was not returned before.
 
         :param timeout: Maximum time to wait, seconds.
-        :raises ResponseTimeoutError: The key was not released in that time.
+        :raises ResponseTimeoutError: The key was not released before the timeout.
         :raises UnsupportedError: The arm does not report its unlock key.
         :raises ClosedError: The lesson or the connection was closed.
         :raises PortError: The line was lost.
@@ -2318,13 +2314,13 @@ class Lesson(Bound):
         gripper: Literal["close", "open", "off"] | None = None,
         pause: float = 0.0,
     ) -> Point:
-        """Takes where the arm stands as a point; if it moves, where it comes to rest.
+        """Adds the arm's current pose as a point; if the arm moves, the pose at which it comes to rest.
 
-        :param name: Its name; ``"P1"``, ``"P2"`` and so on if left out.
-        :param suction: Whether the suction cup goes on or off there; nothing new if left out.
-        :param gripper: What the gripper does there; nothing new if left out.
-        :param pause: How long the arm stays there, seconds.
-        :raises InvalidInputError: The gripper does not do that.
+        :param name: Name of the point; ``"P1"``, ``"P2"`` and so on if left out.
+        :param suction: Whether the suction cup is switched on or off there; unchanged if left out.
+        :param gripper: Action of the gripper there; unchanged if left out.
+        :param pause: Dwell time at the point, s.
+        :raises InvalidInputError: The gripper has no such action.
         """
         native = self._begun()
         if not self._open:
@@ -2337,7 +2333,7 @@ class Lesson(Bound):
         return _point(*await until(native.store(name, cup, None if gripper is None else _GRIPS[gripper], stays)))
 
     def pop(self) -> Point:
-        """Removes the last point, and returns it.
+        """Removes and returns the last point.
 
         :raises IndexError: There are no points.
         """
@@ -2348,8 +2344,8 @@ class Lesson(Bound):
         return _point(*last)
 
     def plan(self) -> Plan:
-        """The program: ``arm.run(lesson.plan())``. A plan of the points so far, for the tool that the arm had when the
-        lesson began.
+        """Returns the program as a plan: ``arm.run(lesson.plan())``. It contains the points so far, for the tool that
+        was set when the lesson began.
         """
         return Plan(self._begun().plan())
 
@@ -2381,15 +2377,15 @@ def _point(name: str, place: tuple[float, float, float, float]) -> Point:
 
 
 class StateWatch(Bound):
-    """The arm's state, kept up to date: see :meth:`Arm.state`. It ends with the connection, with its ``with`` block, or
-    when it is garbage-collected.
+    """Periodic readings of the arm's state: see :meth:`Arm.state`. The watch ends with the connection, with its
+    ``with`` block, or when it is garbage-collected.
     """
 
     def __init__(self, watch: NativeStateWatch) -> None:
         self._watch: NativeStateWatch | None = watch
 
     def close(self) -> None:
-        """Ends it. A call that waits for the next reading still gets it; then the loop ends."""
+        """Ends the watch. A pending wait still gets the next reading; then the loop ends."""
         self._watch = None
 
     def __enter__(self) -> StateWatch:
@@ -2408,13 +2404,13 @@ class StateWatch(Bound):
 
     @property
     def latest(self) -> Status | None:
-        """The state as it was read last, by this watch or another one; ``None`` before the first complete reading, and
-        when the watch was closed."""
+        """Latest state, read by this watch or another one; ``None`` before the first complete reading, and after the
+        watch was closed."""
         latest = None if self._watch is None else self._watch.latest()
         return None if latest is None else _told.status(latest)
 
     async def changed(self) -> Status:
-        """Waits for the next reading, for as long as it takes. Losing or regaining the line counts as one.
+        """Waits for the next reading, without timeout. Losing or regaining the line counts as a reading.
 
         Raises :class:`~magician.errors.ClosedError` when the connection has ended, or the watch was closed.
         """
@@ -2433,15 +2429,15 @@ class StateWatch(Bound):
 
 
 class Events(Bound):
-    """The arm's events: see :meth:`Arm.events`. It ends with the connection, with its ``with`` block, or when it is
-    garbage-collected.
+    """Events of the arm: see :meth:`Arm.events`. The subscription ends with the connection, with its ``with`` block, or
+    when it is garbage-collected.
     """
 
     def __init__(self, native: NativeEvents) -> None:
         self._events: NativeEvents | None = native
 
     def close(self) -> None:
-        """Ends it. A call that waits for the next event still gets it; then the loop ends."""
+        """Ends the subscription. A pending wait still gets the next event; then the loop ends."""
         self._events = None
 
     def __enter__(self) -> Events:
@@ -2466,14 +2462,21 @@ class Events(Bound):
 
 
 class Run(Bound):
-    """A program on its way through the arm's queue: see :meth:`Arm.begin`.
+    """A resumable run of a program: see :meth:`Arm.begin`.
 
     :meth:`finish` runs it. If that fails and it :attr:`is_interrupted`, the line was lost, or it was not known whether
     the arm took a command. The arm then finishes its queue, and another call of :meth:`finish` goes on with the first
     command that the arm did not take. After any other error the run is over, and :meth:`finish` fails::
 
-        run = arm.begin(program) while True: try: await run.finish() break except errors.PortError: if not
-        run.is_interrupted: raise await arm.reconnected()  # and ask the user whether to go on
+        run = arm.begin(program)
+        while True:
+            try:
+                await run.finish()
+                break
+            except errors.PortError:
+                if not run.is_interrupted:
+                    raise
+                await arm.reconnected()  # and ask the user whether to go on
     """
 
     def __init__(self, core: Core, native: NativeProgram) -> None:
@@ -2485,9 +2488,9 @@ class Run(Bound):
         return f"<Run, {self.ran.commands} commands done{', interrupted' if self.is_interrupted else ''}>"
 
     async def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
-        """Runs the rest of the program, to its end.
+        """Runs the rest of the program, and waits for the end.
 
-        Raises as :meth:`Arm.perform`, except for the check. When it goes on after an interruption, it raises
+        Raises as :meth:`Arm.perform`, except for the check. After an interruption it raises
         :class:`~magician.errors.UnexpectedError` if the arm is not where it should be, and
         :class:`~magician.errors.ClosedError` if the run is over.
         """
@@ -2495,12 +2498,12 @@ class Run(Bound):
 
     @property
     def is_interrupted(self) -> bool:
-        """Whether it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good."""
+        """True if the run was interrupted and :meth:`finish` may resume it. A later stop ends it for good."""
         return self._run.is_interrupted()
 
     @property
     def ran(self) -> Ran:
-        """The commands done so far; while it runs, those done before this :meth:`finish`."""
+        """Finished commands so far; during a run, those finished before the current :meth:`finish`."""
         ran = self._run.ran()
         if ran is not None:
             self._ran = Ran(*ran)

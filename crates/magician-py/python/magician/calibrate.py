@@ -1,8 +1,8 @@
-"""The sheet, the height of a surface and the tip of a tool, from points that were touched.
+"""Calibration of the sheet, the surface height and the tool tip from touched points.
 
-What ``magician calibrate`` does at a terminal, as functions of points: touch with the tool, by hand or with moves, take
-``arm.pose()`` or the points of :meth:`magician.Arm.teach`, and give them to :func:`sheet`, :func:`surface` or
-:func:`tip`. :func:`save` keeps the result where the command finds it, and :func:`saved` reads it back.
+These functions do the work of ``magician calibrate``. Touch points with the tool, by hand or with moves, and pass
+``arm.pose()`` or the points of :meth:`magician.Arm.teach` to :func:`sheet`, :func:`surface` or :func:`tip`.
+:func:`save` stores the result in the settings file of the command line, and :func:`saved` reads it back.
 
 Lengths are mm, angles degrees.
 """
@@ -27,25 +27,25 @@ _Triple = tuple[float, float, float]
 
 
 class TouchedSheet(Value):
-    """A sheet whose corners were touched: ``magician.load("house.svg", sheet=found.sheet, surface=found.surface)`` lays
-    a drawing on it, corner on corner."""
+    """A sheet calibrated by its corners: ``magician.load("house.svg", sheet=found.sheet, surface=found.surface)``
+    places a drawing on it, corner on corner."""
 
     sheet: Sheet
-    """Where it lies, how it is turned, and its size."""
+    """Position, rotation and size of the sheet."""
     surface: Surface
-    """Its height, and how it is tilted."""
+    """Height and tilt of the surface."""
     corners: tuple[_Triple, _Triple, _Triple]
-    """The points: lower left, lower right, upper left."""
+    """Touched points: lower left, lower right, upper left."""
 
     @property
     def tilt(self) -> float:
-        """How steep it is, degrees."""
+        """Tilt of the surface, degrees."""
         return math.degrees(math.atan(math.hypot(*self.surface.slope)))
 
     @property
     def frame(self) -> Frame:
-        """Its plane: ``arm.move_to(found.frame(30, 20, 5))`` is 5 mm above the point that lies 30 mm to the right and
-        20 mm up from its lower left corner."""
+        """Frame of the sheet: ``arm.move_to(found.frame(30, 20, 5))`` moves to 5 mm above the point 30 mm to the right
+        and 20 mm up from its lower left corner."""
         return Frame.from_points(*self.corners)
 
     def __str__(self) -> str:
@@ -58,18 +58,18 @@ class TouchedSheet(Value):
 
 
 class Tip(Value):
-    """Where the tip of a tool is: ``arm.tool(x=.., y=.., z=..)`` and ``magician.load(.., tool=found.bias)`` take its
-    bias."""
+    """A calibrated tool tip. Pass its bias to ``arm.tool(x=.., y=.., z=..)`` or ``magician.load(..,
+    tool=found.bias)``."""
 
     offset: tuple[float, float]
-    """How far the tip is from where the tool's bias before had it, when the tool points ahead (J4 = 0): ahead and to
-    the left, mm. It turns with the tool."""
+    """Offset of the tip from the previous bias with the tool pointing ahead (J4 = 0): forward and left, mm. It turns
+    with the tool."""
     bias: _Triple
-    """The bias to set: x, y, z from the wrist, mm."""
+    """New bias: x, y, z from the wrist, mm."""
     touches: tuple[_Triple, _Triple]
-    """Both touches: x, y and r."""
+    """Both touches: x, y, mm, and r, degrees."""
     tool: _Triple
-    """The bias that was in force while it was touched, mm."""
+    """Bias in effect during the touches, mm."""
 
     def __str__(self) -> str:
         ahead, left = self.offset
@@ -78,27 +78,28 @@ class Tip(Value):
 
 
 class Saved(Value):
-    """What the settings file says."""
+    """Calibration stored in the settings file."""
 
     sheet: Sheet | None
-    """The sheet that drawings lie on."""
+    """Sheet on which drawings are placed."""
     surface: Surface | None
-    """The surface of that sheet, else the level one that was kept."""
+    """Surface of the sheet, or else the stored level surface."""
     tool: str | None
-    """The tool: a name, or its bias ``"x,y,z"`` in mm."""
+    """Tool: a name, or its bias ``"x,y,z"`` in mm."""
 
 
 def sheet(corners: Sequence[Target | Point]) -> TouchedSheet:
-    """The sheet whose corners were touched with the tip of the tool.
+    """Computes the sheet from corners touched with the tool tip.
 
     >>> found = magician.calibrate.sheet([(180, -60, -61), (300, -60, -61), (180, 30, -61)])
     >>> print(found)
     120.0 by 90.0 mm, lower left at x 180.0 y -60.0 z -61.00, turned by 0.0 deg, tilted by 0.00 deg
 
-    :param corners: Lower left, lower right and upper left, as seen with the arm's X to the right: poses, points that
-        were taught, or x, y, z.
-    :raises InvalidInputError: There are not three; two are nearer than 30 mm, they make no right angle (more than 5
-        degrees off), or the surface is steeper than 15 degrees. The message says what to touch again.
+    :param corners: Lower left, lower right and upper left, as seen with the arm's X to the right: poses, taught points,
+        or x, y, z.
+    :raises InvalidInputError: There are not three corners, two are closer than 30 mm, the angle deviates from 90
+        degrees by more than 5, or the surface is tilted by more than 15 degrees. The message names the corner to touch
+        again.
     """
     a, b, c = (_three(each) for each in _counted("corners", corners, 3))
     corner, rotation, height, slope, size = _magician.touched_sheet((a, b, c))
@@ -106,27 +107,27 @@ def sheet(corners: Sequence[Target | Point]) -> TouchedSheet:
 
 
 def surface(touch: Target | Point) -> Surface:
-    """The level surface that was touched with the tip of the tool: paper, wood, a table.
+    """Computes the level surface (paper, wood, a table) from a point touched with the tool tip.
 
     >>> magician.calibrate.surface((220, 0, -61.5))
     Surface(height=-61.5, slope=(0.0, 0.0))
 
-    :param touch: Where it was touched: a pose, a point that was taught, or x, y, z.
+    :param touch: Touched point: a pose, a taught point, or x, y, z.
     """
     return Surface(_three(touch)[2])
 
 
 def tip(touches: Sequence[Target | Point], *, tool: words.Tool | Sequence[float]) -> Tip:
-    """The tip of a tool that touched one point twice, turned in between: half a turn tells most.
+    """Computes the tool tip from two touches of one point with a rotation in between; half a turn is most accurate.
 
     >>> found = magician.calibrate.tip([(220, 3, 0, 0), (226, 3, 0, 180)], tool="pen")
     >>> found.offset
     (3.0, 0.0)
 
-    :param touches: Both poses, points that were taught, or x, y, z, r; z does not count.
-    :param tool: The tool whose tip the poses are of: its name, or its bias (x, y, z) in mm.
-    :raises InvalidInputError: There are not two; the tool was turned by less than 30 degrees, or its tip would be more
-        than 200 mm off.
+    :param touches: Two poses, taught points, or x, y, z, r; z is ignored.
+    :param tool: Tool in effect for the poses: its name, or its bias (x, y, z) in mm.
+    :raises InvalidInputError: There are not two touches, the rotation is below 30 degrees, or the tip would be offset
+        by more than 200 mm.
     """
     one, other = (_turn(each) for each in _counted("touches", touches, 2))
     bias = tool_bias(tool)
@@ -136,12 +137,11 @@ def tip(touches: Sequence[Target | Point], *, tool: words.Tool | Sequence[float]
 
 
 def save(found: TouchedSheet | Surface | Tip) -> str | None:
-    """Keeps it in the settings file, as ``magician calibrate`` does: ``magician draw``, ``engrave`` and ``run`` use it
-    from then on. The rest of the file stays as it is.
+    """Saves a calibration in the settings file, as ``magician calibrate`` does. ``magician draw``, ``engrave`` and
+    ``run`` use it from then on. The rest of the file is unchanged.
 
-    :returns: The file.
-    :raises InvalidInputError: It cannot be kept: a surface that is tilted belongs to a sheet; or the file cannot be
-        edited.
+    :returns: Path of the settings file.
+    :raises InvalidInputError: A tilted surface cannot be stored without a sheet, or the file cannot be edited.
     """
     if isinstance(found, TouchedSheet):
         return _magician.keep_sheet(found.corners)
@@ -154,9 +154,9 @@ def save(found: TouchedSheet | Surface | Tip) -> str | None:
 
 
 def saved() -> Saved:
-    """What was kept by :func:`save` or by ``magician calibrate``.
+    """Reads the calibration stored by :func:`save` or ``magician calibrate``.
 
-    :raises InvalidInputError: The settings file has a mistake.
+    :raises InvalidInputError: The settings file is invalid.
     """
     sheet, surface, tool = _magician.kept_settings()
     if sheet is None:

@@ -1,4 +1,4 @@
-"""An arm held against the conformance suite: cases that say what a Magician does, each with its source."""
+"""Conformance suite: cases of documented Magician behaviour, each with its source, run on an arm."""
 
 from __future__ import annotations
 
@@ -17,47 +17,47 @@ __all__ = ["CaseProgress", "CaseResult", "Conformance", "Mismatch", "conform", "
 
 
 class Mismatch(Value):
-    """Where an arm did something else than a case says."""
+    """Deviation of an arm from a case."""
 
     line: int
-    """Line of the step in the case's file; 0 when the arm could not be brought to where the case begins."""
+    """Line of the step in the case file; 0 if the arm could not reach the start state of the case."""
     step: str
-    """The step, as it is written."""
+    """Text of the step."""
     sent: bytes
-    """What was sent last."""
+    """Last frame or command sent."""
     expected: str
-    """What should have come, in words or bytes."""
+    """Expected answer, in words or bytes."""
     got: str
-    """What came instead, in words."""
+    """Actual answer, in words."""
     received: bytes
-    """What came instead, as it came."""
+    """Actual answer, raw."""
 
     def __str__(self) -> str:
         return f"{self.step}: expected {self.expected}, got {self.got}"
 
 
 class CaseResult(Value):
-    """A case, and what came of it."""
+    """A case and its result."""
 
     case: str
     """Its name: ``"ptp.movl-100-mm"``."""
     chapter: str
-    """What it is about: ``"ptp"``."""
+    """Chapter of the case: ``"ptp"``."""
     title: str
-    """What the arm should do."""
+    """Expected behaviour."""
     source: str
-    """Where that is known from."""
+    """Source of the expectation."""
     confidence: Literal["M", "V", "VL", "T", "G"]
-    """How sure it is: measured on real arms, the vendor's word, the vendor's code for the sibling arm, third parties,
-    our assumption."""
+    """Confidence: measured on real arms, vendor document, vendor code for the sibling arm, third parties, own
+    assumption."""
     tags: tuple[str, ...]
-    """Of what kind it is: ``"moves"``, ``"exact"``, ``"hurts"``, ``"sim-only"``, ``"world"``, ``"power-up"``."""
+    """Tags of the case: ``"moves"``, ``"exact"``, ``"hurts"``, ``"sim-only"``, ``"world"``, ``"power-up"``."""
     outcome: Literal["passed", "failed", "skipped"]
-    """What came of it."""
+    """Result of the case."""
     reason: str | None
-    """Why it was skipped."""
+    """Reason for skipping."""
     failure: Mismatch | None
-    """Where it failed."""
+    """Deviation of a failed case."""
 
     def __str__(self) -> str:
         why = self.reason if self.failure is None else self.failure
@@ -65,29 +65,29 @@ class CaseResult(Value):
 
 
 class Conformance(Value):
-    """What came of all cases."""
+    """Results of all cases."""
 
     results: tuple[CaseResult, ...]
-    """Each case, in the order of the suite."""
+    """Results in the order of the suite."""
 
     @property
     def ok(self) -> bool:
-        """Whether none failed."""
+        """True if no case failed."""
         return not self.failed
 
     @property
     def passed(self) -> tuple[CaseResult, ...]:
-        """Those that the arm passed."""
+        """Passed cases."""
         return self._of("passed")
 
     @property
     def failed(self) -> tuple[CaseResult, ...]:
-        """Those that it failed."""
+        """Failed cases."""
         return self._of("failed")
 
     @property
     def skipped(self) -> tuple[CaseResult, ...]:
-        """Those that are not for this arm."""
+        """Skipped cases, which do not apply to this arm."""
         return self._of("skipped")
 
     def _of(self, outcome: str) -> tuple[CaseResult, ...]:
@@ -115,20 +115,20 @@ class Conformance(Value):
 
 
 class CaseProgress(Value):
-    """How far the suite is."""
+    """Progress of the suite."""
 
     done: int
-    """Cases that are done."""
+    """Number of finished cases."""
     cases: int
-    """Cases that were selected."""
+    """Number of selected cases."""
     failed: int
-    """How many of those done the arm failed."""
+    """Number of failed cases."""
     result: CaseResult
-    """The case that was done last."""
+    """Last finished case."""
 
     @property
     def share(self) -> float:
-        """Between 0 and 1."""
+        """Share of the cases that are finished, 0 to 1."""
         return self.done / self.cases
 
     def __str__(self) -> str:
@@ -154,21 +154,21 @@ def conform(
     >>> magician.conform("sim", only=["queue"]).ok
     True
 
-    Its parameters are saved first and restored at the end, also after Ctrl-C; its queue and its alarms are cleared.
-    Cases that could harm or uncalibrate a real arm are left out. A program on asyncio has :func:`magician.aio.conform`.
+    The arm's parameters are saved first and restored at the end, also after Ctrl-C; queue and alarms are cleared. Cases
+    that could damage or decalibrate a real arm are skipped. With asyncio use :func:`magician.aio.conform`.
 
-    :param port: As for :class:`magician.Arm`; ``"sim"`` is a virtual arm whose clock takes no time.
-    :param only: Only cases that match one of these: a chapter (``"ptp"``), a name in which ``*`` stands for anything, a
-        tag (``"moves"``), or a confidence (``"M"``).
-    :param skip: Cases to leave out, by the same.
-    :param timeout: How long the arm may take to answer, s.
+    :param port: As for :class:`magician.Arm`; ``"sim"`` is a virtual arm that runs without real delays.
+    :param only: Patterns of the cases to run: a chapter (``"ptp"``), a name with ``*`` as wildcard, a tag
+        (``"moves"``), or a confidence (``"M"``).
+    :param skip: Patterns of the cases to skip.
+    :param timeout: Timeout of an answer, s.
     :param allow_motion: Whether an arm that is not virtual may move, through most of its range: take its tool off and
         clear its reach.
     :param progress: ``True`` shows a line on stderr; a function is called with a :class:`CaseProgress` after each case.
         An exception in it ends the run.
-    :raises InvalidInputError: A pattern matches nothing, or an arm that is not virtual would move and may not; nothing
-        was sent.
-    :raises PortError: The port is not there, not allowed or in use.
+    :raises InvalidInputError: A pattern matches nothing, or a real arm would move without ``allow_motion``; nothing was
+        sent.
+    :raises PortError: The port does not exist, access is denied, or it is in use.
     """
     running = _Running(port, only, skip, timeout, allow_motion, progress)
     wait_left(running.call, running.left, running.hear)
@@ -184,7 +184,7 @@ async def conform_async(
     allow_motion: bool = False,
     progress: CaseWatcher = False,
 ) -> Conformance:
-    """As :func:`magician.conform`, for programs on asyncio. Cancelling it ends the run; the arm's parameters are
+    """Runs :func:`magician.conform` on asyncio. Cancelling it ends the run; the arm's parameters are
     restored before :exc:`asyncio.CancelledError` is raised.
     """
     running = _Running(port, only, skip, timeout, allow_motion, progress)
@@ -201,7 +201,7 @@ _Found = tuple[
 
 
 class _Running:
-    """A run of the suite, and what came of its cases so far."""
+    """A running suite with its results so far."""
 
     call: Call[None]
     left: Call[None]
@@ -227,7 +227,7 @@ class _Running:
         )
 
     def hear(self, found: list[_Found]) -> None:
-        """Hears of cases that were done."""
+        """Receives finished cases."""
         for about, outcome, reason, failure in found:
             result = CaseResult(*about, outcome, reason, None if failure is None else Mismatch(*failure))
             self._results.append(result)
@@ -236,7 +236,7 @@ class _Running:
                 self._tell(CaseProgress(len(self._results), self._cases, self._failed, result))
 
     def ended(self) -> Conformance:
-        """The run has come to its end."""
+        """Handles the end of the run."""
         found = Conformance(tuple(self._results))
         if self._line is not None:
             self._line.end(repr(found)[1:-1])

@@ -1,4 +1,4 @@
-"""What is wrong with an arm or with the line to it, and what to do about it."""
+"""Diagnosis of an arm and its line, with remedies."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ __all__ = ["Diagnosis", "Finding", "doctor", "doctor_async"]
 
 
 class Finding(Value):
-    """One thing that was looked at."""
+    """Result of one check."""
 
     check: str
-    """What: ``"port"``, ``"line"``, ``"answer"``, ``"back_to_back"``, ``"index_law"``, ``"left_space"``,
+    """Name of the check: ``"port"``, ``"line"``, ``"answer"``, ``"back_to_back"``, ``"index_law"``, ``"left_space"``,
     ``"current_index"``, ``"window"``, ``"identity"``, ``"line_speed"``, ``"turnaround"``, ``"jitter"``, ``"losses"``,
     ``"alarms"`` (one for each), ``"homed"``, ``"fence"``, ``"queue"``."""
     ok: bool | None
-    """Whether it is as it should be; ``None`` where it was not looked at, or there is nothing to judge."""
+    """True if the check passed; ``None`` if it was skipped or has no verdict."""
     value: Any
-    """The figure: a number, a text, a dictionary (``"identity"``), or ``None``."""
+    """Measured value: a number, a text, a dictionary (``"identity"``), or ``None``."""
     unit: str | None
-    """Unit of the figure: ``"ms"``, ``"baud"``, ``"requests"``, ``"commands"``, ``"indices"``."""
+    """Unit of the value: ``"ms"``, ``"baud"``, ``"requests"``, ``"commands"``, ``"indices"``."""
     text: str
-    """What was found."""
+    """Description of the result."""
     advice: str | None
-    """What to do, if there is something to do."""
+    """Remedy, if there is one."""
 
     def __str__(self) -> str:
         mark = "-" if self.ok is None else "✓" if self.ok else "✗"
@@ -40,22 +40,22 @@ class Finding(Value):
 
 
 class Diagnosis(Value):
-    """What was found about an arm and its line. Printed, it is a line for each finding, with what to do about it."""
+    """Result of a diagnosis. Printing it gives one line per finding, with the remedy."""
 
     findings: tuple[Finding, ...]
-    """Each finding, in the order in which they came."""
+    """Findings, in order of the checks."""
     port: str | None
-    """Where the arm is, once that is known."""
+    """Port of the arm, once known."""
     window: int | None
-    """How many requests at once the line takes: for ``magician.Arm(port, window=..)``."""
+    """Number of requests that may be in flight: for ``magician.Arm(port, window=..)``."""
     turnaround: float | None
-    """From request to reply, without the time of the bytes on a serial line, s."""
+    """Latency from request to reply, without the transmission time on a serial line, s."""
     error: Error | None
-    """Why it ended early: there is no arm, or its line was lost. What :class:`magician.Arm` would raise."""
+    """Reason of an early end (no arm, or its line was lost): the exception that :class:`magician.Arm` would raise."""
 
     @property
     def ok(self) -> bool:
-        """Whether it came to its end and no check failed."""
+        """True if it came to its end and no check failed."""
         return self.error is None and not self.failed
 
     @property
@@ -79,23 +79,23 @@ def doctor(
     try_queue: bool = False,
     on_finding: Callable[[Finding], object] | None = None,
 ) -> Diagnosis:
-    """Finds the arm, checks it and the line to it, and says how to fix what is wrong, as ``magician doctor`` does.
+    """Finds the arm, checks it and its line, and suggests remedies, as ``magician doctor`` does.
 
     >>> magician.doctor("sim").ok
     True
 
-    It checks the port, its permissions and who holds it, tells an arm from other devices, sends reads back to back,
-    times replies, and looks at alarms and queue. Nothing moves, and without ``try_queue`` it only reads. An arm that is
-    not there is a finding, and no exception. It takes some seconds; a program on asyncio has
-    :func:`magician.aio.doctor`. No other program may have the port open, nor this one.
+    The diagnosis checks the port, its permissions and its holder, distinguishes an arm from other devices, sends reads
+    back to back, measures latency, and reads alarms and queue. Nothing moves, and without ``try_queue`` it only reads.
+    A missing arm is a finding, not an exception. It takes some seconds; with asyncio use :func:`magician.aio.doctor`.
+    No program may have the port open, including this one.
 
     :param port: As for :class:`magician.Arm`, but a name.
-    :param count: How many replies of each of two kinds are timed, 1 to 100,000.
-    :param timeout: How long the arm may take to reply, s.
-    :param try_queue: Whether to try the queue, too: it is stopped, 15 waits of 0 ms are put into it, and dropped again.
+    :param count: Number of timed replies of each of two kinds, 1 to 100,000.
+    :param timeout: Timeout of a reply, s.
+    :param try_queue: Whether to test the queue: it is stopped, filled with 15 waits of 0 ms, and cleared.
         A queue with commands is left alone; an empty one stays stopped until a program starts it.
-    :param on_finding: Called with each finding as it comes. What it raises ends the examination.
-    :raises InvalidInputError: The port makes no sense, or an argument is out of range.
+    :param on_finding: Called with each finding as it arrives. An exception in it ends the diagnosis.
+    :raises InvalidInputError: The port is invalid, or an argument is out of range.
     """
     examination = _Examination(port, count, timeout, try_queue, on_finding)
     return examination.ended(*wait_left(examination.call, examination.left, examination.hear))
@@ -109,7 +109,7 @@ async def doctor_async(
     try_queue: bool = False,
     on_finding: Callable[[Finding], object] | None = None,
 ) -> Diagnosis:
-    """As :func:`magician.doctor`, for programs on asyncio. Cancelling it ends the examination; the port is closed
+    """Runs :func:`magician.doctor` on asyncio. Cancelling it ends the diagnosis; the port is closed
     before :exc:`asyncio.CancelledError` is raised.
     """
     examination = _Examination(port, count, timeout, try_queue, on_finding)
@@ -117,7 +117,7 @@ async def doctor_async(
 
 
 class _Examination:
-    """An examination, and what it has found so far."""
+    """A running diagnosis with its findings so far."""
 
     call: Call[tuple[str | None, int | None, float | None, Error | None]]
     left: Call[None]
@@ -142,13 +142,13 @@ class _Examination:
         )
 
     def hear(self, found: list[Any]) -> None:
-        """Hears what was found."""
+        """Receives a finding."""
         for parts in found:
             self._findings.append(Finding(*parts))
             if self._tell is not None:
                 self._tell(self._findings[-1])
 
     def ended(self, port: str | None, window: int | None, turnaround: float | None, error: Error | None) -> Diagnosis:
-        """It has come to its end."""
+        """Handles the end of the diagnosis."""
         turnaround = None if turnaround is None else turnaround / 1000
         return Diagnosis(tuple(self._findings), port, window, turnaround, error)

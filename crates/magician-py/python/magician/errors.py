@@ -1,8 +1,8 @@
-"""What can go wrong, sorted by whose problem it is.
+"""Exceptions of this package, by kind.
 
-Every exception of this package is an :class:`Error`. Its class is the kind, its text names the command and both values
-where it is a matter of how much, and its attributes have them as numbers. Kinds that Python has too are caught as such
-as well: an :class:`UnreachableError` is a ``ValueError``, a :class:`ResponseTimeoutError` a ``TimeoutError``, a
+Every exception of this package is an :class:`Error`. The class is the kind. The text names the command and, if a limit
+is broken, the value and the limit; the attributes hold them as numbers. Kinds with a Python equivalent derive from it
+too: an :class:`UnreachableError` is a ``ValueError``, a :class:`ResponseTimeoutError` a ``TimeoutError``, a
 :class:`PortError` an ``OSError``.
 """
 
@@ -37,21 +37,21 @@ __all__ = [
 
 
 class Error(Exception):
-    """Something could not be done."""
+    """Base class of all exceptions of this package."""
 
     kind: str = "bug"
-    """Name of the kind, as on the command line: ``"queue-full"``."""
+    """Name of the kind, the same as on the command line: ``"queue-full"``."""
 
     code: str
-    """Which error it is: ``"not-homed"``. Finer than the kind, and as stable. A stop (``"stopped"``) is apart from a
-    connection that is closed (``"closed"``).
+    """Error code, such as ``"not-homed"``: finer than the kind, and as stable. It distinguishes a stop (``"stopped"``)
+    from a closed connection (``"closed"``).
     """
 
     step: int | None
-    """The place of the command in the list that it came in, from 0, or ``None``."""
+    """Index of the command in the list passed by the caller, from 0, or ``None``."""
 
     remedies: tuple[str, ...]
-    """What to do about it, the best first, by name: ``("home", "unhomed")``. The text says it in words."""
+    """Names of the remedies, best first: ``("home", "unhomed")``. The text of the error explains them."""
 
     def __init__(
         self,
@@ -74,23 +74,22 @@ class Error(Exception):
         self.step = step
         self.remedies = tuple(remedies)
         self.command = command
-        """The command it is about, as the vendor calls it, or ``None``."""
+        """Vendor name of the command concerned, or ``None``."""
         self.value = value
-        """The value that was too much or too little, or ``None``."""
+        """The value out of range, or ``None``."""
         self.limit = limit
-        """What it may be, or ``None``."""
+        """The limit for the value, or ``None``."""
         self.unit = unit
-        """Unit of both, or ``None``."""
+        """Unit of value and limit, or ``None``."""
         self.from_index = from_index
-        """First queue index in doubt, or ``None``."""
+        """First queue index whose execution is uncertain, or ``None``."""
         self.to_index = to_index
-        """Last queue index in doubt, or ``None``."""
+        """Last queue index whose execution is uncertain, or ``None``."""
         self.alarms = None if alarms is None else tuple(Alarm(code) for code in alarms)
-        """The alarms that stand, or ``None``. None of them when an alarm has gone and what is left of it holds the
-        queue.
+        """Active alarms, or ``None``. Empty if the alarm was cleared but its effect still holds the queue.
         """
         self.station = station
-        """Address of the station of this computer that has the port, or ``None``:
+        """Address of the local station that has the port open, or ``None``:
         ``magician.Station(error.station)`` uses the arm through it.
         """
 
@@ -106,113 +105,114 @@ def _again(cls: type[Error], message: str) -> Error:
 
 
 class InvalidInputError(Error, ValueError):
-    """The request makes no sense: a NaN, a wrong name, a queue that belongs to another program."""
+    """The request is invalid: a NaN, an unknown name, a queue that belongs to another program."""
 
     kind = "invalid-input"
 
 
 class UnreachableError(Error, ValueError):
-    """The arm cannot get there."""
+    """The target or the path is out of the arm's reach."""
 
     kind = "unreachable"
 
 
 class PortError(Error, OSError):
-    """The port is not there, not allowed, in use, or gone."""
+    """The port does not exist, access is denied, it is in use, or the line was lost."""
 
     kind = "port"
 
 
 class ResponseTimeoutError(Error, TimeoutError):
-    """No answer by the deadline."""
+    """No answer arrived before the deadline."""
 
     kind = "timeout"
 
 
 class UnexpectedError(Error):
-    """The peer answered what it should not."""
+    """The peer sent an unexpected answer."""
 
     kind = "unexpected"
 
 
 class UnsupportedError(Error):
-    """This build or this peer cannot do it."""
+    """This build, system or peer does not support the request."""
 
     kind = "unsupported"
 
 
 class QueueFullError(Error):
-    """The arm's queue has no room."""
+    """The arm's queue is full."""
 
     kind = "queue-full"
 
 
 class AlarmError(Error):
-    """An alarm stands that holds the queue; :attr:`Error.alarms` says which."""
+    """An active alarm holds the queue: see :attr:`Error.alarms`."""
 
     kind = "alarm"
 
 
 class UncertainError(Error):
-    """A command may or may not have been taken; :attr:`Error.from_index` and :attr:`Error.to_index` say which."""
+    """The outcome of a command is uncertain: see :attr:`Error.from_index` and :attr:`Error.to_index`."""
 
     kind = "uncertain"
 
 
 class ClosedError(Error):
-    """The connection has been closed, or a stop came first."""
+    """The connection was closed, or a stop cancelled the request."""
 
     kind = "closed"
 
 
 class StationError(Error):
-    """A station refuses a request: :class:`magician.Station`."""
+    """A station refused a request: see :class:`magician.Station`."""
 
     kind = "station"
 
     def __init__(self, message: str, *, data: Mapping[str, Any] | None = None, **parts: Any) -> None:
         super().__init__(message, **parts)
         self.data = dict(data or {})
-        """What the station says about it, by name."""
+        """Details from the station, by name."""
 
 
 class LeaseError(StationError):
-    """Moving the arm needs its lease: another session has it (``data["holder"]``), or it has ended."""
+    """The session does not hold the lease needed to move the arm: another session has it (``data["holder"]``), or it
+    expired."""
 
     kind = "lease"
 
 
 class ForbiddenError(StationError):
-    """The role of the session does not allow it."""
+    """The role of the session does not permit the request."""
 
     kind = "forbidden"
 
 
 class BusyError(StationError):
-    """A job or a jog has the arm."""
+    """A job or a jog is using the arm."""
 
     kind = "busy"
 
 
 class CheckFailedError(StationError):
-    """The arm cannot do all of a program, and nothing was sent: ``data["report"]``."""
+    """The check of a program failed, and nothing was sent: see ``data["report"]``."""
 
     kind = "check-failed"
 
 
 class DangerousError(StationError):
-    """It is dangerous or may burn on a real arm, and ``yes=True`` was not given."""
+    """The request is dangerous or may burn on a real arm, and ``yes=True`` was not given."""
 
     kind = "dangerous"
 
 
 class TooManyError(StationError):
-    """More than a session may ask for."""
+    """A session exceeded its limit of requests."""
 
     kind = "too-many"
 
 
 class StoppedError(StationError):
-    """A stop came first."""
+    """A stop cancelled the request."""
 
     kind = "stopped"

@@ -1,4 +1,4 @@
-"""What happens at an arm: ``for event in arm.events()``."""
+"""Events of an arm: ``for event in arm.events()``."""
 
 from __future__ import annotations
 
@@ -19,53 +19,54 @@ __all__ = [
 
 
 class AlarmRaised(Value):
-    """An alarm stands that did not at the last reading."""
+    """An alarm was raised since the last reading."""
 
     alarm: Alarm
-    """Which one, with its cause and its cure."""
+    """The alarm, with its cause and remedy."""
 
 
 class AlarmCleared(Value):
-    """An alarm stands no more."""
+    """An alarm was cleared."""
 
     alarm: Alarm
-    """Which one."""
+    """The alarm."""
 
 
 class CommandFinished(Value):
-    """Queued commands have finished, from any program: one, or all from first to last between two readings."""
+    """Queued commands of any program finished: one, or a range between two readings."""
 
     first: int
-    """Queue index of the first."""
+    """Queue index of the first command."""
     last: int
-    """Queue index of the last."""
+    """Queue index of the last command."""
 
 
 class LinkLost(Value):
-    """The line broke."""
+    """The line to the arm was lost."""
 
     why: str
-    """How, in a sentence."""
+    """The cause, in a sentence."""
 
 
 class LinkFound(Value):
-    """The line is back, and the same arm is at it."""
+    """The driver reconnected to the same arm."""
 
     reset: bool
-    """The arm was reset meanwhile: what was in its queue is gone. A :class:`Reset` went before."""
+    """True if the arm was reset meanwhile, so its queue is empty. A :class:`Reset` event precedes this one."""
 
 
 class Reset(Value):
-    """The arm was switched off and on, or reset."""
+    """The arm was reset, or switched off and on."""
 
     first: int | None
-    """Queue index of the first command that this connection had queued and that had not finished, or ``None``."""
+    """Queue index of the first unfinished command of this connection, or ``None``."""
     last: int | None
-    """Queue index of the last one, or ``None``."""
+    """Queue index of the last unfinished command, or ``None``."""
 
 
 class Unaccounted(Value):
-    """The arm has taken more commands than this connection sent: one was doubled, or it is in other hands too."""
+    """The arm accepted more commands than this connection sent: a frame was duplicated, or another program uses the
+    arm."""
 
     first: int
     """First queue index."""
@@ -74,11 +75,11 @@ class Unaccounted(Value):
 
 
 class Missed(Value):
-    """Events were not read for so long that the oldest were dropped."""
+    """The listener fell behind, and the oldest events were dropped."""
 
     count: int
-    """How many."""
+    """Number of dropped events."""
 
 
 Event = AlarmRaised | AlarmCleared | CommandFinished | LinkLost | LinkFound | Reset | Unaccounted | Missed
-"""Anything that happens."""
+"""Any event of this module."""

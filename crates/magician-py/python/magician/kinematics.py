@@ -1,6 +1,6 @@
-"""Poses of joint angles, joint angles of poses, and what the arm can reach: one at a time, or whole arrays.
+"""Forward kinematics, inverse kinematics and reach, for single poses or whole arrays.
 
-No arm is needed. The figures are those of the driver, the check and the virtual arm: the arm's geometry (model
+No arm is needed. The driver, the check and the virtual arm use the same numbers: the arm's geometry (model
 section 2) and the controller's limits of its joints.
 
 >>> from magician import forward, inverse, is_reachable
@@ -37,28 +37,28 @@ else:
 __all__ = ["AnyTool", "JointArray", "PoseArray", "Ring", "forward", "inverse", "is_reachable", "reach"]
 
 AnyTool = Tool | Sequence[float]
-"""A tool: its name, or its bias, x, y, z in mm from the wrist."""
+"""Name of a tool, or its bias: x, y, z in mm from the wrist."""
 
 Ring = list[tuple[float, float]]
-"""Corners of a closed polygon, x and y in mm."""
+"""Vertices of a closed polygon, x and y in mm."""
 
 
 class PoseArray(NamedTuple):
-    """Poses of many joint angles."""
+    """Poses computed from an array of joint angles."""
 
     poses: Floats
     """Rows of x, y, z (mm) and r (degrees); NaN where an angle is not finite."""
     reachable: Mask
-    """Which rows of the joint angles are within the limits of the joints."""
+    """Mask of rows whose joint angles are within the joint limits."""
 
 
 class JointArray(NamedTuple):
-    """Joint angles of many poses."""
+    """Joint angles computed from an array of poses."""
 
     joints: Floats
-    """Rows of j1 to j4, degrees; NaN where the arm cannot be."""
+    """Rows of j1 to j4, degrees; NaN for unreachable poses."""
     reachable: Mask
-    """Which of the poses the arm can reach."""
+    """Mask of reachable poses."""
 
 
 @overload
@@ -68,12 +68,12 @@ def forward(joints: Joints, /, *, tool: AnyTool = "none") -> Position: ...
 @overload
 def forward(joints: Points, /, *, tool: AnyTool = "none") -> PoseArray: ...
 def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
-    """The pose of the tool's tip at joint angles, degrees (model section 2).
+    """Computes the pose of the tool tip from joint angles, degrees (model section 2).
 
     ``forward(0, 45, 45, 0)`` and ``forward(arm.joints())`` return a :class:`Position`; ``forward(array)`` of shape
-    (n, 4) returns :class:`PoseArray`. Angles beyond the limits of the joints have a pose too.
+    (n, 4) returns :class:`PoseArray`. Angles beyond the joint limits are accepted.
 
-    :param tool: whose tip: ``"none"``, ``"suction"``, ``"gripper"``, ``"pen"``, ``"laser"``, or its bias x, y, z in mm.
+    :param tool: the tool: ``"none"``, ``"suction"``, ``"gripper"``, ``"pen"``, ``"laser"``, or its bias x, y, z in mm.
     """
     bias = bias_of(tool)
     one = _one("joints", joints)
@@ -97,16 +97,15 @@ def inverse(  # type: ignore[overload-overlap]  # pyright: ignore[reportOverlapp
 @overload
 def inverse(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> JointArray: ...
 def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | JointArray:
-    """The joint angles that bring the tool's tip to a pose, within the limits of the joints (model section 2).
+    """Computes the joint angles for a pose of the tool tip, within the joint limits (model section 2).
 
     ``inverse(200, 0, 50, 0)`` returns :class:`Joints`; ``inverse(array)`` of shape (n, 3) or (n, 4) returns
-    :class:`JointArray`, in which rows that cannot be reached are NaN and marked.
+    :class:`JointArray`, in which unreachable rows are NaN and masked.
 
-    :param r: the rotation of the tool, degrees, of rows without one.
+    :param r: the rotation of the tool, degrees, for rows without one.
     :param tool: as for :func:`forward`.
 
-    Raises :class:`~magician.errors.UnreachableError` for a single pose that the arm cannot reach, with the limit in the
-    way and both values.
+    Raises :class:`~magician.errors.UnreachableError` for a single unreachable pose, with the value and the limit.
     """
     bias = bias_of(tool)
     one = _one("pose", pose)
@@ -127,7 +126,7 @@ def is_reachable(  # type: ignore[overload-overlap]  # pyright: ignore[reportOve
 @overload
 def is_reachable(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> Mask: ...
 def is_reachable(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> bool | Mask:
-    """Whether the tool's tip can be at a pose; of an array, for each of its rows. Arguments as for :func:`inverse`."""
+    """True if the tool tip can reach a pose; for an array, one value per row. Arguments as for :func:`inverse`."""
     bias = bias_of(tool)
     one = _one("pose", pose)
     data, columns = rows(pose[0] if one is None else [one])
@@ -136,9 +135,9 @@ def is_reachable(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> bool | M
 
 
 def reach(z: float, *, r: float = 0.0, tool: AnyTool = "none") -> list[Ring]:
-    """The edges of what the tool's tip can reach at a height: closed polygons, in the arm's x and y, mm.
+    """Computes the boundary of the reach of the tool tip at a height: closed polygons, in the arm's x and y, mm.
 
-    The list is empty where nothing is within reach.
+    The list is empty if nothing is within reach.
 
     :param z: the height, mm.
     :param r: the rotation of the tool, degrees.
@@ -149,7 +148,7 @@ def reach(z: float, *, r: float = 0.0, tool: AnyTool = "none") -> list[Ring]:
 
 
 def _one(name: str, values: tuple[Any, ...]) -> tuple[float, ...] | None:
-    """The numbers of one pose; none for an array of them."""
+    """Returns the numbers of one pose, or ``None`` for an array."""
     if len(values) == 1:
         only = values[0]
         if name == "pose" and isinstance(only, Pose):

@@ -1,6 +1,6 @@
-"""The pins and connectors of the arm, by the labels that are printed on it.
+"""Pins and connectors of the arm, named by their printed labels.
 
-A pin is given by its EIO address, 1 to 20, as a :class:`Pin`, or as a text: ``"EIO19"``, ``"GP1 PWM"``, ``"SW1"``. A
+A pin is its EIO address, 1 to 20, a :class:`Pin`, or a string: ``"EIO19"``, ``"GP1 PWM"``, ``"SW1"``. A
 connector of a sensor is a :class:`~magician.commands.Port` or its label, ``"GP1"``.
 """
 
@@ -32,7 +32,7 @@ __all__ = [
 
 
 class Pin(IntEnum):
-    """A pin, which is its EIO address (model section 13)."""
+    """A pin; its value is the EIO address (model section 13)."""
 
     TEMP = 1
     """Forearm, ANALOG: output, inputs digital and analog; 3.3 V."""
@@ -83,10 +83,10 @@ PortLike = Port | int | str
 StepperLike = Stepper | int | str
 """A motor output: ``"STEPPER1"`` or ``"STEPPER2"``."""
 VersionLike = SensorVersion | int | str
-"""A generation of a sensor: ``"V1"`` or ``"V2"``."""
+"""Version of a sensor: ``"V1"`` or ``"V2"``."""
 FunctionLike = IoFunction | int | str
-"""What a pin does, by the name in :class:`~magician.commands.IoFunction` or in short: ``"DO"``, ``"DI"``, ``"PWM"``,
-``"ADC"``."""
+"""Function of a pin: the name in :class:`~magician.commands.IoFunction`, or a short form: ``"DO"``, ``"DI"``,
+``"PWM"``, ``"ADC"``."""
 
 _E = TypeVar("_E", bound=IntEnum)
 
@@ -94,7 +94,7 @@ _SHORT = {"DO": "DIGITAL_OUTPUT", "DI": "DIGITAL_INPUT", "ADC": "ANALOG_INPUT", 
 
 
 def pin(name: str, value: PinLike) -> int:
-    """The EIO address of a pin."""
+    """Returns the EIO address of a pin."""
     if not isinstance(value, str) or value.isdecimal():
         return whole(name, value, 1, 20)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
     label = _label(value)
@@ -107,34 +107,34 @@ def pin(name: str, value: PinLike) -> int:
 
 
 def pins(name: str, values: Iterable[PinLike]) -> list[int]:
-    """The EIO addresses of some pins."""
+    """Returns the EIO addresses of pins."""
     if isinstance(values, str) or not hasattr(values, "__iter__"):
         raise TypeError(f"{name} is {values!r}; it takes pins in a list: [{values!r}]")
     return [pin(f"{name}[{nth}]", each) for nth, each in enumerate(values)]
 
 
 def port(value: PortLike) -> Port:
-    """The connector of a sensor."""
+    """Returns the connector of a sensor."""
     return _member("port", Port, value)
 
 
 def stepper(value: StepperLike) -> Stepper:
-    """A motor output."""
+    """Returns a motor output."""
     return _member("index", Stepper, value, len(Stepper) - 1)
 
 
 def sensor_version(value: VersionLike) -> SensorVersion:
-    """The generation of a sensor."""
+    """Returns the version of a sensor."""
     return _member("version", SensorVersion, value)
 
 
 def rail_version(value: RailVersion | int | str) -> RailVersion:
-    """The generation of a rail."""
+    """Returns the version of a rail."""
     return _member("version", RailVersion, value)
 
 
 def function(value: FunctionLike) -> IoFunction:
-    """What a pin does."""
+    """Returns the function of a pin."""
     return _member("function", IoFunction, value)
 
 

@@ -1,13 +1,13 @@
-"""Where things are: poses by their names, work planes, and pallets.
+"""Named poses, work planes, pallets and belts.
 
 * :class:`Poses` keeps poses in a file, by name: ``arm.poses["tray"] = arm.pose()``, ``arm.move_to("tray")``.
-* :class:`Frame` is a work plane that three points say: ``arm.line_to(frame(10, 20))``.
-* :class:`Pallet` is rows by columns of places that three or four of its corners say.
-* :class:`Belt` is a conveyor that runs evenly: ``arm.pick_from_belt((180, -150, -30), Belt(40))``.
-* :func:`picking`, :func:`placing` and :func:`meeting` are what ``arm.pick``, ``arm.place`` and
-  ``arm.pick_from_belt`` do, as commands for a program.
+* :class:`Frame` is a work plane defined by three points: ``arm.line_to(frame(10, 20))``.
+* :class:`Pallet` is a grid of rows and columns defined by three or four corners.
+* :class:`Belt` is a conveyor at constant speed: ``arm.pick_from_belt((180, -150, -30), Belt(40))``.
+* :func:`picking`, :func:`placing` and :func:`meeting` build the commands of ``arm.pick``, ``arm.place`` and
+``arm.pick_from_belt``.
 
-Lengths are mm, angles degrees. The tool of this arm always points down: a frame may slope, and the tool does not.
+Lengths are mm, angles degrees. The tool of this arm always points down, even in a tilted frame.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ __all__ = ["Belt", "Frame", "Pallet", "Point", "Poses", "meeting", "picking", "p
 _Point = tuple[float, float, float]
 
 _APART = 1e-3
-"""Points nearer to each other than this, or to the line through two others, say no plane, mm."""
+"""Smallest distance, mm, between points, or from a point to the line through two others, that defines a plane."""
 
 
 class Frame(Value):
-    """A work plane: coordinates of its own, in which things are placed on a table, a tray or a slope.
+    """A work plane: a coordinate frame on a table, a tray or a slope.
 
     >>> frame = Frame.from_points((200, -50, 10), (200, 50, 10), (150, -50, 10))
     >>> frame(10, 0)
@@ -46,20 +46,20 @@ class Frame(Value):
     """
 
     origin: tuple[float, float, float]
-    """Its origin, in the arm's coordinates."""
+    """Origin in the arm's coordinates, mm."""
     x_axis: tuple[float, float, float]
-    """Its X, of length 1."""
+    """Unit vector of the X axis."""
     y_axis: tuple[float, float, float]
-    """Its Y, of length 1, at right angles to X."""
+    """Unit vector of the Y axis, at right angles to X."""
 
     @classmethod
     def from_points(cls, origin: Target, on_x: Target, on_y: Target) -> Frame:
-        """The plane through three points that the tool has touched, poses or x, y, z.
+        """Creates the plane through three touched points, poses or x, y, z.
 
-        :param origin: The origin.
-        :param on_x: Any point of its X axis, on the positive side: the further away, the more exact.
-        :param on_y: Any point on the side of its Y axis. It need not lie on the axis.
-        :raises InvalidInputError: They lie on a line, or two of them on each other.
+        :param origin: Origin of the frame.
+        :param on_x: Any point on the positive X axis; a larger distance is more accurate.
+        :param on_y: Any point on the side of the positive Y axis, not necessarily on the axis.
+        :raises InvalidInputError: The points are collinear, or two of them coincide.
         """
         corner, right, left = _point("origin", origin), _point("on_x", on_x), _point("on_y", on_y)
         along, across = _minus(right, corner), _minus(left, corner)
@@ -75,12 +75,12 @@ class Frame(Value):
 
     @classmethod
     def level(cls, x: float, y: float, z: float, rotation: float = 0.0) -> Frame:
-        """A level plane.
+        """Creates a level plane.
 
-        :param x: Its origin, forward.
-        :param y: Its origin, to the arm's left.
-        :param z: Its height.
-        :param rotation: How its X runs, from the arm's X towards its Y.
+        :param x: Origin, mm forward.
+        :param y: Origin, mm to the arm's left.
+        :param z: Height, mm.
+        :param rotation: Direction of its X axis, degrees from the arm's X towards its Y.
         """
         turn = math.radians(number("rotation", rotation, unit="deg"))
         cos, sin = math.cos(turn), math.sin(turn)
@@ -89,25 +89,25 @@ class Frame(Value):
 
     @property
     def z_axis(self) -> tuple[float, float, float]:
-        """Its Z, of length 1: out of the plane."""
+        """Unit vector of the Z axis, out of the plane."""
         (a, b, c), (d, e, f) = self.x_axis, self.y_axis
         return b * f - c * e, c * d - a * f, a * e - b * d
 
     @property
     def rotation(self) -> float:
-        """How its X runs as seen from above, from the arm's X towards its Y: what it adds to r."""
+        """Direction of the X axis seen from above, degrees from the arm's X towards its Y. It is added to r."""
         return math.degrees(math.atan2(self.x_axis[1], self.x_axis[0]))
 
     @property
     def slope(self) -> float:
-        """By how much it slopes: 0 is level."""
+        """Tilt of the plane, degrees; 0 is level."""
         return math.degrees(math.acos(max(-1.0, min(1.0, abs(self.z_axis[2])))))
 
     def to_arm(self, x: float, y: float, z: float = 0.0, r: float = 0.0) -> Position:
-        """A place in this frame, in the arm's coordinates. ``frame(x, y, z, r)`` is the same.
+        """Converts a position from this frame to the arm's coordinates. ``frame(x, y, z, r)`` is the same.
 
-        :param z: Height above the plane, at right angles to it.
-        :param r: Rotation of the tool; 0 is along the frame's X.
+        :param z: Height above the plane, perpendicular to it, mm.
+        :param r: Rotation of the tool, degrees; 0 is along the frame's X.
         """
         x, y, z, r = checked(x=x, y=y, z=z, r=r)
         place = _plus(self.origin, _times(self.x_axis, x), _times(self.y_axis, y), _times(self.z_axis, z))
@@ -116,7 +116,7 @@ class Frame(Value):
     __call__ = to_arm
 
     def from_arm(self, x: float, y: float, z: float, r: float = 0.0) -> Position:
-        """A place in the arm's coordinates, in this frame: ``frame.from_arm(*arm.pose())``."""
+        """Converts a position from the arm's coordinates to this frame: ``frame.from_arm(*arm.pose())``."""
         x, y, z, r = checked(x=x, y=y, z=z, r=r)
         way = _minus((x, y, z), self.origin)
         place = _dot(way, self.x_axis), _dot(way, self.y_axis), _dot(way, self.z_axis)
@@ -124,39 +124,39 @@ class Frame(Value):
 
 
 class Belt(Value):
-    """A conveyor that runs evenly, as :meth:`magician.Arm.pick_from_belt` takes it.
+    """A conveyor at constant speed, for :meth:`magician.Arm.pick_from_belt`.
 
     >>> Belt(40, direction=90).after((220, -100, 0), 0.5)
     Position(x=220.0, y=-80.0, z=0.0, r=0.0)
     """
 
     mm_per_s: float
-    """Its speed; below 0 it runs backwards."""
+    """Speed, mm/s; negative backwards."""
     direction: float = 0.0
-    """Where it runs, degrees from the arm's X towards its Y."""
+    """Direction of travel, degrees from the arm's X towards its Y."""
 
     def __init__(self, mm_per_s: float, direction: float = 0.0) -> None:
-        """A belt.
+        """Creates a belt.
 
-        :param mm_per_s: Its speed, mm/s, as for :meth:`magician.Arm.conveyor`.
-        :param direction: Where it runs for a positive speed, degrees: 0 along the arm's X, 90 along its Y.
+        :param mm_per_s: Speed, mm/s, as for :meth:`magician.Arm.conveyor`.
+        :param direction: Direction of travel at positive speed, degrees: 0 along the arm's X, 90 along its Y.
         """
         super().__init__(number("mm_per_s", mm_per_s, unit="mm/s"), number("direction", direction, unit="deg"))
 
     @property
     def velocity(self) -> tuple[float, float, float]:
-        """How what lies on it moves, mm/s along x, y and z."""
+        """Velocity of objects on the belt, mm/s along x, y and z."""
         turn = math.radians(self.direction)
         return self.mm_per_s * math.cos(turn), self.mm_per_s * math.sin(turn), 0.0
 
     def after(self, at: Target, seconds: float) -> Position:
-        """Where something that is at a place now will be after so many seconds."""
+        """Predicts the position of an object on the belt after a time, s."""
         time = number("seconds", seconds, unit="s")
         return _position(_plus(_point("at", at), _times(self.velocity, time)), _rotation(at))
 
 
 class Pallet(Value):
-    """Rows by columns of places: a list of :class:`~magician.Position`, row after row.
+    """A grid of positions: a sequence of :class:`~magician.Position`, row by row.
 
     >>> tray = Pallet(2, 3, first=(200, 0, -20), end_of_row=(200, 60, -20), last_row=(240, 0, -20))
     >>> len(tray), tray[0], tray[1, 2]
@@ -164,17 +164,17 @@ class Pallet(Value):
     """
 
     rows: int
-    """Rows."""
+    """Number of rows."""
     columns: int
-    """Places of a row."""
+    """Number of positions in a row."""
     first: Position
-    """The first place."""
+    """First position."""
     end_of_row: Position
-    """The last place of the first row."""
+    """Last position of the first row."""
     last_row: Position
-    """The first place of the last row."""
+    """First position of the last row."""
     opposite: Position
-    """The last place."""
+    """Last position."""
 
     def __init__(
         self,
@@ -185,14 +185,15 @@ class Pallet(Value):
         last_row: Target,
         opposite: Target | None = None,
     ) -> None:
-        """The corners are poses, or x, y, z and perhaps r; the tool turns everywhere as at the first.
+        """Creates a pallet from its corners: poses, or x, y, z and optionally r. All positions use the rotation of the
+        first.
 
-        :param rows: Rows, 1 or more.
-        :param columns: Places of a row, 1 or more.
-        :param first: The first place.
-        :param end_of_row: The last place of its row.
-        :param last_row: The first place of the last row.
-        :param opposite: The last place of the last row, for a pallet that is not quite a parallelogram.
+        :param rows: Number of rows, at least 1.
+        :param columns: Number of positions in a row, at least 1.
+        :param first: First position.
+        :param end_of_row: Last position of the first row.
+        :param last_row: First position of the last row.
+        :param opposite: Last position of the last row, for a pallet that is not exactly a parallelogram.
         """
         rows, columns = whole("rows", rows, 1, 10_000), whole("columns", columns, 1, 10_000)
         r = _rotation(first)
@@ -204,7 +205,7 @@ class Pallet(Value):
         return self.rows * self.columns
 
     def __getitem__(self, at: int | tuple[int, int]) -> Position:
-        """A place by its number, from 0, or by its row and column."""
+        """Returns a position by its index, from 0, or by row and column."""
         if isinstance(at, tuple):
             row, column = at
         else:
@@ -225,18 +226,18 @@ class Pallet(Value):
 
 
 class Point(Value):
-    """A point that was taught: see :meth:`magician.Arm.teach`."""
+    """A taught point: see :meth:`magician.Arm.teach`."""
 
     name: str
-    """Its name."""
+    """Name of the point."""
     position: Position
-    """Where it is: ``arm.move_to(point.position)``."""
+    """Position of the point: ``arm.move_to(point.position)``."""
 
 
 class Poses(MutableMapping[str, Position]):
-    """Poses by their names, kept in a JSON file that people can read and edit.
+    """Named poses, stored in a JSON file that can be edited by hand.
 
-    What is set is in the file at once; what somebody else writes there is seen by the next look.
+    Assignments are written to the file at once. Each lookup sees changes made by other programs.
 
     >>> poses = Poses("tray.json")
     >>> poses["above"] = (220, 0, 60, 0)
@@ -245,13 +246,13 @@ class Poses(MutableMapping[str, Position]):
     """
 
     def __init__(self, path: str | os.PathLike[str] | None = None) -> None:
-        """Nothing is read or written before it is asked for.
+        """Creates the mapping. The file is not accessed until the first use.
 
-        :param path: The file; ``poses.json`` beside the program that runs if it is left out, and in the current folder
-            where there is none, as in a notebook.
+        :param path: Path of the file. Defaults to ``poses.json`` beside the running program, or in the current folder
+            if there is no program file, as in a notebook.
         """
         self.path = Path(path) if path is not None else _beside() / "poses.json"
-        """The file."""
+        """Path of the file."""
 
     def __getitem__(self, name: str) -> Position:
         found = self._read()
@@ -316,7 +317,7 @@ def picking(
     retreat: float | None = None,
     hold: float | None = None,
 ) -> list[Queueable]:
-    """The commands of :meth:`magician.Arm.pick`. Without ``r`` the tool keeps its rotation."""
+    """Builds the commands of :meth:`magician.Arm.pick`. Without ``r`` the tool keeps its rotation."""
     opened: list[Queueable] = [words.release()] if _is_gripper(tool) else []
     take = words.grip() if opened else words.suction(True)
     return _over(at, r, opened, take, approach, retreat, _held(hold, bool(opened)))
@@ -330,7 +331,7 @@ def placing(
     retreat: float | None = None,
     hold: float | None = None,
 ) -> list[Queueable]:
-    """The commands of :meth:`magician.Arm.place`. Without ``r`` the tool keeps its rotation."""
+    """Builds the commands of :meth:`magician.Arm.place`. Without ``r`` the tool keeps its rotation."""
     gripper = _is_gripper(tool)
     leave = words.release() if gripper else words.suction(False)
     return _over(at, r, [], leave, approach, retreat, _held(hold, gripper))
@@ -345,7 +346,8 @@ def meeting(
     hold: float | None = None,
     speed: float | None = None,
 ) -> tuple[list[Queueable], list[Queueable]]:
-    """The commands of :meth:`magician.Arm.pick_from_belt`: until the tool is above, and from there on."""
+    """Builds the commands of :meth:`magician.Arm.pick_from_belt`: those until the tool is above the object, and the
+    rest."""
     gripper = _is_gripper(tool)
     ready: list[Queueable] = [words.release() if gripper else words.suction(True)]
     if speed is not None:
@@ -387,7 +389,7 @@ def _held(hold: float | None, gripper: bool) -> float:
 
 
 def _beside() -> Path:
-    """The folder of the program that runs."""
+    """Returns the folder of the running program."""
     file = getattr(sys.modules.get("__main__"), "__file__", None)
     return Path(file).resolve().parent if file else Path.cwd()
 
@@ -422,12 +424,12 @@ def _dot(a: Sequence[float], b: Sequence[float]) -> float:
 
 
 def _turned(degrees: float) -> float:
-    """An angle from above -180 to 180 degrees."""
+    """Normalizes an angle to the range above -180 to 180 degrees."""
     turned = math.remainder(degrees, 360.0)
     return 180.0 if turned == -180.0 else turned
 
 
 def _position(place: _Point, r: float) -> Position:
-    """A position without what the last digits of a float make of a round number: the arm has seven digits."""
+    """Rounds a position to remove floating-point noise: the arm has seven significant digits."""
     x, y, z = place
     return Position(round(x, 9) + 0.0, round(y, 9) + 0.0, round(z, 9) + 0.0, round(r, 9) + 0.0)

@@ -1,9 +1,8 @@
-"""Programs: what a person draws, teaches or computes, as plans that are checked before anything moves.
+"""Plans: drawn, taught or computed programs that are checked before anything moves.
 
-A :class:`Plan` is a value. :func:`load` makes one of a file of any kind that is known, :meth:`Plan.path` of an array of
-points, :meth:`Plan.of` of commands. It tells what would come of it (:meth:`Plan.check`), shows it
-(:meth:`Plan.preview`), is moved, turned and repeated, and kept in a file that people can read (:meth:`Plan.save`).
-``arm.run(plan)`` has an arm do it.
+A :class:`Plan` is a value. :func:`load` creates one from a file in any known format, :meth:`Plan.path` from an array of
+points, :meth:`Plan.of` from commands. A plan can be checked (:meth:`Plan.check`), drawn (:meth:`Plan.preview`), moved,
+rotated, repeated, and saved as readable text (:meth:`Plan.save`). ``arm.run(plan)`` runs it.
 
 Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forward, Y to its left, Z up.
 """
@@ -65,32 +64,32 @@ __all__ = [
 ]
 
 ToolName = Literal["none", "suction", "gripper", "pen", "laser"]
-"""The tools that have a name."""
+"""Names of tools."""
 Tool = ToolName | tuple[float, float, float]
-"""A tool by its name, or by its bias from the wrist, mm."""
+"""Name of a tool, or its bias from the wrist, mm."""
 Travel = Literal["path", "line", "joints", "jump"]
-"""How points are reached: along one continuous path, or each on a straight line, with all joints together, or up,
-across and down."""
+"""Motion to points: one continuous path, or to each point a straight line, joint interpolation, or a jump (up, across,
+down)."""
 
 
 class Surface(NamedTuple):
-    """What the tool works on: paper, wood, a table. Level, or tilted as it was measured."""
+    """Work surface of the tool: paper, wood, a table; level, or tilted as measured."""
 
     height: float
-    """The z that the arm reports where its tool touches it, at x = y = 0, mm."""
+    """Reported z of the arm when its tool touches the surface, at x = y = 0, mm."""
     slope: tuple[float, float] = (0.0, 0.0)
-    """How much higher it is for each mm in x and in y."""
+    """Slope in x and y, mm per mm."""
 
 
 class Sheet(Value):
-    """A sheet of paper before the arm: drawings lie on it corner on corner."""
+    """A sheet of paper before the arm, on which drawings are placed corner to corner."""
 
     corner: tuple[float, float]
-    """Where its lower left corner lies, in the arm's x and y, mm."""
+    """Lower left corner, in the arm's x and y, mm."""
     rotation: float = 0.0
-    """How its lower edge runs, degrees from the arm's X towards its Y."""
+    """Direction of the lower edge, degrees from the arm's X towards its Y."""
     size: tuple[float, float] | None = None
-    """Its width and height, where they are known, mm."""
+    """Width and height, mm, if known."""
 
 
 # `cargo xtask python` writes this class from the table of options.
@@ -292,34 +291,34 @@ _SWITCHES = (
 
 
 class Step(Value):
-    """One step of a plan: one command, or where a part begins or the plan waits for a person."""
+    """One step of a plan: a command, the start of a part, or a pause for the operator."""
 
     number: int
-    """Which, from 1."""
+    """Number of the step, from 1."""
     action: str
-    """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``,
-    ``wait``, ``home``, ``part``, ``pause``, or ``command`` for anything else."""
+    """Kind of the step: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``,
+    ``laser``, ``wait``, ``home``, ``part``, ``pause``, or ``command`` for anything else."""
     by: Literal["joints", "line", "jump"] | None
-    """Which way a move goes."""
+    """Motion type of a move."""
     command: Queueable | None
-    """The command that does it; none of a part and of a pause."""
+    """Command of the step; ``None`` for a part and a pause."""
     values: tuple[float, ...]
-    """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0
-    for off (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
+    """Numbers of the step: x, y, z, r (twice for an arc; the last of a burn is the power, percent), the seconds of a
+    wait, 1 for on and 0 for off (gripper: 1 closes, 0 opens, -1 switches the pump off)."""
     target: tuple[float, float, float] | None
-    """Where it leads the tool, if it says so itself: x, y, z, mm."""
+    """Target of the tool, x, y, z, mm, if the step defines it."""
     line: int | None = None
-    """Line of the file that it comes from, from 1."""
+    """Line in the source file, from 1."""
     column: int | None = None
     """Column in that line, from 1."""
     row: int | None = None
-    """Row of the array that it comes from, from 0."""
+    """Row in the source array, from 0."""
     name: str | None = None
-    """The element or point of the file that it belongs to."""
+    """Element or point of the source file."""
 
 
 class Steps(Sequence[Step]):
-    """The steps of a plan; each is made when it is looked at."""
+    """Steps of a plan, created lazily on access."""
 
     __slots__ = ("_native",)
 
@@ -354,33 +353,33 @@ class Steps(Sequence[Step]):
 
 
 class Rehearsal(Value):
-    """What came of a plan on a virtual arm of its own, at full speed, to the microsecond."""
+    """Result of a plan on a private virtual arm at full speed, with a time resolution of 1 µs."""
 
     ok: bool
-    """Whether all steps have ended without an alarm."""
+    """True if all steps have ended without an alarm."""
     seconds: float
-    """How long it took, on the arm's clock."""
+    """Duration on the arm's clock, s."""
     steps: int
-    """How many steps have ended."""
+    """Number of finished steps."""
     position: Position
-    """Where the tool is at the end."""
+    """Final pose of the tool."""
     joints: Joints
-    """The joint angles at the end."""
+    """Final joint angles, degrees."""
     alarms: tuple[Alarm, ...]
-    """The alarms that stand at the end."""
+    """Alarms active at the end."""
     log: list[tuple[float, str]]
-    """What happened in it: seconds, and in words."""
+    """Log of events: time, s, and description."""
     drawing: Drawing
-    """What pen or laser have left."""
+    """Strokes of pen and laser."""
     _way: bytes = b""
 
     @property
     def way(self) -> list[tuple[float, ...]]:
-        """Where the tool was from look to look, if it was watched: x, y, z, mm."""
+        """Sampled path of the tool, x, y, z, mm, if ``watch`` was given."""
         return to_tuples(self._way, 3)
 
     def way_to_numpy(self) -> Floats:
-        """The same as an array of shape (n, 3), mm. Needs NumPy."""
+        """Returns the sampled path as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self._way, 3)
 
     def __repr__(self) -> str:
@@ -394,7 +393,8 @@ class Rehearsal(Value):
 
 
 class Plan:
-    """What an arm is to do, step by step. A value: what changes it makes another one. A notebook shows its picture.
+    """An immutable sequence of steps for an arm. Methods that change a plan return a new one. Notebooks display its
+    picture.
 
     Example:
         >>> import magician
@@ -408,7 +408,7 @@ class Plan:
 
     def __init__(self, native: _magician.Plan) -> None:
         self.native = native
-        """The native part, for the rest of this package."""
+        """Native object, for use by this package."""
         self._report: Report | None = None
 
     # Creation.
@@ -422,7 +422,7 @@ class Plan:
         tool: Tool | None = None,
         surface: float | Surface | None = None,
     ) -> Plan:
-        """A plan of commands, as :mod:`magician.words` makes them.
+        """Creates a plan from commands of :mod:`magician.words`.
 
         :raises InvalidInputError: A command cannot be queued, or a move keeps an r that no move before it has.
         """
@@ -445,21 +445,22 @@ class Plan:
         acceleration: float = 100.0,
         power: float | Sequence[float] | SupportsArray | None = None,
     ) -> Plan:
-        """A plan through points: an array goes in at once, without a loop in Python.
+        """Creates a plan through points. An array is converted without a loop in Python.
 
         :param points: Shape (n, 3): x, y, z in mm; or (n, 4): with r in degrees. ``float64`` goes in as it is. A row of
-            nothing but NaN lifts the tool: the path ends before it and another begins behind it.
+            only NaN lifts the tool: it separates two paths.
         :param by: ``"path"`` for continuous paths, which do not stop at their corners and keep r; ``"line"``,
             ``"joints"`` or ``"jump"`` for a move to each point.
-        :param title: What it is called.
-        :param tool: The tool that it is made for; the one in force on the arm if left out.
-        :param surface: The surface that it works on, where it is known: the z at which the tool touches it, mm.
-        :param r: The rotation where the points have none, degrees.
-        :param lift: How far above its ends a path is come to and left, mm; 0 goes straight there with all joints.
-        :param speed: Along a path, mm/s; as the arm is set if ``None``.
-        :param acceleration: Along a path, mm/s².
-        :param power: Of the laser along a path, percent: one for all, or one for each point, shape (n,).
-        :raises InvalidInputError: NaN where a number is needed, another shape, an r that changes on a path.
+        :param title: Title of the plan.
+        :param tool: Tool of the plan; the arm's current tool if left out.
+        :param surface: Work surface, if known: the z at which the tool touches it, mm.
+        :param r: Rotation for points without one, degrees.
+        :param lift: Height above its ends at which a path is approached and left, mm; 0 moves there directly with joint
+            interpolation.
+        :param speed: Speed along a path, mm/s; the arm's setting if ``None``.
+        :param acceleration: Acceleration along a path, mm/s².
+        :param power: Laser power along a path, percent: one value, or one for each point, shape (n,).
+        :raises InvalidInputError: A number is NaN, the shape is wrong, or r changes on a path.
         """
         data, columns = rows(points)
         count = len(data) // (8 * columns)
@@ -482,9 +483,9 @@ class Plan:
 
     @classmethod
     def from_json(cls, json: str) -> Plan:
-        """The plan in the text of a plan file.
+        """Parses the text of a plan file.
 
-        :raises InvalidInputError: It is not a plan file; the message has line, column, and what is expected.
+        :raises InvalidInputError: It is not a plan file; the message gives line, column, and the expected content.
         """
         return cls(_magician.Plan.of_json(string("json", json)))
 
@@ -492,22 +493,22 @@ class Plan:
 
     @property
     def title(self) -> str:
-        """Its title."""
+        """Title of the plan."""
         return self.native.title
 
     @property
     def source(self) -> str | None:
-        """The file that it was loaded from."""
+        """Source file of the plan, if it was loaded."""
         return self.native.source
 
     @property
     def format(self) -> str | None:
-        """The format of that file: ``"svg"``, ``"gcode"``."""
+        """Format of the source file: ``"svg"``, ``"gcode"``."""
         return self.native.format
 
     @property
     def notes(self) -> list[Note]:
-        """The parts of the file that were left out or interpreted."""
+        """Notes on parts of the file that were left out or interpreted."""
         return [
             Note(message, line or None, column or None, name, help, code)
             for line, column, name, message, help, code in self.native.notes
@@ -515,7 +516,7 @@ class Plan:
 
     @property
     def placed(self) -> Placed | None:
-        """How the file was laid before the arm, if it was placed."""
+        """Placement of the file before the arm, if it was placed."""
         found = self.native.placed
         if found is None:
             return None
@@ -525,57 +526,57 @@ class Plan:
 
     @property
     def tool(self) -> str | None:
-        """The tool that it is made for: a name, or its bias ``"x,y,z"`` in mm. The arm is told of it first."""
+        """Tool of the plan: a name, or its bias ``"x,y,z"`` in mm. It is set on the arm first."""
         return self.native.tool
 
     @property
     def surface(self) -> Surface | None:
-        """The surface that it works on."""
+        """Work surface of the plan."""
         found = self.native.surface
         return None if found is None else Surface(found[0], (found[1][0], found[1][1]))
 
     @property
     def surface_is_assumed(self) -> bool:
-        """Whether the work surface height is unknown: it is then assumed to be the table of a virtual arm, and no real
-        arm runs the plan."""
+        """True if the height of the work surface is unknown. The table of a virtual arm is then assumed, and a real arm
+        refuses the plan."""
         return self.native.assumed
 
     @property
     def steps(self) -> Steps:
-        """Its steps."""
+        """Steps of the plan."""
         return Steps(self.native)
 
     def commands(self) -> list[Queueable]:
-        """All commands that an arm is sent, the tool's first."""
+        """Returns all commands sent to an arm, the tool's first."""
         return self.native.commands()
 
     def targets(self) -> list[tuple[float, ...]]:
-        """Where its steps lead: x, y, z in mm for each, NaN for those that lead nowhere by themselves."""
+        """Returns the target of each step: x, y, z in mm, NaN for steps without a target."""
         return to_tuples(self.native.targets(), 3)
 
     def to_numpy(self) -> Floats:
-        """:meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
+        """Returns :meth:`targets` as an array of shape (n, 3), mm. Needs NumPy."""
         return to_numpy(self.native.targets(), 3)
 
     def check(self) -> Report:
-        """Checks it for an arm that was just homed and has its settings from power-up: steps out of reach, the time it
-        takes, the length of the tool's path. ``arm.check(plan)`` begins at that arm's present pose."""
+        """Checks the plan for a homed arm with its settings from power-up. Reports steps out of reach, the duration,
+        and the length of the tool's path. ``arm.check(plan)`` starts at that arm's current pose."""
         if self._report is None:
             self._report = report(self.native.check(None))
         return self._report
 
     @property
     def estimate(self) -> float | None:
-        """The time an arm takes for it, s; ``None`` if the end of a step is not known. It is that of :meth:`check`."""
+        """Duration from :meth:`check`, s; ``None`` if the end of a step is unknown."""
         return self.check().seconds
 
     def preview(
         self, path: str | os.PathLike[str] | None = None, *, side: bool | None = None, sheet: Sheet | None = None
     ) -> Picture:
-        """A picture of everything that will be drawn, burnt or carried, in true size.
+        """Draws a picture of everything that will be drawn, burnt or carried, in true size.
 
-        :param path: A ``.svg`` or ``.png`` file to write.
-        :param side: Whether there is a view from the side; if left out, for plans that pick and place.
+        :param path: Path of a ``.svg`` or ``.png`` file to write.
+        :param side: Whether to include a side view; if left out, only for plans that pick and place.
         :param sheet: A sheet of known size to show.
         """
         corners = None if sheet is None else _corners(sheet)
@@ -587,11 +588,11 @@ class Plan:
     def rehearse(
         self, *, tool: Tool | None = None, table: float | None = None, watch: float | None = None
     ) -> Rehearsal:
-        """Runs it on a virtual arm of its own, as fast as possible, byte for byte as on a real arm.
+        """Runs the plan on a private virtual arm, as fast as possible, byte for byte as on a real arm.
 
-        :param tool: The tool on the arm; the plan's own if it names one, else the one that its steps need.
-        :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
-        :param watch: How often to look where the tool is, s; see :attr:`Rehearsal.way`.
+        :param tool: Tool on the arm; defaults to the plan's tool, or else to the one that its steps need.
+        :param table: z at which the tool touches the table, mm; defaults to the plan's surface, if any.
+        :param watch: Sampling interval of the tool position, s; see :attr:`Rehearsal.way`.
         """
         found = self.native.rehearse(
             _tool(tool),
@@ -613,38 +614,39 @@ class Plan:
     # Changes.
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Plan:
-        """The same plan in another place, moved by these distances in mm.
+        """Returns the plan shifted by these distances, mm.
 
-        :raises InvalidInputError: A step cannot be moved: it goes to joint angles, or begins at an unknown pose.
+        :raises InvalidInputError: A step cannot be shifted: its target is joint angles, or it begins at an unknown
+            pose.
         """
         return Plan(self.native.moved((number("x", x), number("y", y), number("z", z))))
 
     def scaled(self, factor: float, about: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Plan:
-        """The same in another size, ``about`` a point that stays where it is (mm). Heights of jumps count as lengths;
-        speeds and rotations stay.
+        """Returns the plan scaled about the fixed point ``about`` (mm). Jump heights are scaled; speeds and rotations
+        are not.
 
         :raises InvalidInputError: As :meth:`moved`; a factor that is not above 0.
         """
         return Plan(self.native.scaled(number("factor", factor, above=0), _three("about", about)))
 
     def rotated(self, degrees: float, about: tuple[float, float] = (0.0, 0.0)) -> Plan:
-        """The same turned to the left, seen from above, about the vertical through ``about`` (mm). The rotation r of
-        poses turns along.
+        """Returns the plan rotated counter-clockwise, seen from above, about the vertical through ``about`` (mm). The
+        rotation r of poses changes accordingly.
 
         :raises InvalidInputError: As :meth:`moved`.
         """
         return Plan(self.native.rotated(number("degrees", degrees, unit="deg"), _two("about", about)))
 
     def repeated(self, times: int) -> Plan:
-        """Its steps repeated ``times`` times. ``plan * 3`` is the same."""
+        """Returns the plan with its steps repeated ``times`` times. ``plan * 3`` is the same."""
         return Plan(self.native.repeated(whole("times", times, 0, _MOST)))
 
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
-        """The plan at each place of a grid, one after the other. As it stands it is for the first.
+        """Repeats the plan at each position of a grid. The plan itself is for the first position.
 
-        :param rows: Rows, along Y.
-        :param columns: Columns, along X.
-        :param pitch: From a column to the next in x and from a row to the next in y, mm.
+        :param rows: Number of rows, along Y.
+        :param columns: Number of columns, along X.
+        :param pitch: Distances between columns in x and between rows in y, mm.
         """
         return Plan(self.native.on_grid(_count("rows", rows), _count("columns", columns), _two("pitch", pitch)))
 
@@ -656,8 +658,8 @@ class Plan:
         end_of_row: tuple[float, float, float],
         last_row: tuple[float, float, float],
     ) -> Plan:
-        """The plan at each place of a pallet as it stands, by three of its places (x, y, z; mm): the first, the last of
-        its row, and the first of the last row. The others are in between, on any slope."""
+        """Repeats the plan at each position of a pallet given by three positions (x, y, z; mm): the first, the last of
+        its row, and the first of the last row. The pallet may be tilted."""
         return Plan(
             self.native.on_corners(
                 _count("rows", rows),
@@ -667,16 +669,16 @@ class Plan:
         )
 
     def from_step(self, step: int) -> Plan:
-        """The plan from a step on, counted from 1: it first sets what the steps before would have set, and goes from
-        above to where the step begins. For an arm that was just homed; ``arm.run(plan, first_step=...)`` begins where
-        that arm stands.
+        """Returns the plan from a step on, counted from 1. It first applies the settings of earlier steps, and
+        approaches the start of the step from above. It is for a homed arm; ``arm.run(plan, first_step=...)`` starts
+        from that arm's current pose.
 
-        :raises InvalidInputError: There is no such step, or the pose at which it begins is unknown.
+        :raises InvalidInputError: There is no such step, or its start pose is unknown.
         """
         return Plan(self.native.starting_at(whole("step", step, 1, max(1, len(self))), None))
 
     def __add__(self, other: Plan) -> Plan:
-        """The steps of another one after these."""
+        """Appends the steps of another plan."""
         if not isinstance(other, Plan):  # pyright: ignore[reportUnnecessaryIsInstance]
             return NotImplemented
         return Plan(self.native.joined(other.native))
@@ -689,22 +691,23 @@ class Plan:
     # Files.
 
     def to_json(self) -> str:
-        """The text of a plan file: JSON with one step on a line."""
+        """Returns the text of a plan file: JSON with one step per line."""
         return self.native.to_json()
 
     def to_playback(self) -> tuple[str, list[str]]:
-        """The text of a file for DobotStudio's Teaching & Playback, and notes on what such a file cannot express.
+        """Returns the text of a file for DobotStudio's Teaching & Playback, and notes on content that such a file
+        cannot express.
 
-        :raises InvalidInputError: A step cannot be written to such a file.
+        :raises InvalidInputError: A step cannot be expressed in such a file.
         """
         return self.native.to_playback()
 
     def save(self, path: str | os.PathLike[str]) -> list[str]:
-        """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load`
-        reads both.
+        """Writes the plan to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file.
+        :func:`load` reads both.
 
-        :returns: Notes on what the file cannot express; none for a plan file.
-        :raises InvalidInputError: The name has another ending, or a step cannot be written to such a file.
+        :returns: Notes on content that the file cannot express; empty for a plan file.
+        :raises InvalidInputError: The extension is unknown, or a step cannot be expressed in such a file.
         :raises OSError: The file cannot be written.
         """
         to = Path(path)
@@ -720,7 +723,7 @@ class Plan:
 
     @property
     def pauses(self) -> list[tuple[int, str]]:
-        """Where it waits for a person: the numbers of these steps, and what the person is told."""
+        """Pauses for the operator: step numbers, with their messages."""
         return self.native.pauses()
 
     # Value protocol.
@@ -753,20 +756,19 @@ def load(
     preset: str | None = None,
     **options: Unpack[SetupOptions],
 ) -> Plan:
-    """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
-    image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
+    """Loads a plan from a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly
+    program, an image, points (CSV, JSON, text), or a plan file. Drawings use the pen, images are engraved.
 
     :param file: Path, or an open binary file.
-    :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
+    :param format: Format, if neither name nor content identifies it: ``playback``, ``svg``, ``gcode``, ``image``,
         ``dxf``, ``hpgl``, ``blockly``, ``points``, ``text``, ``testgrid``, ``plan``.
-    :param title: What it is called; the file's name if left out.
-    :param sheet: The sheet that drawings lie on, corner on corner. Without it they lie wherever there is room.
-    :param preset: A preset of ``magician preset``: what it says counts for options that are left out.
-    :param options: How it is drawn or engraved, where and how large: see :class:`SetupOptions`. Drawings and images
-        need a ``surface``; without it they are laid on the table of a virtual arm (-60 mm), and no other arm runs them.
+    :param title: Title of the plan; the file name if left out.
+    :param sheet: Sheet on which drawings are placed, corner to corner. Without it they are placed where there is room.
+    :param preset: Preset of ``magician preset``, which supplies options that are left out.
+    :param options: Drawing or engraving method, position and size: see :class:`SetupOptions`. Drawings and images need
+        a ``surface``; without it they are placed on the table of a virtual arm (-60 mm), and a real arm refuses them.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
-    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an option is
-        invalid.
+    :raises InvalidInputError: The file cannot be read (with line and column) or placed, or an option is invalid.
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
@@ -811,17 +813,17 @@ def write(
     preset: str | None = None,
     **options: Unpack[SetupOptions],
 ) -> Plan:
-    """A plan that writes text with the pen, as ``magician write`` does.
+    """Creates a plan that writes text with the pen, as ``magician write`` does.
 
-    :param words: The text; it may have several lines.
-    :param title: What it is called; the beginning of the text if left out.
-    :param sheet: As of :func:`load`.
-    :param preset: As of :func:`load`.
-    :param options: How and where it is written: ``font``, ``size``, ``wrap``, ``align``, ``surface``, ``at``, ``speed``
+    :param words: Text of one or more lines.
+    :param title: Title of the plan; the beginning of the text if left out.
+    :param sheet: As for :func:`load`.
+    :param preset: As for :func:`load`.
+    :param options: Font, layout and position: ``font``, ``size``, ``wrap``, ``align``, ``surface``, ``at``, ``speed``
         and the others of :class:`SetupOptions`.
     :returns: The plan.
-    :raises InvalidInputError: There is no text, the font cannot be read, or an option is invalid.
-    :raises OSError: The file of the font cannot be opened.
+    :raises InvalidInputError: The text is empty, the font cannot be read, or an option is invalid.
+    :raises OSError: The font file cannot be opened.
     """
     if not isinstance(words, str):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise TypeError(f"words is {words!r}; it takes text")
@@ -839,21 +841,21 @@ def frame(
     preset: str | None = None,
     **options: Unpack[SetupOptions],
 ) -> Plan:
-    """A plan that goes round what a file would draw or burn, as ``magician frame`` does: with the laser off at the
-    height of the work, with any other tool ``lift`` above it. Each run of it goes round once.
+    """Creates a plan that traces the outline of a job, as ``magician frame`` does: with the laser off at the height of
+    the work, with any other tool ``lift`` above it. Each run traces the outline once.
 
     :param file: Path, or an open binary file.
     :param shape: ``"box"`` along the arm's X and Y; ``"hull"``, a rubber band round all lines; ``"outline"``, the outer
-        contours, where lines less than 4 mm apart count as one shape. Where the box or the outline leaves the reach it
-        is the hull, and :attr:`Plan.notes` says so.
-    :param format: As of :func:`load`.
-    :param title: As of :func:`load`.
-    :param sheet: As of :func:`load`.
-    :param preset: As of :func:`load`.
-    :param options: Those with which :func:`load` would make the plan; ``tool`` and ``work`` say whether it is drawn or
-        burnt. With ``frame_power`` the laser is lit on the way, and an arm runs it with ``allow_laser=True`` alone.
+        contours, where lines less than 4 mm apart count as one shape. If the box or the outline leaves the reach, the
+        hull is used, with a note in :attr:`Plan.notes`.
+    :param format: As for :func:`load`.
+    :param title: As for :func:`load`.
+    :param sheet: As for :func:`load`.
+    :param preset: As for :func:`load`.
+    :param options: Options that :func:`load` would get for the plan; ``tool`` and ``work`` select drawing or burning.
+        With ``frame_power`` the laser is lit along the outline, and the run requires ``allow_laser=True``.
     :returns: The plan.
-    :raises InvalidInputError: The file marks nothing, or as of :func:`load`.
+    :raises InvalidInputError: The file draws or burns nothing, or as for :func:`load`.
     :raises OSError: The file cannot be opened.
     """
     options["frame"] = shape
@@ -869,16 +871,16 @@ def testgrid(
     labels: bool = True,
     **options: Any,
 ) -> Plan:
-    """A plan that burns squares with many powers and speeds, to try a material, as ``magician testgrid`` does.
+    """Creates a plan that burns squares at many powers and speeds, to test a material, as ``magician testgrid`` does.
 
-    :param power: Powers of the columns, percent: from, to, how many.
-    :param speed: Speeds of the rows, mm/s: from, to, how many.
-    :param cell: Side of a square, mm; a quarter of it is between them.
+    :param power: Powers of the columns, percent: first, last, count.
+    :param speed: Speeds of the rows, mm/s: first, last, count.
+    :param cell: Side of a square, mm; the gap is a quarter of it.
     :param spacing: Distance between the lines of a square, mm.
     :param labels: Whether columns and rows are labelled, with the weakest power at the highest speed.
-    :param options: Where it goes: ``surface``, ``at``, ``rotate``, ``fit`` and the others of :func:`load`.
+    :param options: Placement: ``surface``, ``at``, ``rotate``, ``fit`` and the others of :func:`load`.
     :returns: The plan.
-    :raises InvalidInputError: A value is out of its range.
+    :raises InvalidInputError: A value is out of range.
     """
     series: dict[str, str] = {}
     for name, (first, last, count) in (("power", power), ("speed", speed)):
@@ -906,7 +908,7 @@ _FONTS_OR_FILE = "sans, script, gothic or the path of a file"
 
 
 def _font(given: dict[str, Any]) -> tuple[str, bytes] | None:
-    """The name and the bytes of a font that is a file, which is no option any more."""
+    """Takes a font file out of the options: returns its name and bytes."""
     font = given.get("font")
     if not isinstance(font, (str, os.PathLike)) or font in _FONTS:
         return None
@@ -918,7 +920,7 @@ def _font(given: dict[str, Any]) -> tuple[str, bytes] | None:
 
 
 def _pens(given: dict[str, Any]) -> str | None:
-    """The text of a file of pens, which is no option any more."""
+    """Takes a pens file out of the options: returns its text."""
     if isinstance(given.get("pens"), (str, os.PathLike)):
         return Path(given.pop("pens")).read_text("utf-8")
     return None

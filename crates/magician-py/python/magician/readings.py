@@ -14,43 +14,43 @@ __all__ = ["Color", "Info", "Joints", "Link", "Pose", "Position", "Progress", "R
 
 
 class Link(Value):
-    """Whether there is a line to the arm."""
+    """State of the line to the arm."""
 
     state: Literal["up", "lost", "closed"]
     """``"up"``, ``"lost"`` (it broke) or ``"closed"`` (the connection has ended)."""
     why: str | None = None
-    """What is wrong with a lost one, in a sentence."""
+    """Why the line was lost, in a sentence."""
     sought: bool = False
-    """Whether a lost one is looked for again."""
+    """True if a lost line is reconnected automatically."""
     since: float | None = None
-    """When a lost one broke, in the seconds of :func:`time.monotonic`."""
+    """When the line was lost, s of :func:`time.monotonic`."""
 
     def __bool__(self) -> bool:
-        """Whether it is up."""
+        """True if the line is up."""
         return self.state == "up"
 
 
 class Status(Value):
-    """The state of an arm as it was read last."""
+    """Latest reading of an arm's state."""
 
     pose: Pose
-    """Where the tool is, and the joints."""
+    """Pose of the tool, and joint angles."""
     current_index: int
-    """The queued command that was finished last."""
+    """Index of the last finished queued command."""
     left_space: int
     """Free places in the queue."""
     alarms: tuple[Alarm, ...]
-    """The alarms that stand."""
+    """Active alarms."""
     link: Link
-    """Whether there is a line; while there is none the rest is of before."""
+    """State of the line. While it is lost the other values are the last ones read."""
     time: float
-    """When the pose was read, in the seconds of :func:`time.monotonic`. The rest was read within one period of it."""
+    """When the pose was read, s of :func:`time.monotonic`. The other values were read within one period of it."""
     inputs: dict[int, bool]
-    """Levels of the digital inputs that somebody watches, by EIO address."""
+    """Levels of the watched digital inputs, by EIO address."""
     outputs: dict[int, bool]
-    """Levels of the digital outputs that somebody watches, by EIO address."""
+    """Levels of the watched digital outputs, by EIO address."""
     analogs: dict[int, int]
-    """Counts (0 to 4095, 4095 at 3.3 V) of the analog inputs that somebody watches, by EIO address."""
+    """Counts (0 to 4095, 4095 at 3.3 V) of the watched analog inputs, by EIO address."""
 
     def _repr_svg_(self) -> str:
         facts = [f"queue index {self.current_index} finished", f"{self.left_space} places free"]
@@ -60,57 +60,57 @@ class Status(Value):
 
 
 class Progress(NamedTuple):
-    """How far a wait or a run has come."""
+    """Progress of a wait or a run."""
 
     current: int
-    """Index of the queued command that was finished last."""
+    """Index of the last finished queued command."""
     last: int
-    """Index of the last command that was put into the queue, or that is waited for."""
+    """Index of the last command that was queued, or that the wait is for."""
     sent: int
-    """Commands that this run has put into the queue."""
+    """Number of commands that this run has queued."""
     total: int | None
-    """Commands that this run has in all, when that is known."""
+    """Total number of commands of this run, or ``None`` if it is unknown."""
     silent: float = 0.0
-    """How long the arm has not answered while a run waits for it, seconds; 0 as long as it answers."""
+    """Time since the arm last answered while a run waits for it, s; 0 while it answers."""
 
 
 class Ran(NamedTuple):
     """The result of a run."""
 
     commands: int
-    """How many commands the arm took and finished."""
+    """Number of commands that the arm finished."""
     first: int | None
-    """Queue index of the first."""
+    """Queue index of the first command."""
     last: int | None
-    """Queue index of the last."""
+    """Queue index of the last command."""
 
 
 class Stats(NamedTuple):
-    """Counts of the traffic on the line so far."""
+    """Traffic counters of the line."""
 
     sent: int
     """Frames sent."""
     resent: int
-    """Frames sent again."""
+    """Frames retransmitted."""
     bytes: int
     """Bytes received."""
     frames: int
     """Whole frames received."""
     late: int
-    """Frames that came too late and were dropped."""
+    """Late replies that were dropped."""
     unsolicited: int
-    """Frames nobody had asked for."""
+    """Unsolicited frames."""
     noise: int
-    """Damaged frames and runs of foreign bytes."""
+    """Damaged frames, and sequences of bytes that are no frame."""
     capacity: int
-    """How many commands the arm's queue holds."""
+    """Capacity of the arm's queue, commands."""
 
 
 class Info(Value):
     """The identity of an arm."""
 
     port: str
-    """What the connection is called."""
+    """Name of the connection."""
     name: str
     """Name of the arm."""
     serial_number: str
@@ -118,10 +118,10 @@ class Info(Value):
     firmware: str
     """Version of the controller's firmware: ``"3.6.5"``."""
     processor_id: tuple[int, int, int] | None
-    """Unique id of the controller's processor; older firmware has none to tell."""
+    """Unique id of the controller's processor; ``None`` with older firmware."""
     uptime: float
-    """Seconds since the controller was switched on; they begin anew after 49 days."""
+    """Time since power-up, s; wraps after 49 days."""
     rail: bool
-    """Whether it stands on a sliding rail that is in use."""
+    """True if the arm is set up for a sliding rail."""
     laser: bool | None = None
-    """Whether the laser is on; ``None`` where the arm does not say."""
+    """True if the laser is on; ``None`` if the arm does not report it."""

@@ -1,4 +1,4 @@
-"""Recorded sessions, replayed on a virtual arm: what comes out otherwise than it did."""
+"""Replay of recorded sessions on a virtual arm, and comparison of the answers."""
 
 from __future__ import annotations
 
@@ -16,55 +16,55 @@ __all__ = ["Difference", "Replay", "replay"]
 
 
 class Difference(Value):
-    """An answer of the virtual arm that is not the recorded one."""
+    """Difference between a recorded answer and that of the virtual arm."""
 
     text: str
     """The difference in words: ``"GetPose x: recorded 200, now 199.4"``."""
     time: float
-    """When the request was sent, seconds since the trace began."""
+    """Time of the request, s from the start of the trace."""
     link: str | None
-    """The link of the trace on which it was sent: a port, a client."""
+    """Link of the trace on which it was sent: a port, a client."""
     id: int
     """Id of the command."""
     command: str | None
     """The command, as the vendor calls it; ``None`` for an unknown id."""
     kind: Literal["value", "form", "silent", "answered", "unasked"]
-    """What differs: the value of a field; the form of the answer; an answer that only the recording has, or only the
-    virtual arm gives; a recorded answer that belongs to no request."""
+    """Kind of the difference: the value of a field; the form of the answer; an answer that only the recording has, or
+    only the virtual arm gives; a recorded answer that belongs to no request."""
     field: str | None
-    """The field that has another value."""
+    """Field whose value differs."""
     recorded: Any
-    """The field in the recording, or the frame of the answer; ``None`` without an answer."""
+    """Recorded value of the field, or the frame of the answer; ``None`` without an answer."""
     replayed: Any
-    """The same of the virtual arm."""
+    """Same for the virtual arm."""
 
     def __str__(self) -> str:
         return f"{self.time:.6f} s: {self.text}"
 
 
 class Replay(Value):
-    """What a replay came to."""
+    """Result of a replay."""
 
     differences: tuple[Difference, ...]
-    """The differences in the order of time, the first 10000."""
+    """First 10000 differences, in order of time."""
     found: int
-    """How many there are in all."""
+    """Total number of differences."""
     requests: int
-    """Requests that were sent again."""
+    """Number of replayed requests."""
     answers: int
-    """Answers that were compared."""
+    """Number of compared answers."""
     fields: int
-    """Their fields that were compared."""
+    """Number of compared fields."""
     ignored: int
-    """Fields that were left out, as asked for."""
+    """Number of fields ignored on request."""
     unanswered: int
-    """Requests that neither arm answered, or that the trace ends too early for."""
+    """Number of requests that neither arm answered, or whose answer lies past the end of the trace."""
     undirected: int
-    """Packets that were left out, because the trace does not say who sent them."""
+    """Number of packets skipped because the trace does not give their sender."""
 
     @property
     def ok(self) -> bool:
-        """Whether nothing differs."""
+        """True if nothing differs."""
         return self.found == 0
 
     def __str__(self) -> str:
@@ -90,25 +90,25 @@ def replay(
     ...     arm.move_to(220, 60, 20)
     >>> print(magician.replay("session.pcapng", clock="max"))
 
-    The virtual arm starts as after power-up, and runs in the trace's time, which takes none of this program's. Queue
-    indices are compared relative to the first, the arm's clock by the time between two readings; everything else must
-    be equal, but for numbers that are measured. No real arm is sent a trace.
+    The virtual arm starts as after power-up, and runs on the time of the trace, without real delays. Queue indices are
+    compared relative to the first, the arm's clock by the time between two readings; everything else must be equal,
+    except measured numbers. Traces are never sent to a real arm.
 
     :param trace: A trace (pcapng), as ``Arm(port, trace=...)`` or ``magician sim --trace`` writes it: its file, or its
         bytes.
-    :param link: Only this link, by name or number; the arm's own line in the trace of a proxy, all links of any other
-        trace if left out.
+    :param link: Name or number of the link to replay; if left out, the arm's line of a proxy trace, or all links of any
+        other trace.
     :param clock: Arm seconds per trace second, or ``"max"``: the speed of the virtual arm that was recorded.
-    :param ignore: What is left out: a command (``"GetPose"``), a field of one (``"GetPose.x"``) or every field of a
+    :param ignore: Values to ignore: a command (``"GetPose"``), a field of one (``"GetPose.x"``) or every field of a
         name (``"queued_cmd_index"``).
-    :param tolerance: How far measured values may be off, in their unit: mm, degrees.
-    :param time_tolerance: The same of the arm's clock between two readings, ms.
-    :param scenario: The world around the virtual arm, as for :class:`VirtualArm`.
-    :param profile: A firmware profile: its file, or its text.
-    :param save: A file for the new session, a trace as well; not one of those that are read.
-    :raises InvalidInputError: It is no trace or damaged; there is no such link or field; a mistake in the scenario or
-        the profile; ``save`` is one of the files that are read.
-    :raises OSError: A file cannot be read, or not be written.
+    :param tolerance: Tolerance of measured values, in their unit: mm, degrees.
+    :param time_tolerance: Tolerance of the arm's clock between two readings, ms.
+    :param scenario: World of the virtual arm, as for :class:`VirtualArm`.
+    :param profile: Firmware profile: path or text.
+    :param save: File for the trace of the new session; must differ from the input files.
+    :raises InvalidInputError: The trace is invalid or damaged, a link or field does not exist, the scenario or profile
+        is invalid, or ``save`` is an input file.
+    :raises OSError: A file cannot be read or written.
     """
     if isinstance(ignore, str):
         raise TypeError(f"ignore is {ignore!r}; it takes names in a list: [{ignore!r}]")

@@ -11,20 +11,20 @@ __all__ = ["PlanProgress", "RunResult", "Watcher"]
 
 
 class PlanProgress(Value):
-    """How far a run is."""
+    """Progress of a run."""
 
     done: int
-    """Steps that are finished."""
+    """Number of finished steps."""
     steps: int
-    """Steps of the plan."""
+    """Number of steps of the plan."""
     seconds_left: float | None
-    """How long the rest takes, where that is known; not on a virtual arm, whose clock may run at any speed."""
+    """Estimated remaining time, s; ``None`` if unknown, as on a virtual arm, whose clock may run at any speed."""
     seconds_silent: float = 0.0
-    """How long the arm has not answered while the run waits for it; 0 as long as it answers."""
+    """Time since the arm last answered while the run waits for it, s; 0 while it answers."""
 
     @property
     def share(self) -> float:
-        """Between 0 and 1."""
+        """Share of the steps that are finished, 0 to 1."""
         return self.done / self.steps if self.steps else 1.0
 
     def __str__(self) -> str:
@@ -38,22 +38,22 @@ class RunResult(Value):
     """The result of a run."""
 
     steps: int
-    """Steps that were done."""
+    """Number of finished steps."""
     commands: int
-    """Commands that the arm was sent for them."""
+    """Number of commands sent for them."""
     seconds: float
-    """How long it took, on the arm's clock."""
+    """Duration on the arm's clock, s."""
     first_index: int | None
     """Queue index of the first command."""
     last_index: int | None
-    """Queue index of the last."""
+    """Queue index of the last command."""
     report: Report
-    """What was found before anything moved."""
+    """Report of the check before the run."""
     pen: str | None = None
-    """How the pen of a drawing stands: ``"up"`` or ``"down"``; ``None`` for what is no drawing."""
+    """Final position of the pen: ``"up"`` or ``"down"``; ``None`` if the plan is no drawing."""
     parked: bool = False
-    """Whether the tool was parked."""
+    """True if the tool was parked."""
 
 
 Watcher = bool | Callable[[PlanProgress], object]
-"""Who is told how far a run is: nobody, a line on stderr, or a function."""
+"""Receiver of progress: ``None``, ``True`` for a line on stderr, or a function."""

@@ -1,4 +1,4 @@
-"""Arms for other programs, at pseudo-terminals, over UDP, over TCP: virtual ones, and real ones that programs share."""
+"""Servers that offer virtual or shared real arms to other programs, at pseudo-terminals, over UDP and over TCP."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .errors import InvalidInputError
 __all__ = ["Endpoints", "Paths", "Served", "Virtual", "endpoints", "proxy", "sim"]
 
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
-"""The path of a pseudo-terminal, or of several."""
+"""Path of a pseudo-terminal, or several paths."""
 Endpoints = tuple[list[str], str | None, str | None]
 """Paths of pseudo-terminals, an address for UDP, one for TCP."""
 
@@ -53,48 +53,49 @@ class Served(Bound):
 
     @property
     def endpoints(self) -> tuple[str, ...]:
-        """Where it is reached, as :class:`magician.Arm` takes it, with the ports that it got: the path of a
+        """Addresses for :class:`magician.Arm`, with the actual ports: the path of a
         pseudo-terminal, ``"udp:127.0.0.1:8899"``, ``"tcp:127.0.0.1:9000"``.
         """
         return tuple(where for kind, where in self._native.endpoints() if kind != "discovery")
 
     @property
     def pty(self) -> str | None:
-        """The path of its pseudo-terminal, the first if it has several."""
+        """Path of its pseudo-terminal, the first if there are several."""
         return self._at("pty")
 
     @property
     def udp(self) -> str | None:
-        """Where it is reached over UDP."""
+        """Address over UDP."""
         return self._at("udp")
 
     @property
     def tcp(self) -> str | None:
-        """Where it is reached over TCP."""
+        """Address over TCP."""
         return self._at("tcp")
 
     @property
     def discovery(self) -> str | None:
-        """Where it answers programs that look for arms on the network; ``None`` where it does not."""
+        """Address at which it answers network discovery; ``None`` if it does not."""
         return self._at("discovery")
 
     @property
     def is_open(self) -> bool:
-        """Whether it is served."""
+        """True while the arm is being served."""
         return self._native.is_open()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Serves until Ctrl-C, which is raised here, or for so many seconds.
+        """Serves until Ctrl-C, which raises :exc:`KeyboardInterrupt` here, or for a time, s.
 
-        :returns: Whether it is still served; False once it was closed, or an endpoint broke down: :meth:`close` tells.
+        :returns: True if it is still served; False once it was closed or an endpoint failed, which :meth:`close`
+            raises.
         """
         return self._native.wait(None if timeout is None else seconds("timeout", timeout))
 
     def close(self) -> None:
-        """Ends it. Its clients are disconnected, and what it made is gone when this returns. Closing it again does
-        nothing.
+        """Stops the server. Clients are disconnected, and its ports and symlinks are removed when this returns. A
+        second call does nothing.
 
-        :raises PortError: An endpoint had broken down.
+        :raises PortError: An endpoint had failed.
         """
         atexit.unregister(self.close)
         self._native.close()
@@ -120,20 +121,20 @@ def sim(
     >>> with magician.sim(tcp="127.0.0.1:0") as served:
     ...     arm = magician.Arm(served.tcp)
 
-    At least one of ``pty``, ``udp`` and ``tcp`` is given. It is served by a thread of its own, also while this program
-    is busy. A program on asyncio uses it the same way, with ``with``. To look at the arm's world meanwhile, serve a
-    :class:`VirtualArm` (:meth:`VirtualArm.serve`).
+    At least one of ``pty``, ``udp`` and ``tcp`` is required. A background thread serves the arm, also while this
+    program is busy. A program on asyncio uses it the same way, with ``with``. To inspect the arm's world, serve a
+    :class:`VirtualArm` instead (:meth:`VirtualArm.serve`).
 
-    :param scenario: The world around it, as for :class:`VirtualArm`.
-    :param pty: A path for a new pseudo-terminal, which becomes a symlink to it, or several paths. Not on Windows.
-    :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one. On port 8899 it answers programs
-        that look for arms, too.
-    :param tcp: ``"HOST:PORT"``; 0 is any free port.
-    :param speed: How many times as fast as a real arm, or ``"max"`` for no time while it is busy.
-    :param tool: The tool that was chosen before it was switched on, as for :class:`VirtualArm`.
-    :raises InvalidInputError: There is no endpoint, an address makes no sense, or the scenario has a mistake.
-    :raises PortError: A port or path is taken, or not to be had.
-    :raises UnsupportedError: This system has no pseudo-terminals.
+    :param scenario: World of the arm, as for :class:`VirtualArm`.
+    :param pty: Path of a symlink to a new pseudo-terminal, or several paths. Not on Windows.
+    :param udp: ``"HOST[:PORT]"``; the port defaults to 8899, and 0 selects a free one. On port 8899 it also answers
+        discovery.
+    :param tcp: ``"HOST:PORT"``; port 0 selects a free one.
+    :param speed: Clock speed relative to real time, or ``"max"`` to skip time while the arm is busy.
+    :param tool: Tool set before power-up, as for :class:`VirtualArm`.
+    :raises InvalidInputError: No endpoint is given, an address is invalid, or the scenario is invalid.
+    :raises PortError: A port or path is in use or unavailable.
+    :raises UnsupportedError: This system does not support pseudo-terminals.
     """
     where = endpoints(pty, udp, tcp)
     return Served(_magician.serve_sim(scenario_text(scenario), clock_speed(speed), tool_bias(tool), where))
@@ -156,33 +157,33 @@ def proxy(
     >>> with magician.proxy("sim", tcp="127.0.0.1:0") as shared:
     ...     one, other = magician.Arm(shared.tcp), magician.Arm(shared.tcp)
 
-    Every program sees an arm of its own: each of its requests gets one reply, in order. The arm gets one request at a
-    time; a stop overtakes all that waits. Nothing is sent twice. A line to the arm that is lost is looked for, and
-    programs stay connected meanwhile. When a program disconnects, and when this ends, the jog that was begun through it
-    ends too. What happens to clients and line is told to the logger ``magician``.
+    Each program sees an exclusive arm: each of its requests gets one reply, in order. The proxy sends one request at a
+    time; a stop overtakes pending requests. Nothing is retransmitted. If the line to the arm is lost the proxy
+    reconnects, and programs stay connected meanwhile. When a program disconnects, or the proxy ends, its jog ends too.
+    Events of clients and line go to the logger ``magician``.
 
-    At least one of ``pty``, ``udp`` and ``tcp`` is given. An address other than 127.0.0.1 lets every computer of the
-    network move the arm, without a password.
+    At least one of ``pty``, ``udp`` and ``tcp`` is required. With an address other than 127.0.0.1 every computer on the
+    network can move the arm without a password.
 
-    :param port: As for :class:`magician.Arm`: a port, a :class:`VirtualArm`, or nothing for the one arm that is plugged
-        in. No other program may have it open, nor this one.
-    :param pty: A path for a new pseudo-terminal, which becomes a symlink to it: one for each program, so usually
-        several paths. Not on Windows.
-    :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one.
-    :param tcp: ``"HOST:PORT"``; 0 is any free port. Up to 16 programs may connect.
-    :param faults: Faults on the line to the arm, to try what programs make of them: ``{"drop": 1e-3, "seed": 7}`` or
+    :param port: As for :class:`magician.Arm`: a port, a :class:`VirtualArm`, or ``None`` for the only arm plugged in.
+        No program may have it open, including this one.
+    :param pty: Path of a symlink to a new pseudo-terminal: one for each program, so usually several paths. Not on
+        Windows.
+    :param udp: ``"HOST[:PORT]"``; the port defaults to 8899, and 0 selects a free one.
+    :param tcp: ``"HOST:PORT"``; port 0 selects a free one. Up to 16 programs may connect.
+    :param faults: Faults injected on the line to the arm, to test programs: ``{"drop": 1e-3, "seed": 7}`` or
         ``"drop=1e-3,seed=7"``. Rates from 0 to 1 for bytes (``flip``, ``replace``, ``drop``, ``insert``, ``duplicate``,
         ``swap``) and for chunks (``drop-chunk``, ``duplicate-chunk``, ``swap-chunk``, ``stall``, ``rechunk``,
         ``unplug``).
-    :param trace: A file for all that passes (pcapng): a link for each program and one for the arm;
-        :func:`magician.decode` reads it once this is closed.
-    :param fresh: How old an answer may be that another program gets too, s; 0: every read goes to the arm.
-    :param transparent: Whether bytes that are no frame are passed on to the arm.
-    :param keep_going: Whether a jog goes on when the program that began it disconnects.
-    :raises InvalidInputError: There is no endpoint, an address makes no sense, or a fault is unknown.
-    :raises PortError: The arm's port, or that of an endpoint, is taken or not to be had.
-    :raises UnsupportedError: This system has no pseudo-terminals.
-    :raises OSError: The trace cannot be written.
+    :param trace: File for all traffic (pcapng), with a link for each program and one for the arm.
+        :func:`magician.decode` reads it after the proxy is closed.
+    :param fresh: Maximum age, s, of a reply that is shared with another program; 0 sends every read to the arm.
+    :param transparent: Whether bytes outside frames are forwarded to the arm.
+    :param keep_going: Whether a jog continues when its program disconnects.
+    :raises InvalidInputError: No endpoint is given, an address is invalid, or a fault is unknown.
+    :raises PortError: The port of the arm or of an endpoint is in use or unavailable.
+    :raises UnsupportedError: This system does not support pseudo-terminals.
+    :raises OSError: The trace file cannot be written.
     """
     where = endpoints(pty, udp, tcp)
     # Not isinstance() with a protocol: from Python 3.12 on that imports inspect, which is slow.
@@ -205,9 +206,9 @@ def proxy(
 
 
 def endpoints(pty: Paths | None, udp: str | None, tcp: str | None) -> Endpoints:
-    """Where something is to be served.
+    """Collects the endpoints of a server.
 
-    :raises InvalidInputError: Nowhere, or twice at one path.
+    :raises InvalidInputError: No endpoint is given, or one path is given twice.
     """
     if pty is None:
         paths = []

@@ -1,11 +1,11 @@
-"""Virtual arms that are stepped: for learning, for planning and for tests.
+"""Stepped virtual arms for reinforcement learning, planning and tests.
 
-A :class:`VirtualArm` is driven as a real arm is, through a driver. A :class:`Simulation` is the same arm, the same
-world and the same motions without driver, thread and wall clock: each step tells it a target and lets its time pass.
-:class:`Simulations` steps many of them at once, on all cores.
+A :class:`VirtualArm` is controlled through a driver, like a real arm. A :class:`Simulation` has the same arm, world and
+motions without driver, thread and wall clock: each step sets a target and advances the clock. :class:`Simulations`
+steps many of them in parallel, on all cores.
 
-A step sends the frames that a host would send, and each target passes the check that ``arm.run`` makes. The same steps
-give the same numbers, bit for bit, on however many threads. Lengths are mm, angles degrees, times seconds.
+A step sends the frames of a real host, and each target passes the check of ``arm.run``. Results are deterministic, bit
+for bit, for any number of threads. Lengths are mm, angles degrees, times seconds.
 
 >>> arm = Simulation()
 >>> arm.step((220, 60, 20, 0)).pose
@@ -41,54 +41,55 @@ else:
 __all__ = ["ActionName", "Image", "Mask", "Observation", "Observations", "Simulation", "Simulations", "View"]
 
 ActionName = Literal["move_to", "line_to", "jump_to", "move_joints", "move_by", "line_by", "move_joints_by"]
-"""The word whose four numbers an action is: :mod:`magician.words` has each."""
+"""Command of :mod:`magician.words` whose four numbers form an action."""
 
 View = Literal["top", "side"]
-"""From above, x to the right and y up; or from the side, the distance from the base axis to the right and z up."""
+"""Camera view: from above, x to the right and y up; or from the side, distance from the base axis to the right and z
+up."""
 
 _SEEDS = 2**64 - 1
 
 
 class Observation(NamedTuple):
-    """An arm after a step, as a host sees it."""
+    """Observation of an arm after a step, as seen by a host."""
 
     pose: Position
-    """The pose that it reports."""
+    """Reported pose."""
     joints: Joints
-    """The joint angles that it reports."""
+    """Reported joint angles, degrees."""
     time: float
-    """Its clock, s."""
+    """Arm clock, s."""
     moving: bool
-    """Whether it is still on its way."""
+    """True if a motion is still under way."""
     refused: bool
-    """Whether the check refused the last target, so that it was not sent."""
+    """True if the check refused the last target, which was then not sent."""
     alarm: bool
-    """Whether an alarm stands that stops the arm; the next target clears it."""
+    """True if an active alarm stops the arm; the next target clears it."""
     holding: bool
-    """Whether suction cup or gripper hold something."""
+    """True if suction cup or gripper hold an object."""
 
 
 class Observations(NamedTuple):
-    """Many arms after a step: a row for each."""
+    """Observations of many arms after a step, one row each."""
 
     poses: Floats
-    """The poses that they report, shape (n, 4)."""
+    """Reported poses, shape (n, 4)."""
     joints: Floats
-    """The joint angles that they report, shape (n, 4)."""
+    """Reported joint angles, degrees, shape (n, 4)."""
     time: Floats
-    """Their clocks, s, shape (n,)."""
+    """Arm clocks, s, shape (n,)."""
     moving: Mask
-    """Which are still on their way."""
+    """Mask of arms whose motion is still under way."""
     refused: Mask
-    """Whose last target the check refused."""
+    """Mask of arms whose last target the check refused."""
     alarm: Mask
-    """At which an alarm stands that stops the arm."""
+    """Mask of arms stopped by an active alarm."""
     holding: Mask
-    """Whose suction cup or gripper hold something."""
+    """Mask of arms whose suction cup or gripper hold an object."""
 
 
 class _Arms:
-    """What one and many have in common."""
+    """Common base of one and many simulations."""
 
     __slots__ = ("_count", "_native", "_threads")
 
@@ -118,7 +119,7 @@ class _Arms:
 
     @property
     def object_names(self) -> tuple[str, ...]:
-        """The names of the objects, in the order of the scenario."""
+        """Names of the objects, in the order of the scenario."""
         return tuple(self._native.names())
 
     def _reset(self, seed: int | None, which: bytes | None) -> None:
@@ -136,15 +137,15 @@ class _Arms:
 
 
 class Simulation(_Arms):
-    """A virtual arm that is stepped.
+    """A stepped virtual arm.
 
-    An action is the four numbers of the word that ``action`` names, and in a fifth place the suction cup or gripper: on
-    (closed) above 0, else off. The tool is switched at once, before the motion begins. A target with NaN is none: the
-    arm goes on as before. An infinite one is refused, as any that is out of reach (:attr:`Observation.refused`).
+    An action consists of the four numbers of the command named by ``action``, and optionally a fifth for suction cup or
+    gripper: on (closed) above 0, else off. The tool is switched at once, before the motion. A target with NaN is
+    ignored: the arm continues. An infinite target is refused, as one out of reach (:attr:`Observation.refused`).
 
-    A real arm cannot be given another target on its way, only be stopped. So a step ends, without ``dt``, when the arm
-    is at rest; with ``dt`` when that time is over. An arm that is then still on its way goes on if the next target is
-    the same, and is stopped by force, its queue cleared, before it is told another.
+    The target of a real arm cannot be changed during a motion; the arm can only be stopped. A step without ``dt``
+    therefore ends when the arm is at rest, a step with ``dt`` after that time. If a motion is then still under way, the
+    same target continues it; another target first forces a stop and clears the queue.
     """
 
     __slots__ = ()
@@ -160,54 +161,55 @@ class Simulation(_Arms):
         object_noise: float = 0.0,
         joint_noise: float = 0.0,
     ) -> None:
-        """Begins with an arm that has just been switched on, its alarms cleared.
+        """Creates an arm that was just switched on, its alarms cleared.
 
         :param scenario: As for :class:`~magician.VirtualArm`.
-        :param action: What the four numbers of an action are.
+        :param action: Meaning of the four numbers of an action.
         :param tool: As for :class:`~magician.VirtualArm`.
-        :param speed: Share of the point-to-point speeds, percent; that of power-up if it is left out.
-        :param seed: Seed of the random numbers.
-        :param object_noise: By how much an object on the table may stand elsewhere in x and in y, mm.
-        :param joint_noise: By how much each joint may stand elsewhere at the beginning, degrees, within its limits.
-        :raises InvalidInputError: Something makes no sense.
+        :param speed: Point-to-point speed ratio, percent; that of power-up if left out.
+        :param seed: Seed of the random number generator.
+        :param object_noise: Maximum random displacement of objects on the table in x and y, mm.
+        :param joint_noise: Maximum random offset of each joint at the start, degrees, within its limits.
+        :raises InvalidInputError: An argument or the scenario is invalid.
         """
         super().__init__(1, scenario, action, tool, speed, seed, object_noise, joint_noise, 1)
 
     def reset(self, seed: int | None = None) -> Observation:
-        """Begins a new episode: with the random numbers of a seed, or with the next ones."""
+        """Starts a new episode, with the random numbers of a seed or the next ones of the sequence."""
         self._reset(seed, None)
         return self.observe()
 
     def step(self, action: Sequence[float] | SupportsArray, dt: float | None = None) -> Observation:
-        """Tells the arm an action, lets so much time pass, or lets it come to rest (at most a minute), and observes.
+        """Applies an action, advances the clock by ``dt``, s, or until the arm is at rest (at most a minute), and
+        returns the observation.
 
-        :raises InvalidInputError: There are not four or five numbers, or ``dt`` is no time.
+        :raises InvalidInputError: The action does not have four or five numbers, or ``dt`` is not a valid time.
         """
         data, columns = _table([action], 1, "an action")
         time = None if dt is None else number("dt", dt, least=0, most=1e6, unit="s")
         return _one(*self._native.step(data, columns, time, 1))
 
     def observe(self) -> Observation:
-        """The arm as it is."""
+        """Returns the current observation."""
         return _one(*self._native.look())
 
     @property
     def objects(self) -> dict[str, Place]:
-        """Where the objects are, by their names."""
+        """Positions of the objects, by name."""
         places = zip(*[iter(to_list(self._native.objects()))] * 4, strict=True)
         return {name: Place(*place) for name, place in zip(self.object_names, places, strict=True)}
 
     def snapshot(self) -> Snapshot:
-        """The state of the arm, its world and its random numbers at this instant, also during a motion."""
+        """Takes a snapshot of arm, world and random numbers, also during a motion."""
         return Snapshot(self._native.snapshot(0))
 
     def restore(self, snapshot: Snapshot) -> Observation:
-        """Goes back to a snapshot, of this simulation or another, or of a :class:`~magician.VirtualArm` at rest."""
+        """Restores a snapshot of this or another simulation, or of a :class:`~magician.VirtualArm` at rest."""
         self._native.restore(0, _saved(snapshot))
         return self.observe()
 
     def image(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
-        """A camera's image: an array of shape (height, width, 3), red, green and blue, 0 to 255.
+        """Renders a camera image: an array of shape (height, width, 3), red, green and blue, 0 to 255.
 
         Without NumPy it is a ``memoryview`` of that shape.
 
@@ -218,9 +220,9 @@ class Simulation(_Arms):
 
 
 class Simulations(_Arms):
-    """Virtual arms that are stepped together, each in a world of its own, on all cores: NumPy in, NumPy out.
+    """Virtual arms stepped in parallel on all cores, each in its own world: NumPy in, NumPy out.
 
-    Arm i is what ``Simulation(seed=seed + i)`` is, and does what it does, bit for bit.
+    Arm i behaves exactly, bit for bit, like ``Simulation(seed=seed + i)``.
     """
 
     __slots__ = ()
@@ -238,12 +240,12 @@ class Simulations(_Arms):
         joint_noise: float = 0.0,
         threads: int | None = None,
     ) -> None:
-        """Begins with arms that have just been switched on, their alarms cleared.
+        """Creates arms that were just switched on, their alarms cleared.
 
-        :param count: How many.
-        :param threads: On how many threads they are stepped; as many as there are cores if it is left out.
+        :param count: Number of arms.
+        :param threads: Number of threads; the number of cores if left out.
 
-        The rest is as for :class:`Simulation`.
+        Other parameters as for :class:`Simulation`.
         """
         cores = whole("threads", threads, 1, 1024) if threads is not None else os.cpu_count() or 1
         count = whole("count", count, 1, 1_000_000)
@@ -253,9 +255,9 @@ class Simulations(_Arms):
         return self._count
 
     def reset(self, seed: int | None = None, *, which: SupportsArray | Sequence[bool] | None = None) -> Observations:
-        """Begins a new episode with the random numbers of ``seed + i``, or with the next ones.
+        """Starts a new episode with the random numbers of ``seed + i``, or the next ones of the sequence.
 
-        :param which: A mask of the arms that are reset; all of them if it is left out.
+        :param which: Mask of the arms to reset; all if left out.
         """
         mask = None if which is None else bytes(1 if one else 0 for one in _flat(which))
         if mask is not None and len(mask) != self._count:
@@ -264,31 +266,31 @@ class Simulations(_Arms):
         return self.observe()
 
     def step(self, actions: Sequence[Sequence[float]] | SupportsArray, dt: float | None = None) -> Observations:
-        """A step of each: actions of shape (n, 4) or (n, 5), as for :meth:`Simulation.step`.
+        """Steps all arms: actions of shape (n, 4) or (n, 5), as for :meth:`Simulation.step`.
 
-        :raises InvalidInputError: There are not as many actions as arms, or ``dt`` is no time.
+        :raises InvalidInputError: The number of actions differs from the number of arms, or ``dt`` is not a valid time.
         """
         data, columns = _table(actions, self._count, "actions")
         time = None if dt is None else number("dt", dt, least=0, most=1e6, unit="s")
         return _many(*self._native.step(data, columns, time, self._threads))
 
     def observe(self) -> Observations:
-        """The arms as they are."""
+        """Returns the current observations."""
         return _many(*self._native.look())
 
     @property
     def objects(self) -> Floats:
-        """Where the objects are: x, y, z and yaw, in an array of shape (n, objects, 4)."""
+        """Positions of the objects: x, y, z and yaw, an array of shape (n, objects, 4)."""
         rows: Any = to_numpy(self._native.objects(), 4)
         places: Floats = rows.reshape(self._count, -1, 4)
         return places
 
     def snapshot(self) -> list[Snapshot]:
-        """Each of them at this instant."""
+        """Takes a snapshot of each arm."""
         return [Snapshot(self._native.snapshot(nth)) for nth in range(self._count)]
 
     def restore(self, snapshots: Snapshot | Iterable[Snapshot]) -> Observations:
-        """Goes back to snapshots: one for each, or one that all of them go on from."""
+        """Restores snapshots: one for each arm, or one for all."""
         if isinstance(snapshots, Snapshot):
             snapshots = [snapshots] * self._count
         # A single value, even of a wrong type, counts as a list of one: `_saved` reports it.
@@ -303,7 +305,7 @@ class Simulations(_Arms):
         return self.observe()
 
     def images(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
-        """A camera's image of each: shape (n, height, width, 3), as :meth:`Simulation.image`."""
+        """Renders a camera image of each arm: shape (n, height, width, 3), as :meth:`Simulation.image`."""
         return _shaped(self._images(range(self._count), view, size), (self._count, *size, 3))
 
 

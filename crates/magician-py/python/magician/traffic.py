@@ -15,38 +15,38 @@ __all__ = ["Decoded", "Piece", "Rejected", "decode"]
 
 
 class Decoded(Value):
-    """A frame that was understood."""
+    """A decoded frame."""
 
     offset: int
-    """Bytes before it in the same direction on the same link."""
+    """Offset in bytes in its direction of the link."""
     data: bytes
     """The whole frame."""
     id: int
     """Id of the command."""
     command: str
-    """The form of the command, as the vendor calls it: ``"SetPTPCmd"``."""
+    """Vendor name of the command's form: ``"SetPTPCmd"``."""
     direction: Literal["request", "reply"]
-    """Whether the host sent it, or the arm."""
+    """Sender: the host or the arm."""
     write: bool
-    """Whether it sets something, or orders it."""
+    """True for a set, False for a get."""
     queued: bool
-    """Whether it goes into the arm's queue."""
+    """True if the command is queued."""
     value: Command | None
-    """What it carries, as :mod:`magician.commands` has it; ``None`` for nothing, and where :attr:`index` says it."""
+    """Decoded content, a class of :mod:`magician.commands`; ``None`` if empty, or if :attr:`index` holds it."""
     index: int | None
-    """The index that the arm gave a queued command, in the reply to it."""
+    """Queue index in the reply to a queued command."""
     params: bytes
-    """The parameters as they travel."""
+    """Raw parameters."""
     notes: tuple[str, ...]
-    """Where the frame departs from the vendor's document, in sentences."""
+    """Deviations of the frame from the vendor's document, in sentences."""
     link: str | None = None
-    """The link of a trace on which it passed: a port, a client."""
+    """Link of the trace: a port, a client."""
     time: float | None = None
-    """When it passed, by a trace: seconds since 1970."""
+    """Time in the trace, Unix seconds."""
 
     @property
     def ok(self) -> bool:
-        """True: it was understood."""
+        """Always True: the frame was decoded."""
         return True
 
     def __str__(self) -> str:
@@ -58,30 +58,30 @@ class Decoded(Value):
 
 
 class Rejected(Value):
-    """Bytes that were not understood."""
+    """Bytes that could not be decoded."""
 
     offset: int
-    """Bytes before them in the same direction on the same link."""
+    """Offset in bytes in their direction of the link."""
     data: bytes
     """The bytes."""
     error: Literal["checksum", "length", "truncated", "noise", "unknown", "trace"]
-    """What is wrong: a checksum that does not fit; a length that no frame has, or that its command does not take;
+    """Kind of the fault: a checksum that does not fit; a length that no frame has, or that its command does not take;
     bytes that end inside a frame; bytes without a frame; a command that is not known; a trace file that is damaged
     here."""
     why: str
-    """The same in a sentence, with both values."""
+    """Description of the fault, with both values."""
     id: int | None = None
-    """Id of the command, of a whole frame."""
+    """Id of the command, for a whole frame."""
     command: str | None = None
-    """Its form, as the vendor calls it, of a whole frame."""
+    """Vendor name of the command's form, for a whole frame."""
     link: str | None = None
-    """The link of a trace on which they passed: a port, a client."""
+    """Link of the trace: a port, a client."""
     time: float | None = None
-    """When they passed, by a trace: seconds since 1970."""
+    """Time in the trace, Unix seconds."""
 
     @property
     def ok(self) -> bool:
-        """False: they were not understood."""
+        """Always False: the bytes were not decoded."""
         return False
 
     def __str__(self) -> str:
@@ -100,7 +100,7 @@ def decode(
     *,
     sender: Literal["host", "arm"] | None = None,
 ) -> list[Piece]:
-    """Decodes bytes of the protocol, piece by piece, as ``magician decode`` does.
+    """Decodes bytes of the protocol to frames, as ``magician decode`` does.
 
     >>> for piece in magician.decode("AA AA 02 0A 00 F6"):
     ...     print(piece)
@@ -109,8 +109,8 @@ def decode(
     :param source: Bytes; a text of hex digits, as people paste it (spaces, commas and ``0x`` are left out); or a file:
         a trace (pcapng, as ``magician proxy --trace`` writes it), bytes, or hex text. A text that is not hex is the
         file's name.
-    :param sender: Who sent the bytes, where a trace does not say; without it the side whose form fits, the host if
-        both fit.
+    :param sender: Sender of the bytes, unless a trace gives it; defaults to the side whose form fits, the host if both
+        fit.
     :raises InvalidInputError: The hex text has an odd number of digits.
     :raises OSError: The file cannot be read.
     """

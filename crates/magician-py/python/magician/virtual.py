@@ -1,8 +1,7 @@
-"""Virtual arms that can be looked at from outside: for tests, and to try programs without an arm.
+"""Virtual arms with an observable world, for tests and for trying programs without an arm.
 
-A :class:`VirtualArm` answers byte for byte as the real controller does, moves as the real arm does, and stands in a
-world of its own: a table, objects, a conveyor, sensors, a pen on paper. What that world is a *scenario* says, a text in
-TOML.
+A :class:`VirtualArm` answers byte for byte like the real controller, moves like the real arm, and has a simulated
+world: a table, objects, a conveyor, sensors, a pen on paper. A *scenario*, a TOML text, describes this world.
 
 Lengths are mm, angles degrees, times seconds. A height is the z that the arm reports when its tool touches there.
 """
@@ -29,24 +28,24 @@ __all__ = ["Place", "Snapshot", "VirtualArm", "WorldObject"]
 
 
 _LONGEST = 1e10
-"""Some 300 years, s: more than the arm's clock, of microseconds, is ever let run at once."""
+"""Upper bound of one clock advance, s (about 300 years): larger than any sensible step of the microsecond clock."""
 
 
 class Place(NamedTuple):
-    """Where something stands: the middle of its underside, and how it is turned."""
+    """Position and rotation of an object: the centre of its underside, and its yaw."""
 
     x: float
     """Forward, mm."""
     y: float
     """To the arm's left, mm."""
     z: float
-    """Up, of the underside, mm."""
+    """Up, at the underside, mm."""
     yaw: float
     """Counter-clockwise seen from above, degrees."""
 
 
 class Snapshot(Bound):
-    """A virtual arm and its world at an instant: its queue, its settings, its alarms, what moves, and its clock."""
+    """Snapshot of a virtual arm and its world: queue, settings, alarms, motions and clock."""
 
     __slots__ = ("native",)
 
@@ -58,7 +57,7 @@ class Snapshot(Bound):
 
 
 class WorldObject(Bound):
-    """An object in the world of a virtual arm, as it is at the moment when it is asked."""
+    """An object in the world of a virtual arm. Each property reads the current state."""
 
     __slots__ = ("_look", "_name")
 
@@ -68,7 +67,7 @@ class WorldObject(Bound):
 
     @property
     def name(self) -> str:
-        """Its name in the scenario."""
+        """Name in the scenario."""
         return self._name
 
     @property
@@ -85,43 +84,43 @@ class WorldObject(Bound):
 
     @property
     def position(self) -> Place:
-        """Where it is."""
+        """Current position and rotation."""
         return Place(*self._now()["place"])
 
     @property
     def rests_on(self) -> str:
-        """What it stands on: ``"table"``, ``"belt"``, ``"shelf"`` (a place of its own in the air), ``"tool"``,
+        """Support of the object: ``"table"``, ``"belt"``, ``"shelf"`` (fixed in the air), ``"tool"``,
         ``"floor"``, or the name of another object."""
         found: str = self._now()["rest"]
         return found
 
     @property
     def on_belt(self) -> bool:
-        """Whether it stands on the conveyor's belt itself."""
+        """True if it stands directly on the conveyor belt."""
         return self.rests_on == "belt"
 
     @property
     def on_table(self) -> bool:
-        """Whether it stands on the table itself."""
+        """True if it stands directly on the table."""
         return self.rests_on == "table"
 
     @property
     def held(self) -> bool:
-        """Whether the tool holds it."""
+        """True if the tool holds it."""
         return self.rests_on == "tool"
 
     @property
     def lost(self) -> bool:
-        """Whether it has fallen off everything."""
+        """True if it has fallen to the floor."""
         return self.rests_on == "floor"
 
     def on(self, name: str) -> bool:
-        """Whether it stands on the object of that name itself."""
+        """True if it stands directly on the object with this name."""
         self._look(name)
         return self.rests_on == name
 
     def seen_by(self, port: Literal["GP1", "GP2", "GP4", "GP5"]) -> bool:
-        """Whether the sensor at a connector has seen it since power-up."""
+        """True if the sensor at a connector has seen it since power-up."""
         return port in self._now()["seen_by"]
 
     def _now(self) -> dict[str, Any]:
@@ -134,16 +133,16 @@ class WorldObject(Bound):
 
 
 class VirtualArm(Bound):
-    """A virtual arm and its world. A notebook shows its picture.
+    """A virtual arm and its world. Notebooks display its picture.
 
-    Its clock is its own. Whatever the arm does takes no time, and while it has nothing to do its clock stands, however
-    long the program takes: belts run on and scenarios go on when :meth:`advance` says so, and every run is the same
-    run. With a ``speed`` the clock follows the wall's.
+    By default the arm runs on a virtual clock. Motions take no real time. While the arm is idle the clock stands still,
+    and only :meth:`advance` lets belts and scenarios proceed, so every run is identical. With a ``speed`` the clock
+    follows the wall clock.
 
-    A run (``run``, ``perform``, ``move_to``, whatever waits for the arm) takes the arm the time that its check says,
-    however slow the host is: the clock goes on only when the queue has what it takes of the next commands. It goes on
-    while your program does something else meanwhile, or is held in a debugger; a process that is held as a whole holds
-    the arm too. What is put into the queue without a run is done before the next command comes.
+    A run (``run``, ``perform``, ``move_to`` and other waiting calls) takes the duration predicted by its check,
+    regardless of the host's speed: the clock advances only when the queue holds the next commands. It advances while
+    your program does other work or is paused in a debugger; suspending the whole process suspends the arm too. Commands
+    queued without a run finish before the next command arrives.
 
     Example:
         >>> cell = VirtualArm('''
@@ -164,17 +163,17 @@ class VirtualArm(Bound):
         speed: float | Literal["max"] | None = None,
         tool: words.Tool | Sequence[float] | None = None,
     ) -> None:
-        """Switches on a virtual arm.
+        """Creates a virtual arm and switches it on.
 
-        :param scenario: A path of a scenario file, or the text of one (more than one line, or with a ``=``). Without it
-            the world is empty.
-        :param speed: How many times as fast as a real arm, 1 being real time; ``"max"`` for no time while the arm is
-            busy and real time else, as the port ``"sim"``. Without it the clock runs for what the arm does, and for
+        :param scenario: Path of a scenario file, or its text (several lines, or with a ``=``). Without it the world is
+            empty.
+        :param speed: Clock speed relative to real time; ``"max"`` skips time while the arm is busy and is real time
+            otherwise, as with the port ``"sim"``. Without it the clock advances only by the arm's commands and by
             :meth:`advance`.
-        :param tool: The tool that was chosen before it was switched on, by its name or its bias (x, y, z) in mm.
-            Without it that of the scenario, else ``"suction"``; ``"none"`` is an arm that was never told of a tool.
-        :raises InvalidInputError: The scenario has a mistake (with line and column), the speed is not above 0, or the
-            tool is unknown.
+        :param tool: Tool set before power-up: its name, or its bias (x, y, z) in mm. Defaults to that of the scenario,
+            or else ``"suction"``; ``"none"`` means that no tool was ever set.
+        :raises InvalidInputError: The scenario is invalid (with line and column), the speed is not above 0, or the tool
+            is unknown.
         :raises OSError: The file cannot be read.
         """
         times = None if speed is None else clock_speed(speed)
@@ -183,7 +182,7 @@ class VirtualArm(Bound):
     # Connections.
 
     def arm(self, *, timeout: float = 3.0, window: int = 1) -> Arm:
-        """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
+        """Connects to the arm, as ``magician.Arm(cell)`` does. With asyncio use ``magician.aio.Arm.connect(cell)``."""
         return Arm(self, timeout=timeout, window=window)
 
     def connect_core(
@@ -197,31 +196,31 @@ class VirtualArm(Bound):
         fence: str | None,
         trace: str | None,
     ) -> Call[Core]:
-        """Begins to connect to it; for :class:`magician.Arm`."""
+        """Starts a connection, for :class:`magician.Arm`."""
         how = {"probe": probe, "reconnect": reconnect}
         return self._native.connect(timeout=timeout, window=window, echo=echo, fence=fence, trace=trace, **how)
 
     def serve(self, *, pty: Paths | None = None, udp: str | None = None, tcp: str | None = None) -> Served:
-        """Offers it to other programs, and returns when it accepts connections: they talk to the arm that this program
-        looks at, and may be connected to as well.
+        """Serves the arm to other programs, and returns when it accepts connections. This program can still inspect the
+        arm, and connect to it too.
 
         >>> cell = VirtualArm()
         >>> with cell.serve(tcp="127.0.0.1:0") as served:
         ...     print(served.tcp)
 
-        Its clock stays its own. Without a ``speed`` what other programs say is done at once; a program that looks
-        whether the arm still moves finds it at rest. With ``speed=1`` it takes the time of a real arm. A belt, a jog
-        and a scenario go on with the clock: by :meth:`advance`, or with a ``speed``.
+        The clock is unchanged. Without a ``speed`` commands of other programs finish at once, so a program that polls
+        for motion finds the arm at rest. With ``speed=1`` they take the time of a real arm. Belts, jogs and scenarios
+        follow the clock: by :meth:`advance`, or with a ``speed``.
 
-        :param pty: A path for a new pseudo-terminal, which becomes a symlink to it, or several paths. Not on Windows.
-        :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one. On port 8899 it answers programs
-            that look for arms, too.
-        :param tcp: ``"HOST:PORT"``; 0 is any free port.
-        :returns: What ends with its ``with`` block; the arm stays. :func:`magician.sim` serves an arm that nobody looks
-            at.
-        :raises InvalidInputError: There is no endpoint, or an address makes no sense.
-        :raises PortError: A port or path is taken, or not to be had.
-        :raises UnsupportedError: This system has no pseudo-terminals.
+        :param pty: Path of a symlink to a new pseudo-terminal, or several paths. Not on Windows.
+        :param udp: ``"HOST[:PORT]"``; the port defaults to 8899, and 0 selects a free one. On port 8899 it also answers
+            discovery.
+        :param tcp: ``"HOST:PORT"``; port 0 selects a free one.
+        :returns: The server, which ends with its ``with`` block; the arm remains. :func:`magician.sim` serves an arm
+            without inspection.
+        :raises InvalidInputError: No endpoint is given, or an address is invalid.
+        :raises PortError: A port or path is in use or unavailable.
+        :raises UnsupportedError: This system does not support pseudo-terminals.
         """
         return Served(self._native.serve(endpoints(pty, udp, tcp)))
 
@@ -233,9 +232,9 @@ class VirtualArm(Bound):
     # World.
 
     def object(self, name: str) -> WorldObject:
-        """The object of that name.
+        """Returns the object with this name.
 
-        :raises KeyError: There is none; the message has the names that there are.
+        :raises KeyError: There is no such object; the message lists the names.
         """
         self._found(name)
         return WorldObject(name, self._found)
@@ -252,25 +251,25 @@ class VirtualArm(Bound):
 
     @property
     def drawing(self) -> Drawing:
-        """What pen and laser have left by now."""
+        """Strokes of pen and laser so far."""
         return Drawing(self._native.drawing())
 
     def picture(self, path: str | os.PathLike[str] | None = None) -> Picture:
-        """The arm and its world as they stand, from above and from the side; written to ``path`` (``.svg`` or ``.png``)
-        too."""
+        """Draws arm and world in their current state, from above and from the side. With ``path`` also writes a
+        ``.svg`` or ``.png`` file."""
         picture = Picture(self._native.snapshot())
         if path is not None:
             picture.save(path)
         return picture
 
     def events(self) -> list[str]:
-        """What has happened since the last call, in words: ``"the tool takes red cube"``, ``"alarm 0x20 raised"``.
-        Commands that come and go are left out. It keeps the last 256 happenings, commands included."""
+        """Returns the events since the last call, as text: ``"the tool takes red cube"``, ``"alarm 0x20 raised"``.
+        Commands are omitted. The log keeps the last 256 events, including commands."""
         return self._native.events()
 
     @property
     def title(self) -> str | None:
-        """What the scenario is called."""
+        """Title of the scenario."""
         return self._native.title()
 
     # Clock.
@@ -281,19 +280,19 @@ class VirtualArm(Bound):
         return float(self._state("time"))
 
     def advance(self, seconds: float) -> None:
-        """Lets so much time pass at once: belts, jogs and scenarios go on. With a ``speed`` given as a number it is
-        time of the wall's clock."""
+        """Advances the clock by a time, s: belts, jogs and scenarios proceed. With a numeric ``speed`` the time is
+        wall-clock time."""
         self._native.advance(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
 
     def snapshot(self) -> Snapshot:
-        """The arm and its world at this instant, in the midst of what they do."""
+        """Takes a snapshot of the arm and its world, also during motion."""
         return Snapshot(self._native.save())
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Puts arm and world back to a snapshot, its clock too.
+        """Restores arm, world and clock from a snapshot.
 
-        :raises InvalidInputError: A connection is open, and would keep its old picture of the arm's queue and settings:
-            close the arm first, and connect again.
+        :raises InvalidInputError: A connection is open, whose view of queue and settings would be stale: close the arm
+            first, and connect again.
         """
         self._native.restore(instance("snapshot", snapshot, Snapshot, "snapshot() makes one").native)
 
@@ -301,53 +300,53 @@ class VirtualArm(Bound):
 
     @property
     def position(self) -> Position:
-        """Where the controller takes the tool to be."""
+        """Pose of the tool as known by the controller."""
         return Position(*self._state("pose"))
 
     @property
     def joints(self) -> Joints:
-        """What the controller takes the joints to be."""
+        """Joint angles as known by the controller, degrees."""
         return Joints(*self._state("joints"))
 
     @property
     def true_joints(self) -> Joints:
-        """Where the joints really stand: elsewhere after lost steps, and the base before homing."""
+        """True joint angles, degrees. They differ after lost steps, and for the base before homing."""
         return Joints(*self._state("true_joints"))
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves."""
+        """True if the arm is moving."""
         return bool(self._state("moving"))
 
     @property
     def homed(self) -> bool:
-        """Whether it has been homed since power-up."""
+        """True if it has been homed since power-up."""
         return bool(self._state("homed"))
 
     @property
     def alarms(self) -> tuple[Alarm, ...]:
-        """The alarms that stand."""
+        """Active alarms."""
         found: tuple[Alarm, ...] = self._state("alarms")
         return found
 
     @property
     def queue_index(self) -> int:
-        """Index of the queued command that finished last."""
+        """Index of the last finished queued command."""
         return int(self._state("index"))
 
     @property
     def waiting(self) -> int:
-        """How many commands wait in the queue."""
+        """Number of commands waiting in the queue."""
         return int(self._state("waiting"))
 
     @property
     def suction(self) -> bool:
-        """Whether the suction cup sucks."""
+        """True if the suction cup sucks."""
         return bool(self._state("suction"))
 
     @property
     def gripper_closed(self) -> bool:
-        """Whether the gripper was closed."""
+        """True if the gripper was closed."""
         return bool(self._state("gripper_closed"))
 
     @property
@@ -357,31 +356,32 @@ class VirtualArm(Bound):
 
     @property
     def rail(self) -> float | None:
-        """Where the carriage on the rail is, mm; ``None`` without a rail."""
+        """Position of the carriage on the rail, mm; ``None`` without a rail."""
         found: float | None = self._state("rail")
         return found
 
     @property
     def belt_travel(self) -> float:
-        """How far the conveyor's belt has run in its direction, mm."""
+        """Distance that the conveyor belt has travelled in its direction, mm."""
         return float(self._state("belt"))
 
     # Actions from outside.
 
     def set_input(self, address: PinLike, level: bool) -> None:
-        """Puts a level on a digital input, EIO address 1 to 20: somebody presses a button."""
+        """Sets the level of a digital input, EIO address 1 to 20, as a push button does."""
         self._native.set_input(pin("address", address), flag("level", level))
 
     def set_analog(self, address: PinLike, value: int) -> None:
-        """Puts a voltage on an analog input, EIO address 1 to 20: 0 to 4095 for 0 to 3.3 V."""
+        """Sets the value of an analog input, EIO address 1 to 20: 0 to 4095 for 0 to 3.3 V."""
         self._native.set_analog(pin("address", address), whole("value", value, 0, 4095))
 
     def press_key(self, *, long: bool = False) -> None:
-        """Presses the key at the base: short runs the stored program or stops it, long homes the arm."""
+        """Presses the key at the base: a short press starts or stops the stored program, a long press homes the arm."""
         self._native.press_key(flag("long", long))
 
     def guide(self, joints: Sequence[float]) -> None:
-        """Moves the arm by hand: holds the unlock key, brings J1 to J4 to these degrees, lets go of the key."""
+        """Moves the arm by hand: holds the unlock key, moves J1 to J4 to these angles, degrees, and releases the
+        key."""
         j1, j2, j3, j4 = numbers("joints", joints, 4, unit="deg")
         self._native.unlock(True)
         self._native.guide((j1, j2, j3, j4))
@@ -392,7 +392,7 @@ class VirtualArm(Bound):
         self._native.unlock(flag("held", held))
 
     def slip(self, joint: int, degrees: float) -> None:
-        """Lets a joint, 1 to 4, slip: it stands elsewhere than the controller believes."""
+        """Makes a joint, 1 to 4, slip: its true angle then differs from the controller's."""
         self._native.slip(whole("joint", joint, 1, 4), number("degrees", degrees, unit="deg"))
 
     def raise_alarm(self, code: int) -> None:
@@ -400,19 +400,19 @@ class VirtualArm(Bound):
         self._native.raise_alarm(whole("code", code, 0, 255))
 
     def unplug(self) -> None:
-        """Pulls the cable."""
+        """Disconnects the cable."""
         self._native.plug(False)
 
     def plug(self) -> None:
-        """Plugs the cable in again."""
+        """Reconnects the cable."""
         self._native.plug(True)
 
     def delay_answers(self, seconds: float) -> None:
-        """Lets every answer come so much later; 0 is as before."""
+        """Delays every answer by a time, s; 0 removes the delay."""
         self._native.delay(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
 
     def reset(self) -> None:
-        """Resets the controller: what was queued and set is gone."""
+        """Resets the controller: queue and settings are lost."""
         self._native.reset()
 
     def _state(self, name: str) -> Any:

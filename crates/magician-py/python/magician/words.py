@@ -124,10 +124,10 @@ __all__ = [
 ]
 
 Move = commands.PtpCmd | commands.PtpPoCmd | commands.PtpWithLCmd | commands.PtpPoWithLCmd
-"""A point-to-point move, with outputs and with the rail if it has them."""
+"""A point-to-point move, optionally with outputs and with the rail."""
 
 Tool = Literal["none", "suction", "gripper", "pen", "laser"]
-"""A tool whose place is known."""
+"""Name of a tool with a known offset."""
 
 Direction = Literal[
     "x+",
@@ -149,18 +149,18 @@ Direction = Literal[
     "rail+",
     "rail-",
 ]
-"""What to jog, and which way."""
+"""Axis and direction of a jog."""
 
 _TOOLS = dict(_magician.tools())
 
 CONVEYOR_PULSES_PER_MM = _magician.CONVEYOR_PULSES_PER_MM
-"""Pulses that move the vendor's belt by 1 mm: 16,000 for a turn of its roller, which is 34 mm across."""
+"""Pulses per mm of the vendor's belt: 16,000 per turn of its roller, 34 mm in diameter."""
 
 CONVEYOR_FASTEST = _magician.CONVEYOR_FASTEST
-"""Highest speed of the kit's belt, mm/s: above it its motor stalls."""
+"""Highest speed of the kit's belt, mm/s; its motor stalls above it."""
 
 CONVEYOR_FARTHEST = _magician.CONVEYOR_FARTHEST
-"""The longest way that a belt is told to move, mm: about 28 km."""
+"""Longest distance of a belt move, mm: about 28 km."""
 
 Four = Sequence[float]
 """Four numbers."""
@@ -217,10 +217,10 @@ def move_to(x: float, y: float, z: float, r: float | None = None) -> commands.Pt
 @overload
 def move_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
 def move_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
-    """Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ).
+    """Moves to a pose with joint interpolation; the tool follows a curve (document 1.10.5, MOVJ).
 
-    :param x: x in mm, or a whole pose (``arm.pose()``), or x, y, z and perhaps r in a row.
-    :param r: Rotation of the tool, degrees; left out keeps that of the move before, or of the arm.
+    :param x: x in mm, or a whole pose (``arm.pose()``), or a sequence x, y, z and optionally r.
+    :param r: Rotation of the tool, degrees; if left out, that of the previous move or of the arm.
     """
     return commands.PtpCmd(PtpMode.MOVJ_XYZ, *_spot(x, y, z, r))
 
@@ -230,7 +230,7 @@ def line_to(x: float, y: float, z: float, r: float | None = None) -> commands.Pt
 @overload
 def line_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
 def line_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
-    """Goes to a pose on a straight line (MOVL); its target as that of :func:`move_to`."""
+    """Moves to a pose on a straight line (MOVL). Target as for :func:`move_to`."""
     return commands.PtpCmd(PtpMode.MOVL_XYZ, *_spot(x, y, z, r))
 
 
@@ -239,9 +239,9 @@ def jump_to(x: float, y: float, z: float, r: float | None = None) -> commands.Pt
 @overload
 def jump_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
 def jump_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
-    """Goes to a pose over obstacles: up, across with all joints together, down (JUMP).
+    """Jumps to a pose over obstacles: up, across with joint interpolation, down (JUMP).
 
-    :func:`jump_height` says how high.
+    :func:`jump_height` sets the height.
     """
     return commands.PtpCmd(PtpMode.JUMP_XYZ, *_spot(x, y, z, r))
 
@@ -251,7 +251,7 @@ def jump_line_to(x: float, y: float, z: float, r: float | None = None) -> comman
 @overload
 def jump_line_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
 def jump_line_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
-    """As :func:`jump_to`, across on a straight line (E28: seen to do nothing on some firmware)."""
+    """Jumps like :func:`jump_to`, but across on a straight line (E28: seen to do nothing on some firmware)."""
     return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, *_spot(x, y, z, r))
 
 
@@ -260,7 +260,7 @@ def move_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: 
 @overload
 def move_joints(to: JointTarget, /) -> commands.PtpCmd: ...
 def move_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
-    """Goes to joint angles, degrees; or to those of a pose."""
+    """Moves to joint angles, degrees, or to those of a pose."""
     return commands.PtpCmd(PtpMode.MOVJ_ANGLE, *_joints(j1, j2, j3, j4))
 
 
@@ -269,7 +269,7 @@ def line_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: 
 @overload
 def line_joints(to: JointTarget, /) -> commands.PtpCmd: ...
 def line_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
-    """Goes to joint angles with the tool on a straight line."""
+    """Moves to joint angles, degrees, with the tool on a straight line."""
     return commands.PtpCmd(PtpMode.MOVL_ANGLE, *_joints(j1, j2, j3, j4))
 
 
@@ -278,59 +278,57 @@ def jump_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: 
 @overload
 def jump_joints(to: JointTarget, /) -> commands.PtpCmd: ...
 def jump_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
-    """Goes to joint angles over obstacles."""
+    """Jumps to joint angles, degrees, over obstacles."""
     return commands.PtpCmd(PtpMode.JUMP_ANGLE, *_joints(j1, j2, j3, j4))
 
 
 def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
-    """Moves by a distance (mm, degrees) from the pose that the arm then has, all joints together."""
+    """Moves by a distance (mm, degrees) from the pose at execution, with joint interpolation."""
     return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def line_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
-    """Moves by a distance (mm, degrees) from the pose that the arm then has, on a straight line."""
+    """Moves by a distance (mm, degrees) from the pose at execution, on a straight line."""
     return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def move_joints_by(d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> commands.PtpCmd:
-    """Turns the joints by these angles, degrees, from those that they then have."""
+    """Turns the joints by these angles, degrees, relative to those at execution."""
     return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, *checked(d1=d1, d2=d2, d3=d3, d4=d4))
 
 
 def arc_to(via: Four, to: Four) -> commands.ArcCmd:
-    """Goes to ``to`` along the arc through ``via``; both are x, y, z, r, and the r of ``via`` is ignored (document
+    """Moves to ``to`` along the arc through ``via``; both are x, y, z, r, and the r of ``via`` is ignored (document
     1.12.2, E33).
 
-    The three points, the arm's own the first of them, must be apart and not on one line. :func:`arc_speed` says how
-    fast.
+    The current position and the two points must be distinct and not collinear. :func:`arc_speed` sets the speed.
     """
     return commands.ArcCmd(_four("via", via), _four("to", to))
 
 
 def circle(via: Four, over: Four, turns: int = 1) -> commands.CircleCmd:
-    """Goes round the circle through the present pose, ``via`` and ``over``, ``turns`` times, and ends where it began.
+    """Moves ``turns`` times along the circle through the current pose, ``via`` and ``over``, and ends where it began.
 
-    Both are x, y, z, r; r stays what it is. Not in the vendor's document (E33).
+    Both are x, y, z, r; r stays unchanged. Not in the vendor's document (E33).
     """
     return commands.CircleCmd(_four("via", via), _four("over", over), whole("turns", turns, 1, 0xFFFF_FFFF))
 
 
 def path_to(x: float, y: float, z: float) -> commands.CpCmd:
-    """Adds a segment to a continuous path, to a point (document 1.11.2, E31 and E32).
+    """Appends a segment to a continuous path, to a point, mm (document 1.11.2, E31 and E32).
 
-    The tool does not stop between segments that follow each other, and J4 does not turn. :func:`path_speed` says how
-    fast.
+    The tool does not stop between consecutive segments, and J4 does not turn. :func:`path_speed` sets the speed.
     """
     return commands.CpCmd(commands.CpMode.ABSOLUTE, number("x", x), number("y", y), number("z", z), 0)
 
 
 def path_by(dx: float = 0, dy: float = 0, dz: float = 0) -> commands.CpCmd:
-    """Adds a segment to a continuous path, by a distance from the end of the segment before."""
+    """Appends a segment to a continuous path, by a distance, mm, from the end of the previous segment."""
     return commands.CpCmd(commands.CpMode.RELATIVE, number("dx", dx), number("dy", dy), number("dz", dz), 0)
 
 
 def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
-    """As :func:`path_to`, with the laser at ``power`` percent (0 to 100) on the way (document 1.11.3, E32).
+    """Appends a segment like :func:`path_to`, with the laser at ``power`` percent (0 to 100) (document 1.11.3, E32).
 
     End the path with ``laser(False)`` or a segment of power 0.
     """
@@ -339,7 +337,7 @@ def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
 
 
 def engrave_by(dx: float, dy: float, dz: float, power: float) -> commands.CpLeCmd:
-    """As :func:`engrave_to`, by a distance from the end of the segment before."""
+    """Appends a segment like :func:`engrave_to`, by a distance, mm, from the end of the previous segment."""
     way = number("dx", dx), number("dy", dy), number("dz", dz)
     return commands.CpLeCmd(commands.CpMode.RELATIVE, *way, _power(power))
 
@@ -347,7 +345,7 @@ def engrave_by(dx: float, dy: float, dz: float, power: float) -> commands.CpLeCm
 def home() -> commands.HomeCmd:
     """Homes the arm, in up to half a minute (document 1.6.2).
 
-    The method ``arm.home()`` does that and clears the alarm that the arm raises when it is switched on.
+    The method ``arm.home()`` also clears the alarm that the arm raises at power-up.
     """
     return commands.HomeCmd()
 
@@ -366,10 +364,10 @@ _AXES: dict[str, tuple[bool, JogCommand]] = {
 
 
 def jog(direction: Direction) -> commands.JogCmd:
-    """Moves a coordinate, a joint or the rail until it is stopped: ``"x+"``, ``"j2-"``, ``"rail+"`` (document 1.9.4,
+    """Jogs a coordinate, a joint or the rail until stopped: ``"x+"``, ``"j2-"``, ``"rail+"`` (document 1.9.4,
     E25).
 
-    It is for ``arm.jog``, which ends it; in a program it would go on until a limit ends it with an alarm.
+    Use ``arm.jog``, which ends it. In a program it would run until a limit raises an alarm.
     """
     if direction not in _AXES:
         raise InvalidInputError(f"unknown direction {direction!r}; known are {', '.join(_AXES)}")
@@ -378,14 +376,14 @@ def jog(direction: Direction) -> commands.JogCmd:
 
 
 def check_lost_steps() -> commands.LostStepCmd:
-    """Compares the joints with their sensors; a lost step raises an alarm (E36)."""
+    """Checks for lost steps: compares the joints with their sensors. A lost step raises an alarm (E36)."""
     return commands.LostStepCmd()
 
 
 def lost_step_threshold(degrees: float) -> commands.LostStepParams:
-    """From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1).
+    """Sets the lost-step threshold: the largest allowed deviation of a joint, degrees; 5 at power-up (document 1.18.1).
 
-    It cannot be queued: ``arm.set`` sets it at once.
+    This command cannot be queued: pass it to ``arm.set``.
     """
     return commands.LostStepParams(number("degrees", degrees, above=0, unit="deg"))
 
@@ -394,32 +392,32 @@ def lost_step_threshold(degrees: float) -> commands.LostStepParams:
 
 
 def speed(velocity: float, acceleration: float | None = None) -> commands.PtpCommonParams:
-    """Share of the set speeds and accelerations that point-to-point moves use, percent (document 1.10.4).
+    """Sets the speed and acceleration ratios of point-to-point moves, percent (document 1.10.4).
 
-    Above 0; more than 100 counts as 100. The acceleration is as the velocity unless it is given.
+    Above 0; more than 100 counts as 100. The acceleration ratio equals the velocity ratio if left out.
     """
     return commands.PtpCommonParams(*_ratios(velocity, acceleration))
 
 
 def joint_speed(velocity: Four, acceleration: Four) -> commands.PtpJointParams:
-    """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves, above 0 (document 1.10.1).
+    """Sets speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in point-to-point moves, above 0 (document 1.10.1).
 
-    The arm goes no faster than 320 deg/s, J4 480, and 300 deg/s2.
+    The arm limits them to 320 deg/s (J4: 480 deg/s) and 300 deg/s2.
     """
     return commands.PtpJointParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
 def line_speed(velocity: float, acceleration: float) -> commands.PtpCoordinateParams:
-    """Speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2).
+    """Sets speed (mm/s) and acceleration (mm/s2) of the tool on straight lines (document 1.10.2).
 
-    Its rotation has half of each in degrees, as at power-up. At most 300 mm/s and 400 mm/s2 count.
+    The rotation gets half of each in degrees, as at power-up. The arm limits them to 300 mm/s and 400 mm/s2.
     """
     velocity, acceleration = _speed(velocity, acceleration)
     return commands.PtpCoordinateParams(velocity, velocity / 2, acceleration, acceleration / 2)
 
 
 def path_speed(velocity: float, acceleration: float) -> commands.CpParams:
-    """Most speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31).
+    """Sets maximum speed (mm/s) and acceleration (mm/s2) of continuous paths (document 1.11.1, E31).
 
     The arm slows down at corners by itself.
     """
@@ -428,26 +426,26 @@ def path_speed(velocity: float, acceleration: float) -> commands.CpParams:
 
 
 def arc_speed(velocity: float, acceleration: float) -> commands.ArcParams:
-    """Speed (mm/s) and acceleration (mm/s2) on arcs and circles, and of the rotation in degrees (document 1.12.1).
+    """Sets speed (mm/s) and acceleration (mm/s2) of arcs and circles, and of the rotation in degrees (document 1.12.1).
 
-    By the vendor's code arcs have the speeds of :func:`line_speed` instead (model section 9): set both.
+    In the vendor's code arcs use the speeds of :func:`line_speed` instead (model section 9): set both.
     """
     velocity, acceleration = _speed(velocity, acceleration)
     return commands.ArcParams(velocity, velocity, acceleration, acceleration)
 
 
 def jump_height(height: float, z_limit: float) -> commands.PtpJumpParams:
-    """How far a jump lifts above the higher of its ends, and the z it stays below, mm (document 1.10.3, E30)."""
+    """Sets the lift of jumps above the higher end, and the upper z limit, mm (document 1.10.3, E30)."""
     return commands.PtpJumpParams(*checked(height=height, z_limit=z_limit))
 
 
 def jump_heights(start: float, end: float, z_limit: float) -> commands.PtpJump2Params:
-    """How far a jump lifts above its start and above its end, and the z it stays below, mm (document 1.10.8, E27)."""
+    """Sets the lift of jumps above start and end, and the upper z limit, mm (document 1.10.8, E27)."""
     return commands.PtpJump2Params(*checked(start=start, end=end, z_limit=z_limit))
 
 
 def jog_speed(velocity: float, acceleration: float | None = None) -> commands.JogCommonParams:
-    """Share of the set jog speeds, percent: above 0, more than 100 counts as 100 (document 1.9.3).
+    """Sets the jog speed ratio, percent: above 0, more than 100 counts as 100 (document 1.9.3).
 
     The acceleration of jogs is not scaled.
     """
@@ -455,12 +453,13 @@ def jog_speed(velocity: float, acceleration: float | None = None) -> commands.Jo
 
 
 def jog_joint_speed(velocity: Four, acceleration: Four) -> commands.JogJointParams:
-    """Speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in jogs of joints (document 1.9.1)."""
+    """Sets speeds (deg/s) and accelerations (deg/s2) of J1 to J4 in joint jogs (document 1.9.1)."""
     return commands.JogJointParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
 def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinateParams:
-    """Speeds (mm/s; deg/s for r) and accelerations (mm/s2; deg/s2) of x, y, z and r in jogs (document 1.9.2)."""
+    """Sets speeds (mm/s; deg/s for r) and accelerations (mm/s2; deg/s2) of x, y, z and r in Cartesian jogs (document
+    1.9.2)."""
     return commands.JogCoordinateParams(_four("velocity", velocity), _four("acceleration", acceleration))
 
 
@@ -468,7 +467,7 @@ def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinate
 
 
 def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> commands.EndEffectorParams:
-    """Tells the arm its tool: by its name, or by the tip's x, y, z in mm from the wrist. Poses are those of that tip.
+    """Sets the tool: its name, or the offset of its tip, x, y, z in mm from the wrist. Poses refer to this tip.
 
     >>> tool("suction").x_bias
     59.7
@@ -482,7 +481,7 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
 
 
 def bias_of(tool: Tool | Sequence[float]) -> tuple[float, float, float]:
-    """Where the tip of a tool is, x, y, z in mm from the wrist: of its name, or as it is given.
+    """Returns the offset of a tool's tip from the wrist, x, y, z in mm, from a name or an offset.
 
     >>> bias_of("suction")
     (59.7, 0.0, 0.0)
@@ -496,9 +495,9 @@ def bias_of(tool: Tool | Sequence[float]) -> tuple[float, float, float]:
 
 
 def suction(on: bool) -> commands.SetEndEffectorSuctionCup:
-    """Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3).
+    """Switches the suction cup on or off; it takes about 0.3 s to hold (document 1.8.3).
 
-    Suction cup and gripper share one pump, so the later command has the air.
+    Suction cup and gripper share one pump; the later command takes effect.
     """
     return commands.SetEndEffectorSuctionCup(True, flag("on", on))
 
@@ -519,9 +518,9 @@ def pump_off() -> commands.SetEndEffectorGripper:
 
 
 def laser(on: bool) -> commands.SetEndEffectorLaser:
-    """Switches the laser, full on or off (document 1.8.2). Off ends the power of a path, too.
+    """Switches the laser to full power or off (document 1.8.2). Off also ends the power of a path.
 
-    A program that leaves it on, or stands or travels with it, is refused by the check ``laser``.
+    The check ``laser`` refuses a program that leaves it on, or waits or travels with it on.
     """
     on = flag("on", on)
     return commands.SetEndEffectorLaser(on, on)
@@ -531,19 +530,18 @@ def laser(on: bool) -> commands.SetEndEffectorLaser:
 
 
 def wait(seconds: float) -> commands.WaitCmd:
-    """Makes the queue wait, to the millisecond and for at most 49 days (document 1.13.1, E34)."""
+    """Holds the queue for a time, s, with a resolution of 1 ms and at most 49 days (document 1.13.1, E34)."""
     return commands.WaitCmd(round(number("seconds", seconds, least=0, most=0xFFFF_FFFF / 1000, unit="s") * 1000))
 
 
 def wait_for_level(address: PinLike, high: bool) -> commands.TrigCmd:
-    """Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be (document
-    1.14.1).
+    """Holds the queue until a digital input (EIO address 1 to 20) has this level, without timeout (document 1.14.1).
     """
     return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(flag("high", high)))
 
 
 def wait_below(address: PinLike, threshold: int) -> commands.TrigCmd:
-    """Makes the queue wait until an analog input (EIO address 1 to 20) is below a threshold, for ever if need be.
+    """Holds the queue until an analog input (EIO address 1 to 20) is below a threshold, without timeout.
 
     The threshold is 0 to 4095 counts, 4095 at 3.3 V (document 1.14.1, E35).
     """
@@ -551,19 +549,19 @@ def wait_below(address: PinLike, threshold: int) -> commands.TrigCmd:
 
 
 def wait_at_most(address: PinLike, threshold: int) -> commands.TrigCmd:
-    """As :func:`wait_below`, until the input is at most the threshold."""
+    """Holds the queue until the input is at most the threshold, as :func:`wait_below`."""
     return commands.TrigCmd(
         _pin(address), TriggerMode.ANALOG, TriggerCondition.DIFFERENT_OR_AT_MOST, _counts(threshold)
     )
 
 
 def wait_at_least(address: PinLike, threshold: int) -> commands.TrigCmd:
-    """As :func:`wait_below`, until the input is at least the threshold."""
+    """Holds the queue until the input is at least the threshold, as :func:`wait_below`."""
     return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.AT_LEAST, _counts(threshold))
 
 
 def wait_above(address: PinLike, threshold: int) -> commands.TrigCmd:
-    """As :func:`wait_below`, until the input is above the threshold."""
+    """Holds the queue until the input is above the threshold, as :func:`wait_below`."""
     return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.ABOVE, _counts(threshold))
 
 
@@ -578,7 +576,7 @@ def output(address: PinLike, high: bool) -> commands.IoDo:
 
 
 def pwm(address: PinLike, frequency: float, duty_cycle: float) -> commands.IoPwm:
-    """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is high.
+    """Sets a pulse-width output (EIO address 1 to 20): frequency, Hz (10 to 1000000), and duty cycle, percent.
 
     Document 1.15.3.
     """
@@ -590,18 +588,18 @@ def pwm(address: PinLike, frequency: float, duty_cycle: float) -> commands.IoPwm
 
 
 def servo(address: PinLike, pulse_ms: float) -> commands.IoPwm:
-    """Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a second.
+    """Sets the position of a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by its pulse width, at 50 Hz.
 
-    1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, 20 ms is the
-    most. Multiplex the pin to ``IoFunction.PWM`` first (EIO 8, 6 and 4 have driven servos).
+    1.5 ms is the centre of most servos; all accept 1 to 2 ms, many 0.5 to 2.5 ms. 0 releases the servo; the maximum is
+    20 ms. Multiplex the pin to ``IoFunction.PWM`` first (EIO 8, 6 and 4 have driven servos).
     """
     return pwm(address, 50, 100 * number("pulse_ms", pulse_ms, least=0, most=20, unit="ms") / 20)
 
 
 def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | commands.PtpPoWithLCmd:
-    """Lets a point-to-point move switch outputs on its way, in any order and at most 57, with the rail 56.
+    """Adds outputs that a point-to-point move switches on its way, in any order, at most 57, or 56 with the rail.
 
-    They replace the move's outputs so far (document 1.10.9 and 1.10.10, E29).
+    They replace the existing outputs of the move (document 1.10.9 and 1.10.10, E29).
 
     >>> from magician.commands import Output
     >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
@@ -620,25 +618,25 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
 
 
 def rail(on: bool, version: RailVersion | int | str) -> commands.SetDeviceWithL:
-    """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15).
+    """Sets whether the arm is mounted on a rail, and the rail's version (document 1.3.4, E15).
 
-    Without this command an arm moves without its rail, and raises no error.
+    Without this command an arm moves without its rail and raises no error.
     """
     return commands.SetDeviceWithL(flag("on", on), rail_version(version))
 
 
 def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> commands.PtpWithLCmd:
-    """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` does (document
+    """Moves to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time, as :func:`move_to` (document
     1.10.7).
     """
     return commands.PtpWithLCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r, rail=rail))
 
 
 def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
-    """Adds a motion of the rail to any point-to-point move: to ``rail`` mm (0 to 1000), or by that distance if the move
-    is an increment.
+    """Adds a rail motion to any point-to-point move: to ``rail`` mm (0 to 1000), or by that distance if the move is
+    relative.
 
-    Arm and rail start and end together. Outputs that the move switches stay, at most 56 (document 1.10.7 and 1.10.10).
+    Arm and rail start and end together. Outputs of the move are kept, at most 56 (document 1.10.7 and 1.10.10).
 
     >>> over_there = with_rail(jump_to(220, 0, -20, 0), 600)
     """
@@ -665,7 +663,7 @@ def rail_by(distance: float) -> commands.PtpWithLCmd:
 
 
 def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:
-    """Speed (mm/s) and acceleration (mm/s2) on the rail in point-to-point moves (document 1.10.6, E26).
+    """Sets speed (mm/s) and acceleration (mm/s2) of the rail in point-to-point moves (document 1.10.6, E26).
 
     The ratios of :func:`speed` scale them.
     """
@@ -673,7 +671,7 @@ def rail_speed(velocity: float, acceleration: float) -> commands.PtpLParams:
 
 
 def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
-    """Speed (mm/s) and acceleration (mm/s2) of jogs on the rail; :func:`jog_speed` scales the speed (document 1.9.5,
+    """Sets speed (mm/s) and acceleration (mm/s2) of rail jogs; :func:`jog_speed` scales the speed (document 1.9.5,
     E25).
     """
     return commands.JogLParams(*_speed(velocity, acceleration))
@@ -685,7 +683,7 @@ def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
 def motor(index: StepperLike, speed: int) -> commands.EMotor:
     """Runs an external motor at a speed in pulses/s (to about 1,000,000 either way); 0 stops it (document 1.15.6).
 
-    The sign is the direction. The queue goes on at once.
+    The sign is the direction. The queue continues at once.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
     return commands.EMotor(stepper(index), speed != 0, speed)
@@ -694,7 +692,7 @@ def motor(index: StepperLike, speed: int) -> commands.EMotor:
 def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
     """Runs an external motor for a number of pulses; the sign of the speed (pulses/s) is the direction.
 
-    In the queue it has finished when the motor has. Not in the vendor's document.
+    The queue waits until the motor has finished. Not in the vendor's document.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
     return commands.EMotorS(stepper(index), True, speed, whole("distance", distance, 0, 2**32 - 1))
@@ -703,7 +701,7 @@ def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
 def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
     """Runs the conveyor belt on this motor output at a speed in mm/s (to 120 either way; above it its motor stalls).
 
-    The sign is the direction, 0 stops it. It runs until the next command for it, and the queue goes on at once.
+    The sign is the direction, 0 stops it. The belt runs until the next command for it, and the queue continues at once.
 
     >>> from magician.commands import Stepper
     >>> feed = [conveyor(Stepper.STEPPER1, 50), wait_for_level(19, True), conveyor(Stepper.STEPPER1, 0)]
@@ -714,8 +712,8 @@ def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
 def conveyor_by(index: StepperLike, mm: float, mm_per_s: float) -> commands.EMotorS:
     """Moves the conveyor belt on this motor output by a distance in mm, at a speed in mm/s (of either sign).
 
-    The sign of the distance is the direction. In the queue it has finished when the belt stands still. The arm counts
-    whole pulses: the distance is exact to 0.0034 mm, and at most 28 km.
+    The sign of the distance is the direction. The queue waits until the belt is at rest. The arm counts whole pulses,
+    so the resolution is 0.0034 mm, and the maximum 28 km.
     """
     mm = number("mm", mm, least=-CONVEYOR_FARTHEST, most=CONVEYOR_FARTHEST, unit="mm")
     speed = _pulse_rate(math.copysign(number("mm_per_s", mm_per_s), mm))
@@ -731,30 +729,30 @@ def _pulse_rate(mm_per_s: float) -> int:
 
 
 def color_sensor(port: PortLike, on: bool, version: VersionLike) -> commands.SetColorSensor:
-    """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` reads it."""
+    """Enables or disables the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` reads it."""
     return commands.SetColorSensor(flag("on", on), _port(port), sensor_version(version))
 
 
 def infrared(port: PortLike, on: bool, version: VersionLike) -> commands.SetIrSwitch:
-    """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` reads it."""
+    """Enables or disables the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` reads it."""
     return commands.SetIrSwitch(flag("on", on), _port(port), sensor_version(version))
 
 
 def color_at(port: PortLike) -> commands.GetColorSensor:
-    """The query for a colour sensor: ``arm.get(words.color_at(port)).color``."""
+    """Creates the query for a colour sensor: ``arm.get(words.color_at(port)).color``."""
     return commands.GetColorSensor(_port(port))
 
 
 def infrared_at(port: PortLike) -> commands.GetIrSwitch:
-    """The query for an infrared sensor: ``arm.get(words.infrared_at(port)).state``."""
+    """Creates the query for an infrared sensor: ``arm.get(words.infrared_at(port)).state``."""
     return commands.GetIrSwitch(_port(port))
 
 
 def level_at(address: PinLike) -> commands.GetIoDi:
-    """The query for a digital input (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
+    """Creates the query for a digital input (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
     return commands.GetIoDi(_pin(address))
 
 
 def analog_at(address: PinLike) -> commands.GetIoAdc:
-    """The query for an analog input (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
+    """Creates the query for an analog input (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
     return commands.GetIoAdc(_pin(address))

@@ -61,7 +61,8 @@ async fn meet(
 
 #[pymethods]
 impl Core {
-    /// When and where the arm meets a target that was at `position` when its clock showed `since`, after these commands.
+    /// Computes time and position at which the arm, after these commands, meets a target that was
+    /// at `position` at time `since` of its clock.
     #[allow(clippy::too_many_arguments)]
     fn meet(
         &self,

@@ -11,7 +11,7 @@ use crate::call::Call;
 use crate::runtime::Local;
 use crate::values;
 
-/// What tells a run its commands.
+/// Feed of commands into a run.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Feed {
     feeder: Local<Arc<Feeder>>,
@@ -19,7 +19,8 @@ pub(crate) struct Feed {
 
 #[pymethods]
 impl Core {
-    /// A program that a feed tells, `ahead` commands before the arm at most, and its end.
+    /// Starts a run that is fed at most `ahead` commands ahead of the arm. Returns the feed, and
+    /// the call for the end.
     fn stream(
         &self,
         py: Python<'_>,
@@ -38,17 +39,17 @@ impl Core {
 
 #[pymethods]
 impl Feed {
-    /// How many commands there is room for now.
+    /// Number of commands that can be fed now.
     fn free(&self, py: Python<'_>) -> PyResult<usize> {
         Ok(self.feeder.get(py)?.free().unwrap_or(0))
     }
 
-    /// How many commands the arm has finished, as far as was read.
+    /// Number of commands finished by the arm, as last read.
     fn finished(&self, py: Python<'_>) -> PyResult<u64> {
         Ok(self.feeder.get(py)?.finished())
     }
 
-    /// Waits for room; whether any more are wanted.
+    /// Waits for room. Returns true if the run accepts more commands.
     fn room(&self, py: Python<'_>) -> PyResult<Call> {
         let feeder = Arc::clone(self.feeder.get(py)?);
         let room = async move { Ok::<_, magician::Error>(feeder.has_room().await) };
@@ -57,14 +58,14 @@ impl Feed {
         }))
     }
 
-    /// The next command.
+    /// Feeds the next command.
     fn push(&self, command: &Bound<'_, PyAny>) -> PyResult<()> {
         let feeder = self.feeder.get(command.py())?;
         feeder.push(values::command(command)?);
         Ok(())
     }
 
-    /// No command is ready yet: waits for a moment.
+    /// Waits briefly, because no command is ready yet.
     fn rest(&self, py: Python<'_>) -> PyResult<Call> {
         let feeder = Arc::clone(self.feeder.get(py)?);
         Ok(Call::plain(async move {
@@ -73,7 +74,7 @@ impl Feed {
         }))
     }
 
-    /// There are no more.
+    /// Ends the feed: there are no more commands.
     fn end(&self, py: Python<'_>) -> PyResult<()> {
         self.feeder.get(py)?.end();
         Ok(())

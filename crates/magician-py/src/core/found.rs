@@ -11,7 +11,8 @@ use super::seconds;
 use crate::call::Call;
 use crate::{errors, runtime};
 
-/// The serial ports of this computer: path, vendor, product, name, manufacturer, serial number, location, likely an arm.
+/// Serial ports of this computer: path, vendor, product, name, manufacturer, serial number,
+/// location, true if likely an arm.
 #[pyfunction]
 pub(crate) fn ports(py: Python<'_>) -> PyResult<Py<PyAny>> {
     let ports = py.detach(magician::ports);
@@ -34,7 +35,8 @@ pub(crate) fn ports(py: Python<'_>) -> PyResult<Py<PyAny>> {
     PyTuple::new(py, ports.collect::<Vec<_>>())?.into_py_any(py)
 }
 
-/// Asks the networks, or these hosts, for arms: target, address, reported address, hardware address, name, version.
+/// Discovers arms on the networks or at these hosts: target, address, reported address, MAC
+/// address, name, version.
 #[pyfunction]
 pub(crate) fn discover(py: Python<'_>, hosts: Vec<String>, within: f64) -> PyResult<Call> {
     let within: Duration = seconds(py, "within", within)?;

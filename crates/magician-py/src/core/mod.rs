@@ -203,7 +203,7 @@ impl Core {
         Self::connecting(py, async move { Arm::connect_with(&target, options).await })
     }
 
-    /// Ends the connection.
+    /// Closes the connection.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let ends = std::mem::take(&mut *self.ends.lock().unwrap_or_else(PoisonError::into_inner));
@@ -220,7 +220,7 @@ impl Core {
         }))
     }
 
-    /// Whether it was made in this process.
+    /// True if it was created in this process, False in a forked child.
     fn is_here(&self) -> bool {
         self.arm.here().is_some()
     }
@@ -229,8 +229,8 @@ impl Core {
         self.arm.get(py).map(Arm::detach)
     }
 
-    /// Switches off what would have no holder: a laser that was lit over this connection, unless what it belongs to is under
-    /// way, and motors that it left running.
+    /// Switches off what the connection left on: a laser that it lit, unless its program is still
+    /// running, and motors that it started.
     fn let_go(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::lasting(async move {
@@ -239,7 +239,7 @@ impl Core {
         }))
     }
 
-    /// Whether the laser is on, as far as can be told.
+    /// True if the laser is on; `None` if unknown.
     fn laser(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::start(
@@ -266,12 +266,12 @@ impl Core {
         Ok(self.arm.get(py)?.moving())
     }
 
-    /// State, reason, whether it is looked for, and for how many seconds it has been lost.
+    /// State of the line, reason of a loss, true if it reconnects, and seconds since the loss.
     fn link(&self, py: Python<'_>) -> PyResult<LinkParts> {
         Ok(link(&self.arm.get(py)?.link()))
     }
 
-    /// What went over the line, and the places of the queue.
+    /// Traffic counters, and capacity of the queue.
     fn stats(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::start(
@@ -292,7 +292,7 @@ impl Core {
         ))
     }
 
-    /// Waits for a line that is looked for.
+    /// Waits until a lost line is reconnected.
     fn reconnected(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::plain(async move { arm.reconnected().await }))
@@ -334,7 +334,8 @@ fn link(link: &Link) -> LinkParts {
     }
 }
 
-/// The interpreter ends: farewells are said and the log is written when this returns, and Python hears nothing more.
+/// Shuts down before the interpreter ends. Connections are closed and the log is flushed when this
+/// returns; Python is not called any more.
 #[pyfunction]
 pub(crate) fn end(py: Python<'_>) {
     let begun = Instant::now();
@@ -346,13 +347,13 @@ pub(crate) fn end(py: Python<'_>) {
     runtime::end(py);
 }
 
-/// Wakes in the child of a fork: its farewells are the parent's.
+/// Resets the state in a forked child: the parent closes the connections.
 #[pyfunction]
 pub(crate) fn forked() {
     LEAVING.store(0, Ordering::SeqCst);
 }
 
-/// Says which class of `magician.commands` a person means by a name; `form` is `"get"` or `"set"`.
+/// Finds the class of `magician.commands` for a name. `form` is `"get"` or `"set"`.
 #[pyfunction]
 pub(crate) fn find(py: Python<'_>, name: &str, form: &str) -> PyResult<&'static str> {
     use magician::protocol::Row;
@@ -370,7 +371,7 @@ pub(crate) fn find(py: Python<'_>, name: &str, form: &str) -> PyResult<&'static 
     })
 }
 
-/// The tools whose place is known: x, y, z in mm by their names.
+/// Known tools: bias x, y, z in mm by name.
 #[pyfunction]
 pub(crate) fn tools() -> Vec<(&'static str, (f64, f64, f64))> {
     let tools = magician::ToolBias::NAMED.iter();
@@ -378,7 +379,7 @@ pub(crate) fn tools() -> Vec<(&'static str, (f64, f64, f64))> {
     tools.collect()
 }
 
-/// The parameters of a command.
+/// Encodes the parameters of a command.
 #[pyfunction]
 pub(crate) fn encode<'py>(command: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyBytes>> {
     let kind = crate::values::kind(command)?;
@@ -386,7 +387,7 @@ pub(crate) fn encode<'py>(command: &Bound<'py, PyAny>) -> PyResult<Bound<'py, Py
     Ok(PyBytes::new(command.py(), &params))
 }
 
-/// The command that sets this, by its id and parameters.
+/// Decodes a set command from its id and parameters.
 #[pyfunction]
 pub(crate) fn command(py: Python<'_>, id: u8, params: &[u8]) -> PyResult<Py<PyAny>> {
     let command = magician::Set::decode(id, params);
@@ -394,7 +395,7 @@ pub(crate) fn command(py: Python<'_>, id: u8, params: &[u8]) -> PyResult<Py<PyAn
     crate::values::object(py, &command)
 }
 
-/// The command of a class that has these parameters.
+/// Decodes a command of a class from its parameters.
 #[pyfunction]
 pub(crate) fn decode(class_: &Bound<'_, PyAny>, params: &[u8]) -> PyResult<Py<PyAny>> {
     let kind = crate::values::kind(class_)?;

@@ -95,7 +95,7 @@ impl Core {
         Ok(Call::moving(&arm, task, ran))
     }
 
-    /// Checks commands and tells how many seconds they take.
+    /// Checks commands and returns their duration, s.
     fn estimate(&self, commands: &Bound<'_, PyAny>, skip: Vec<String>) -> PyResult<Call> {
         let py = commands.py();
         let guards = guards(py, &skip, false)?;
@@ -125,7 +125,7 @@ impl Core {
         Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
-    /// The height of the surface that the tool touches now; that of a real arm is kept.
+    /// Returns the height of the surface that the tool touches. For a real arm it is saved.
     fn touch_off(&self, py: Python<'_>, unhomed: bool) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let arm = if unhomed { arm.allowing_unhomed() } else { arm };
@@ -154,7 +154,7 @@ impl Core {
         Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
-    /// Waits until the arm stands.
+    /// Waits until the arm is at rest.
     fn wait_still(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         let waiting = arm.clone();
@@ -162,25 +162,25 @@ impl Core {
         Ok(Call::moving(&arm, task, |py, ()| Ok(py.None())))
     }
 
-    /// Stops the arm, whatever is going on.
+    /// Stops the arm.
     fn stop(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::lasting(async move { arm.stop().await }))
     }
 
-    /// Has the arm stopped, and does not wait.
+    /// Requests a stop without waiting.
     fn request_stop(&self, py: Python<'_>) -> PyResult<()> {
         let asked = self.arm.get(py)?.stopper().request_stop();
         asked.map_err(|error| errors::raise(py, &error))
     }
 
-    /// Lets the queue run, once the arm stands.
+    /// Starts the queue once the arm is at rest.
     fn start_queue(&self, py: Python<'_>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(py, allow_laser)?;
         Ok(Call::plain(async move { arm.queue().start().await }))
     }
 
-    /// Holds the queue after the command under way.
+    /// Stops the queue after the command under way.
     fn stop_gentle(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
         Ok(Call::lasting(async move { arm.stop_gentle().await }))

@@ -35,7 +35,7 @@ impl How {
     }
 }
 
-/// A program on its way through the queue.
+/// Resumable run of a program through the queue.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Program {
     arm: Local<Arm>,
@@ -44,7 +44,7 @@ pub(crate) struct Program {
 
 #[pymethods]
 impl Core {
-    /// Commands to run; nothing is sent yet.
+    /// Prepares a run of commands. Nothing is sent yet.
     fn begin(&self, commands: &Bound<'_, PyAny>, how: How) -> PyResult<Program> {
         let py = commands.py();
         let options = how.options(py)?;
@@ -59,7 +59,7 @@ impl Core {
 
 #[pymethods]
 impl Program {
-    /// Runs what has not been run.
+    /// Runs the rest of the program.
     fn finish(&self, py: Python<'_>) -> PyResult<Call> {
         let run = Arc::clone(self.run.get(py)?);
         let task = |reporter: Reporter| async move {
@@ -69,13 +69,13 @@ impl Program {
         Ok(Call::moving(self.arm.get(py)?, task, ran))
     }
 
-    /// Whether it can go on; not while it runs.
+    /// True if the run can be resumed; false while it runs.
     fn is_interrupted(&self, py: Python<'_>) -> PyResult<bool> {
         let run = self.run.get(py)?.try_lock();
         Ok(run.is_ok_and(|run| run.is_interrupted()))
     }
 
-    /// What it has done; `None` while it runs.
+    /// Summary of the finished commands; `None` while it runs.
     fn ran(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let done: Option<Ran> = self.run.get(py)?.try_lock().ok().map(|run| run.ran());
         done.map(|done| ran(py, done)).transpose()

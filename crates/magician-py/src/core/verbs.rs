@@ -32,7 +32,7 @@ pub(super) fn commands(commands: &Bound<'_, PyAny>) -> PyResult<Vec<Set>> {
 
 #[pymethods]
 impl Core {
-    /// Asks for a value: by the class of it, or by a question.
+    /// Reads a value, given its class or a query.
     fn get(&self, what: &Bound<'_, PyAny>) -> PyResult<Call> {
         let py = what.py();
         let Kind { row, layout } = values::kind(what)?;
@@ -64,7 +64,7 @@ impl Core {
         }))
     }
 
-    /// Where the arm is: read, or known from its last motion.
+    /// Current pose: read, or known from the last motion.
     fn known_pose(&self, class: &Bound<'_, PyAny>) -> PyResult<Call> {
         let (arm, class) = (self.arm(class.py())?, class.clone().unbind());
         let ask = async move {
@@ -91,14 +91,14 @@ impl Core {
         Ok(Call::plain(async move { arm.set_any(&command).await }))
     }
 
-    /// Drives a pin that has the function for it.
+    /// Sets an output pin that has the matching function.
     fn drive(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(command.py(), allow_laser)?;
         let command = values::command(command)?;
         Ok(Call::plain(async move { arm.pins().drive(&command).await }))
     }
 
-    /// Puts a command into the arm's queue and tells its index.
+    /// Queues a command and returns its index.
     fn enqueue(&self, command: &Bound<'_, PyAny>, allow_laser: bool) -> PyResult<Call> {
         let arm = self.burning(command.py(), allow_laser)?;
         let command = values::command(command)?;
@@ -108,7 +108,7 @@ impl Core {
         ))
     }
 
-    /// Sends any frame and tells the parameters of the one that answers it.
+    /// Sends an arbitrary frame and returns the parameters of the reply.
     fn raw(
         &self,
         py: Python<'_>,

@@ -13,14 +13,14 @@ use crate::call::Call;
 use crate::runtime::Local;
 use crate::{errors, values};
 
-/// A look at the arm's state, kept fresh.
+/// Watch of the arm's state.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct StateWatch {
-    /// One to wait on, one to read without waiting.
+    /// Two watches: one for waiting, one for reading without waiting.
     watches: Local<(Arc<Mutex<magician::StateWatch>>, magician::StateWatch)>,
 }
 
-/// What happens.
+/// Subscription to the arm's events.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Events {
     events: Local<Arc<Mutex<magician::Events>>>,
@@ -46,7 +46,7 @@ fn pins(py: Python<'_>, addresses: &[i64], kind: fn(u8) -> Pin) -> PyResult<Vec<
 
 #[pymethods]
 impl Core {
-    /// Keeps an eye on the arm, so many times a second, and on these pins.
+    /// Watches the arm and these pins at a rate in Hz.
     fn state(
         &self,
         py: Python<'_>,
@@ -69,7 +69,7 @@ impl Core {
         })
     }
 
-    /// What happens from now on.
+    /// Subscribes to events from now on.
     fn events(&self, py: Python<'_>) -> PyResult<Events> {
         let events = self.arm.get(py)?.events();
         Ok(Events {
@@ -77,7 +77,7 @@ impl Core {
         })
     }
 
-    /// Begins a jog, for as long as it is kept up.
+    /// Starts a jog, which lasts while keep-alives arrive.
     fn jog(&self, command: &Bound<'_, PyAny>, keep: f64, ratio: Option<f32>) -> PyResult<Call> {
         let py = command.py();
         let direction = JogDirection::try_from(&values::command(command)?);
@@ -106,7 +106,7 @@ impl StateWatch {
         ))
     }
 
-    /// The last reading.
+    /// Latest reading.
     fn latest(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let latest = self.watches.get(py)?.1.latest();
         latest.map(|status| parts(py, &status)).transpose()
@@ -137,7 +137,8 @@ fn parts(py: Python<'_>, status: &Status) -> PyResult<Py<PyAny>> {
 
 #[pymethods]
 impl Events {
-    /// Waits for the next one: its name and its parts; `None` when the connection has ended.
+    /// Waits for the next event. Returns its name and parts, or `None` when the connection has
+    /// ended.
     fn next(&self, py: Python<'_>) -> PyResult<Call> {
         let events = Arc::clone(self.events.get(py)?);
         Ok(Call::start(
@@ -176,7 +177,7 @@ fn event_parts(py: Python<'_>, event: &Event) -> PyResult<Py<PyAny>> {
 
 #[pymethods]
 impl Jog {
-    /// Lets it go on.
+    /// Renews the keep-alive timeout of the jog.
     fn keep(&self, py: Python<'_>) -> PyResult<()> {
         let jog = self.jog.get(py)?.lock();
         let jog = jog.unwrap_or_else(PoisonError::into_inner);
@@ -190,7 +191,7 @@ impl Jog {
         kept.map_err(|error| errors::raise(py, &error))
     }
 
-    /// Ends it, and waits until the arm stands.
+    /// Ends the jog, and waits until the arm is at rest.
     fn stop(&self, py: Python<'_>) -> PyResult<Call> {
         let jog = self.jog.get(py)?.lock();
         let jog = jog.unwrap_or_else(PoisonError::into_inner).take();

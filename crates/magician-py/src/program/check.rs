@@ -14,7 +14,7 @@ use crate::core::seconds;
 use crate::picture::{Ink, Picture};
 use crate::{errors, values};
 
-/// Where a check begins: an arm as it stood when it was asked.
+/// Start of a check: state of an arm when it was read.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Start {
     pub(crate) preflight: Preflight,
@@ -44,14 +44,14 @@ impl PyPlan {
 
 #[pymethods]
 impl PyPlan {
-    /// Follows it; as a dictionary.
+    /// Checks the plan. Returns the report as a dictionary.
     fn check<'py>(&self, py: Python<'py>, start: Option<&Start>) -> PyResult<Bound<'py, PyDict>> {
         let start = self.start_or_staged(py, start)?;
         let report = py.detach(|| check(&self.plan, &start));
         findings(py, &report, &self.source)
     }
 
-    /// Its picture.
+    /// Picture of the plan.
     fn preview(
         &self,
         py: Python<'_>,
@@ -73,7 +73,7 @@ impl PyPlan {
         Ok(Picture::new(svg))
     }
 
-    /// Has a virtual arm of its own do it at full speed; as a dictionary.
+    /// Runs the plan on a private virtual arm at full speed. Returns the result as a dictionary.
     fn rehearse<'py>(
         &self,
         py: Python<'py>,

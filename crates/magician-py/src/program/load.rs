@@ -133,7 +133,7 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
 
 #[pymethods]
 impl PyPlan {
-    /// A plan of what is in a file.
+    /// Creates a plan from the content of a file.
     #[staticmethod]
     fn load(py: Python<'_>, name: &str, bytes: &[u8], wanted: Wanted) -> PyResult<Self> {
         let refused = |text: String| errors::raise(py, &Error::invalid(format!("{name}: {text}")));
@@ -177,7 +177,7 @@ impl PyPlan {
         Ok(Self::of(prepared.program.into_plan(), source))
     }
 
-    /// A plan of the text of a plan file.
+    /// Creates a plan from the text of a plan file.
     #[staticmethod]
     fn of_json(py: Python<'_>, text: &str) -> PyResult<Self> {
         let plan = py.detach(|| Plan::from_json(text.as_bytes()));
@@ -185,7 +185,7 @@ impl PyPlan {
         Ok(Self::of(plan, Source::default()))
     }
 
-    /// The formats that are read: name, endings, what it is.
+    /// Readable formats: name, file extensions, description.
     #[staticmethod]
     fn formats() -> Vec<(&'static str, Vec<&'static str>, &'static str)> {
         let all = Format::ALL.into_iter();

@@ -189,7 +189,7 @@ fn surface(given: Option<(f64, [f64; 2])>) -> Option<Surface> {
 
 #[pymethods]
 impl PyPlan {
-    /// A plan that was kept: the text of its file, and where it came from.
+    /// Restores a pickled plan from the text of its file and its origin.
     #[new]
     fn of_kept(py: Python<'_>, json: &str, source: KeptSource) -> PyResult<Self> {
         let plan = py.detach(|| Plan::from_json(json.as_bytes()));
@@ -210,7 +210,7 @@ impl PyPlan {
         slf
     }
 
-    /// A plan of commands.
+    /// Creates a plan from commands.
     #[staticmethod]
     #[pyo3(name = "of_commands")]
     fn of_commands(
@@ -268,7 +268,7 @@ impl PyPlan {
         self.source.assumed
     }
 
-    /// What was read in a certain way.
+    /// Notes of the reader.
     #[getter]
     fn notes(&self) -> Vec<NoteParts<'_>> {
         let notes = self.source.notes.iter();
@@ -287,7 +287,7 @@ impl PyPlan {
         parts.collect()
     }
 
-    /// How it lies, if it was placed.
+    /// Placement, if the plan was placed.
     #[getter]
     fn placed(&self) -> Option<LaidAs> {
         self.source.placed
@@ -333,7 +333,7 @@ impl PyPlan {
         })
     }
 
-    /// The steps of another one after these.
+    /// Appends the steps of another plan.
     fn joined(&self, other: &Self) -> Self {
         let source = Source {
             assumed: self.source.assumed || other.source.assumed,
@@ -343,7 +343,8 @@ impl PyPlan {
         Self::of(self.plan.joined(&other.plan), source)
     }
 
-    /// From a step on, counted from 1, for an arm that stands so; of a virtual one if there is none.
+    /// Returns the plan from a step on, counted from 1, for the given arm state, or for a virtual
+    /// arm.
     fn starting_at(&self, py: Python<'_>, step: usize, start: Option<&Start>) -> PyResult<Self> {
         let at = step.checked_sub(1);
         let at =
@@ -358,7 +359,7 @@ impl PyPlan {
         py.detach(|| self.plan.to_json())
     }
 
-    /// As a file of DobotStudio, and what that cannot say.
+    /// Text of a DobotStudio file, and notes on content that it cannot express.
     fn to_playback(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
         let playback = py.detach(|| Playback::from_plan(&self.plan));
         let playback =
@@ -367,7 +368,7 @@ impl PyPlan {
         Ok((playback.to_xml(), lost.collect()))
     }
 
-    /// Where it waits for a person, from 1, and what that person is told.
+    /// Pauses: step numbers from 1, and messages for the operator.
     fn pauses(&self) -> Vec<(usize, String)> {
         let pauses = self.plan.pauses();
         pauses

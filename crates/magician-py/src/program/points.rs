@@ -33,7 +33,7 @@ struct PointOptions {
 
 #[pymethods]
 impl PyPlan {
-    /// A plan of rows of 3 or 4 numbers, and of a power for each row where `powers` has any.
+    /// Creates a plan from rows of 3 or 4 numbers, with a power per row unless `powers` is empty.
     #[staticmethod]
     fn of_points(
         py: Python<'_>,

@@ -11,7 +11,7 @@ use crate::values;
 
 #[pymethods]
 impl PyPlan {
-    /// A step, counted from 0, as a dictionary.
+    /// Returns a step, counted from 0, as a dictionary.
     fn step<'py>(&self, py: Python<'py>, at: usize) -> PyResult<Bound<'py, PyDict>> {
         let step = self.plan.steps.get(at);
         let step = step.ok_or_else(|| PyIndexError::new_err("there is no such step"))?;
@@ -36,13 +36,13 @@ impl PyPlan {
         Ok(parts)
     }
 
-    /// All commands, the tool's first.
+    /// All commands of the plan, the tool's first.
     fn commands(&self, py: Python<'_>) -> PyResult<Vec<Py<PyAny>>> {
         let commands = self.plan.commands();
         commands.map(|set| values::object(py, &set)).collect()
     }
 
-    /// Where the steps lead: three numbers each, not a number where a step leads nowhere by itself.
+    /// Targets of the steps: three numbers each, NaN for a step without a target.
     fn targets<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let targets = py.detach(|| {
             let steps = self.plan.steps.iter();

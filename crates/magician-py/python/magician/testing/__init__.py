@@ -1,4 +1,4 @@
-"""Tests with a virtual arm: fixtures for pytest, there as soon as the package is installed.
+"""pytest fixtures with a virtual arm, available once the package is installed.
 
 * ``virtual_arm``: a :class:`magician.VirtualArm` for this test, in virtual time.
 * ``arm``: a :class:`magician.Arm` that is connected to it.

@@ -1,4 +1,4 @@
-"""The plugin for pytest; see :mod:`magician.testing`."""
+"""Plugin for pytest; see :mod:`magician.testing`."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ MARK = "scenario(file_or_text): the world of the virtual arm of a test, a path b
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Makes the mark known."""
+    """Registers the mark."""
     config.addinivalue_line("markers", MARK)
 
 
 @pytest.fixture
 def virtual_arm(request: pytest.FixtureRequest) -> VirtualArm:
-    """A virtual arm for this test, in virtual time: see ``@pytest.mark.scenario``."""
+    """Provides a virtual arm for this test, in virtual time: see ``@pytest.mark.scenario``."""
     from .. import VirtualArm
 
     return VirtualArm(_scenario(request))
@@ -29,7 +29,7 @@ def virtual_arm(request: pytest.FixtureRequest) -> VirtualArm:
 
 @pytest.fixture
 def arm(virtual_arm: VirtualArm) -> Iterator[Arm]:
-    """An arm that is connected to the virtual arm of this test."""
+    """Provides an arm connected to the virtual arm of this test."""
     connected = virtual_arm.arm()
     try:
         yield connected
@@ -51,7 +51,7 @@ def _scenario(request: pytest.FixtureRequest) -> str | Path | None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Says of a test that fails how its arm stood."""
+    """Adds the state of the arm to the report of a failed test."""
     report = yield
     virtual = getattr(item, "funcargs", {}).get("virtual_arm")
     if report.when == "call" and report.failed and virtual is not None:
