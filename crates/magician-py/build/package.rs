@@ -35,22 +35,10 @@ from .alarms import Alarm
 "#;
 
 const OUTPUT: &str = r#"class Output(NamedTuple):
-<<<<<<< ours
     """An output that a move switches along its path."""
-||||||| base
-    """An output that a move switches on its way."""
-=======
-    """Output switched during a move."""
->>>>>>> theirs
 
     percent: int
-<<<<<<< ours
     """Point of the move at which the output switches: percentage of the path, 0 to 100."""
-||||||| base
-    """When: share of the movement that is done, percent, 0 to 100."""
-=======
-    """Share of the movement at which it switches, percent, 0 to 100."""
->>>>>>> theirs
     address: int
     """EIO address, 1 to 20."""
     high: bool
@@ -226,59 +214,21 @@ fn enums() -> Vec<&'static EnumInfo> {
 fn named_values(page: &mut String, info: &EnumInfo) {
     let about = match info.name {
         "PtpMode" => {
-<<<<<<< ours
             "Kind of travel of a point-to-point move, and meaning of its numbers (document 1.10.5, E28)."
-||||||| base
-            "How a point-to-point move travels and what its numbers mean (document 1.10.5, E28)."
-=======
-            "Motion type of a point-to-point move, and meaning of its numbers (document 1.10.5, E28)."
->>>>>>> theirs
         }
         "JogCommand" => {
-<<<<<<< ours
             "Direction of a jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
-||||||| base
-            "Which way to jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
-=======
-            "Axis and direction of a jog; the axis is a joint or a coordinate (document 1.9.4, E25)."
->>>>>>> theirs
         }
-<<<<<<< ours
         "CpMode" => "Reference of the coordinates of a continuous-path segment (document 1.11.2).",
         "RailVersion" => "Generation of the sliding rail (E15).",
         "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
         "TeachTrigger" => "Trigger mode of hand teaching (document 1.7.1).",
         "IoFunction" => "Function of an EIO pin (document 1.15.1, E40).",
         "Port" => "Connector that a sensor is plugged into (E42).",
-||||||| base
-        "CpMode" => "What the numbers of a continuous-path segment count from (document 1.11.2).",
-        "RailVersion" => "Generation of the sliding rail (E15).",
-        "SensorVersion" => "Generation of a colour or infrared sensor (E42, E43).",
-        "TeachTrigger" => "When hand teaching reports a point (document 1.7.1).",
-        "IoFunction" => "What an EIO pin does (document 1.15.1, E40).",
-        "Port" => "Connector that a sensor is plugged into (E42).",
-=======
-        "CpMode" => "Coordinate reference of a continuous-path segment (document 1.11.2).",
-        "RailVersion" => "Version of the sliding rail (E15).",
-        "SensorVersion" => "Version of a colour or infrared sensor (E42, E43).",
-        "TeachTrigger" => "Trigger of hand teaching (document 1.7.1).",
-        "IoFunction" => "Function of an EIO pin (document 1.15.1, E40).",
-        "Port" => "Connector of a sensor (E42).",
->>>>>>> theirs
         "Stepper" => "External motor output (document 1.15.6).",
-<<<<<<< ours
         "TriggerMode" => "Signal that a trigger observes (document 1.14.1).",
         "TriggerCondition" => "Comparison of a trigger with its threshold (document 1.14.1, E35).",
         "Handedness" => "Elbow side of a SCARA arm; without meaning for the Magician.",
-||||||| base
-        "TriggerMode" => "What a trigger looks at (document 1.14.1).",
-        "TriggerCondition" => "How a trigger compares (document 1.14.1, E35).",
-        "Handedness" => "Elbow side of a SCARA arm; without meaning on this one.",
-=======
-        "TriggerMode" => "Input type of a trigger (document 1.14.1).",
-        "TriggerCondition" => "Comparison of a trigger (document 1.14.1, E35).",
-        "Handedness" => "Elbow side of a SCARA arm; without effect on this arm.",
->>>>>>> theirs
         _ => "Named values.",
     };
     let _ = writeln!(
