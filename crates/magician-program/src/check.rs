@@ -324,7 +324,7 @@ impl CheckRun {
 
     /// Refuses a place on a rail that is not in use: the arm would ignore it, and go to the right pose at the wrong place.
     fn check_rail(&self, command: &Set) -> Result<(), Error> {
-        let Some(l) = PtpMove::of(command).and_then(|to| to.rail) else {
+        let Some(l) = PtpMove::from_command(command).and_then(|to| to.rail) else {
             return Ok(());
         };
         if self.arm.is_on_rail() {

@@ -293,7 +293,7 @@ impl PathTracer {
     /// The way that a command really is, as far as it can be known.
     fn curve(&mut self, command: &Set, target: Option<[f32; 3]>) {
         let from = self.state();
-        let way = from.and_then(|from| self.course.way(&from, command));
+        let way = from.and_then(|from| self.course.motion_of(&from, command));
         let Some(way) = way else {
             if let Some(to) = target {
                 self.straight(to.map(f64::from), None);
