@@ -50,7 +50,7 @@ impl Voice for Command {
         }
     }
 
-    fn takes(&self, act: &Act) -> bool {
+    fn can_follow(&self, act: &Act) -> bool {
         let flag = match act {
             Act::Give(setting, given) => self.give(*setting, given),
             Act::Omit(setting) => self.setting(*setting),

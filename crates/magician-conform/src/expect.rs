@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_told() {
+    fn invalid_expectations_are_errors() {
         for (word, why) in [
             ("x", "not an expectation"),
             ("w=1", "no field"),

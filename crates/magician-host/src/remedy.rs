@@ -334,7 +334,7 @@ pub trait Voice {
     fn setting(&self, setting: Setting) -> String;
 
     /// True if the caller can follow the act in the present situation; other acts are omitted.
-    fn takes(&self, act: &Act) -> bool {
+    fn can_follow(&self, act: &Act) -> bool {
         // By default a front end can do everything.
         let _ = act;
         true
@@ -368,7 +368,10 @@ pub trait Voice {
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
         let mut acts: Vec<String> = Vec::new();
         let mut all = Vec::new();
-        for remedy in remedies.iter().filter(|remedy| self.takes(&remedy.act)) {
+        for remedy in remedies
+            .iter()
+            .filter(|remedy| self.can_follow(&remedy.act))
+        {
             let act = self.act(&remedy.act);
             // Two acts may have the same words in a front end that lacks one of them.
             if acts.contains(&act) {

@@ -205,7 +205,7 @@ fn at(ms: u64) -> HostInstant {
 }
 
 #[test]
-fn longest_silent_stranger_gives_way_before_one_that_was_heard() {
+fn longest_silent_unclaimed_peer_is_evicted_first() {
     let mut table = AdmissionTable::new(LIMITS);
     for key in 0..3 {
         assert_eq!(table.open(at(key), key, Origin::Elsewhere), None);
@@ -302,7 +302,7 @@ fn connections_that_wait_for_their_instant_leave_each_its_grace() {
 }
 
 #[test]
-fn connection_may_open_at_once_where_a_place_is_free_or_anyone_has_claimed() {
+fn connection_opens_at_once_if_a_place_is_free_or_a_claim_exists() {
     let grace = Duration::from_secs(1);
     let now = HostInstant::ZERO;
     let mut table = AdmissionTable::new(LIMITS);

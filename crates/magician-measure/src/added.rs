@@ -15,18 +15,18 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tokio::time::Instant;
 
-use crate::Spread;
+use crate::Timings;
 
 /// Round trips of GetPose to a bare responder.
 #[derive(Clone, Debug, Default)]
-pub struct Added {
+pub struct AddedLatency {
     /// Times of a bare write and read.
-    pub bare: Spread,
+    pub bare: Timings,
     /// Times with the driver.
-    pub driver: Spread,
+    pub driver: Timings,
 }
 
-impl Added {
+impl AddedLatency {
     /// Returns the latency that the driver adds at a percentile; `None` without measurements.
     #[must_use]
     pub fn at(&self, percent: u8) -> Option<Duration> {
@@ -43,7 +43,7 @@ impl Added {
 ///
 /// # Errors
 /// [`ErrorKind::Port`](magician::ErrorKind::Port) if the system provides no pseudo-terminal.
-pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
+pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<AddedLatency> {
     let failed = |error: io::Error| {
         let message = format!("the system cannot create a pseudo-terminal: {error}");
         Error::port(message, error)
@@ -54,45 +54,45 @@ pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<
     drop(keep);
     let _ = responder.join();
     outcome.map_err(|error| match error {
-        Trouble::System(error) => failed(error),
-        Trouble::Driver(error) => error,
+        MeasureError::System(error) => failed(error),
+        MeasureError::Driver(error) => error,
     })
 }
 
-enum Trouble {
+enum MeasureError {
     System(io::Error),
     Driver(Error),
 }
 
 /// Round trips per turn, so that other load of the computer affects both kinds alike. Choice.
-const TURN: usize = 100;
+const ROUND_TRIPS_PER_TURN: usize = 100;
 
 async fn measure(
     path: &str,
     count: usize,
     tick: &mut impl FnMut(usize),
-) -> std::result::Result<Added, Trouble> {
+) -> std::result::Result<AddedLatency, MeasureError> {
     let (mut bare, mut driver) = (Vec::new(), Vec::new());
     while bare.len() < count {
-        let turn = TURN.min(count - bare.len());
-        bare_trips(path, turn, &mut bare).map_err(Trouble::System)?;
+        let turn = ROUND_TRIPS_PER_TURN.min(count - bare.len());
+        bare_trips(path, turn, &mut bare).map_err(MeasureError::System)?;
         let target = Target::Serial(path.to_owned());
         // Not probed: the responder is no arm, and its version would not decode.
         let arm = Arm::connect_with(&target, Options::default().probe(false));
-        let arm = arm.await.map_err(Trouble::Driver)?;
+        let arm = arm.await.map_err(MeasureError::Driver)?;
         // No stop at the end of each turn, which the responder would have to answer.
         arm.detach();
         for _ in 0..turn {
             let begun = Instant::now();
-            arm.get::<Pose>().await.map_err(Trouble::Driver)?;
+            arm.get::<Pose>().await.map_err(MeasureError::Driver)?;
             driver.push(begun.elapsed());
         }
         arm.close().await;
         tick(bare.len());
     }
-    Ok(Added {
-        bare: Spread::from(bare),
-        driver: Spread::from(driver),
+    Ok(AddedLatency {
+        bare: Timings::from(bare),
+        driver: Timings::from(driver),
     })
 }
 

@@ -14,14 +14,14 @@ use tokio::time::{Instant, timeout, timeout_at};
 pub const OTHER_SPEEDS: [u32; 7] = [9600, 19_200, 38_400, 57_600, 230_400, 250_000, 1_000_000];
 
 /// Bytes examined. Choice.
-const ENOUGH: usize = 512;
+const MAX_EXAMINED_BYTES: usize = 512;
 /// Silence after received bytes that ends listening. Choice: longer than a pause within an answer.
 const PAUSE: Duration = Duration::from_millis(150);
 
 /// Answer to the request for the version.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Heard {
+pub enum ProbeReply {
     /// An arm, with its firmware version: major, minor, revision.
     Arm([u8; 3]),
     /// Frames of the protocol without the answer: another program may share the line.
@@ -42,7 +42,7 @@ pub enum Heard {
 ///
 /// # Errors
 /// [`ErrorKind::Port`](magician::ErrorKind::Port) if the line is gone.
-pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
+pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<ProbeReply> {
     let question = question()?;
     let mut heard = Vec::new();
     // Twice: the first may be lost, or complete a half frame of an earlier program.
@@ -50,7 +50,7 @@ pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
         line.send(question.bytes()).await?;
         let until = Instant::now() + patience / 2;
         gather(line, until, &mut heard).await?;
-        if let found @ Heard::Arm(_) = judge(&heard) {
+        if let found @ ProbeReply::Arm(_) = judge(&heard) {
             return Ok(found);
         }
     }
@@ -64,14 +64,14 @@ fn question() -> Result<FrameBuf> {
 /// Collects bytes until the arm has answered, a pause follows the last byte, there are enough, or
 /// `until` is reached.
 async fn gather(line: &mut RawLine, until: Instant, heard: &mut Vec<u8>) -> Result<()> {
-    let mut bytes = [0; ENOUGH];
+    let mut bytes = [0; MAX_EXAMINED_BYTES];
     let mut end = until;
-    while heard.len() < ENOUGH {
+    while heard.len() < MAX_EXAMINED_BYTES {
         let Ok(count) = timeout_at(end.min(until), line.receive(&mut bytes)).await else {
             return Ok(());
         };
         heard.extend_from_slice(bytes.get(..count?).unwrap_or_default());
-        if matches!(judge(heard), Heard::Arm(_)) {
+        if matches!(judge(heard), ProbeReply::Arm(_)) {
             return Ok(());
         }
         end = Instant::now() + PAUSE;
@@ -80,7 +80,7 @@ async fn gather(line: &mut RawLine, until: Instant, heard: &mut Vec<u8>) -> Resu
 }
 
 /// Classifies received bytes.
-fn judge(heard: &[u8]) -> Heard {
+fn judge(heard: &[u8]) -> ProbeReply {
     let mut deframer = Deframer::new();
     let (mut rest, mut frames, mut echoes) = (heard, 0, 0);
     while let Some(event) = deframer.next(&mut rest) {
@@ -99,7 +99,7 @@ fn judge(heard: &[u8]) -> Heard {
                     revision,
                     ..
                 } = found;
-                return Heard::Arm([major_version, minor_version, revision]);
+                return ProbeReply::Arm([major_version, minor_version, revision]);
             }
             // Without parameters it is the request itself.
             Err(_) => echoes += usize::from(frame.params().is_empty()),
@@ -108,14 +108,14 @@ fn judge(heard: &[u8]) -> Heard {
     let printable = |byte: &&u8| matches!(byte, b'\t' | b'\n' | b'\r' | b' '..=b'~');
     let printed = heard.iter().filter(printable).count();
     match (heard.len(), frames) {
-        (0, _) => Heard::Nothing,
-        (_, some) if some > 0 && some == echoes => Heard::Echo,
-        (_, some) if some > 0 => Heard::Frames(some),
+        (0, _) => ProbeReply::Nothing,
+        (_, some) if some > 0 && some == echoes => ProbeReply::Echo,
+        (_, some) if some > 0 => ProbeReply::Frames(some),
         // Nine in ten printable: text with a few damaged or binary bytes is still text.
         (all, _) if all >= 4 && printed * 10 >= all * 9 => {
-            Heard::Text(String::from_utf8_lossy(heard).into_owned())
+            ProbeReply::Text(String::from_utf8_lossy(heard).into_owned())
         }
-        _ => Heard::Bytes(heard.to_vec()),
+        _ => ProbeReply::Bytes(heard.to_vec()),
     }
 }
 
@@ -123,7 +123,7 @@ fn judge(heard: &[u8]) -> Heard {
 ///
 /// # Errors
 /// [`ErrorKind::Port`](magician::ErrorKind::Port) if the host has no address or is unreachable.
-pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<Heard> {
+pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<ProbeReply> {
     let failed = |error: io::Error| {
         let message = format!("{host} port {port} cannot be reached: {error}");
         Error::port(message, error)
@@ -138,7 +138,7 @@ pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result
     socket.connect(peer).await.map_err(failed)?;
     let question = question()?;
     let (mut heard, mut refused) = (Vec::new(), false);
-    let mut bytes = [0; ENOUGH];
+    let mut bytes = [0; MAX_EXAMINED_BYTES];
     // Three datagrams, because any of them may be lost.
     for _ in 0..3 {
         let asked = async {
@@ -152,12 +152,12 @@ pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result
             Ok(Err(error)) => return Err(failed(error)),
             Err(_) => {}
         }
-        if let found @ Heard::Arm(_) = judge(&heard) {
+        if let found @ ProbeReply::Arm(_) = judge(&heard) {
             return Ok(found);
         }
     }
     match judge(&heard) {
-        Heard::Nothing if refused => Ok(Heard::Refused),
+        ProbeReply::Nothing if refused => Ok(ProbeReply::Refused),
         heard => Ok(heard),
     }
 }
@@ -172,20 +172,20 @@ mod tests {
         let id = <DeviceVersion as Readable>::ROW.id;
         let answer = FrameBuf::encode(id, Ctrl::GET, &version).unwrap();
         let late = [b"ok\r\n", answer.bytes()].concat();
-        assert_eq!(judge(&late), Heard::Arm([3, 6, 14]));
+        assert_eq!(judge(&late), ProbeReply::Arm([3, 6, 14]));
         let echo = question().unwrap();
-        assert_eq!(judge(echo.bytes()), Heard::Echo);
+        assert_eq!(judge(echo.bytes()), ProbeReply::Echo);
         let other = FrameBuf::new(10, Ctrl::GET, &[0; 32]).unwrap();
-        assert_eq!(judge(other.bytes()), Heard::Frames(1));
+        assert_eq!(judge(other.bytes()), ProbeReply::Frames(1));
         assert_eq!(
             judge(b"start\r\nMarlin 2.1\r\n"),
-            Heard::Text("start\r\nMarlin 2.1\r\n".into())
+            ProbeReply::Text("start\r\nMarlin 2.1\r\n".into())
         );
         assert_eq!(
             judge(&[0xF8, 0x00, 0x78, 0x80]),
-            Heard::Bytes(vec![0xF8, 0x00, 0x78, 0x80])
+            ProbeReply::Bytes(vec![0xF8, 0x00, 0x78, 0x80])
         );
-        assert_eq!(judge(&[]), Heard::Nothing);
+        assert_eq!(judge(&[]), ProbeReply::Nothing);
     }
 
     #[tokio::test(start_paused = true)]
@@ -194,7 +194,7 @@ mod tests {
         let mut line = RawLine::over(ours, "a pipe");
         let begun = Instant::now();
         let heard = listen(&mut line, Duration::from_secs(1)).await.unwrap();
-        assert_eq!(heard, Heard::Nothing);
+        assert_eq!(heard, ProbeReply::Nothing);
         assert_eq!(begun.elapsed(), Duration::from_secs(1));
     }
 
@@ -203,7 +203,7 @@ mod tests {
         let target = "sim".parse().unwrap();
         let mut line = RawLine::open(&target).await.unwrap();
         let heard = listen(&mut line, Duration::from_secs(1)).await.unwrap();
-        assert!(matches!(heard, Heard::Arm(_)), "{heard:?}");
+        assert!(matches!(heard, ProbeReply::Arm(_)), "{heard:?}");
     }
 
     #[tokio::test]
@@ -212,9 +212,9 @@ mod tests {
         let port = silent.local_addr().unwrap().port();
         let patience = Duration::from_millis(300);
         let heard = hear_datagrams("127.0.0.1", port, patience).await;
-        assert_eq!(heard.unwrap(), Heard::Nothing);
+        assert_eq!(heard.unwrap(), ProbeReply::Nothing);
         drop(silent);
         let heard = hear_datagrams("127.0.0.1", port, patience).await;
-        assert_eq!(heard.unwrap(), Heard::Refused);
+        assert_eq!(heard.unwrap(), ProbeReply::Refused);
     }
 }

@@ -30,17 +30,19 @@ mod tests;
 mod trial;
 
 #[cfg(unix)]
-pub use added::{Added, added_latency};
+pub use added::{AddedLatency, added_latency};
 pub use cpu::processor_time;
-pub use diagnosis::{Advice, Attendant, Diagnosis, Finding, Measured, NoArm, Part, try_queue};
+pub use diagnosis::{
+    Advice, Diagnosis, DiagnosisObserver, Finding, Measured, NoArm, Part, try_queue,
+};
 pub use exchange::{Exchange, Mixed};
-pub use hearing::{Heard, OTHER_SPEEDS, hear_datagrams, listen};
+pub use hearing::{OTHER_SPEEDS, ProbeReply, hear_datagrams, listen};
 pub use line_speed::LineSpeed;
 pub use rates::{Rate, Timed, reads, round_trips};
 pub use ring::Ring;
-pub use spread::Spread;
+pub use spread::Timings;
 pub use stopping::{Stops, stops};
-pub use stream::{Load, Streamed, streamed};
+pub use stream::{Load, StreamResult, streamed};
 pub use trial::{BackToBack, QueueTrial, back_to_back, queue_trial};
 
 /// Compiles the README's program with the tests.

@@ -56,11 +56,11 @@ impl LineSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Spread;
+    use crate::Timings;
 
     fn timed(micros: u64) -> Timed {
         Timed {
-            times: Spread::from(vec![Duration::from_micros(micros); 9]),
+            times: Timings::from(vec![Duration::from_micros(micros); 9]),
             ..Timed::default()
         }
     }

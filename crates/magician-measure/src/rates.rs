@@ -7,7 +7,7 @@ use magician::{Arm, Result};
 use magician_protocol::{NoArgs, Readable};
 use tokio::time::Instant;
 
-use crate::Spread;
+use crate::Timings;
 
 /// Count per time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +34,7 @@ impl Rate {
 #[derive(Clone, Debug, Default)]
 pub struct Timed {
     /// Times from the call to its answer.
-    pub times: Spread,
+    pub times: Timings,
     /// Retransmitted requests.
     pub resent: u64,
     /// Answers that came too late.
@@ -54,7 +54,7 @@ impl Timed {
 
     fn since(times: Vec<Duration>, before: Stats, after: Stats) -> Self {
         Self {
-            times: Spread::from(times),
+            times: Timings::from(times),
             resent: after.resent - before.resent,
             late: after.late - before.late,
             noise: after.noise - before.noise,

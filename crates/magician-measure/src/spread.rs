@@ -4,18 +4,18 @@ use std::time::Duration;
 
 /// Times of a repeated action.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Spread {
+pub struct Timings {
     sorted: Vec<Duration>,
 }
 
-impl From<Vec<Duration>> for Spread {
+impl From<Vec<Duration>> for Timings {
     fn from(mut times: Vec<Duration>) -> Self {
         times.sort_unstable();
         Self { sorted: times }
     }
 }
 
-impl Spread {
+impl Timings {
     /// Returns the number of times.
     #[must_use]
     pub fn count(&self) -> usize {
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn percentiles_are_of_the_nearest_rank() {
         let times = (1..=200).rev().map(Duration::from_millis);
-        let spread = Spread::from(times.collect::<Vec<_>>());
+        let spread = Timings::from(times.collect::<Vec<_>>());
         let percentile = |percent| spread.percentile(percent).map(|time| time.as_millis());
         assert_eq!(percentile(0), Some(1));
         assert_eq!(percentile(50), Some(100));
@@ -68,6 +68,6 @@ mod tests {
         assert_eq!(percentile(100), Some(200));
         let less = spread.less(Duration::from_millis(100));
         assert_eq!(less.p50(), Some(Duration::ZERO));
-        assert_eq!(Spread::default().p50(), None);
+        assert_eq!(Timings::default().p50(), None);
     }
 }

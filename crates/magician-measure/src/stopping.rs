@@ -6,16 +6,16 @@ use magician::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
 use tokio::time::{Instant, sleep};
 
 use crate::tap::StopTap;
-use crate::{Ring, Spread};
+use crate::{Ring, Timings};
 
 /// Latencies of stops while a stream of segments fills the line.
 #[derive(Clone, Debug, Default)]
 pub struct Stops {
     /// Times from the call to the first byte on the line. Bytes already handed to a line of 115200
     /// baud count with their wire time.
-    pub on_the_line: Spread,
+    pub on_the_line: Timings,
     /// Times from the call to the arm's answer.
-    pub answered: Spread,
+    pub answered: Timings,
 }
 
 /// Shortest and longest time of the stream before the stop. Choice.
@@ -60,8 +60,8 @@ pub async fn stops(
     arm.close().await;
     outcome.and(restored)?;
     Ok(Stops {
-        on_the_line: Spread::from(times.on_the_line),
-        answered: Spread::from(times.answered),
+        on_the_line: Timings::from(times.on_the_line),
+        answered: Timings::from(times.answered),
     })
 }
 

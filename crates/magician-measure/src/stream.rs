@@ -22,7 +22,7 @@ pub struct Load {
 
 /// Results of a stream of segments.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Streamed {
+pub struct StreamResult {
     /// Rate of segments that the arm accepted after the warm-up.
     pub rate: Rate,
     /// True if the indices of all commands are consecutive.
@@ -117,7 +117,7 @@ pub async fn streamed(
     time: Duration,
     load: Load,
     mut pause: impl AsyncFnMut(Duration),
-) -> Result<Streamed> {
+) -> Result<StreamResult> {
     let supply = Supply {
         begun: Instant::now(),
         time,
@@ -149,7 +149,7 @@ pub async fn streamed(
         (Some(first), Some(last)) => last.0.wrapping_sub(first.0) + 1 == ran.commands,
         _ => ran.commands == 0,
     };
-    Ok(Streamed {
+    Ok(StreamResult {
         rate: supply.rate(),
         in_a_row,
         fewest: looks.fewest.get(),

@@ -21,7 +21,7 @@ pub struct PtpMove {
 impl PtpMove {
     /// The move of a command. `None` for commands other than the four.
     #[must_use]
-    pub fn of(command: &Set) -> Option<Self> {
+    pub fn from_command(command: &Set) -> Option<Self> {
         Some(match command {
             Set::PtpCmd(ptp) => ptp.into(),
             Set::PtpWithLCmd(ptp) => ptp.into(),
@@ -100,7 +100,7 @@ mod tests {
             z,
             r,
         };
-        PtpMove::of(&command.into())?.request(HEIGHTS)
+        PtpMove::from_command(&command.into())?.request(HEIGHTS)
     }
 
     /// Follows the table of errata E28.

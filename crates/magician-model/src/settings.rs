@@ -63,7 +63,7 @@ pub struct MotionSettings {
     /// Ratios of arcs. The arm stores them, but no motion uses them (model section 9).
     pub arc_common: ArcCommonParams,
     /// On if the arm stands on a rail that is in use.
-    pub with_rail: SetDeviceWithL,
+    pub rail_setting: SetDeviceWithL,
 }
 
 impl MotionSettings {
@@ -135,7 +135,7 @@ impl MotionSettings {
                 velocity_ratio: arc.velocity_ratio,
                 acceleration_ratio: arc.acceleration_ratio,
             },
-            with_rail: SetDeviceWithL {
+            rail_setting: SetDeviceWithL {
                 with_l: Flag::OFF,
                 version: None,
             },
@@ -143,7 +143,7 @@ impl MotionSettings {
     }
 
     /// Applies a command. True if it sets one of these settings.
-    pub fn note(&mut self, command: &Set) -> bool {
+    pub fn apply(&mut self, command: &Set) -> bool {
         match command {
             Set::EndEffectorParams(set) => self.tool = *set,
             Set::JogJointParams(set) => self.jog_joint = *set,
@@ -162,7 +162,7 @@ impl MotionSettings {
             Set::CpParams(set) => self.cp = *set,
             Set::ArcParams(set) => self.arc = *set,
             Set::ArcCommonParams(set) => self.arc_common = *set,
-            Set::SetDeviceWithL(set) => self.with_rail = *set,
+            Set::SetDeviceWithL(set) => self.rail_setting = *set,
             // Not a setting of motion.
             _ => return false,
         }
@@ -171,8 +171,8 @@ impl MotionSettings {
 
     /// Applies a command as an arm with these ceilings stores it. True if it sets one of these
     /// settings.
-    pub fn note_stored(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
-        self.note(&as_stored(command, ceilings))
+    pub fn apply_clamped(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
+        self.apply(&as_stored(command, ceilings))
     }
 
     /// Tool bias, mm.
@@ -189,7 +189,7 @@ impl MotionSettings {
     /// True if the arm stands on a rail that is in use.
     #[must_use]
     pub fn has_rail(&self) -> bool {
-        self.with_rail.with_l.is_on()
+        self.rail_setting.with_l.is_on()
     }
 
     /// Speeds of point-to-point moves as set. The planner applies the ceilings.
@@ -250,7 +250,7 @@ impl MotionSettings {
     /// # Errors
     /// [`MotionError::Speed`] for a value or a ratio that is NaN, zero or negative.
     pub fn jog(&self, axis: JogAxis, ceilings: &Ceilings) -> Result<KinematicLimits, MotionError> {
-        let set = self.jog_as_set(axis);
+        let set = self.jog_setting(axis);
         let speeds = Speeds {
             joint_velocity: [set.velocity; 4],
             joint_acceleration: [set.acceleration; 4],
@@ -268,7 +268,7 @@ impl MotionSettings {
     /// it. Not positive if the setting is not.
     #[must_use]
     pub fn jog_deceleration(&self, axis: JogAxis, ceilings: &Ceilings) -> f64 {
-        let (set, ceiling) = (self.jog_as_set(axis), ceilings.of_axis(axis));
+        let (set, ceiling) = (self.jog_setting(axis), ceilings.of_axis(axis));
         // f64::min would replace a NaN by the ceiling.
         if set.acceleration > ceiling.acceleration {
             ceiling.acceleration
@@ -277,7 +277,7 @@ impl MotionSettings {
         }
     }
 
-    fn jog_as_set(&self, axis: JogAxis) -> KinematicLimits {
+    fn jog_setting(&self, axis: JogAxis) -> KinematicLimits {
         let (joint, space) = (&self.jog_joint, &self.jog_coordinate);
         let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
         let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
@@ -363,7 +363,7 @@ mod tests {
     fn after(commands: &[Set]) -> MotionSettings {
         let mut settings = MotionSettings::at_power_up(&MODEL);
         for command in commands {
-            assert!(settings.note(command), "{command:?}");
+            assert!(settings.apply(command), "{command:?}");
         }
         settings
     }
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn power_up_means_the_same_on_the_wire_and_in_the_model() {
+    fn power_up_settings_match_model() {
         let settings = MotionSettings::at_power_up(&MODEL);
         assert_eq!(settings.speeds(), MODEL.power_up.speeds());
         assert_eq!(settings.arc_speeds(), MODEL.power_up.speeds());
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn one_height_sets_both_and_two_heights_leave_the_one() {
+    fn single_jump_height_sets_both_heights() {
         let one = PtpJumpParams {
             jump_height: 12.0,
             z_limit: 80.0,
@@ -419,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn rail_speed_has_the_ratio_up_to_all_of_it_and_none_is_no_speed() {
+    fn rail_speed_scales_by_ratio_and_refuses_nan_zero_negative() {
         let rail = PtpLParams {
             velocity: 80.0,
             acceleration: 60.0,
@@ -463,7 +463,7 @@ mod tests {
         assert_eq!(without.jog_deceleration(JogAxis::Z, &MODEL.ceilings), 400.0);
         // Store the setting as the arm would.
         let mut stored = MotionSettings::default();
-        stored.note_stored(&space.into(), &MODEL.ceilings);
+        stored.apply_clamped(&space.into(), &MODEL.ceilings);
         assert_eq!(stored.jog_coordinate.velocity, [40.0, 50.0, 300.0, 20.0]);
     }
 }

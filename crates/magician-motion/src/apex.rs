@@ -12,9 +12,9 @@ use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
 
 /// Accuracy of the summit, mm. Far below a motor step and far above rounding errors.
-const EXACT: f64 = 1e-6;
+const HEIGHT_TOLERANCE: f64 = 1e-6;
 /// Most spans examined. A jump needs dozens; only values that no arm has would need more.
-const MOST_SPANS: u32 = 5_000;
+const MAX_SPANS: u32 = 5_000;
 
 /// Greatest height of the tool on a segment, mm. `None` if it does not exceed `ceiling`.
 pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -> Option<f64> {
@@ -28,15 +28,15 @@ pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -
     };
     let mut from = search.at(0.0);
     let mut highest = from.height.max(search.at(segment.duration()).height);
-    let mut spans_left = MOST_SPANS;
+    let mut spans_left = MAX_SPANS;
     for corner in segment.corners() {
         let to = search.at(corner);
         highest = highest.max(to.height);
         search.raise(&mut highest, from, to, &mut spans_left);
         from = to;
     }
-    let highest = highest + EXACT;
-    (highest > ceiling + 2.0 * EXACT).then_some(highest)
+    let highest = highest + HEIGHT_TOLERANCE;
+    (highest > ceiling + 2.0 * HEIGHT_TOLERANCE).then_some(highest)
 }
 
 /// Upper bound of the height from the range of each joint alone, without a search.
@@ -94,7 +94,7 @@ impl Search<'_> {
     fn raise(&self, highest: &mut f64, from: Point, to: Point, spans_left: &mut u32) {
         let span = to.t - from.t;
         let possible = from.height.max(to.height) + 0.125 * self.curvature * span * span;
-        if *spans_left > 0 && possible > *highest + EXACT {
+        if *spans_left > 0 && possible > *highest + HEIGHT_TOLERANCE {
             *spans_left -= 1;
             let middle = self.at(0.5 * (from.t + to.t));
             *highest = highest.max(middle.height);

@@ -22,7 +22,7 @@ pub(crate) struct Arc {
 
 /// A point of the arc, with the first and second derivative by arc length.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct ArcPoint {
     pub(crate) at: [f64; 3],
     pub(crate) along: [f64; 3],
     pub(crate) bend: [f64; 3],
@@ -96,14 +96,14 @@ impl Arc {
         way.min(2.0 * self.radius)
     }
 
-    pub(crate) fn place(&self, way: f64) -> Place {
+    pub(crate) fn place(&self, way: f64) -> ArcPoint {
         let turns = libm::floor(way / self.turn());
         let half = (way - turns * self.turn()) / self.radius * (0.5 * DEGREES_PER_RADIAN);
         let (sin_half, cos_half) = sin_cos(half);
         let (sin, bulge) = (2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half);
         let cos = 1.0 - bulge;
         let mix = |ahead, aside| sum(scaled(self.tangent, ahead), scaled(self.inwards, aside));
-        Place {
+        ArcPoint {
             at: sum(self.start, mix(self.radius * sin, self.radius * bulge)),
             along: mix(cos, sin),
             bend: mix(-sin / self.radius, cos / self.radius),

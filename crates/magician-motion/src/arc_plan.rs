@@ -71,7 +71,7 @@ impl Planner {
     fn check_place(&self, pose: &Pose) -> Result<(), MotionError> {
         let place = Pose { r: 0.0, ..*pose };
         self.geometry
-            .inverse_within(&place, &self.limits.in_space())
+            .inverse_within(&place, &self.limits.without_j4())
             .map(|_| ())
     }
 

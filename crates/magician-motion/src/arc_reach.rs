@@ -16,7 +16,7 @@
 //! continues at a coarser resolution, and may then miss what is shallower than 0.001 mm.
 
 use crate::angle::sin_cos;
-use crate::arc::{Arc, Place};
+use crate::arc::{Arc, ArcPoint};
 use crate::boundary::{Circle, SPATIAL};
 use crate::roots::bisect;
 use crate::wrist::Interval;
@@ -59,8 +59,8 @@ pub(crate) struct Outline {
 
 impl Outline {
     /// Outlines the span that reaches `half` before and behind a place.
-    pub(crate) fn new(arc: &Arc, geometry: &Geometry, place: &Place, half: f64) -> Self {
-        let Place {
+    pub(crate) fn new(arc: &Arc, geometry: &Geometry, place: &ArcPoint, half: f64) -> Self {
+        let ArcPoint {
             at: [x, y, z],
             along: [dx, dy, dz],
             bend: [ddx, ddy, ddz],
@@ -102,7 +102,7 @@ impl Outline {
 
     /// Bounds of the rate of J1 by arc length on the span, rad/mm. `None` if the tool may touch the
     /// base axis. `place` is the middle of the span.
-    pub(crate) fn turning(&self, place: &Place, across: f64) -> Option<Interval> {
+    pub(crate) fn turning(&self, place: &ArcPoint, across: f64) -> Option<Interval> {
         let [x, y, _] = place.at;
         let [dx, dy, _] = place.along;
         let [_, out_rate, _] = self.out;

@@ -3,7 +3,7 @@
 use crate::angle::atan2;
 use crate::arc::Arc;
 use crate::arc_reach::{Outline, spatial_cuts};
-use crate::tool_path::{MOMENTS, ToolPath, moments};
+use crate::tool_path::{MAX_CORNERS, ToolPath, moments};
 use crate::velocity_profile::VelocityProfile;
 use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
@@ -113,7 +113,7 @@ impl ToolPath for ArcSegment {
         (Some(from.max(to) - j1.0), Some(from.min(to) - j1.1))
     }
 
-    fn corners(&self, _: &Geometry) -> [f64; MOMENTS] {
+    fn corners(&self, _: &Geometry) -> [f64; MAX_CORNERS] {
         moments(&self.along, &self.turning, f64::NAN)
     }
 

@@ -4,12 +4,12 @@ use crate::{JointAngles, Limits, MotionError};
 
 /// Times at which a motion may cross a bound. Stored in place, sorted on demand.
 #[derive(Clone, Debug)]
-pub(crate) struct Moments {
+pub(crate) struct CrossingTimes {
     times: [f64; Self::CAPACITY],
     count: usize,
 }
 
-impl Moments {
+impl CrossingTimes {
     /// More than the boundaries of the workspace can cut a path. On an arc, fifteen circles (the
     /// bounds of J2, J3 and J2 - J3, each also where the start lies beyond it, and the edges of
     /// reach) have at most eight cuts each, each reported at most twice, and the planes of J1 have
@@ -51,7 +51,7 @@ impl Moments {
 pub(crate) fn first_violation(
     limits: &Limits,
     start: &JointAngles,
-    mut moments: Moments,
+    mut moments: CrossingTimes,
     duration: f64,
     joints_at: impl Fn(f64) -> Result<JointAngles, MotionError>,
 ) -> Option<(f64, MotionError)> {

@@ -56,13 +56,13 @@ impl Jog {
 }
 
 /// Length of a joint jog without a limit in its way, degrees.
-const UNLIMITED: f64 = 1e9;
+const UNLIMITED_TRAVEL: f64 = 1e9;
 /// Highest entry speed accepted, mm/s or deg/s. Far above any speed of the arm; it keeps lengths
 /// finite.
-const FASTEST: f64 = 1e6;
+const MAX_ENTRY_SPEED: f64 = 1e6;
 /// Extra length beyond a limit, mm or degrees, so that the limit cuts the motion and not its own
 /// end.
-const BEYOND: f64 = 1.0;
+const LIMIT_OVERSHOOT: f64 = 1.0;
 /// Distance from a limit at which the arm counts as standing at it, mm or degrees.
 const AT_LIMIT: f64 = 1e-6;
 
@@ -186,7 +186,7 @@ impl Planner {
         entry: f64,
     ) -> Result<Plan, MotionError> {
         let rates = self.ceilings.jog(jog.axis, rates)?;
-        if libm::fabs(entry) > FASTEST || entry.is_nan() {
+        if libm::fabs(entry) > MAX_ENTRY_SPEED || entry.is_nan() {
             return Err(MotionError::Speed {
                 quantity: jog.axis.velocity_quantity(),
                 value: entry,
@@ -198,7 +198,7 @@ impl Planner {
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
         let (turn, left) = if forwards < 0.0 {
-            self.law.turn(-forwards, rates.acceleration)
+            self.law.reversal(-forwards, rates.acceleration)
         } else {
             (VelocityProfile::default(), -forwards)
         };
@@ -321,12 +321,18 @@ impl Planner {
             JogAxis::J2 => (from.joints.j2, limits.j2),
             JogAxis::J3 => (from.joints.j3, limits.j3),
             JogAxis::J4 | JogAxis::R => (from.joints.j4, limits.j4),
-            JogAxis::X | JogAxis::Y | JogAxis::Z => return self.reach(&from.pose) + BEYOND,
+            JogAxis::X | JogAxis::Y | JogAxis::Z => {
+                return self.reach(&from.pose) + LIMIT_OVERSHOOT;
+            }
         };
         let room = if sign > 0.0 { max - angle } else { angle - min };
         // A NaN limit or angle leaves no room.
-        let room = if room > 0.0 { room.min(UNLIMITED) } else { 0.0 };
-        room + BEYOND
+        let room = if room > 0.0 {
+            room.min(UNLIMITED_TRAVEL)
+        } else {
+            0.0
+        };
+        room + LIMIT_OVERSHOOT
     }
 
     /// Distance beyond which no point is in reach.

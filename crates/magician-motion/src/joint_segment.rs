@@ -1,7 +1,7 @@
 //! Segment of a motion: the joints, each by its own velocity profile.
 
 use crate::axis_motion::AxisMotion;
-use crate::crossing::{Moments, first_violation};
+use crate::crossing::{CrossingTimes, first_violation};
 use crate::roots::quadratic;
 use crate::velocity_profile::CORNERS;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
@@ -45,7 +45,7 @@ impl JointSegment {
         if self.stays_within(limits) {
             return None;
         }
-        let mut moments = Moments::new();
+        let mut moments = CrossingTimes::new();
         let wide = limits.widened_to(&self.from.joints);
         for bound in Bound::ALL {
             self.passings(bound, limits.at(bound), &mut moments);
@@ -78,7 +78,7 @@ impl JointSegment {
 
     /// Adds the times at which the angle of `bound` equals `angle`. Between the corners of the
     /// profiles it is a quadratic of time.
-    fn passings(&self, bound: Bound, angle: f64, moments: &mut Moments) {
+    fn passings(&self, bound: Bound, angle: f64, moments: &mut CrossingTimes) {
         let [j1, j2, j3, j4] = &self.axes;
         let (axis, other) = match bound {
             Bound::J1Min | Bound::J1Max => (j1, None),

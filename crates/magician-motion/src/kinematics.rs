@@ -157,7 +157,7 @@ impl Geometry {
         if !pose.is_finite() {
             return Err(Unreachable::NotFinite.into());
         }
-        self.solve(pose, Outside::Refuse)
+        self.solve(pose, NegativeRadicand::Refuse)
     }
 
     /// True if the tool can be at a position (x, y, z; mm) within these limits, at any rotation.
@@ -183,12 +183,12 @@ impl Geometry {
     /// Like [`inverse`](Self::inverse), but moves a wrist that is out of reach by a rounding error
     /// to the edge of reach. For points of a path that is known to be in reach.
     pub(crate) fn inverse_at_edge(&self, pose: &Pose) -> Option<JointAngles> {
-        self.solve(pose, Outside::Clamp)
+        self.solve(pose, NegativeRadicand::Clamp)
             .ok()
             .filter(JointAngles::is_finite)
     }
 
-    fn solve(&self, pose: &Pose, outside: Outside) -> Result<JointAngles, MotionError> {
+    fn solve(&self, pose: &Pose, outside: NegativeRadicand) -> Result<JointAngles, MotionError> {
         let across = self.tool.y;
         let radius_squared = pose.x * pose.x + pose.y * pose.y - across * across;
         let radius = outside.root(radius_squared).ok_or(Unreachable::TooNear {
@@ -209,7 +209,12 @@ impl Geometry {
     ///
     /// Sine and cosine of the rear arm's elevation follow from the triangle directly. That saves
     /// three trigonometric calls and loses no precision.
-    fn solve_section(&self, p: f64, q: f64, outside: Outside) -> Result<(f64, f64), MotionError> {
+    fn solve_section(
+        &self,
+        p: f64,
+        q: f64,
+        outside: NegativeRadicand,
+    ) -> Result<(f64, f64), MotionError> {
         let (rear, fore) = (self.rear_arm, self.forearm);
         let distance_squared = p * p + q * q;
         let distance = libm::sqrt(distance_squared);
@@ -249,12 +254,12 @@ impl Geometry {
 
 /// Treatment of a negative radicand.
 #[derive(Clone, Copy)]
-enum Outside {
+enum NegativeRadicand {
     Refuse,
     Clamp,
 }
 
-impl Outside {
+impl NegativeRadicand {
     /// Square root of `square`. `None` for NaN, and for a negative number if this is `Refuse`; with
     /// `Clamp` a negative number gives 0.
     fn root(self, square: f64) -> Option<f64> {

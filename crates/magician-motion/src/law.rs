@@ -126,7 +126,7 @@ impl MotionLaw {
     /// Returns the part of a stop before the speed changes its sign, and the speed left at its end.
     ///
     /// That speed is 0 in continuous time. In periods it is less than one period's change of speed.
-    pub(crate) fn turn(self, entry: f64, deceleration: f64) -> (VelocityProfile, f64) {
+    pub(crate) fn reversal(self, entry: f64, deceleration: f64) -> (VelocityProfile, f64) {
         if self.is_continuous() {
             (VelocityProfile::stopping(entry, deceleration), 0.0)
         } else {

@@ -225,7 +225,7 @@ impl Limits {
     }
 
     /// Returns these limits without those of J4, which do not bound the positions of the tool.
-    pub(crate) fn in_space(&self) -> Self {
+    pub(crate) fn without_j4(&self) -> Self {
         Self {
             j4: Range::new(f64::NEG_INFINITY, f64::INFINITY),
             ..*self

@@ -1,7 +1,7 @@
 //! Segment of a motion: the tool on a straight line, r along with it.
 
 use crate::boundary::{Section, spatial_cuts};
-use crate::tool_path::{MOMENTS, ToolPath, moments};
+use crate::tool_path::{MAX_CORNERS, ToolPath, moments};
 use crate::velocity_profile::VelocityProfile;
 use crate::wrist::{Interval, speeds};
 use crate::{ArmState, Geometry, Limits, Pose};
@@ -105,7 +105,7 @@ impl ToolPath for LineSegment {
     }
 
     /// Adds the point closest to the base axis: up to it, and from it on, everything is monotone.
-    fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS] {
+    fn corners(&self, geometry: &Geometry) -> [f64; MAX_CORNERS] {
         let nearest = self.section(geometry).nearest() * self.along.length();
         moments(&self.along, &self.turning, self.along.time_at(nearest))
     }

@@ -19,7 +19,7 @@ pub(crate) enum MoveSegment {
     /// The tool on a circular arc, r along with it.
     Arc(ArcSegment),
     /// The tool on a segment of a continuous path, joint 4 at rest.
-    Segment(PathSegment),
+    Path(PathSegment),
 }
 
 impl MoveSegment {
@@ -28,7 +28,7 @@ impl MoveSegment {
             Self::Joints(segment) => segment.duration(),
             Self::Line(segment) => segment.along.duration(),
             Self::Arc(segment) => segment.along.duration(),
-            Self::Segment(segment) => segment.along.duration(),
+            Self::Path(segment) => segment.along.duration(),
         }
     }
 
@@ -37,11 +37,11 @@ impl MoveSegment {
     pub(crate) fn corners_us(&self) -> impl Iterator<Item = u64> {
         let joints = match self {
             Self::Joints(segment) => Some(segment.corners()),
-            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
+            Self::Line(_) | Self::Arc(_) | Self::Path(_) => None,
         };
         let arc = match self {
             Self::Arc(segment) => Some(segment.along.corners()),
-            Self::Joints(_) | Self::Line(_) | Self::Segment(_) => None,
+            Self::Joints(_) | Self::Line(_) | Self::Path(_) => None,
         };
         let corners = joints
             .into_iter()
@@ -55,7 +55,7 @@ impl MoveSegment {
             Self::Joints(segment) => segment.to,
             Self::Line(segment) => segment.to,
             Self::Arc(segment) => segment.to,
-            Self::Segment(segment) => segment.to,
+            Self::Path(segment) => segment.to,
         }
     }
 
@@ -72,7 +72,7 @@ impl MoveSegment {
             Self::Line(segment) => segment.state_at(geometry, t),
             Self::Arc(segment) => segment.state_at(geometry, t),
             // The rest of a segment starts in its middle, and computes its own start.
-            Self::Segment(segment) => segment.state_at(geometry, t),
+            Self::Path(segment) => segment.state_at(geometry, t),
         }
     }
 
@@ -85,7 +85,7 @@ impl MoveSegment {
     ) -> ArmState {
         match self {
             Self::Joints(segment) => segment.state_stopped_by(geometry, t, stopped_by),
-            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => self.state_at(geometry, t),
+            Self::Line(_) | Self::Arc(_) | Self::Path(_) => self.state_at(geometry, t),
         }
     }
 
@@ -104,7 +104,7 @@ impl MoveSegment {
                 let state = segment.state_at(geometry, t);
                 geometry.joint_velocities(&state.joints, &state.pose, &segment.tool_rate_at(t))
             }
-            Self::Segment(segment) => segment.joint_velocities(geometry, t),
+            Self::Path(segment) => segment.joint_velocities(geometry, t),
         }
     }
 
@@ -120,7 +120,7 @@ impl MoveSegment {
             }
             Self::Line(segment) => segment.tool_rate_at(t),
             Self::Arc(segment) => segment.tool_rate_at(t),
-            Self::Segment(segment) => segment.tool_rate_at(geometry, t),
+            Self::Path(segment) => segment.tool_rate_at(geometry, t),
         }
     }
 
@@ -135,7 +135,7 @@ impl MoveSegment {
             Self::Joints(segment) => segment.first_crossing(limits),
             Self::Line(segment) => segment.first_crossing(geometry, limits),
             Self::Arc(segment) => segment.first_crossing(geometry, limits),
-            Self::Segment(segment) => segment.first_crossing(geometry, limits),
+            Self::Path(segment) => segment.first_crossing(geometry, limits),
         }
     }
 
@@ -146,7 +146,7 @@ impl MoveSegment {
             Self::Joints(segment) => {
                 apex::above(segment, geometry, ceiling).map(|top| top - ceiling)
             }
-            Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
+            Self::Line(_) | Self::Arc(_) | Self::Path(_) => None,
         }
     }
 
@@ -167,7 +167,7 @@ impl MoveSegment {
             }
             Self::Line(segment) => segment.turning.length(),
             Self::Arc(segment) => segment.along.length(),
-            Self::Segment(segment) => segment.along.length(),
+            Self::Path(segment) => segment.along.length(),
         }
     }
 
@@ -178,7 +178,7 @@ impl MoveSegment {
             Self::Line(segment) if segment.along.length() >= SHORTEST_MOVE => segment.along,
             Self::Line(segment) => segment.turning,
             Self::Arc(segment) => segment.along,
-            Self::Segment(segment) => segment.along,
+            Self::Path(segment) => segment.along,
         }
     }
 
@@ -198,7 +198,7 @@ impl MoveSegment {
                 *along = along.stretched(duration);
                 *turning = turning.stretched(duration);
             }
-            Self::Segment(PathSegment { along, .. }) => *along = along.stretched(duration),
+            Self::Path(PathSegment { along, .. }) => *along = along.stretched(duration),
         }
         self
     }

@@ -95,7 +95,7 @@ impl PathSegment {
             return None;
         }
         // Joint 4 does not move, so a start beyond its limit leads no further out.
-        let spatial = limits.in_space();
+        let spatial = limits.without_j4();
         let section = Section::new(geometry, &self.from.pose, &self.to.pose);
         spatial_crossing(
             geometry,

@@ -173,7 +173,7 @@ const fn wide([a, b, c, d]: [f32; 4]) -> [f64; 4] {
     [a as f64, b as f64, c as f64, d as f64]
 }
 
-macro_rules! of_the_magician {
+macro_rules! impl_magician_default {
     ($($part:ident: $type:ident),+) => {$(
         impl Default for $type {
             /// Firmware 3.6.14.
@@ -184,4 +184,4 @@ macro_rules! of_the_magician {
     )+};
 }
 
-of_the_magician! { jog: JogDefaults, ptp: PtpDefaults, cp: CpDefaults, arc: ArcDefaults }
+impl_magician_default! { jog: JogDefaults, ptp: PtpDefaults, cp: CpDefaults, arc: ArcDefaults }

@@ -48,7 +48,7 @@ impl Planner {
             done: 0.0,
             along: self.law.segment(length, entry, exit, &rates),
         };
-        let segment = MoveSegment::Segment(path);
+        let segment = MoveSegment::Path(path);
         let trajectory = Trajectory::of_segment(&self.geometry, self.law, from, segment);
         Ok(Plan::within(trajectory, &self.limits))
     }
@@ -71,14 +71,14 @@ impl Planner {
     ) -> Result<Option<Plan>, MotionError> {
         let rates = self.ceilings.linear(rates)?;
         let exit = finite_speed(SpeedQuantity::LinearVelocity, exit)?;
-        let Some((MoveSegment::Segment(path), t)) = running.under_way(at_us) else {
+        let Some((MoveSegment::Path(path), t)) = running.under_way(at_us) else {
             return Ok(None);
         };
         let rest = path.rest(t, |length, entry| {
             self.law.segment(length, entry, exit, &rates)
         });
         let from = running.sample(at_us);
-        let segment = MoveSegment::Segment(rest);
+        let segment = MoveSegment::Path(rest);
         let trajectory = Trajectory::of_segment(running.geometry(), self.law, &from, segment);
         Ok(Some(Plan::within(trajectory, &self.limits)))
     }
@@ -100,7 +100,7 @@ impl Trajectory {
     #[must_use]
     pub fn path_speed(&self, t_us: u64) -> f64 {
         match self.under_way(t_us) {
-            Some((MoveSegment::Segment(path), t)) => path.along.velocity(t),
+            Some((MoveSegment::Path(path), t)) => path.along.velocity(t),
             Some(_) => {
                 let rate = self.tool_velocity(t_us);
                 rate.distance_to(&Pose {
@@ -117,7 +117,7 @@ impl Trajectory {
     #[must_use]
     pub fn exit_speed(&self) -> f64 {
         match self.last_segment() {
-            Some(MoveSegment::Segment(path)) => path.along.exit(),
+            Some(MoveSegment::Path(path)) => path.along.exit(),
             _ => 0.0,
         }
     }

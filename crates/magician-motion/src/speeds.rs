@@ -119,14 +119,14 @@ impl Ceilings {
 }
 
 /// Smallest valid speed. Below it durations overflow, so it counts as zero.
-const LEAST: f64 = 1e-50;
+const MIN_SPEED: f64 = 1e-50;
 
 fn ratio(quantity: SpeedQuantity, percent: f64) -> Result<f64, MotionError> {
     positive(quantity, percent).map(|percent| percent.min(100.0) / 100.0)
 }
 
 pub(crate) fn positive(quantity: SpeedQuantity, value: f64) -> Result<f64, MotionError> {
-    if value >= LEAST {
+    if value >= MIN_SPEED {
         Ok(value)
     } else {
         Err(MotionError::Speed { quantity, value })

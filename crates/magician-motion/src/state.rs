@@ -7,9 +7,9 @@ use crate::{
 /// A pose determines J1 only within half a turn either way, degrees.
 const HALF_TURN: f64 = 180.0;
 /// J2 - J3 at which the elbow is straight, degrees. A pose yields no joints beyond.
-const STRAIGHT: f64 = 90.0;
+const STRAIGHT_ELBOW: f64 = 90.0;
 /// Joints closer than this are equal but for rounding, degrees.
-const SAME: f64 = 1e-3;
+const JOINT_TOLERANCE: f64 = 1e-3;
 
 /// Joints and pose at one instant, with one tool bias.
 ///
@@ -60,7 +60,7 @@ impl ArmState {
         let JointAngles { j1, j2, j3, .. } = self.joints;
         for (value, farthest, [below, above]) in [
             (j1, HALF_TURN, [Bound::J1Min, Bound::J1Max]),
-            (j2 - j3, STRAIGHT, [Bound::J23Min, Bound::J23Max]),
+            (j2 - j3, STRAIGHT_ELBOW, [Bound::J23Min, Bound::J23Max]),
         ] {
             if libm::fabs(value) > farthest + LIMIT_TOLERANCE {
                 return Err(MotionError::Limit {
@@ -74,7 +74,7 @@ impl ArmState {
         let solved = (geometry.inverse_at_edge(&pose)).ok_or(Unreachable::NotFinite)?;
         let (solved, joints) = (solved.to_array(), self.joints.to_array());
         let mut pairs = solved.iter().zip(joints);
-        if pairs.all(|(solved, joint)| libm::fabs(solved - joint) < SAME) {
+        if pairs.all(|(solved, joint)| libm::fabs(solved - joint) < JOINT_TOLERANCE) {
             return Ok(());
         }
         Err(Unreachable::TooNear {

@@ -1,19 +1,19 @@
 //! Search for limits along motions whose tool follows a path in space while r has its own profile.
 
-use crate::crossing::{Moments, first_violation};
+use crate::crossing::{CrossingTimes, first_violation};
 use crate::velocity_profile::{CORNERS, VelocityProfile};
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};
 
 /// Most times between which a path is smooth.
-pub(crate) const MOMENTS: usize = 2 * CORNERS + 1;
+pub(crate) const MAX_CORNERS: usize = 2 * CORNERS + 1;
 
 /// Returns the corners of both profiles of a path, and one more time.
 pub(crate) fn moments(
     along: &VelocityProfile,
     turning: &VelocityProfile,
     more: f64,
-) -> [f64; MOMENTS] {
-    let mut moments = [more; MOMENTS];
+) -> [f64; MAX_CORNERS] {
+    let mut moments = [more; MAX_CORNERS];
     let corners = along.corners().into_iter().chain(turning.corners());
     for (slot, corner) in moments.iter_mut().zip(corners) {
         *slot = corner;
@@ -44,7 +44,7 @@ pub(crate) trait ToolPath {
     fn j4_extremes(&self, geometry: &Geometry) -> (Option<f64>, Option<f64>);
 
     /// Times between which [`j4_rates`](Self::j4_rates) holds, in any order.
-    fn corners(&self, geometry: &Geometry) -> [f64; MOMENTS];
+    fn corners(&self, geometry: &Geometry) -> [f64; MAX_CORNERS];
 
     /// Bounds of the rate of J4 between two times without a corner in between, deg/s.
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64);
@@ -64,7 +64,7 @@ pub(crate) trait ToolPath {
     where
         Self: Sized,
     {
-        let spatial = limits.in_space();
+        let spatial = limits.without_j4();
         let horizon = self.horizon();
         let found = spatial_crossing(
             geometry,
@@ -106,7 +106,7 @@ pub(crate) fn spatial_crossing(
         Ok(joints) => joints,
         Err(error) => return Some((0.0, error)),
     };
-    let mut moments = Moments::new();
+    let mut moments = CrossingTimes::new();
     cuts(&spatial.widened_to(&start), &mut |t| moments.add(t));
     let (t, error) = first_violation(spatial, &start, moments, horizon, |t| {
         geometry.inverse(&pose_at(t))

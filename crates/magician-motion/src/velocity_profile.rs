@@ -97,7 +97,7 @@ impl Piece {
 
 /// Period numbers, counted from the start, at which the position curve changes its formula.
 #[derive(Clone, Copy)]
-struct Steps {
+struct PeriodBreaks {
     /// 1 if the curve of the first ramp would start backwards (entry below 0), else 0.
     started: f64,
     /// Last period of the first ramp, and the last one up to which its curve moves forwards.
@@ -289,7 +289,7 @@ impl VelocityProfile {
             (*first, *second) = (self.ramp_in, self.ends - self.ramp_out);
             return corners;
         }
-        let Steps {
+        let PeriodBreaks {
             started,
             ramped: [ramped, bent_in],
             cruised,
@@ -310,7 +310,7 @@ impl VelocityProfile {
         if self.period == 0.0 {
             return self.extremes().0;
         }
-        let Steps {
+        let PeriodBreaks {
             ramped: [ramped, _],
             cruised,
             last: [last, _],
@@ -468,7 +468,7 @@ impl VelocityProfile {
     pub(crate) fn stop_in_periods(self, period: f64) -> Self {
         let mut stop = self.in_periods(period);
         if period > 0.0 {
-            let Steps {
+            let PeriodBreaks {
                 last: [last, _], ..
             } = stop.steps();
             stop.length = stop.place(last).max(0.0);
@@ -528,7 +528,7 @@ impl VelocityProfile {
         run
     }
 
-    fn steps(&self) -> Steps {
+    fn steps(&self) -> PeriodBreaks {
         let last = whole_periods(self.duration, self.period) - 1.0;
         let cruised = ended_periods(self.ends - self.ramp_out, self.period).min(last);
         let ramped = ended_periods(self.ramp_in, self.period).min(cruised);
@@ -544,7 +544,7 @@ impl VelocityProfile {
         };
         let slow_in = self.entry + gain_in * (ramped + 0.5) < 0.0;
         let slow_out = self.ramp_out_entry(cruised) - gain_out * (last - cruised + 0.5) < 0.0;
-        Steps {
+        PeriodBreaks {
             started: if self.entry < 0.0 { 1.0 } else { 0.0 },
             ramped: [ramped, bent(slow_in, ramped, 0.0)],
             cruised,
@@ -567,7 +567,7 @@ impl VelocityProfile {
 
     /// Speed during period number `step`.
     fn step_velocity(&self, step: f64) -> f64 {
-        let Steps {
+        let PeriodBreaks {
             ramped: [ramped, _],
             cruised,
             ..
@@ -586,7 +586,7 @@ impl VelocityProfile {
 
     /// Position at the end of period `step`, which must not be the last one.
     fn place(&self, step: f64) -> f64 {
-        let Steps {
+        let PeriodBreaks {
             ramped: [ramped, _],
             cruised,
             ..
@@ -606,7 +606,7 @@ impl VelocityProfile {
 
     /// Piece of the position curve at `step` periods after the start.
     fn summed_piece(&self, step: f64) -> Piece {
-        let Steps {
+        let PeriodBreaks {
             started,
             ramped: [ramped, bent_in],
             cruised,
@@ -649,7 +649,7 @@ impl VelocityProfile {
 
     /// Time at which the curve reaches a distance between 0 and the length, both exclusive.
     fn summed_time_at(&self, distance: f64) -> f64 {
-        let Steps {
+        let PeriodBreaks {
             started,
             ramped: [ramped, bent_in],
             cruised,

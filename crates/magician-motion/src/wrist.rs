@@ -22,10 +22,10 @@ use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 const SHORTEST_SPAN: f64 = 1e-7;
 /// Most spans examined. Only a motion made to follow the limit needs that many; the rest of it is
 /// then checked at the resolution reached.
-const MOST_SPANS: u32 = 20_000;
+const MAX_SPANS: u32 = 20_000;
 
 /// J4 along a path. `side` is 1 to search for an upper limit, -1 for a lower one.
-struct Wrist<'a, P> {
+struct J4Search<'a, P> {
     path: &'a P,
     geometry: &'a Geometry,
     side: f64,
@@ -52,7 +52,7 @@ pub(crate) fn first_crossing<P: ToolPath>(
         if extreme.is_some_and(|extreme| side * extreme <= side * limit) {
             return None;
         }
-        Wrist {
+        J4Search {
             path,
             geometry,
             side,
@@ -67,7 +67,7 @@ pub(crate) fn first_crossing<P: ToolPath>(
     }
 }
 
-impl<P: ToolPath> Wrist<'_, P> {
+impl<P: ToolPath> J4Search<'_, P> {
     fn first_beyond(&self, limit: f64, end: f64) -> Option<f64> {
         let start = self.value(0.0);
         if start <= limit + LIMIT_TOLERANCE {
@@ -100,7 +100,7 @@ impl<P: ToolPath> Wrist<'_, P> {
     fn first_above(&self, level: f64, a: f64, b: f64) -> Option<f64> {
         let mut ends = self.path.corners(self.geometry);
         ends.sort_unstable_by(f64::total_cmp);
-        let mut budget = MOST_SPANS;
+        let mut budget = MAX_SPANS;
         let mut from = a;
         for to in ends.into_iter().filter(|t| *t < b).chain([b]) {
             if to > from {

@@ -341,7 +341,7 @@ impl CheckRun {
     /// Refuses a rail position if no rail is in use: the arm would ignore the position and take the
     /// right pose at the wrong place.
     fn check_rail(&self, command: &Set) -> Result<(), Error> {
-        let Some(l) = PtpMove::of(command).and_then(|to| to.rail) else {
+        let Some(l) = PtpMove::from_command(command).and_then(|to| to.rail) else {
             return Ok(());
         };
         if self.arm.is_on_rail() {

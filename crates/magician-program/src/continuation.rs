@@ -149,8 +149,8 @@ impl Default for HeightTracker {
 
 impl HeightTracker {
     fn note(&mut self, command: &Set, from: Option<f64>, to: Option<f64>) {
-        self.settings.note(command);
-        let jumps = PtpMove::of(command).is_some_and(|to| to.mode.is_jump());
+        self.settings.apply(command);
+        let jumps = PtpMove::from_command(command).is_some_and(|to| to.mode.is_jump());
         let heights = self.settings.jump();
         let lift = heights.start.max(heights.end);
         for z in [from, to].into_iter().flatten() {

@@ -45,7 +45,7 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 fn damage(frame: &mut Vec<u8>, random: &mut Random) {
-    const TELLING: [u8; 8] = [0xAA, 0x00, 0xFF, 0x02, 0xFA, 0x80, 0x7F, 0x01];
+    const INTERESTING_BYTES: [u8; 8] = [0xAA, 0x00, 0xFF, 0x02, 0xFA, 0x80, 0x7F, 0x01];
     for _ in 0..random.below(4) {
         let at = random.below(frame.len().max(1));
         let bits = random.next();
@@ -58,7 +58,7 @@ fn damage(frame: &mut Vec<u8>, random: &mut Random) {
         match bits & 7 {
             0 => {}
             1 => drop(frame.remove(at)),
-            2 => frame[at] = TELLING[usize::from(any % 8)],
+            2 => frame[at] = INTERESTING_BYTES[usize::from(any % 8)],
             3 => frame[at] = frame[at].wrapping_add(any | 1),
             4 => frame[at] ^= 1 << (any & 7),
             5 => frame.truncate(at),
@@ -77,14 +77,14 @@ fn damage(frame: &mut Vec<u8>, random: &mut Random) {
 }
 
 #[derive(Default)]
-struct Tally {
+struct MutationCount {
     frames: u64,
     rejected: u64,
     noise: u64,
     requests: u64,
 }
 
-impl Tally {
+impl MutationCount {
     fn take(&mut self, event: Event<'_>) {
         match event {
             Event::Frame { frame, .. } => {
@@ -177,7 +177,7 @@ fn main() {
     let (cases, seed) = (option("--cases", 1_000_000), option("--seed", 1));
     let seeds = seeds();
     let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-    let (mut deframer, mut tally) = (Deframer::new(), Tally::default());
+    let (mut deframer, mut tally) = (Deframer::new(), MutationCount::default());
     let mut frame = Vec::with_capacity(256);
     let start = Instant::now();
     for case in 0..cases {
@@ -195,7 +195,7 @@ fn main() {
         }
     }
     let seconds = start.elapsed().as_secs_f64();
-    let Tally {
+    let MutationCount {
         frames,
         rejected,
         noise,

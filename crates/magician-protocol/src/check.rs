@@ -76,11 +76,11 @@ impl RangeError {
     /// Bound that the value violates. `None` if the value is not a finite number.
     #[must_use]
     pub fn limit(&self) -> Option<i32> {
-        self.range.limit_broken_by(self.value)
+        self.range.violated_bound(self.value)
     }
 
     /// Adds the index of an item in an array or list.
-    pub(crate) const fn at(mut self, item: usize) -> Self {
+    pub(crate) const fn with_item(mut self, item: usize) -> Self {
         self.item = Some(item);
         self
     }
@@ -89,7 +89,7 @@ impl RangeError {
 impl Range {
     /// Bound that a number violates. `None` if it is in range.
     #[inline]
-    fn limit_broken_by(&self, number: Number) -> Option<i32> {
+    fn violated_bound(&self, number: Number) -> Option<i32> {
         let number = number.to_f64();
         let below = |least: i32| (number < f64::from(least)).then_some(least);
         let above = |most: i32| (number > f64::from(most)).then_some(most);
@@ -116,7 +116,7 @@ pub(crate) fn check_number(
     range: Range,
 ) -> Result<(), RangeError> {
     let range = if value.is_finite() { range } else { Range::Any };
-    if value.is_finite() && range.limit_broken_by(value).is_none() {
+    if value.is_finite() && range.violated_bound(value).is_none() {
         return Ok(());
     }
     Err(RangeError {

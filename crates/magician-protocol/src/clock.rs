@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_stop_at_the_ends_and_drop_what_is_below_a_microsecond() {
+    fn arithmetic_saturates_and_drops_nanoseconds() {
         let late = ArmInstant::MAX + Duration::MAX;
         assert_eq!(late, ArmInstant::MAX);
         assert_eq!(ArmInstant::ZERO - Duration::from_secs(1), ArmInstant::ZERO);

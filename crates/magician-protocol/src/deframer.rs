@@ -17,13 +17,13 @@ use crate::frame::{Ctrl, Frame, MAX_LEN, checksum};
 
 // Above MAX_FRAME (254), so that the buffer is not moved for every frame, and small enough that
 // the whole state stays below 512 bytes (invariant; test `state_is_small`).
-const CAPACITY: usize = 472;
+const BUFFER_SIZE: usize = 472;
 /// Size of the shortest frame (header, Len, id, Ctrl, checksum), bytes.
-const SHORTEST: usize = 6;
+const MIN_FRAME_SIZE: usize = 6;
 /// Budget of additions for the search for swallowed frames, per candidate.
 // Together with the candidate's own checksum it keeps the worst input, a run of 0xAA, below 256
 // additions a byte.
-const SEARCH: usize = 80;
+const SEARCH_BUDGET: usize = 80;
 
 /// Reason why a frame candidate (two header bytes and what follows) was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,7 +121,7 @@ pub enum Event<'a> {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Deframer {
-    buffer: [u8; CAPACITY],
+    buffer: [u8; BUFFER_SIZE],
     start: u16,
     end: u16,
     expiring: bool,
@@ -134,7 +134,7 @@ pub struct Deframer {
 }
 
 enum Verdict {
-    More,
+    Incomplete,
     Frame(usize),
     Rejected(usize, Rejection),
     Noise(usize),
@@ -151,7 +151,7 @@ impl Deframer {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            buffer: [0; CAPACITY],
+            buffer: [0; BUFFER_SIZE],
             start: 0,
             end: 0,
             expiring: false,
@@ -180,8 +180,8 @@ impl Deframer {
 
     fn search<'a>(&'a mut self, input: &mut &[u8]) -> Option<Event<'a>> {
         loop {
-            match self.judge() {
-                Verdict::More => {
+            match self.classify() {
+                Verdict::Incomplete => {
                     if self.expiring && !self.pending() {
                         self.expiring = false;
                     }
@@ -257,12 +257,12 @@ impl Deframer {
         let (start, end) = (usize::from(self.start), usize::from(self.end));
         if start == end {
             (self.start, self.end) = (0, 0);
-        } else if end == CAPACITY {
+        } else if end == BUFFER_SIZE {
             self.buffer.copy_within(start..end, 0);
             (self.start, self.end) = (0, (end - start) as u16);
         }
         let end = usize::from(self.end);
-        let count = input.len().min(CAPACITY - end);
+        let count = input.len().min(BUFFER_SIZE - end);
         let (now, later) = input.split_at(count);
         self.buffer[end..end + count].copy_from_slice(now);
         self.end += count as u16;
@@ -270,9 +270,9 @@ impl Deframer {
         true
     }
 
-    fn judge(&mut self) -> Verdict {
+    fn classify(&mut self) -> Verdict {
         if self.end - self.start < self.wanted && !self.expiring {
-            return Verdict::More;
+            return Verdict::Incomplete;
         }
         let bytes = &self.buffer[usize::from(self.start)..usize::from(self.end)];
         match bytes {
@@ -287,13 +287,13 @@ impl Deframer {
                 let (expected, found) = (checksum(body), *found);
                 if expected != found {
                     Verdict::Rejected(len_byte + 4, Rejection::Checksum { expected, found })
-                } else if is_false(body) {
+                } else if has_damaged_len(body) {
                     Verdict::Rejected(len_byte + 4, Rejection::Length(*len))
                 } else {
                     Verdict::Frame(len_byte + 4)
                 }
             }
-            [] => Verdict::More,
+            [] => Verdict::Incomplete,
             [0xAA] => self.incomplete(2),
             [0xAA, 0xAA] => self.incomplete(3),
             // Neither a header nor the beginning of one.
@@ -306,7 +306,7 @@ impl Deframer {
         match (self.expiring, self.end - self.start) {
             (false, _) => {
                 self.wanted = wanted as u16;
-                Verdict::More
+                Verdict::Incomplete
             }
             (true, 1) => Verdict::Noise(1),
             (true, count) => Verdict::Rejected(count.into(), Rejection::Truncated),
@@ -318,22 +318,24 @@ impl Deframer {
 ///
 /// One in 256 damaged Len bytes passes the checksum and could take thirty good frames with it.
 #[inline]
-fn is_false(body: &[u8]) -> bool {
+fn has_damaged_len(body: &[u8]) -> bool {
     let [id, ctrl, params @ ..] = body else {
         return false;
     };
-    params.len() >= SHORTEST && !Row::usual(*id, Ctrl(*ctrl), params.len()) && swallows(*id, params)
+    params.len() >= MIN_FRAME_SIZE
+        && !Row::has_usual_size(*id, Ctrl(*ctrl), params.len())
+        && swallows(*id, params)
 }
 
 #[cold]
 fn swallows(id: u8, params: &[u8]) -> bool {
-    holds_frame(params) && !Row::with_id(id).is_some_and(|row| row.takes_open(params))
+    holds_frame(params) && !Row::with_id(id).is_some_and(|row| row.may_be_open_ended(params))
 }
 
-/// True if `bytes` contain a whole frame. Gives up after [`SEARCH`] additions.
+/// True if `bytes` contain a whole frame. Gives up after [`SEARCH_BUDGET`] additions.
 fn holds_frame(bytes: &[u8]) -> bool {
-    let mut budget = SEARCH;
-    bytes.windows(SHORTEST).enumerate().any(|(at, head)| {
+    let mut budget = SEARCH_BUDGET;
+    bytes.windows(MIN_FRAME_SIZE).enumerate().any(|(at, head)| {
         let (len, inner) = match (head, bytes.get(at + 3..)) {
             ([0xAA, 0xAA, len, ..], Some(inner)) => (usize::from(*len), inner),
             // Not a header here: try the next position.

@@ -83,10 +83,10 @@ pub struct Normalised {
     pub note: Option<&'static str>,
 }
 
-const SURPLUS: &str = "surplus parameter bytes ignored (E11)";
-const OMITTED: &str = "address or port omitted (E39, E43)";
+const SURPLUS_NOTE: &str = "surplus parameter bytes ignored (E11)";
+const OMITTED_NOTE: &str = "address or port omitted (E39, E43)";
 /// Size of a buffer for the layouts with tolerated forms, rounded up from the longest.
-const LONGEST_FORM: usize = 32;
+const FORM_BUFFER_SIZE: usize = 32;
 
 impl LayoutInfo {
     /// Parameter bytes of the exact form. `None` if the last field takes the rest of the frame.
@@ -133,7 +133,7 @@ impl LayoutInfo {
         let note = match full {
             None if count >= shortest => None,
             Some(full) if count == full => None,
-            Some(full) if count > full => Some(SURPLUS),
+            Some(full) if count > full => Some(SURPLUS_NOTE),
             Some(_) if count == shortest => self.omission(),
             _ => {
                 // Too short: the next larger size is expected.
@@ -154,7 +154,7 @@ impl LayoutInfo {
         self.fields
             .iter()
             .any(|field| field.omittable && !field.optional)
-            .then_some(OMITTED)
+            .then_some(OMITTED_NOTE)
     }
 
     /// Converts a tolerated form into the layout's own and passes it to `read`.
@@ -166,14 +166,14 @@ impl LayoutInfo {
         match self.normalise(params.len())?.kind {
             FormKind::Skip(count) => read(&mut Reader::new(params.get(count..).unwrap_or(&[]))),
             FormKind::Zeros => {
-                let mut bytes = [0; LONGEST_FORM];
+                let mut bytes = [0; FORM_BUFFER_SIZE];
                 for (to, from) in bytes.iter_mut().zip(params) {
                     *to = *from;
                 }
                 read(&mut Reader::new(&bytes[..self.form_size()]))
             }
             FormKind::Bytes => {
-                let mut bytes = [0; LONGEST_FORM];
+                let mut bytes = [0; FORM_BUFFER_SIZE];
                 let mut at = 0;
                 for (field, from) in self.fields.iter().zip(params) {
                     if let Some(to) = bytes.get_mut(at) {
@@ -187,7 +187,7 @@ impl LayoutInfo {
     }
 
     fn form_size(&self) -> usize {
-        self.size().unwrap_or(0).min(LONGEST_FORM)
+        self.size().unwrap_or(0).min(FORM_BUFFER_SIZE)
     }
 
     /// Fields present in the parameters, with their values. Fields that a short form leaves out are

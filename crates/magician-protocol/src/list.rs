@@ -139,7 +139,7 @@ impl Wire for PoList {
                 .parts()
                 .into_iter()
                 .try_for_each(|part| part.check(field));
-            checked.map_err(|error| error.at(at))
+            checked.map_err(|error| error.with_item(at))
         })
     }
 }

@@ -4,13 +4,13 @@ use crate::commands::{EMotor, EMotorS};
 
 /// Largest speed read as an integer, pulses/s.
 // A choice far above any stepper, below all usual floats.
-const FASTEST: u32 = 1 << 24;
+const MAX_INTEGER_SPEED: u32 = 1 << 24;
 
 /// Speed of a host that wrote it as a float (errata E41). `None` if `speed` is a plausible integer,
 /// or its bits are NaN or infinite.
 pub(crate) fn float_bits(speed: i32) -> Option<f32> {
     let float = f32::from_bits(speed as u32);
-    (speed.unsigned_abs() > FASTEST && float.is_finite()).then_some(float)
+    (speed.unsigned_abs() > MAX_INTEGER_SPEED && float.is_finite()).then_some(float)
 }
 
 fn pulses_per_second(speed: i32) -> f64 {

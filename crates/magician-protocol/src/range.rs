@@ -113,21 +113,21 @@ impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Any => Ok(()),
-            Self::Within(least, most) => span(f, *least, *most),
+            Self::Within(least, most) => fmt_interval(f, *least, *most),
             Self::Above(limit) => write!(f, "above {limit}"),
             Self::Absolute(least, most) => {
-                span(f, *least, *most)?;
+                fmt_interval(f, *least, *most)?;
                 f.write_str(" in absolute modes")
             }
             Self::Capped(least, most) => {
-                span(f, *least, *most)?;
+                fmt_interval(f, *least, *most)?;
                 write!(f, ", larger values clamped to {most}")
             }
             Self::AtMost(count, of) => write!(f, "at most {count} {of}"),
             Self::By(cases) => {
                 for (at, case) in cases.iter().enumerate() {
                     f.write_str(if at == 0 { "" } else { ", " })?;
-                    span(f, case.least, case.most)?;
+                    fmt_interval(f, case.least, case.most)?;
                     let space = if case.unit.is_empty() { "" } else { " " };
                     write!(f, "{space}{} in {}", case.unit, case.name)?;
                 }
@@ -137,7 +137,7 @@ impl fmt::Display for Range {
     }
 }
 
-fn span(f: &mut fmt::Formatter<'_>, least: i32, most: i32) -> fmt::Result {
+fn fmt_interval(f: &mut fmt::Formatter<'_>, least: i32, most: i32) -> fmt::Result {
     match most.wrapping_sub(least) {
         0 => write!(f, "{least}"),
         1 => write!(f, "{least} or {most}"),

@@ -152,8 +152,8 @@ pub struct Row {
     pub source: Source,
     /// Confidence in the layout.
     pub confidence: Confidence,
-    /// Errata that correct the document (docs/reference/ERRATA.md): `E22`, `E18 to E20`; empty if it is
-    /// right.
+    /// Errata that correct the document (docs/reference/ERRATA.md): `E22`, `E18 to E20`; empty if
+    /// it is right.
     pub errata: &'static str,
     /// True if a set may be queued.
     pub queueable: bool,
@@ -167,7 +167,7 @@ pub struct Row {
     /// True if a set can switch the laser on, depending on its parameters.
     pub may_burn: bool,
     /// True if the controller acts on a set at once and ignores the queued bit.
-    pub(crate) steers: bool,
+    pub(crate) controls_queue: bool,
     /// Name of the get form.
     pub get_name: &'static str,
     /// Name of the set form.
@@ -207,27 +207,31 @@ static INDEX: [u8; 256] = {
 };
 
 /// Size for a layout that is absent or open-ended; no layout is as large.
-const NO_SIZE: u8 = u8::MAX;
+const NO_FIXED_SIZE: u8 = u8::MAX;
 
 /// Sizes of each id's query, value and set.
-static SIZES: [[u8; 3]; 256] = {
-    let mut sizes = [[NO_SIZE; 3]; 256];
+static LAYOUT_SIZES: [[u8; 3]; 256] = {
+    let mut sizes = [[NO_FIXED_SIZE; 3]; 256];
     let mut at = 0;
     while at < TABLE.len() {
         let row = &TABLE[at];
-        sizes[row.id as usize] = [size(row.query), size(row.value), size(row.set)];
+        sizes[row.id as usize] = [
+            layout_size(row.query),
+            layout_size(row.value),
+            layout_size(row.set),
+        ];
         at += 1;
     }
     sizes
 };
 
-const fn size(info: Option<&LayoutInfo>) -> u8 {
+const fn layout_size(info: Option<&LayoutInfo>) -> u8 {
     match info {
         Some(info) => match info.size() {
             Some(size) => size as u8,
-            None => NO_SIZE,
+            None => NO_FIXED_SIZE,
         },
-        None => NO_SIZE,
+        None => NO_FIXED_SIZE,
     }
 }
 
@@ -250,24 +254,24 @@ impl Row {
     /// True if frames of an id usually have this many parameter bytes: the size of one of its
     /// layouts, or a queue index.
     #[inline]
-    pub(crate) fn usual(id: u8, ctrl: Ctrl, count: usize) -> bool {
-        let sizes = &SIZES[usize::from(id)];
+    pub(crate) fn has_usual_size(id: u8, ctrl: Ctrl, count: usize) -> bool {
+        let sizes = &LAYOUT_SIZES[usize::from(id)];
         // Eight bytes are the index in the reply to a queued command.
         sizes.iter().any(|size| usize::from(*size) == count) || count == 8 && ctrl.queued()
     }
 
     /// True if the parameters, although they look like frames, may belong to a layout without a
     /// fixed size: UTF-8 with only NULs after its NUL, a list of outputs, alarm bits.
-    pub(crate) fn takes_open(&self, params: &[u8]) -> bool {
+    pub(crate) fn may_be_open_ended(&self, params: &[u8]) -> bool {
         let layouts = [self.query, self.value, self.set];
         layouts.into_iter().flatten().any(|info| {
             let last = info.fields.last().map(|field| field.ty);
-            last.is_some_and(|ty| open_fits(info, ty, params))
+            last.is_some_and(|ty| fits_open_ended(info, ty, params))
         })
     }
 }
 
-fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
+fn fits_open_ended(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
     match last {
         FieldType::Text => {
             let text = until_nul(params);
@@ -277,7 +281,7 @@ fn open_fits(info: &LayoutInfo, last: FieldType, params: &[u8]) -> bool {
         // Every bit may be an alarm, so only the size is a criterion.
         FieldType::Alarms => params.len() <= AlarmSet::CAPACITY,
         FieldType::Outputs => info.values(params).is_ok(),
-        // Fixed sizes are covered by `usual`; plain bytes prove nothing.
+        // Fixed sizes are covered by `has_usual_size`; plain bytes prove nothing.
         _ => false,
     }
 }
@@ -381,7 +385,7 @@ impl Row {
     /// is never queued itself.
     #[must_use]
     pub const fn steers_queue(&self) -> bool {
-        self.steers
+        self.controls_queue
     }
 }
 
@@ -397,7 +401,7 @@ fn parse_id(name: &str) -> Option<u8> {
     u8::from_str_radix(digits, radix).ok()
 }
 
-fn letters(name: &str) -> impl Iterator<Item = u8> + '_ {
+fn normalised_name(name: &str) -> impl Iterator<Item = u8> + '_ {
     name.bytes()
         .filter(|byte| !matches!(byte, b'-' | b'_'))
         .map(|byte| byte.to_ascii_lowercase())
@@ -405,9 +409,11 @@ fn letters(name: &str) -> impl Iterator<Item = u8> + '_ {
 
 /// True if two names are equal, ignoring case, `-` and `_`.
 pub(crate) fn same_name(a: &str, b: &str) -> bool {
-    letters(a).eq(letters(b))
+    normalised_name(a).eq(normalised_name(b))
 }
 
 fn prefixed(prefix: &str, candidate: &str, name: &str) -> bool {
-    letters(prefix).chain(letters(candidate)).eq(letters(name))
+    normalised_name(prefix)
+        .chain(normalised_name(candidate))
+        .eq(normalised_name(name))
 }

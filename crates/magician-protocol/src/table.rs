@@ -53,7 +53,7 @@ macro_rules! origin {
 }
 
 /// True if a word of a row is the expected one.
-macro_rules! is {
+macro_rules! is_word {
     (yes yes) => {
         true
     };
@@ -69,7 +69,7 @@ macro_rules! is {
 }
 
 /// The name given in a row, or the default.
-macro_rules! name_or {
+macro_rules! name_or_default {
     ($default:expr) => {
         $default
     };
@@ -103,8 +103,8 @@ macro_rules! layout {
                     unit: $unit,
                     range: range!($range),
                     doc: $about,
-                    optional: (<$type as Wire>::OPTIONAL || has!($($default)?)) && !has!($($required)?),
-                    omittable: <$type as Wire>::OPTIONAL || has!($($default)?),
+                    optional: (<$type as Wire>::OPTIONAL || is_present!($($default)?)) && !is_present!($($required)?),
+                    omittable: <$type as Wire>::OPTIONAL || is_present!($($default)?),
                     default: default_of!($($default)?),
                 }, )* ],
                 forms: &[ $( Form {
@@ -237,7 +237,7 @@ macro_rules! range_doc {
 }
 
 /// True if there are any tokens.
-macro_rules! has {
+macro_rules! is_present {
     () => {
         false
     };
@@ -337,17 +337,17 @@ macro_rules! commands {
             source: origin!(source $origin),
             confidence: origin!(confidence $origin),
             errata: origin!(errata $origin),
-            queueable: is!(yes $queue),
-            steers: is!(ignored $queue),
-            resendable: is!(yes $resend),
-            dangerous: is!(yes $danger),
+            queueable: is_word!(yes $queue),
+            controls_queue: is_word!(ignored $queue),
+            resendable: is_word!(yes $resend),
+            dangerous: is_word!(yes $danger),
             effect: Effect::$effect,
-            may_burn: is!(burn $($may)?),
+            may_burn: is_word!(burn $($may)?),
             get_name: concat!("Get", $vendor),
-            set_name: name_or!(concat!("Set", $vendor) $( $(, $action_name)? )?),
-            query: first!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
-            value: first!( $( $state::INFO )? $( $param::INFO )? ),
-            set: first!( $( $param::INFO )? $( $action::INFO )? ),
+            set_name: name_or_default!(concat!("Set", $vendor) $( $(, $action_name)? )?),
+            query: first_of!( $( <$state as Readable>::Query::INFO )? $( <$param as Readable>::Query::INFO )? ),
+            value: first_of!( $( $state::INFO )? $( $param::INFO )? ),
+            set: first_of!( $( $param::INFO )? $( $action::INFO )? ),
         }, )+ ];
 
         /// A get request; each variant carries the parameters of its query.
@@ -460,7 +460,7 @@ macro_rules! commands {
 }
 
 /// The first of several alternatives, as an `Option`.
-macro_rules! first {
+macro_rules! first_of {
     () => { None };
     ($($any:tt)+) => { Some($($any)+) };
 }

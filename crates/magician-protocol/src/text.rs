@@ -22,10 +22,10 @@ impl Text {
     #[must_use]
     pub fn new(text: &str) -> Option<Self> {
         let fits = text.len() <= Self::CAPACITY && !text.as_bytes().contains(&0);
-        fits.then(|| Self::cut(text.as_bytes()))
+        fits.then(|| Self::from_bytes_truncated(text.as_bytes()))
     }
 
-    fn cut(from: &[u8]) -> Self {
+    fn from_bytes_truncated(from: &[u8]) -> Self {
         let mut bytes = [0; MAX_PARAMS];
         let mut len = 0;
         for (to, byte) in bytes.iter_mut().zip(until_nul(from)) {
@@ -61,7 +61,7 @@ impl Text {
     #[must_use]
     pub fn truncated(&self, max: usize) -> Self {
         let bytes = self.as_bytes();
-        Self::cut(bytes.get(..max).unwrap_or(bytes))
+        Self::from_bytes_truncated(bytes.get(..max).unwrap_or(bytes))
     }
 }
 
@@ -92,7 +92,7 @@ impl Wire for Text {
     const TYPE: FieldType = FieldType::Text;
 
     fn read(reader: &mut Reader<'_>) -> Result<Self, DecodeError> {
-        Ok(Self::cut(reader.rest()))
+        Ok(Self::from_bytes_truncated(reader.rest()))
     }
 
     fn write(&self, writer: &mut Writer<'_>) {
@@ -110,7 +110,7 @@ impl Wire for Text {
 
 impl Default for Text {
     fn default() -> Self {
-        Self::cut(&[])
+        Self::from_bytes_truncated(&[])
     }
 }
 

@@ -67,7 +67,7 @@ impl<T: Display> Display for Visible<T> {
         write!(
             Filter {
                 to: f,
-                lines: self.lines
+                keep_lines: self.lines
             },
             "{}",
             self.text
@@ -78,15 +78,15 @@ impl<T: Display> Display for Visible<T> {
 // Filters while the text is formatted, because this crate does not allocate.
 struct Filter<'a, 'f> {
     to: &'a mut fmt::Formatter<'f>,
-    lines: bool,
+    keep_lines: bool,
 }
 
 impl Write for Filter<'_, '_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        let lines = self.lines;
-        let stays = |sign| !is_deceptive(sign) || lines && matches!(sign, '\n' | '\t');
+        let lines = self.keep_lines;
+        let is_shown = |sign| !is_deceptive(sign) || lines && matches!(sign, '\n' | '\t');
         let mut rest = text;
-        while let Some(at) = rest.find(|sign| !stays(sign)) {
+        while let Some(at) = rest.find(|sign| !is_shown(sign)) {
             let (plain, from) = rest.split_at(at);
             self.to.write_str(plain)?;
             let mut signs = from.chars();
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_control_character_of_any_kind_comes_through() {
+    fn control_characters_are_escaped() {
         for code in (0..0x20).chain(0x7f..0xa0) {
             let sign = char::from(code);
             let shown = visible(sign).to_string();
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_field_of_a_frame_is_visible_and_its_text_is_as_it_came() {
+    fn text_field_is_escaped_when_displayed_and_raw_as_bytes() {
         let name = crate::Text::new("a\x1b[2Jb").unwrap();
         assert_eq!(name.to_string(), r"a\u{1b}[2Jb");
         assert_eq!(name.lossy().to_string(), "a\x1b[2Jb");
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_write_stays_as_it_is() {
+    fn ordinary_text_is_shown_unchanged() {
         for text in [
             "",
             "Dobot Magician",

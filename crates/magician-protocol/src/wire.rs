@@ -262,7 +262,7 @@ impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
     fn check(&self, field: &'static Field, range: Range) -> Result<(), RangeError> {
         self.iter().enumerate().try_for_each(|(at, item)| {
             let checked = item.check(field, range);
-            checked.map_err(|error| error.at(at))
+            checked.map_err(|error| error.with_item(at))
         })
     }
 }

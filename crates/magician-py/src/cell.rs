@@ -1,7 +1,7 @@
 //! Virtual arms seen from outside, with their worlds.
 
 use magician::sim::scenario::Scenario;
-use magician::sim::world::{ExternalEvent, ObjectView, Press, Rest};
+use magician::sim::world::{ExternalEvent, ObjectView, Press, Support};
 use magician::sim::{Controller, Profile, World};
 use magician::{Arm, Error, JointAngles, SimSpeed, ToolBias, VirtualArm};
 use magician_picture::Snapshot;
@@ -71,12 +71,11 @@ impl Seen {
     fn of(object: &ObjectView<'_>, names: &[String]) -> Self {
         let place = object.place();
         let rest = match object.rest() {
-            Rest::Table => "table".to_owned(),
-            Rest::Belt => "belt".to_owned(),
-            Rest::Shelf => "shelf".to_owned(),
-            Rest::Tool => "tool".to_owned(),
-            Rest::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
-            // On the floor, the only other place.
+            Support::Table => "table".to_owned(),
+            Support::Belt => "belt".to_owned(),
+            Support::Shelf => "shelf".to_owned(),
+            Support::Tool => "tool".to_owned(),
+            Support::Object(below) => names.get(usize::from(below)).cloned().unwrap_or_default(),
             _ => "floor".to_owned(),
         };
         let ports = PORTS.into_iter().filter(|(_, port)| object.seen_by(*port));
@@ -269,7 +268,7 @@ impl Cell {
         self.with(py, |arm| {
             let mut told = Vec::new();
             while let Some(event) = arm.poll_event() {
-                if !event.is_daily() {
+                if !event.is_routine() {
                     told.push(event.in_words(arm.world().scenario()).to_string());
                 }
             }

@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use magician::{Arm, Error, ErrorCode, ErrorKind, LineOptions, Options, RawLine, Target};
-use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
+use magician_measure::{
+    Diagnosis, DiagnosisObserver, Finding, Measured, NoArm, QueueTrial, try_queue,
+};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -28,7 +30,7 @@ struct Asked {
 }
 
 /// Reports each finding.
-impl Attendant for Teller<Finding> {
+impl DiagnosisObserver for Teller<Finding> {
     type Failure = NoArm;
 
     fn found(&mut self, finding: &Finding) -> Result<(), NoArm> {

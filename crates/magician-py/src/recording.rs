@@ -9,7 +9,7 @@ use magician::sim::{Controller, Profile, Speed, World};
 use magician::{Arm, Error, ErrorCode};
 use magician_job::files::WholeFile;
 use magician_job::recording::{Clock, Options, RecordError, Recorder, Summary, Tally};
-use magician_record::replay::{Difference, Replay, ReplayWriter, Tolerances, What};
+use magician_record::replay::{Difference, DifferenceKind, Replay, ReplayWriter, Tolerances};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -297,7 +297,7 @@ pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAn
 /// Arguments of a Python `Difference`.
 fn parts<'py>(py: Python<'py>, found: &Difference) -> PyResult<Bound<'py, PyTuple>> {
     let field = match found.what {
-        What::Value(field) => Some(field.name),
+        DifferenceKind::Value(field) => Some(field.name),
         _ => None,
     };
     let shown = |replayed| found.shown(replayed).map(|value| values::take(py, &value));

@@ -37,11 +37,11 @@ use crate::replay::{Replay, Residue, Tolerances};
 /// mm.
 pub const LIMIT: f64 = 0.015;
 /// Residue above which no profile is accepted, mm or deg. It leaves room for noise.
-const FARTHEST: f64 = 0.05;
+const MAX_RESIDUE: f64 = 0.05;
 /// Longest median interval between poses at which ramps are visible, s.
-const SLOWEST: f64 = 0.125;
+const MAX_SAMPLE_INTERVAL: f64 = 0.125;
 /// Factor by which the residue of the best profile must be smaller than that of another.
-const CLEARLY: f64 = 2.0;
+const DISTINCTION_FACTOR: f64 = 2.0;
 
 /// Method by which a log was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -145,7 +145,7 @@ impl ProfileResidue {
 /// Something that a log does not reveal, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Untold {
+pub enum LawGap {
     /// The log has no poses.
     NoPoses,
     /// The poses cover less than two periods.
@@ -196,7 +196,7 @@ pub enum Untold {
     Cut,
 }
 
-impl Untold {
+impl LawGap {
     /// Subject of the report that remains unknown: the law, the period, and so on.
     #[must_use]
     pub const fn about(&self) -> &'static str {
@@ -213,7 +213,7 @@ impl Untold {
     }
 }
 
-impl fmt::Display for Untold {
+impl fmt::Display for LawGap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let count = |f: &mut fmt::Formatter<'_>, motions: usize, what: &str| match motions {
             1 => write!(f, "1 motion {what}"),
@@ -247,7 +247,7 @@ impl fmt::Display for Untold {
             Self::Alike => f.write_str(
                 "profiles with different periods are equally near: poses came at whole periods, or hardly moved; 23 a second tell",
             ),
-            Self::NoProfile => write!(f, "no profile is within {FARTHEST} mm and deg"),
+            Self::NoProfile => write!(f, "no profile is within {MAX_RESIDUE} mm and deg"),
             Self::SetBefore => f.write_str(
                 "no profile makes these poses with the settings in the log: others were made before it began",
             ),
@@ -260,7 +260,7 @@ impl fmt::Display for Untold {
     }
 }
 
-impl Serialize for Untold {
+impl Serialize for LawGap {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         struct Told<'a> {
@@ -293,7 +293,7 @@ pub struct LawReport {
     pub speeds: Vec<Speeds>,
     /// Facts that the log does not reveal.
     #[serde(rename = "not_told")]
-    pub untold: Vec<Untold>,
+    pub untold: Vec<LawGap>,
 }
 
 /// A profile with its own motion, to compare with a log.
@@ -395,7 +395,7 @@ impl LawReport {
         let mut report = Self::begun(&log, Basis::Commands);
         report.moving = residues.first().map_or(0, |first| first.moved as usize);
         if report.moving == 0 {
-            report.untold.push(Untold::AtRest);
+            report.untold.push(LawGap::AtRest);
             return report;
         }
         let pairs = candidates.iter().zip(&residues);
@@ -406,7 +406,7 @@ impl LawReport {
             .find(|own| Some(&own.name) == report.profile.as_ref());
         match best.or(candidates
             .first()
-            .filter(|_| report.untold == [Untold::Alike]))
+            .filter(|_| report.untold == [LawGap::Alike]))
         {
             Some(best) => report.speeds = settings::speeds(&session, &best.profile),
             None => {
@@ -414,9 +414,9 @@ impl LawReport {
                 let alone = Self::of(&log, &candidates);
                 if alone.profile.is_some() {
                     report = alone;
-                    report.untold.insert(0, Untold::SetBefore);
+                    report.untold.insert(0, LawGap::SetBefore);
                 } else {
-                    report.untold.push(Untold::SetBefore);
+                    report.untold.push(LawGap::SetBefore);
                 }
             }
         }
@@ -443,7 +443,7 @@ impl LawReport {
             (Some(first), Some(last)) => last.t - first.t,
             _ => 0.0,
         };
-        let cut = log.cut.then_some(Untold::Cut);
+        let cut = log.cut.then_some(LawGap::Cut);
         Self {
             basis,
             poses: log.samples.len(),
@@ -463,15 +463,15 @@ impl LawReport {
         report.moving = motions.moving;
         let untold = &mut report.untold;
         if log.samples.is_empty() {
-            untold.push(Untold::NoPoses);
+            untold.push(LawGap::NoPoses);
             return report;
         }
         if report.seconds < ramp::REST {
-            untold.push(Untold::Brief);
+            untold.push(LawGap::Brief);
             return report;
         }
         if motions.at_rest {
-            untold.push(Untold::AtRest);
+            untold.push(LawGap::AtRest);
             return report;
         }
         let mut gaps: Vec<f64> = log
@@ -482,38 +482,38 @@ impl LawReport {
         gaps.sort_by(f64::total_cmp);
         // The median: a single gap, as of a pause, says nothing about the rate.
         let gap = gaps.get(gaps.len() / 2).copied().unwrap_or_default();
-        if gap > SLOWEST {
+        if gap > MAX_SAMPLE_INTERVAL {
             let every_ms = (gap * 1000.0).round() as u64;
-            untold.push(Untold::Slow { every_ms });
+            untold.push(LawGap::Slow { every_ms });
         }
         let told = [
             (
                 motions.sparse,
-                Untold::Sparse {
+                LawGap::Sparse {
                     motions: motions.sparse,
                 },
             ),
             (
                 motions.bent,
-                Untold::Bent {
+                LawGap::Bent {
                     motions: motions.bent,
                 },
             ),
             (
                 motions.short,
-                Untold::Short {
+                LawGap::Short {
                     motions: motions.short,
                 },
             ),
             (
                 motions.open,
-                Untold::Open {
+                LawGap::Open {
                     motions: motions.open,
                 },
             ),
             (
                 motions.left,
-                Untold::Left {
+                LawGap::Left {
                     motions: motions.left,
                 },
             ),
@@ -544,7 +544,7 @@ impl LawReport {
             .iter()
             .position(|own| Some(&own.name) == report.profile.as_ref());
         // If the period is unclear, speeds and accelerations hardly depend on it.
-        let best = best.or(report.untold.contains(&Untold::Alike).then_some(0));
+        let best = best.or(report.untold.contains(&LawGap::Alike).then_some(0));
         let Some(ramps) = best.map(|best| &ramps[best]) else {
             return report;
         };
@@ -563,9 +563,9 @@ impl LawReport {
             }
         }
         if report.speeds.iter().all(|speeds| speeds.speed.is_none()) {
-            report.untold.push(Untold::Speed);
+            report.untold.push(LawGap::Speed);
         } else if report.speeds.iter().all(|speeds| speeds.ratio.is_none()) {
-            report.untold.push(Untold::Ratio);
+            report.untold.push(LawGap::Ratio);
         }
         report
     }
@@ -579,13 +579,13 @@ impl LawReport {
         let mut others = residues.iter();
         if let Some(best) = others.next() {
             let clearly = |other: &ProfileResidue| {
-                other.worst() > LIMIT && other.worst() > CLEARLY * best.worst()
+                other.worst() > LIMIT && other.worst() > DISTINCTION_FACTOR * best.worst()
                     || other.period_ms == best.period_ms
             };
-            if best.worst() > FARTHEST {
-                self.untold.push(Untold::NoProfile);
+            if best.worst() > MAX_RESIDUE {
+                self.untold.push(LawGap::NoProfile);
             } else if !others.all(clearly) {
-                self.untold.push(Untold::Alike);
+                self.untold.push(LawGap::Alike);
             } else {
                 self.profile = Some(best.profile.clone());
                 self.period_ms = Some(best.period_ms);

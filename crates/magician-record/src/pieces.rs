@@ -113,7 +113,7 @@ pub struct Place<'a> {
 
 /// Numbers of decoded and of other pieces.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct PieceCounts {
     /// Frames with a known meaning.
     pub good: u64,
     /// Frames without one, rejected candidates and runs of noise.
@@ -146,15 +146,15 @@ impl Origin<'_> {
 /// Decodes streams of bytes and hands the pieces to a [`Sink`].
 pub struct Decoder<S: Sink> {
     streams: Vec<(Stream, Deframer)>,
-    teller: Teller<S>,
+    interpreter: PieceInterpreter<S>,
 }
 
 /// Interprets the events of a deframer. Separate from [`Decoder`], because an event borrows the
 /// deframer.
-struct Teller<S: Sink> {
+struct PieceInterpreter<S: Sink> {
     sender: Option<Direction>,
     sink: S,
-    tally: Tally,
+    tally: PieceCounts,
     /// Run of noise in progress: its stream, and its end so far.
     noise: Option<(Stream, u64)>,
 }
@@ -166,10 +166,10 @@ impl<S: Sink> Decoder<S> {
     pub fn new(sender: Option<Direction>, sink: S) -> Self {
         Self {
             streams: Vec::new(),
-            teller: Teller {
+            interpreter: PieceInterpreter {
                 sender,
                 sink,
-                tally: Tally::default(),
+                tally: PieceCounts::default(),
                 noise: None,
             },
         }
@@ -190,7 +190,7 @@ impl<S: Sink> Decoder<S> {
             return Ok(());
         };
         while let Some(event) = deframer.next(&mut bytes) {
-            self.teller.tell(origin, event)?;
+            self.interpreter.tell(origin, event)?;
         }
         Ok(())
     }
@@ -229,14 +229,14 @@ impl<S: Sink> Decoder<S> {
     /// # Errors
     /// Errors of the sink.
     pub fn flush(&mut self) -> Result<(), S::Error> {
-        self.teller.sink.flush()
+        self.interpreter.sink.flush()
     }
 
     /// Ends the input: incomplete frames are truncated. Returns the counts and the sink.
     ///
     /// # Errors
     /// Errors of the sink.
-    pub fn finish(mut self) -> Result<(Tally, S), S::Error> {
+    pub fn finish(mut self) -> Result<(PieceCounts, S), S::Error> {
         for ((link, reply), deframer) in &mut self.streams {
             let origin = Origin {
                 direction: reply.map(|reply| {
@@ -251,16 +251,16 @@ impl<S: Sink> Decoder<S> {
             };
             deframer.expire();
             while let Some(event) = deframer.next(&mut &[][..]) {
-                self.teller.tell(origin, event)?;
+                self.interpreter.tell(origin, event)?;
             }
         }
-        self.teller.end_noise()?;
+        self.interpreter.end_noise()?;
         self.flush()?;
-        Ok((self.teller.tally, self.teller.sink))
+        Ok((self.interpreter.tally, self.interpreter.sink))
     }
 }
 
-impl<S: Sink> Teller<S> {
+impl<S: Sink> PieceInterpreter<S> {
     fn tell(&mut self, origin: Origin<'_>, event: Event<'_>) -> Result<(), S::Error> {
         let place = |offset| Place { offset, origin };
         match event {

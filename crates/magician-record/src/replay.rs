@@ -47,9 +47,9 @@
 //! The virtual arm starts as passed in. [`Replay::beginning`] puts it where the recorded arm stood.
 //! [`Replay::fitted`] finds the phase of its 20 ms periods, in steps of 1 ms, because a trace does
 //! not contain it. The pose of a neighbouring period counts as equal if it was read within 5 ms of
-//! the boundary ([`Report::late`]); at any other time it is a difference ([`What::Period`]).
-//! Settings made before the trace began are unknown: pass an arm whose profile has them. A replay
-//! never sends to a real arm.
+//! the boundary ([`Report::late`]); at any other time it is a difference
+//! ([`DifferenceKind::Period`]). Settings made before the trace began are unknown: pass an arm
+//! whose profile has them. A replay never sends to a real arm.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -70,8 +70,8 @@ mod saved;
 
 #[cfg(feature = "mcap")]
 pub(crate) use play::JITTER;
-pub use play::{Moment, Play};
-pub use report::{Difference, Report, Residue, What};
+pub use play::{Play, ReplayedPacket};
+pub use report::{Difference, DifferenceKind, Report, Residue};
 #[cfg(feature = "mcap")]
 pub(crate) use residue::values_of;
 pub use saved::ReplayWriter;

@@ -9,7 +9,7 @@ use magician_protocol::{CpMode, Ctrl, Flag, FrameBuf, JogCommand, NoArgs, PtpMod
 use magician_record::csv::Csv;
 use magician_record::jsonl::JsonLines;
 use magician_record::law::{
-    Basis, Kind, LIMIT, LawReport, LogError, Sample, Samples, Speeds, Untold,
+    Basis, Kind, LIMIT, LawGap, LawReport, LogError, Sample, Samples, Speeds,
 };
 use magician_record::replay::Replay;
 use magician_record::trace::{TraceLink, TraceWriter};
@@ -309,7 +309,7 @@ fn paths_arcs_jumps_and_homing_leave_no_residue_by_their_commands() {
     assert!(
         untold
             .iter()
-            .any(|what| matches!(what, Untold::Bent { .. })),
+            .any(|what| matches!(what, LawGap::Bent { .. })),
         "{untold:?}"
     );
 }
@@ -365,7 +365,7 @@ fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
     let report = before.by_commands();
     assert_zero(&report);
     assert_eq!(report.basis, Basis::Readings);
-    assert_eq!(report.untold[0], Untold::SetBefore);
+    assert_eq!(report.untold[0], LawGap::SetBefore);
     let told = of(&report, Kind::StraightWay);
     assert!(close(told.acceleration, 120.0), "{told:?}");
     assert!(
@@ -374,7 +374,7 @@ fn other_accelerations_and_ratios_are_told_whether_set_in_the_log_or_before() {
     );
     // 120 mm/s2 is not the acceleration of a power-up jog.
     assert_eq!(told.ratio, None);
-    assert!(report.untold.contains(&Untold::Ratio));
+    assert!(report.untold.contains(&LawGap::Ratio));
     // A profile with these settings fits the commands.
     let session = Replay::new(&before.trace).unwrap();
     let report = LawReport::of_session(&session, Some(("own".to_owned(), profile)));
@@ -424,8 +424,8 @@ fn noise_is_residue_and_hides_neither_period_nor_acceleration() {
 #[test]
 fn what_a_log_does_not_tell_is_said() {
     let still = Log::of(Profile::default(), |host| host.watch(3.0));
-    assert_eq!(still.by_commands().untold, [Untold::AtRest]);
-    assert_eq!(still.by_readings().untold, [Untold::AtRest]);
+    assert_eq!(still.by_commands().untold, [LawGap::AtRest]);
+    assert_eq!(still.by_readings().untold, [LawGap::AtRest]);
 
     let slow = Log::read_every(500_000, 0, Profile::default(), |host| {
         host.begin();
@@ -433,11 +433,11 @@ fn what_a_log_does_not_tell_is_said() {
     });
     let report = slow.by_readings();
     assert!(
-        report.untold.contains(&Untold::Slow { every_ms: 500 }),
+        report.untold.contains(&LawGap::Slow { every_ms: 500 }),
         "{report:#?}"
     );
     assert!(
-        report.untold.contains(&Untold::Sparse { motions: 1 }),
+        report.untold.contains(&LawGap::Sparse { motions: 1 }),
         "{report:#?}"
     );
     assert_eq!(
@@ -447,7 +447,7 @@ fn what_a_log_does_not_tell_is_said() {
 
     // At whole periods steps look like ramps.
     let even = Log::read_every(100_000, 0, Profile::default(), jogs).by_readings();
-    assert!(even.untold.contains(&Untold::Alike), "{even:#?}");
+    assert!(even.untold.contains(&LawGap::Alike), "{even:#?}");
     assert_eq!(even.period_ms, None);
     assert!(
         close(of(&even, Kind::StraightWay).acceleration, 60.0),
@@ -458,14 +458,14 @@ fn what_a_log_does_not_tell_is_said() {
     let mut open = Log::of(Profile::default(), jogs).readings;
     open.samples.retain(|sample| (1.0..1.6).contains(&sample.t));
     let report = LawReport::of_samples(&open, None);
-    assert_eq!(report.untold, [Untold::Open { motions: 1 }]);
+    assert_eq!(report.untold, [LawGap::Open { motions: 1 }]);
 
     let one = Samples {
         samples: open.samples[..1].to_vec(),
         cut: false,
     };
     let report = LawReport::of_samples(&one, None);
-    assert_eq!((report.untold, report.profile), (vec![Untold::Brief], None));
+    assert_eq!((report.untold, report.profile), (vec![LawGap::Brief], None));
 }
 
 /// The readings of a log in each file format.
@@ -558,7 +558,7 @@ fn a_file_that_is_no_log_is_refused_with_the_reason() {
     let cut = Samples::read(b"t,x,y,z\n0,1,2,3\n0.1,1,").unwrap();
     assert_eq!(
         LawReport::of_samples(&cut, None).untold,
-        [Untold::Cut, Untold::Brief]
+        [LawGap::Cut, LawGap::Brief]
     );
 }
 

@@ -5,7 +5,7 @@ use magician_protocol::commands::{
     DeviceTime, Pose, PtpCmd, PtpCommonParams, QueuedCmdCurrentIndex, QueuedCmdStartExec, WaitCmd,
 };
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, QueuedCmdIndex, Readable, Row, Set};
-use magician_record::replay::{Replay, ReplayError, Report, Tolerances, What};
+use magician_record::replay::{DifferenceKind, Replay, ReplayError, Report, Tolerances};
 use magician_record::trace::{TraceError, TraceLink, TraceWriter};
 use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 use proptest::prelude::*;
@@ -106,7 +106,7 @@ fn replayed(file: &[u8]) -> Report {
 /// Differing fields, with their command.
 fn fields(report: &Report) -> Vec<(&'static str, &'static str)> {
     let fields = report.differences.iter().map(|found| match found.what {
-        What::Value(field) => (found.command, field.name),
+        DifferenceKind::Value(field) => (found.command, field.name),
         _ => (found.command, ""),
     });
     fields.collect()
@@ -234,7 +234,7 @@ fn a_lost_answer_is_told_and_does_not_shift_the_others() {
     });
     let report = replayed(&file);
     let whats: Vec<_> = report.differences.iter().map(|found| found.what).collect();
-    assert_eq!(whats, [What::Answered, What::Answered]);
+    assert_eq!(whats, [DifferenceKind::Answered, DifferenceKind::Answered]);
     assert_eq!(report.answers, 85);
 }
 

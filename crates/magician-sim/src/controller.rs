@@ -106,7 +106,7 @@ impl Controller {
     /// ```
     #[must_use]
     pub fn with_tool(mut self, tool: ToolBias) -> Self {
-        self.device.had_tool(tool);
+        self.device.set_initial_tool(tool);
         self
     }
 
@@ -137,7 +137,7 @@ impl Controller {
         let usual = number.map_or(usual.clone(), |number| usual.numbered(number));
         // Any other value was set on purpose, by a profile, a flash or a host.
         if self.serial() == usual.serial {
-            self.device.had_serial(serial);
+            self.device.set_initial_serial(serial);
         }
     }
 
@@ -163,7 +163,7 @@ impl Controller {
     /// ```
     #[must_use]
     pub fn standing_at(mut self, joints: JointAngles) -> Self {
-        self.device.stood_at(joints);
+        self.device.set_initial_joints(joints);
         self
     }
 

@@ -8,7 +8,8 @@
 //! documented. A [`World`] holds everything outside of the arm: table, objects, belt, script.
 //! [`fidelity`] reports which assumptions an arm's answers have relied on.
 //!
-//! Errata (E37) are in `docs/reference/ERRATA.md` of the repository, model sections in `docs/reference/MODEL.md`.
+//! Errata (E37) are in `docs/reference/ERRATA.md` of the repository, model sections in
+//! `docs/reference/MODEL.md`.
 //!
 //! ```
 //! use magician_sim::{Controller, LinkId, Profile};
@@ -42,7 +43,7 @@ pub mod world;
 pub use controller::Controller;
 pub use device::io::pins::{PinState, Signal};
 pub use device::io::steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
-pub use device::io::tools::Output;
+pub use device::io::tools::ToolOutput;
 pub use device::store::flash::{Flash, FlashError};
 pub use event::{Event, Refusal};
 pub use link::{LineState, LinkId};

@@ -77,13 +77,13 @@ impl Outbox {
 /// Known peers.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Links {
-    links: Vec<Known>,
+    links: Vec<LinkEntry>,
     /// Counter of received chunks; the value stored with a peer is that of its last chunk.
     clock: u64,
 }
 
 #[derive(Clone, Debug)]
-struct Known {
+struct LinkEntry {
     id: LinkId,
     heard: u64,
     link: Link,
@@ -134,7 +134,7 @@ impl Links {
                 self.links.swap_remove(at);
             }
         }
-        self.links.push(Known {
+        self.links.push(LinkEntry {
             id,
             heard: self.clock,
             link: Link::default(),

@@ -22,11 +22,11 @@ const MICROS_PER_SECOND: u64 = 1_000_000;
 const JUMP_EVENTS: u32 = 100_000;
 /// Shortest wall time between two wake-ups for the observer alone. A choice: 100 wake-ups a second
 /// are smooth enough for a display and cheap.
-const LOOK_APART: Duration = Duration::from_millis(10);
+const SAMPLE_WAKEUP_INTERVAL: Duration = Duration::from_millis(10);
 /// Span from which on an event has no end to jump to: 100 days, twice the longest WAIT (2^32 ms).
 /// At speeds close to zero a motion outlasts any clock; jumping to its end would leave the clock at
 /// its maximum.
-const ENDLESS: Duration = Duration::from_secs(100 * 24 * 3600);
+const MAX_JUMP: Duration = Duration::from_secs(100 * 24 * 3600);
 
 /// Speed of the arm's clock relative to the wall clock.
 ///
@@ -239,7 +239,7 @@ impl ArmClock {
     pub(crate) fn jump_to(controller: &Controller) -> Option<ArmInstant> {
         let event = controller.poll_timeout()?;
         // The bound is on the next event alone: many short events may take longer in total.
-        let endless = event - controller.now() > ENDLESS;
+        let endless = event - controller.now() > MAX_JUMP;
         (!endless && controller.busy()).then_some(event)
     }
 
@@ -258,7 +258,7 @@ impl ArmClock {
     ///
     /// Instants that follow each other quickly share a wake-up.
     pub(crate) fn next_sample(&self, look: ArmInstant, wall: HostInstant) -> Option<HostInstant> {
-        Some(self.wall_at(look)?.max(wall + LOOK_APART))
+        Some(self.wall_at(look)?.max(wall + SAMPLE_WAKEUP_INTERVAL))
     }
 
     fn arm_at(&self, wall: HostInstant) -> ArmInstant {

@@ -4,7 +4,7 @@ use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
 use crate::device::Device;
-use crate::{ArmInstant, LineState, Output};
+use crate::{ArmInstant, LineState, ToolOutput};
 
 /// State of the arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,9 +37,9 @@ pub struct ControllerState {
     /// True while the unlock key is held: the motors are released and the arm can be moved by hand.
     pub unlocked: bool,
     /// Suction cup: sucking or not.
-    pub suction: Output,
+    pub suction: ToolOutput,
     /// Gripper: closed or open.
-    pub gripper: Output,
+    pub gripper: ToolOutput,
     /// True if suction cup or gripper hold an object.
     pub holding: bool,
     /// True if the laser burns.

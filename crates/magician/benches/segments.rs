@@ -139,7 +139,7 @@ fn engines(path: &[Set]) {
     });
     let mut stream = Stream::new(StreamSettings::default());
     let mut next = path.iter();
-    stream.leapt(0, Duration::ZERO, false);
+    stream.leap_clock(0, Duration::ZERO, false);
     let now = 0;
     loop {
         while stream.room() > 0 {
@@ -188,7 +188,7 @@ fn engines(path: &[Set]) {
                 arm.advance(at.min(end));
             }
             while arm.poll_event().is_some() {}
-            stream.leapt(now, arm.now() - from, true);
+            stream.leap_clock(now, arm.now() - from, true);
         }
     }
 }

@@ -22,13 +22,13 @@ pub const PORT: u16 = 48_899;
 /// Request text of the modules.
 const QUESTION: &[u8] = b"Who is Dobot?";
 /// Interval of repeated requests, which make up for lost datagrams. Choice.
-const AGAIN: Duration = Duration::from_millis(250);
+const REQUEST_INTERVAL: Duration = Duration::from_millis(250);
 /// Longest accepted answer, bytes; the modules' have about 45.
-const LONGEST: usize = 512;
+const MAX_ANSWER_SIZE: usize = 512;
 /// Most arms kept: any host may answer, and memory stays bounded. Choice.
-const MOST: usize = 256;
+const MAX_ARMS: usize = 256;
 /// Datagrams read before time is checked. Choice.
-const TURN: usize = 64;
+const DATAGRAMS_PER_TURN: usize = 64;
 
 /// Arm that answered.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -221,7 +221,7 @@ impl Asker {
     async fn ask_until(&mut self, until: Instant, all_is_enough: bool) -> Result<Vec<Found>> {
         loop {
             self.ask().await?;
-            let again = (Instant::now() + AGAIN).min(until);
+            let again = (Instant::now() + REQUEST_INTERVAL).min(until);
             let enough = async {
                 while !(all_is_enough && self.waiting.is_empty()) {
                     poll_fn(|cx| self.hear(cx)).await;
@@ -262,7 +262,7 @@ impl Asker {
         let mut new = false;
         for socket in [&self.v4, &self.v6].into_iter().flatten() {
             for turn in 0.. {
-                let mut bytes = [0; LONGEST];
+                let mut bytes = [0; MAX_ANSWER_SIZE];
                 let mut buffer = ReadBuf::new(&mut bytes);
                 match socket.poll_recv_from(cx, &mut buffer) {
                     Poll::Pending => break,
@@ -270,7 +270,7 @@ impl Asker {
                         let known = &mut self.found;
                         if let Some(arm) = parse(buffer.filled(), from.ip()) {
                             self.waiting.retain(|asked| *asked != from);
-                            if !known.contains(&arm) && known.len() < MOST {
+                            if !known.contains(&arm) && known.len() < MAX_ARMS {
                                 known.push(arm);
                             }
                             new = true;
@@ -279,7 +279,7 @@ impl Asker {
                     // ICMP errors of a host without a listener arrive here; they end nothing.
                     Poll::Ready(Err(_)) => {}
                 }
-                if turn >= TURN {
+                if turn >= DATAGRAMS_PER_TURN {
                     // A flood of answers must not delay the end of the search.
                     cx.waker().wake_by_ref();
                     break;
@@ -368,7 +368,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_else_is_nobody() {
+    fn other_datagrams_are_no_arm() {
         for text in [
             "",
             "Who is Dobot?",

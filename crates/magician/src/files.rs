@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
-mod stumps;
+mod leftovers;
 
-use self::stumps::sweep;
+use self::leftovers::sweep;
 
 /// Most symbolic links followed, as in Linux.
 const MOST_LINKS: u32 = 40;

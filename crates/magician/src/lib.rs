@@ -13,7 +13,8 @@
 //!   UDP, discovery.
 //!
 //! Lengths are in mm, angles in degrees and times in seconds unless a name says otherwise. Errata
-//! (E37) are listed in `docs/reference/ERRATA.md` of the repository, model sections in `docs/reference/MODEL.md`.
+//! (E37) are listed in `docs/reference/ERRATA.md` of the repository, model sections in
+//! `docs/reference/MODEL.md`.
 //!
 //! This is a convenience, not a safety function. The protocol has no heartbeat: if the host dies,
 //! the arm finishes the commands that are in its queue.
@@ -105,7 +106,7 @@ pub use magician_host::gate;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::picture::{
-    ArmSnapshot, Level, LightsOut, Pin, StateReadings, sets_in_motion,
+    ArmSnapshot, LaserOffPose, Level, Pin, StateReadings, sets_in_motion,
 };
 pub use magician_host::{
     Act, Action, ArmOutputs, Error, ErrorCode, ErrorKind, Given, GripperState, Message,

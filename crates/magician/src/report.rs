@@ -403,14 +403,14 @@ impl From<&MessageValue> for SentenceValue {
 pub fn remedies<S: Serializer>(remedies: &[Remedy], to: S) -> Result<S::Ok, S::Error> {
     let mut list = to.serialize_seq(Some(remedies.len()))?;
     for remedy in remedies {
-        list.serialize_element(&Told(remedy))?;
+        list.serialize_element(&RemedyJson(remedy))?;
     }
     list.end()
 }
 
-struct Told<'r>(&'r Remedy);
+struct RemedyJson<'r>(&'r Remedy);
 
-impl Serialize for Told<'_> {
+impl Serialize for RemedyJson<'_> {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let mut map = to.serialize_map(None)?;
         match &self.0.act {

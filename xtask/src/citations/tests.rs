@@ -184,7 +184,7 @@ fn every_basis_leads_to_its_anchor() {
                 assumption.name()
             );
         } else {
-            assert_eq!(authority, Authority::Nobody, "{}", assumption.name());
+            assert_eq!(authority, Authority::NoSource, "{}", assumption.name());
         }
     }
 }

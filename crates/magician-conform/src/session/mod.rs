@@ -19,9 +19,9 @@ const SLACK: Duration = Duration::from_millis(100);
 /// Longest duration of anything: homing, and a jog through the whole range. Choice.
 const LONGEST: Duration = Duration::from_secs(120);
 /// Longest time that passes without a poll. Choice.
-const STRETCH: Duration = Duration::from_secs(1);
+const MAX_UNPOLLED_TIME: Duration = Duration::from_secs(1);
 /// Time with an equal pose after which the arm counts as at rest. Choice.
-const STILL: Duration = Duration::from_millis(100);
+const REST_TIME: Duration = Duration::from_millis(100);
 
 /// Reason for the end of a case.
 #[derive(Debug)]

@@ -5,7 +5,9 @@ use std::time::Duration;
 use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
 use magician_protocol::{AlarmSet, ArmInstant};
 
-use super::{LONGEST, SLACK, STILL, STRETCH, Session, StepError, StepResult, differs};
+use super::{
+    LONGEST, MAX_UNPOLLED_TIME, REST_TIME, SLACK, Session, StepError, StepResult, differs,
+};
 use crate::step::{Alarms, Finished};
 use crate::target::Target;
 
@@ -64,7 +66,7 @@ impl<T: Target> Session<T> {
     /// Lets a short time pass, at most `at_most`.
     async fn go_on(&mut self, at_most: Duration) -> StepResult {
         let before = self.target.stepped();
-        self.target.go_on(at_most.min(STRETCH)).await?;
+        self.target.go_on(at_most.min(MAX_UNPOLLED_TIME)).await?;
         // A stepped clock that is at its next event already would not move at all.
         if before.is_some() && before == self.target.stepped() {
             self.target.pass(Duration::from_millis(1)).await?;
@@ -116,8 +118,8 @@ impl<T: Target> Session<T> {
         let mut waited = Duration::ZERO;
         let mut pose = self.ask::<Pose>().await?;
         while waited < LONGEST {
-            self.target.pass(STILL).await?;
-            waited += STILL;
+            self.target.pass(REST_TIME).await?;
+            waited += REST_TIME;
             let now = self.ask::<Pose>().await?;
             if now == pose {
                 return Ok(());

@@ -109,7 +109,7 @@ impl Travelling {
         let share = ArmModel::MAGICIAN.power_up.speeds().velocity_ratio / 100.0;
         let keeps = |fence: Fence| {
             let fence = fence.in_space();
-            fence.check_way(way).is_ok()
+            fence.check_motion(way).is_ok()
         };
         peak <= share * self.speed && self.fence.is_none_or(keeps)
     }

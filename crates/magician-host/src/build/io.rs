@@ -7,7 +7,7 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{IoFunction, PoCmd, PoList, Set, TriggerCondition, TriggerMode};
 
-use super::rail::{MOST_OUTPUTS, no_move};
+use super::rail::{MAX_OUTPUTS, no_move};
 use crate::{Error, Result};
 
 /// Makes the queue wait, with millisecond resolution and for at most 49 days (document 1.13.1,
@@ -167,7 +167,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
     // The rail position takes four bytes of the frame, the size of one output.
     let on_rail = matches!(command, Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_));
     let most = if on_rail {
-        MOST_OUTPUTS
+        MAX_OUTPUTS
     } else {
         PoList::CAPACITY
     };

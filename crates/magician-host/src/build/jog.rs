@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn what_begins_no_jog_is_none() {
+    fn frames_that_start_no_jog_are_not_recognised_as_one() {
         let jog = |cmd| {
             Set::from(JogCmd {
                 is_joint: Flag::ON,

@@ -69,8 +69,8 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
         Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         // The list fits the frame without a rail position, but not with one.
-        Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MOST_OUTPUTS => Err(Error::invalid(
-            format!("a move with the rail can switch at most {MOST_OUTPUTS} outputs"),
+        Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MAX_OUTPUTS => Err(Error::invalid(
+            format!("a move with the rail can switch at most {MAX_OUTPUTS} outputs"),
         )),
         Set::PtpPoCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
         Set::PtpPoWithLCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
@@ -79,7 +79,7 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
 }
 
 /// Largest number of outputs of a move with the rail (errata E29).
-pub(super) const MOST_OUTPUTS: usize = 56;
+pub(super) const MAX_OUTPUTS: usize = 56;
 
 pub(super) fn no_move(command: &Set) -> Error {
     Error::new(ErrorCode::WrongCommand, "it is not a point-to-point move")

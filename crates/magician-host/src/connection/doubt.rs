@@ -12,7 +12,7 @@ use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
 
 use super::index_tracker::Verdict;
 use super::job::{Job, Policy, Purpose};
-use super::planted_bug::{PlantedBug, planted};
+use super::planted_bug::{PlantedBug, is_planted};
 use super::{Connection, Failure, Micros, Priority};
 
 /// A queued command whose reply was lost, and the readings taken since.
@@ -30,7 +30,7 @@ pub(super) struct Doubt {
 
 impl Doubt {
     /// Discards the readings so far.
-    pub(super) fn begin_anew(&mut self) {
+    pub(super) fn reset_readings(&mut self) {
         (self.begun, self.current, self.pair) = (None, None, None);
     }
 }
@@ -38,7 +38,7 @@ impl Doubt {
 /// Losses and doubts.
 impl Connection {
     /// Handles a job in flight whose reply did not arrive in time, or can no longer arrive.
-    pub(super) fn lost(&mut self, at: usize) {
+    pub(super) fn handle_loss(&mut self, at: usize) {
         self.lost_from_pair(at);
         let Some(job) = self.flight.get_mut(at) else {
             return;
@@ -50,40 +50,42 @@ impl Connection {
             }
             (Purpose::Clock, _) => {
                 self.flight.remove(at);
-                self.missed_clock();
+                self.note_clock_timeout();
             }
             // A reading of the duplicate check: repeat it, or drop it if its doubt is over.
             (Purpose::Current | Purpose::Left, _) if self.doubt.is_none() => {
                 let sent = job.sent;
-                if self.vets_on(sent)
+                if self.retries_reading(sent)
                     && let Some(job) = self.flight.get_mut(at)
                 {
-                    job.due = true;
+                    job.needs_retransmit = true;
                 } else {
                     self.flight.remove(at);
                 }
             }
-            (_, Policy::Resend) if job.over => {
+            (_, Policy::Resend) if job.no_retransmit => {
                 let job = self.flight.remove(at);
                 self.done(job.ticket, Err(Failure::Stopped));
             }
-            (_, Policy::Resend) => job.due = true,
+            (_, Policy::Resend) => job.needs_retransmit = true,
             // The reply may still arrive: until the deadline it is the only way to learn the
             // outcome.
-            (_, Policy::Once) if unordered_or_awaited => {
-                job.lingers = true;
+            (_, Policy::AtMostOnce) if unordered_or_awaited => {
+                job.timed_out = true;
                 job.timer = Micros::MAX;
             }
-            (_, Policy::Once) => {
+            (_, Policy::AtMostOnce) => {
                 let job = self.flight.remove(at);
                 self.uncertain(job);
             }
-            (_, Policy::Doubt) if planted(PlantedBug::ResendBlindly) => job.due = true,
+            (_, Policy::Doubt) if is_planted(PlantedBug::ResendBlindly) => {
+                job.needs_retransmit = true
+            }
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
                 // Beside other unaccounted commands the readings do not show which of them is
                 // missing.
-                if self.alone() && !self.witness.is_broken() {
+                if self.has_at_most_one_unaccounted() && !self.law_monitor.is_broken() {
                     self.enter_doubt(job);
                 } else {
                     self.uncertain(job);
@@ -93,7 +95,7 @@ impl Connection {
     }
 
     /// True if at most one queued command is unaccounted for.
-    pub(super) fn alone(&self) -> bool {
+    pub(super) fn has_at_most_one_unaccounted(&self) -> bool {
         self.queued_unanswered() == 0 && self.doubt.is_none() && self.tracker.is_confirmed()
     }
 
@@ -114,7 +116,7 @@ impl Connection {
     /// Processes a reading for the command in doubt, and judges it when two pairs are equal.
     pub(super) fn read(&mut self, purpose: Purpose, frame: &FrameBuf, now: Micros) {
         let Some(mut doubt) = self.doubt.take() else {
-            return self.vet_reading(purpose, frame);
+            return self.process_reading(purpose, frame);
         };
         let view = frame.frame();
         match doubt.current {
@@ -153,42 +155,46 @@ impl Connection {
         // until its lifetime has passed.
         let arrived = doubt.job.since.saturating_add(self.lifetime.get());
         let premature =
-            !self.settings.ordered && since < arrived && !planted(PlantedBug::NoLifetime);
+            !self.settings.ordered && since < arrived && !is_planted(PlantedBug::NoLifetime);
         let verdict = match self.tracker.judge(current, left) {
             // A Clear since then has dropped commands: the indices prove nothing.
             _ if doubt.job.clears != self.tracker.clears() => Verdict::Unclear,
-            _ if self.witness.is_broken() => Verdict::Unclear,
+            _ if self.law_monitor.is_broken() => Verdict::Unclear,
             verdict => verdict,
         };
         match verdict {
             // Over datagrams a tail beyond the next index means that some command was taken twice.
             Verdict::Unclear => match self.tracker.tail(current, left) {
                 Some(tail) if !self.settings.ordered && self.tracker.is_beyond(tail) => {
-                    self.surpassed(doubt.job, tail);
+                    self.end_after_surplus(doubt.job, tail);
                 }
                 _ => self.uncertain(doubt.job),
             },
             // The lost reply is reconstructed, so the caller sees it as if it had arrived.
             Verdict::Taken(index) => {
-                let certain = self.tracker.find(index, doubt.job.order);
+                let certain = self.tracker.accept_recovered(index, doubt.job.order);
                 self.tracker.confirm();
-                self.witness.resume(Some(index).filter(|_| certain));
+                self.law_monitor.resume(Some(index).filter(|_| certain));
                 self.note_given(index, doubt.job.since);
                 let key = doubt.job.key;
                 let frame = FrameBuf::encode(key.id, key.ctrl, &QueuedCmdIndex(index));
                 self.done(doubt.job.ticket, frame.map_err(|_| Failure::NoIndex));
             }
-            Verdict::Lost if premature => {
+            Verdict::NotTaken if premature => {
                 doubt.not_before = (arrived > now).then_some(arrived);
                 doubt.pair = None;
                 self.doubt = Some(doubt);
             }
-            Verdict::Lost if doubt.job.cut => self.done(doubt.job.ticket, Err(Failure::Lost)),
-            Verdict::Lost if doubt.job.over => self.done(doubt.job.ticket, Err(Failure::Stopped)),
+            Verdict::NotTaken if doubt.job.line_broke => {
+                self.done(doubt.job.ticket, Err(Failure::Lost))
+            }
+            Verdict::NotTaken if doubt.job.no_retransmit => {
+                self.done(doubt.job.ticket, Err(Failure::Stopped))
+            }
             // A full queue refuses commands: retransmitting now would fail as well.
-            Verdict::Lost if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
-            Verdict::Lost => {
-                doubt.job.due = true;
+            Verdict::NotTaken if left == 0 => self.done(doubt.job.ticket, Err(Failure::QueueFull)),
+            Verdict::NotTaken => {
+                doubt.job.needs_retransmit = true;
                 self.flight.push(doubt.job);
             }
         }
@@ -196,7 +202,7 @@ impl Connection {
 
     /// Over datagrams: ends a command after which the controller has taken more commands than were
     /// sent, up to index `to`. Which ones is unknown; the next index follows `to`.
-    pub(super) fn surpassed(&mut self, job: Job, to: u64) {
+    pub(super) fn end_after_surplus(&mut self, job: Job, to: u64) {
         let from = self.tracker.last().map(|last| last.saturating_add(1));
         let failure = Failure::Uncertain { from, to: Some(to) };
         self.done(job.ticket, Err(failure));
@@ -209,7 +215,7 @@ impl Connection {
     /// Above window 1 the queued commands waiting behind the gap are dropped too.
     pub(super) fn uncertain(&mut self, job: Job) {
         let (mut from, mut to) = (None, None);
-        if job.queued() && !self.witness.is_broken() {
+        if job.queued() && !self.law_monitor.is_broken() {
             // Each datagram may have been duplicated, so twice as many indices may be used up.
             let copies = if self.settings.ordered { 1 } else { 2 };
             (from, to) = self.tracker.doubt(copies * (1 + self.queued_unanswered()));
@@ -220,7 +226,7 @@ impl Connection {
             return;
         }
         self.tracker.forget();
-        self.witness.resume(None);
+        self.law_monitor.resume(None);
         while let Some(at) = self.flight.iter().position(Job::queued) {
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(failure));
@@ -269,14 +275,16 @@ impl Connection {
             self.uncertain(doubt.job);
         }
         let dropped = |job: &Job| job.priority == Priority::Stream && !spares(job);
-        while let Some(at) = (self.flight.iter()).position(|job| job.due && dropped(job)) {
+        while let Some(at) =
+            (self.flight.iter()).position(|job| job.needs_retransmit && dropped(job))
+        {
             // Due jobs are known to have had no effect, or may be repeated.
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(Failure::Stopped));
         }
         // In flight: their replies still count, but they are not retransmitted.
         for job in &mut self.flight {
-            job.over |= dropped(job) && !planted(PlantedBug::ResendAfterStop);
+            job.no_retransmit |= dropped(job) && !is_planted(PlantedBug::ResendAfterStop);
         }
     }
 
@@ -298,7 +306,7 @@ impl Connection {
             let job = self.flight.remove(at);
             match job.policy {
                 Policy::Resend => self.done(job.ticket, Err(Failure::Timeout { sent: job.sent })),
-                Policy::Once | Policy::Doubt => self.uncertain(job),
+                Policy::AtMostOnce | Policy::Doubt => self.uncertain(job),
             }
         }
         if let Some(doubt) = self.doubt.take_if(|doubt| doubt.job.deadline <= now) {

@@ -11,12 +11,12 @@ use magician_protocol::{FrameBuf, Layout};
 
 use super::index_tracker::Verdict;
 use super::job::Purpose;
-use super::planted_bug::{PlantedBug, planted};
+use super::planted_bug::{PlantedBug, is_planted};
 use super::{Connection, Micros};
 
 /// Attempts per reading before it is given up.
 // A choice: the command then waits for its lifetime.
-const TRIES: u32 = 4;
+const MAX_ATTEMPTS: u32 = 4;
 
 /// Conditions for sending the next queued command.
 #[derive(Clone, Debug)]
@@ -42,7 +42,9 @@ impl Connection {
     /// At the end of the wait its first copy is assumed lost. If it arrives nevertheless, it does
     /// so before the next command is sent, and is seen.
     pub(super) fn begin_duplicate_check(&mut self, now: Micros, nth: u32) {
-        if self.settings.ordered || self.settings.echo == 0 || planted(PlantedBug::NoDuplicateCheck)
+        if self.settings.ordered
+            || self.settings.echo == 0
+            || is_planted(PlantedBug::NoDuplicateCheck)
         {
             return;
         }
@@ -65,7 +67,7 @@ impl Connection {
     }
 
     /// True if a new queued command may be sent.
-    pub(super) fn is_no_duplicate(&self, now: Micros) -> bool {
+    pub(super) fn may_send_queued(&self, now: Micros) -> bool {
         let over = |duplicate_check: &DuplicateCheck| {
             duplicate_check.unclear
                 && duplicate_check.since.saturating_add(self.lifetime.get()) <= now
@@ -74,26 +76,26 @@ impl Connection {
     }
 
     /// True while readings have yet to show that nothing was duplicated.
-    pub(super) fn is_vetting(&self) -> bool {
+    pub(super) fn is_checking_duplicates(&self) -> bool {
         self.duplicate_check
             .as_ref()
             .is_some_and(|duplicate_check| !duplicate_check.unclear)
     }
 
-    pub(super) fn vet_wakes(&self) -> Option<Micros> {
+    pub(super) fn next_check_timeout(&self) -> Option<Micros> {
         self.duplicate_check
             .as_ref()
             .and_then(|duplicate_check| duplicate_check.wakes)
     }
 
-    pub(super) fn pass_vet(&mut self, now: Micros) {
+    pub(super) fn handle_check_timeout(&mut self, now: Micros) {
         if let Some(duplicate_check) = &mut self.duplicate_check {
             duplicate_check.wakes = duplicate_check.wakes.filter(|at| *at > now);
         }
     }
 
     /// Next reading to send, if one is due.
-    pub(super) fn next_vetting(&self, now: Micros) -> Option<Purpose> {
+    pub(super) fn next_check_reading(&self, now: Micros) -> Option<Purpose> {
         let duplicate_check = self
             .duplicate_check
             .as_ref()
@@ -107,7 +109,7 @@ impl Connection {
     }
 
     /// Notes that a reading is sent.
-    pub(super) fn check_duplicates(&mut self) {
+    pub(super) fn note_check_reading(&mut self) {
         if let Some(duplicate_check) = &mut self.duplicate_check
             // During a doubt the same readings serve the doubt instead.
             && self.doubt.is_none()
@@ -117,21 +119,21 @@ impl Connection {
     }
 
     /// True if a reading that was sent `sent` times without a reply is sent again.
-    pub(super) fn vets_on(&mut self, sent: u32) -> bool {
+    pub(super) fn retries_reading(&mut self, sent: u32) -> bool {
         let accounted = self.is_accounted();
         let Some(duplicate_check) = (self.duplicate_check.as_mut()).filter(|duplicate_check| {
             duplicate_check.begun && !duplicate_check.unclear && accounted
         }) else {
             return false;
         };
-        if sent >= TRIES {
+        if sent >= MAX_ATTEMPTS {
             duplicate_check.give_up(self.lifetime.get());
         }
-        sent < TRIES
+        sent < MAX_ATTEMPTS
     }
 
     /// Processes the reply to a reading.
-    pub(super) fn vet_reading(&mut self, purpose: Purpose, frame: &FrameBuf) {
+    pub(super) fn process_reading(&mut self, purpose: Purpose, frame: &FrameBuf) {
         let Some(duplicate_check) = self
             .duplicate_check
             .as_mut()
@@ -152,7 +154,7 @@ impl Connection {
                 };
                 let pair = (current, read.left_space);
                 if duplicate_check.pair.replace(pair) == Some(pair) {
-                    self.end_vet(pair);
+                    self.finish_check(pair);
                 }
             }
             // A stray reply of an earlier reading.
@@ -160,10 +162,10 @@ impl Connection {
         }
     }
 
-    fn end_vet(&mut self, (current, left): (u64, u32)) {
+    fn finish_check(&mut self, (current, left): (u64, u32)) {
         let tail = self.tracker.tail(current, left);
         match self.tracker.judge(current, left) {
-            Verdict::Lost => self.duplicate_check = None,
+            Verdict::NotTaken => self.duplicate_check = None,
             _ if tail.is_some_and(|tail| self.tracker.is_surplus(tail)) => {
                 self.duplicate_check = None;
                 self.unaccounted(tail.unwrap_or(current));

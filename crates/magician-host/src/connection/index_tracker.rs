@@ -5,9 +5,9 @@ use super::law::QueueReading;
 
 /// Time after which a queue that stays as empty as it was ever seen counts as drained.
 // A choice: if a foreign command runs longer, readings are inconclusive, but commands flow again.
-const STANDING: Micros = 1_000_000;
+const DRAINED_AFTER: Micros = 1_000_000;
 /// Equal readings needed on an unordered link, where a single one may be old.
-const LOOKS: u32 = 2;
+const REQUIRED_EQUAL_READINGS: u32 = 2;
 
 /// Tracks the controller's queue by the indices it gave (errata E37): +1 for every accepted
 /// command, never reset by a Clear.
@@ -30,11 +30,11 @@ pub(super) struct IndexTracker {
     capacity: u32,
     /// True if `capacity` was read from an empty queue. Until then no conclusions are drawn: a
     /// place too many or too few would turn lost into taken.
-    sure: bool,
+    capacity_is_known: bool,
     /// True if the controller reported more places than assumed.
-    grown: bool,
+    capacity_grew: bool,
     /// Largest left space seen.
-    most: u32,
+    max_left_space: u32,
     /// Index accepted last.
     last: Option<u64>,
     /// Index in the last reply, accepted or not. A link may duplicate that reply and delay the
@@ -59,9 +59,9 @@ pub(super) struct IndexTracker {
     /// Number of Clears sent.
     clears: u32,
     /// True if the queue was seen empty and nothing was sent since.
-    vacant: bool,
+    seen_empty: bool,
     /// Current index read since then, and how many times.
-    stood: Option<(u64, u32)>,
+    rest_candidate: Option<(u64, u32)>,
     /// Current index of the arm at rest, while nothing is accepted.
     rest: Option<u64>,
     /// True if `last` was derived from `rest`.
@@ -112,7 +112,7 @@ impl Floor {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
     /// The controller has not taken it.
-    Lost,
+    NotTaken,
     /// The controller has taken it, with this index.
     Taken(u64),
     /// The readings do not decide.
@@ -123,9 +123,9 @@ impl IndexTracker {
     pub(super) fn new(capacity: u32) -> Self {
         Self {
             capacity,
-            sure: false,
-            grown: false,
-            most: 0,
+            capacity_is_known: false,
+            capacity_grew: false,
+            max_left_space: 0,
             last: None,
             heard: None,
             order: 0,
@@ -137,8 +137,8 @@ impl IndexTracker {
             stands: None,
             draining: false,
             clears: 0,
-            vacant: false,
-            stood: None,
+            seen_empty: false,
+            rest_candidate: None,
             rest: None,
             guessed: false,
         }
@@ -227,7 +227,7 @@ impl IndexTracker {
 
     /// Notes that the `order`th command sent turned out to be accepted. True if its index is
     /// certain.
-    pub(super) fn find(&mut self, index: u64, order: u64) -> bool {
+    pub(super) fn accept_recovered(&mut self, index: u64, order: u64) -> bool {
         let guessed = self.guessed || self.last.is_none();
         self.accept(index, order);
         self.guessed = guessed;
@@ -235,8 +235,8 @@ impl IndexTracker {
     }
 
     /// Notes that a queued command is sent.
-    pub(super) fn sends(&mut self) {
-        (self.vacant, self.stood) = (false, None);
+    pub(super) fn note_queued_sent(&mut self) {
+        (self.seen_empty, self.rest_candidate) = (false, None);
     }
 
     /// True if all accepted commands are certain.
@@ -275,12 +275,12 @@ impl IndexTracker {
         self.confirmed = None;
         self.floor = Floor::Unknown;
         self.base = Floor::Unknown;
-        self.stir();
+        self.forget_rest();
     }
 
     /// Notes that the arm may no longer be at rest.
-    fn stir(&mut self) {
-        self.sends();
+    fn forget_rest(&mut self) {
+        self.note_queued_sent();
         (self.rest, self.guessed) = (None, false);
     }
 
@@ -297,7 +297,7 @@ impl IndexTracker {
         self.clears = self.clears.wrapping_add(1);
         self.floor = Floor::Unknown;
         self.base = Floor::Unknown;
-        self.sends();
+        self.note_queued_sent();
         self.rest = None;
     }
 
@@ -324,15 +324,15 @@ impl IndexTracker {
 
     /// Processes a reading of the current index that may be that of an arm at rest.
     fn rests_at(&mut self, current: u64, ordered: bool) {
-        if !self.vacant || self.last.is_some() {
+        if !self.seen_empty || self.last.is_some() {
             return;
         }
-        let times = match self.stood {
+        let times = match self.rest_candidate {
             Some((stood, times)) if stood == current => times + 1,
             _ => 1,
         };
-        self.stood = Some((current, times));
-        if ordered || times >= LOOKS {
+        self.rest_candidate = Some((current, times));
+        if ordered || times >= REQUIRED_EQUAL_READINGS {
             self.rest = Some(current);
         }
     }
@@ -344,7 +344,7 @@ impl IndexTracker {
 
     /// Derives the queue's head from a left space. `None` while too little is known.
     pub(super) fn look(&self, left: u32) -> Option<QueueReading> {
-        if !self.sure || self.draining {
+        if !self.capacity_is_known || self.draining {
             return None;
         }
         Some(QueueReading {
@@ -360,18 +360,18 @@ impl IndexTracker {
         if left > self.capacity {
             // More places than assumed: the reading is not proof that the queue is empty.
             self.capacity = left;
-            (self.grown, self.sure) = (true, false);
+            (self.capacity_grew, self.capacity_is_known) = (true, false);
         }
         // The emptiest state seen, as a fallback for queues with fewer places than assumed.
-        self.most = self.most.max(left);
+        self.max_left_space = self.max_left_space.max(left);
         let full = left == self.capacity;
-        self.sure |= full && (!self.grown || self.last == Some(self.current));
+        self.capacity_is_known |= full && (!self.capacity_grew || self.last == Some(self.current));
         if !idle {
             return;
         }
-        self.vacant = full;
+        self.seen_empty = full;
         if !full && self.last.is_none() {
-            self.stir();
+            self.forget_rest();
         }
         if full {
             self.draining = false;
@@ -379,11 +379,11 @@ impl IndexTracker {
             if self.base == Floor::Unknown {
                 self.base = self.floor;
             }
-        } else if self.draining && left == self.most {
+        } else if self.draining && left == self.max_left_space {
             // The queue is as empty as it was ever seen: it has fewer places than assumed, or a
             // long command of another host runs. Nothing is known, but commands may flow again.
             let (_, since) = *(self.stands.get_or_insert((left, now)));
-            self.draining = now.saturating_sub(since) < STANDING;
+            self.draining = now.saturating_sub(since) < DRAINED_AFTER;
         } else {
             self.stands = None;
         }
@@ -392,7 +392,7 @@ impl IndexTracker {
     /// Last index given, derived from these readings. `None` if it cannot be.
     pub(super) fn tail(&self, current: u64, left: u32) -> Option<u64> {
         // A full left space proves the capacity at this moment.
-        let sure = self.sure || left == self.capacity && !self.grown;
+        let sure = self.capacity_is_known || left == self.capacity && !self.capacity_grew;
         let head = match (self.last, self.rest) {
             (None, Some(rest)) => Some(rest.max(current)),
             _ => self.floor.head(current),
@@ -408,7 +408,7 @@ impl IndexTracker {
             return Verdict::Unclear;
         };
         match self.last.or(self.rest) {
-            Some(last) if tail == last => Verdict::Lost,
+            Some(last) if tail == last => Verdict::NotTaken,
             Some(last) if Some(tail) == last.checked_add(1) => Verdict::Taken(tail),
             _ => Verdict::Unclear,
         }
@@ -426,7 +426,7 @@ mod tests {
         tracker.accept(7, 1);
         assert_eq!(
             tracker.judge(3, 31),
-            Verdict::Lost,
+            Verdict::NotTaken,
             "numbers 4 to 6 were dropped unseen"
         );
         assert_eq!(tracker.judge(3, 30), Verdict::Taken(8));
@@ -441,7 +441,7 @@ mod tests {
         tracker.read_left(30, true, 0);
         tracker.accept(7, 1);
         assert_eq!(tracker.judge(4, 29), Verdict::Unclear);
-        assert_eq!(tracker.judge(7, 32), Verdict::Lost);
+        assert_eq!(tracker.judge(7, 32), Verdict::NotTaken);
     }
 
     #[test]
@@ -456,7 +456,7 @@ mod tests {
         assert!(tracker.draining(), "the motion under way has not ended");
         tracker.read_left(32, true, 0);
         assert!(!tracker.draining());
-        assert_eq!(tracker.judge(2, 32), Verdict::Lost);
+        assert_eq!(tracker.judge(2, 32), Verdict::NotTaken);
         assert_eq!(tracker.judge(2, 31), Verdict::Taken(6));
     }
 
@@ -495,7 +495,7 @@ mod tests {
         assert_eq!(tracker.judge(7, 32), Verdict::Unclear);
         tracker.read_current(8, true);
         tracker.read_left(33, true, 0);
-        assert_eq!(tracker.judge(8, 33), Verdict::Lost);
+        assert_eq!(tracker.judge(8, 33), Verdict::NotTaken);
         assert_eq!(tracker.judge(8, 32), Verdict::Taken(9));
     }
 
@@ -508,7 +508,7 @@ mod tests {
         tracker.read_left(29, true, 10);
         tracker.read_left(30, true, 20);
         assert!(tracker.draining());
-        tracker.read_left(30, true, 20 + STANDING);
+        tracker.read_left(30, true, 20 + DRAINED_AFTER);
         assert!(!tracker.draining());
         assert_eq!(tracker.judge(1, 30), Verdict::Unclear);
     }

@@ -23,12 +23,12 @@ pub(super) enum Link {
     /// The line is lost; nothing is sent.
     Down,
     /// The line is restored and what is at its end is being checked; nothing of the stream is sent.
-    Found(Seen),
+    Restored(RestoredReadings),
 }
 
 /// Readings taken since the line was restored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Seen {
+pub(super) struct RestoredReadings {
     clock: bool,
     clock_tries: u32,
     current: bool,
@@ -66,12 +66,12 @@ impl Connection {
             match job.policy {
                 // The connection's own readings have no caller.
                 _ if job.purpose != Purpose::Caller => {}
-                Policy::Once | Policy::Doubt if !job.due => self.uncertain(job),
+                Policy::AtMostOnce | Policy::Doubt if !job.needs_retransmit => self.uncertain(job),
                 _ => self.done(job.ticket, Err(Failure::Lost)),
             }
         }
         if let Some(mut job) = kept {
-            (job.over, job.cut) = (true, true);
+            (job.no_retransmit, job.line_broke) = (true, true);
             self.enter_doubt(job);
         }
         if !clocked {
@@ -82,7 +82,7 @@ impl Connection {
             } else {
                 self.tracker.forget();
             }
-            self.witness.resume(None);
+            self.law_monitor.resume(None);
         }
         self.link = Link::Down;
     }
@@ -97,9 +97,9 @@ impl Connection {
         self.deframer = Deframer::new();
         self.pace.begin_anew();
         if let Some(doubt) = &mut self.doubt {
-            doubt.begin_anew();
+            doubt.reset_readings();
         }
-        self.link = Link::Found(Seen::default());
+        self.link = Link::Restored(RestoredReadings::default());
     }
 
     /// Reports that another connection cleared the queue on the restored line before this one
@@ -115,25 +115,25 @@ impl Connection {
             return Some(job);
         }
         let single = self.queued_unanswered() == 1 && self.tracker.is_confirmed();
-        let at = (self.flight.iter()).position(|job| job.queued() && !job.due)?;
-        (single && !self.witness.is_broken()).then(|| self.flight.remove(at))
+        let at = (self.flight.iter()).position(|job| job.queued() && !job.needs_retransmit)?;
+        (single && !self.law_monitor.is_broken()).then(|| self.flight.remove(at))
     }
 
     /// Next reading on a restored line, apart from those of a doubt.
-    pub(super) fn next_look(&self) -> Option<Purpose> {
+    pub(super) fn next_restore_reading(&self) -> Option<Purpose> {
         match self.link {
-            Link::Found(Seen { clock: false, .. }) => Some(Purpose::Clock),
+            Link::Restored(RestoredReadings { clock: false, .. }) => Some(Purpose::Clock),
             // The doubt reads current index and left space itself.
-            Link::Found(_) if self.doubt.is_some() => None,
-            Link::Found(Seen { current: false, .. }) => Some(Purpose::Current),
-            Link::Found(Seen { left: false, .. }) => Some(Purpose::Left),
+            Link::Restored(_) if self.doubt.is_some() => None,
+            Link::Restored(RestoredReadings { current: false, .. }) => Some(Purpose::Current),
+            Link::Restored(RestoredReadings { left: false, .. }) => Some(Purpose::Left),
             _ => None,
         }
     }
 
     /// Notes that a reading arrived.
-    pub(super) fn seen(&mut self, purpose: Purpose) {
-        let Link::Found(seen) = &mut self.link else {
+    pub(super) fn note_restore_reading(&mut self, purpose: Purpose) {
+        let Link::Restored(seen) = &mut self.link else {
             return;
         };
         match purpose {
@@ -149,11 +149,11 @@ impl Connection {
     }
 
     /// Notes that a read of the clock was not answered.
-    pub(super) fn missed_clock(&mut self) {
-        if let Link::Found(seen) = &mut self.link {
+    pub(super) fn note_clock_timeout(&mut self) {
+        if let Link::Restored(seen) = &mut self.link {
             seen.clock_tries += 1;
             if seen.clock_tries >= CLOCK_TRIES {
-                self.seen(Purpose::Clock);
+                self.note_restore_reading(Purpose::Clock);
             }
         }
     }

@@ -31,7 +31,7 @@ pub(super) enum Policy {
     /// Find out from the indices whether the command is in the queue.
     Doubt,
     /// Report the outcome as uncertain: nothing shows whether it was done.
-    Once,
+    AtMostOnce,
 }
 
 /// A request from submission to its end.
@@ -57,15 +57,15 @@ pub(super) struct Job {
     /// Instant at which its reply counts as lost.
     pub(super) timer: Micros,
     /// True if it is to be retransmitted as soon as possible.
-    pub(super) due: bool,
+    pub(super) needs_retransmit: bool,
     /// True if its reply counts as lost but is still accepted. Holds no place in the window.
-    pub(super) lingers: bool,
+    pub(super) timed_out: bool,
     /// Number of Clears sent up to its transmission.
     pub(super) clears: u32,
     /// True after a stop or when its caller has gone: it is not retransmitted.
-    pub(super) over: bool,
+    pub(super) no_retransmit: bool,
     /// True if the line broke while it was in flight.
-    pub(super) cut: bool,
+    pub(super) line_broke: bool,
     /// True if, at window 1, it was in flight together with another request.
     pub(super) paired: bool,
 }
@@ -87,11 +87,11 @@ impl Job {
             sent: 0,
             since: 0,
             timer: Micros::MAX,
-            due: false,
-            lingers: false,
+            needs_retransmit: false,
+            timed_out: false,
             clears: 0,
-            over: false,
-            cut: false,
+            no_retransmit: false,
+            line_broke: false,
             paired: false,
         }
     }
@@ -108,18 +108,18 @@ impl Job {
     }
 
     /// True if it is a queued command that may be in flight beside others.
-    pub(super) fn shares(&self) -> bool {
+    pub(super) fn may_share_window(&self) -> bool {
         self.queued() && self.repeatable
     }
 
     pub(super) fn in_window(&self) -> bool {
-        self.priority != Priority::Stop && !self.lingers
+        self.priority != Priority::Stop && !self.timed_out
     }
 }
 
 /// True if a request without a reply may have been executed, and must not be executed twice.
 #[must_use]
-pub fn is_once(request: &Frame<'_>) -> bool {
+pub fn must_not_repeat(request: &Frame<'_>) -> bool {
     policy(request) != Policy::Resend
 }
 
@@ -132,10 +132,10 @@ fn policy(frame: &Frame<'_>) -> Policy {
         // although the row of a motor command forbids it in general.
         Some(_) if switches_off(frame) => Policy::Resend,
         Some(row) if ctrl.queued() && row.set.is_some() && !row.steers_queue() => Policy::Doubt,
-        Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::Once,
+        Some(row) if ctrl.write() && row.set.is_some() && !row.resendable => Policy::AtMostOnce,
         Some(_) => Policy::Resend,
         // Unknown id: a set may do anything.
-        None if ctrl.write() || ctrl.queued() => Policy::Once,
+        None if ctrl.write() || ctrl.queued() => Policy::AtMostOnce,
         None => Policy::Resend,
     }
 }

@@ -27,20 +27,20 @@ use std::fmt;
 
 /// State of knowledge about an arm's numbering of queued commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Law {
+pub enum IndexLaw {
     /// Too few commands were accepted to decide. Commands travel one at a time.
     #[default]
     Unknown,
     /// The arm numbers them as errata E37 says.
     Followed,
     /// The arm breaks the law. Lost replies are not recovered, and commands travel one at a time.
-    Broken(Breach),
+    Broken(LawViolation),
 }
 
 /// Observed violation of errata E37.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Breach {
+pub enum LawViolation {
     /// Consecutive commands got indices with a gap or out of order.
     Step {
         /// Index of the earlier command.
@@ -71,7 +71,7 @@ pub enum Breach {
     },
 }
 
-impl fmt::Display for Breach {
+impl fmt::Display for LawViolation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Step { before, after } => write!(
@@ -101,17 +101,17 @@ impl fmt::Display for Breach {
 
 /// Consecutive steps of +1 after which the law counts as followed.
 // A choice: two could be chance with another host.
-const ENOUGH: u32 = 3;
+const STEPS_TO_TRUST: u32 = 3;
 /// Consecutive mismatches after which it counts as broken.
 // A choice: another host causes single ones.
-const TOO_MANY: u32 = 3;
+const MISMATCHES_TO_BREAK: u32 = 3;
 /// Resets contradicted by the next index after which it counts as broken.
-const FALSE_RESETS: u32 = 2;
+const FALSE_RESETS_TO_BREAK: u32 = 2;
 
 /// Checks whether the arm follows the index law.
 #[derive(Clone, Debug, Default)]
 pub(super) struct IndexLawMonitor {
-    law: Law,
+    law: IndexLaw,
     /// Index in the last reply, believed or not, if the next one can be compared with it.
     last: Option<u64>,
     good: u32,
@@ -126,12 +126,12 @@ pub(super) struct IndexLawMonitor {
     /// Value of `last` when the current index went back, if the count was `unbroken`.
     before_reset: Option<u64>,
     false_resets: u32,
-    books: Accounts,
+    left_space_check: LeftSpaceCheck,
 }
 
 /// Comparison of left space and current index.
 #[derive(Clone, Copy, Debug, Default)]
-struct Accounts {
+struct LeftSpaceCheck {
     /// Head that the next current index must have reached.
     ahead: Option<(u64, QueueReading)>,
     /// More commands wait than possible, unless some belong to another host, which the next index
@@ -156,19 +156,19 @@ pub(super) struct QueueReading {
 }
 
 impl IndexLawMonitor {
-    pub(super) fn law(&self) -> Law {
+    pub(super) fn law(&self) -> IndexLaw {
         self.law
     }
 
     pub(super) fn is_broken(&self) -> bool {
-        matches!(self.law, Law::Broken(_))
+        matches!(self.law, IndexLaw::Broken(_))
     }
 
     /// True if a current index that goes back is evidence of a reset.
     pub(super) fn trusts_current(&self) -> bool {
         !matches!(
             self.law,
-            Law::Broken(Breach::Back { .. } | Breach::Current { .. })
+            IndexLaw::Broken(LawViolation::Back { .. } | LawViolation::Current { .. })
         )
     }
 
@@ -179,18 +179,18 @@ impl IndexLawMonitor {
 
     /// Processes the index of a reply. `alone` is true if no other command was unaccounted for;
     /// `highest` is the highest current index read when the command was sent.
-    pub(super) fn answered(&mut self, index: u64, alone: bool, highest: u64) {
+    pub(super) fn note_reply(&mut self, index: u64, alone: bool, highest: u64) {
         if let Some(before) = self.before_reset.take() {
             // Index 1 is what a real reset would give, too.
             let went_on = index > 1 && before.checked_add(1) == Some(index);
             self.false_resets = if went_on { self.false_resets + 1 } else { 0 };
-            if self.false_resets >= FALSE_RESETS {
-                self.breaks(Breach::Back { index });
+            if self.false_resets >= FALSE_RESETS_TO_BREAK {
+                self.breaks(LawViolation::Back { index });
             }
         }
         let before = self.last.replace(index);
         self.unbroken &= before.is_some_and(|before| before.checked_add(1) == Some(index));
-        if let Some(look) = self.books.excess.take()
+        if let Some(look) = self.left_space_check.excess.take()
             && look.last.checked_add(1) == Some(index)
         {
             self.strike(look.reached, look);
@@ -201,16 +201,16 @@ impl IndexLawMonitor {
                 self.contradicted = (index <= highest).then_some((index, highest));
                 (self.good, self.odd) = (self.good.saturating_add(1), 0);
                 // A broken law stays broken: later good indices do not make the arm reliable.
-                if self.good >= ENOUGH && self.law == Law::Unknown {
-                    self.law = Law::Followed;
+                if self.good >= STEPS_TO_TRUST && self.law == IndexLaw::Unknown {
+                    self.law = IndexLaw::Followed;
                 }
             }
             // In a window a lost command explains the step.
             Some((before, false)) if alone => {
                 (self.good, self.odd) = (0, self.odd + 1);
-                if self.odd >= TOO_MANY {
+                if self.odd >= MISMATCHES_TO_BREAK {
                     let after = index;
-                    self.breaks(Breach::Step { before, after });
+                    self.breaks(LawViolation::Step { before, after });
                 }
             }
             // No index before, or commands beside it: nothing follows from the step.
@@ -223,29 +223,30 @@ impl IndexLawMonitor {
     pub(super) fn resume(&mut self, last: Option<u64>) {
         self.last = last;
         self.unbroken = false;
-        self.cleared();
+        self.drop_open_checks();
     }
 
     /// Processes a reading of the current index that shows no reset. `reached` is the head it
     /// implies, if known.
-    pub(super) fn current(&mut self, current: u64, reached: Option<u64>) {
+    pub(super) fn note_current(&mut self, current: u64, reached: Option<u64>) {
         if let Some((index, highest)) = self.contradicted.take()
             && current >= highest
         {
             let current = highest;
-            self.breaks(Breach::Current { current, index });
+            self.breaks(LawViolation::Current { current, index });
         }
         if current > self.highest {
             (self.highest, self.unbroken) = (current, true);
         }
-        let (Some((head, look)), Some(reached)) = (self.books.ahead.take(), reached) else {
+        let (Some((head, look)), Some(reached)) = (self.left_space_check.ahead.take(), reached)
+        else {
             return;
         };
         if head > reached {
             self.strike(current, look);
         // An empty queue fits by itself, so only a match in a filled one clears the count.
         } else if look.waiting > 0 {
-            self.books.strikes = 0;
+            self.left_space_check.strikes = 0;
         }
     }
 
@@ -258,17 +259,17 @@ impl IndexLawMonitor {
     }
 
     /// Drops open comparisons, because the queue no longer holds what was accepted.
-    pub(super) fn cleared(&mut self) {
-        self.books.ahead = None;
-        self.books.excess = None;
+    pub(super) fn drop_open_checks(&mut self) {
+        self.left_space_check.ahead = None;
+        self.left_space_check.excess = None;
     }
 
     /// Processes a reading of the left space.
     pub(super) fn look(&mut self, look: QueueReading) {
-        self.cleared();
+        self.drop_open_checks();
         match look.last.checked_sub(look.waiting.into()) {
-            Some(head) if head >= look.reached => self.books.ahead = Some((head, look)),
-            _ => self.books.excess = Some(look),
+            Some(head) if head >= look.reached => self.left_space_check.ahead = Some((head, look)),
+            _ => self.left_space_check.excess = Some(look),
         }
     }
 
@@ -278,12 +279,12 @@ impl IndexLawMonitor {
     /// current index is right again, so one head counts once.
     fn strike(&mut self, current: u64, look: QueueReading) {
         let head = look.last.saturating_sub(look.waiting.into());
-        if self.books.struck.replace(head) == Some(head) {
+        if self.left_space_check.struck.replace(head) == Some(head) {
             return;
         }
-        self.books.strikes += 1;
-        if self.books.strikes >= TOO_MANY {
-            self.breaks(Breach::LeftSpace {
+        self.left_space_check.strikes += 1;
+        if self.left_space_check.strikes >= MISMATCHES_TO_BREAK {
+            self.breaks(LawViolation::LeftSpace {
                 current,
                 left: look.left,
                 last: look.last,
@@ -291,9 +292,9 @@ impl IndexLawMonitor {
         }
     }
 
-    fn breaks(&mut self, breach: Breach) {
+    fn breaks(&mut self, breach: LawViolation) {
         if !self.is_broken() {
-            self.law = Law::Broken(breach);
+            self.law = IndexLaw::Broken(breach);
         }
     }
 }

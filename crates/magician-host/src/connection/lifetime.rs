@@ -39,7 +39,7 @@ impl Lifetime {
     }
 
     /// Adds the time between a frame and its reply.
-    pub(super) fn saw(&mut self, now: Micros, time: Micros) {
+    pub(super) fn add_round_trip(&mut self, now: Micros, time: Micros) {
         if now.saturating_sub(self.since) >= MEMORY {
             // Two intervals, so that each peak is remembered for at least one.
             self.peaks = [None, self.peaks[0]];
@@ -73,33 +73,33 @@ mod tests {
         let mut lifetime = Lifetime::new(&Settings::DATAGRAMS);
         assert_eq!(lifetime.measured(), None);
         assert_eq!(lifetime.get(), 2_000 * MS, "nothing is known");
-        lifetime.saw(0, 3 * MS);
+        lifetime.add_round_trip(0, 3 * MS);
         assert_eq!(lifetime.get(), 200 * MS, "the shortest");
-        lifetime.saw(MS, 60 * MS);
-        lifetime.saw(2 * MS, 3 * MS);
+        lifetime.add_round_trip(MS, 60 * MS);
+        lifetime.add_round_trip(2 * MS, 3 * MS);
         assert_eq!(lifetime.get(), 480 * MS);
-        lifetime.saw(3 * MS, 900 * MS);
+        lifetime.add_round_trip(3 * MS, 900 * MS);
         assert_eq!(lifetime.get(), 2_000 * MS, "the longest");
     }
 
     #[test]
     fn a_long_round_trip_is_forgotten_after_a_while() {
         let mut lifetime = Lifetime::new(&Settings::DATAGRAMS);
-        lifetime.saw(0, 100 * MS);
+        lifetime.add_round_trip(0, 100 * MS);
         for second in 1..30 {
-            lifetime.saw(second * 1_000 * MS, 3 * MS);
+            lifetime.add_round_trip(second * 1_000 * MS, 3 * MS);
             assert_eq!(lifetime.get(), 800 * MS, "after {second} s");
         }
-        lifetime.saw(MEMORY, 3 * MS);
+        lifetime.add_round_trip(MEMORY, 3 * MS);
         assert_eq!(lifetime.get(), 800 * MS);
-        lifetime.saw(2 * MEMORY, 3 * MS);
+        lifetime.add_round_trip(2 * MEMORY, 3 * MS);
         assert_eq!(lifetime.get(), 200 * MS);
     }
 
     #[test]
     fn an_ordered_link_has_the_one_that_was_set() {
         let mut lifetime = Lifetime::new(&Settings::ORDERED);
-        lifetime.saw(0, 3 * MS);
+        lifetime.add_round_trip(0, 3 * MS);
         assert_eq!(lifetime.get(), Settings::ORDERED.lifetime);
     }
 }

@@ -118,7 +118,8 @@
 //!
 //! Before the first command the last index is not known. If the arm was seen at rest (queue empty,
 //! then the current index read), these two serve for comparison: any accepted command has changed
-//! one of them. Only the number may be too low ([`is_last_a_guess`](Connection::is_last_a_guess)).
+//! one of them. Only the number may be too low
+//! ([`is_last_index_estimated`](Connection::is_last_index_estimated)).
 //!
 //! A datagram that the network duplicates is executed twice by any controller. A surplus reply, or
 //! a current index or left space beyond the last accepted index, reveals it:
@@ -150,7 +151,7 @@ mod law;
 mod lifetime;
 pub(crate) mod outstanding;
 mod pace;
-mod pairs;
+mod paired_reads;
 mod planted_bug;
 mod reply;
 mod request;
@@ -168,15 +169,15 @@ use doubt::Doubt;
 use estimator::Estimator;
 use index_tracker::IndexTracker;
 use interruption::Link;
-pub use job::is_once;
+pub use job::must_not_repeat;
 use job::{Job, Purpose};
 use law::IndexLawMonitor;
-pub use law::{Breach, Law};
+pub use law::{IndexLaw, LawViolation};
 use lifetime::Lifetime;
 use outstanding::Outstanding;
 use pace::Pace;
-use pairs::Pairs;
-use planted_bug::{PlantedBug, planted};
+use paired_reads::PairedReads;
+use planted_bug::{PlantedBug, is_planted};
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 
 use duplicate_check::DuplicateCheck;
@@ -187,17 +188,17 @@ pub type Micros = u64;
 
 /// Largest number of requests waiting in one lane.
 // A choice that bounds memory: a full lane refuses with `Failure::Busy`.
-const LANE: usize = 64;
+const LANE_CAPACITY: usize = 64;
 /// Initial capacity of a lane and of the events. A frame is large, and sessions seldom need more.
-const USUAL: usize = 8;
+const INITIAL_CAPACITY: usize = 8;
 /// Largest window, requests.
 // A choice that bounds the interval of uncertain indices after a loss.
 const MAX_WINDOW: usize = 8;
 /// Number of recent commands whose send time is remembered, to recognise late replies.
-const GIVEN: usize = 8;
+const MAX_RECENT_INDICES: usize = 8;
 /// Interval between reads of the left space while the queue drains after a Clear.
 // A choice: short against a motion, long enough to leave the line to others.
-const DRAIN_PAUSE: Micros = 10_000;
+const DRAIN_POLL_INTERVAL: Micros = 10_000;
 
 /// Traffic counters of a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -223,17 +224,17 @@ pub struct Stats {
 pub struct Connection {
     settings: Settings,
     deframer: Deframer,
-    heard: Micros,
+    last_receive: Micros,
     /// Instant until which the caller was held up. Round trips of frames sent before are not
     /// measured.
-    awake: Micros,
+    resumed_at: Micros,
     estimator: Estimator,
     lifetime: Lifetime,
     tracker: IndexTracker,
-    witness: IndexLawMonitor,
+    law_monitor: IndexLawMonitor,
     uptime: Uptime,
     pace: Pace,
-    pairs: Pairs,
+    pairs: PairedReads,
     link: Link,
     outstanding: Outstanding,
     lanes: [VecDeque<Job>; 3],
@@ -242,7 +243,7 @@ pub struct Connection {
     duplicate_check: Option<DuplicateCheck>,
     events: VecDeque<Event>,
     next_ticket: u64,
-    streak: u32,
+    stream_streak: u32,
     next_fence: usize,
     /// Number of queued commands sent.
     order: u64,
@@ -272,28 +273,28 @@ impl Connection {
         };
         Self {
             deframer: Deframer::new(),
-            heard: 0,
-            awake: 0,
+            last_receive: 0,
+            resumed_at: 0,
             estimator: Estimator::new(&settings),
             lifetime: Lifetime::new(&settings),
             tracker: IndexTracker::new(settings.capacity),
-            witness: IndexLawMonitor::default(),
+            law_monitor: IndexLawMonitor::default(),
             uptime: Uptime::new(settings.free_clock),
             pace: Pace::new(settings.baud),
-            pairs: Pairs::default(),
+            pairs: PairedReads::default(),
             link: Link::Up,
             outstanding: Outstanding::new(settings.ordered),
-            lanes: std::array::from_fn(|_| VecDeque::with_capacity(USUAL)),
+            lanes: std::array::from_fn(|_| VecDeque::with_capacity(INITIAL_CAPACITY)),
             // The window, with stops and readings outside of it.
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
             duplicate_check: None,
-            events: VecDeque::with_capacity(USUAL),
+            events: VecDeque::with_capacity(INITIAL_CAPACITY),
             next_ticket: 0,
-            streak: 0,
+            stream_streak: 0,
             next_fence: 0,
             order: 0,
-            given: VecDeque::with_capacity(GIVEN),
+            given: VecDeque::with_capacity(MAX_RECENT_INDICES),
             settled: 0,
             drain_at: None,
             stats: Stats::default(),
@@ -336,7 +337,10 @@ impl Connection {
     /// Index accepted last. `None` while it is not certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
-        let last = self.tracker.last().filter(|_| !self.witness.is_broken());
+        let last = self
+            .tracker
+            .last()
+            .filter(|_| !self.law_monitor.is_broken());
         last.map(QueuedCmdIndex)
     }
 
@@ -345,14 +349,14 @@ impl Connection {
     /// It was then derived from readings of an arm at rest, whose queue may have been cleared
     /// before. The next reply gives the true index and so the difference.
     #[must_use]
-    pub fn is_last_a_guess(&self) -> bool {
+    pub fn is_last_index_estimated(&self) -> bool {
         self.tracker.is_guess()
     }
 
     /// State of the index law for this arm, on which all conclusions from indices rest.
     #[must_use]
-    pub fn law(&self) -> Law {
-        self.witness.law()
+    pub fn law(&self) -> IndexLaw {
+        self.law_monitor.law()
     }
 
     /// Capacity of the controller's queue, commands: as set, or larger if the controller reported
@@ -367,7 +371,7 @@ impl Connection {
     ///
     /// Read the line once more before submitting.
     #[must_use]
-    pub fn is_owed(&self) -> bool {
+    pub fn must_read_before_submit(&self) -> bool {
         !self.settings.ordered || !self.outstanding.is_empty()
     }
 
@@ -380,7 +384,7 @@ impl Connection {
     #[must_use]
     pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
         let confirmed = self.tracker.confirmed();
-        let confirmed = confirmed.filter(|_| !self.witness.is_broken());
+        let confirmed = confirmed.filter(|_| !self.law_monitor.is_broken());
         confirmed.map(QueuedCmdIndex)
     }
 
@@ -388,7 +392,7 @@ impl Connection {
     /// more.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        let settled = self.doubt.is_none() && !self.is_vetting();
+        let settled = self.doubt.is_none() && !self.is_checking_duplicates();
         settled && self.flight.is_empty() && self.lanes.iter().all(VecDeque::is_empty)
     }
 }
@@ -412,7 +416,7 @@ impl Connection {
         }
         let lane = &mut self.lanes[request.priority as usize];
         // Stops have a lane of their own, so a full lane of commands never blocks one.
-        if lane.len() < LANE {
+        if lane.len() < LANE_CAPACITY {
             lane.push_back(Job::new(ticket, Purpose::Caller, &request));
         } else {
             self.done(ticket, Err(Failure::Busy));
@@ -433,7 +437,9 @@ impl Connection {
             }
         }
         // Due: waiting for a retransmission, so the last copy is known to be lost or harmless.
-        let due = |job: &Job| job.ticket == ticket && job.due && job.priority != Priority::Stop;
+        let due = |job: &Job| {
+            job.ticket == ticket && job.needs_retransmit && job.priority != Priority::Stop
+        };
         if let Some(at) = self.flight.iter().position(due) {
             self.flight.remove(at);
             self.done(ticket, Err(Failure::Stopped));
@@ -441,7 +447,7 @@ impl Connection {
         let doubt = self.doubt.as_mut().map(|doubt| &mut doubt.job);
         let out = self.flight.iter_mut().chain(doubt);
         for job in out.filter(|job| job.ticket == ticket) {
-            job.over = job.priority != Priority::Stop;
+            job.no_retransmit = job.priority != Priority::Stop;
         }
     }
 
@@ -452,7 +458,7 @@ impl Connection {
         let mut next = Micros::MAX;
         for job in &self.flight {
             next = next.min(job.deadline);
-            if !job.due {
+            if !job.needs_retransmit {
                 next = next.min(job.timer);
             }
         }
@@ -465,12 +471,15 @@ impl Connection {
         }
         // Without this a frame would wait for the next unrelated event.
         next = next.min(self.pace.wakes().unwrap_or(Micros::MAX));
-        next = next.min(self.vet_wakes().unwrap_or(Micros::MAX));
+        next = next.min(self.next_check_timeout().unwrap_or(Micros::MAX));
         if let (true, Some(at)) = (self.wants_drain(), self.drain_at) {
             next = next.min(at);
         }
         if self.is_waiting_for_bytes() {
-            next = next.min(self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000));
+            next = next.min(
+                self.last_receive
+                    .saturating_add(INTER_BYTE_TIMEOUT_MS * 1000),
+            );
         }
         if let Some(at) = self.outstanding.next_expiry(self.lifetime.get()) {
             next = next.min(at);
@@ -481,23 +490,28 @@ impl Connection {
     /// Processes all timers up to `now`.
     pub fn handle_timeout(&mut self, now: Micros) {
         if self.is_waiting_for_bytes()
-            && now >= self.heard.saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
+            && now
+                >= self
+                    .last_receive
+                    .saturating_add(INTER_BYTE_TIMEOUT_MS * 1000)
         {
             // Only after a silence: the bytes of one frame follow each other closely (errata E04).
             // The bytes of the broken frame may contain whole frames.
             self.deframer.expire();
-            self.hear(now, &[]);
+            self.process_bytes(now, &[]);
         }
         self.outstanding.expire(now, self.lifetime.get());
         self.pace.pass(now);
-        self.pass_vet(now);
+        self.handle_check_timeout(now);
         if self.drain_at.is_some_and(|at| at <= now) {
             self.drain_at = None;
         }
         self.end_at_deadline(now);
-        while let Some(at) = (self.flight.iter()).position(|job| !job.due && job.timer <= now) {
+        while let Some(at) =
+            (self.flight.iter()).position(|job| !job.needs_retransmit && job.timer <= now)
+        {
             self.estimator.back_off();
-            self.lost(at);
+            self.handle_loss(at);
         }
         if let Some(doubt) = &mut self.doubt
             && doubt.not_before.is_some_and(|at| at <= now)
@@ -511,7 +525,7 @@ impl Connection {
     ///
     /// Deadlines do not run during that time, and timers of requests in flight start again. Call
     /// this before the bytes that arrived meanwhile are [received](Self::receive).
-    pub fn slept(&mut self, since: Micros, now: Micros) {
+    pub fn note_suspension(&mut self, since: Micros, now: Micros) {
         let time = now.saturating_sub(since);
         let timer = now.saturating_add(self.estimator.timeout());
         let doubt = self.doubt.as_mut().map(|doubt| &mut doubt.job);
@@ -523,11 +537,11 @@ impl Connection {
                 job.timer = job.timer.max(timer);
             }
         }
-        self.awake = now;
+        self.resumed_at = now;
     }
 
     fn is_waiting_for_bytes(&self) -> bool {
-        self.deframer.pending() && !planted(PlantedBug::NoInterByteTimeout)
+        self.deframer.pending() && !is_planted(PlantedBug::NoInterByteTimeout)
     }
 
     /// Returns the next event. `None` if the queue of events is empty.

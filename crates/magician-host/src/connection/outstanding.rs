@@ -35,7 +35,7 @@ impl Key {
 
 /// A transmitted frame whose reply may still arrive.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Copy {
+pub(crate) struct SentFrame {
     pub(crate) key: Key,
     pub(crate) ticket: Ticket,
     pub(crate) at: Micros,
@@ -46,7 +46,7 @@ pub(crate) struct Copy {
 /// All transmitted frames whose reply may still arrive, in the order of sending.
 #[derive(Clone, Debug)]
 pub(crate) struct Outstanding {
-    copies: VecDeque<Copy>,
+    copies: VecDeque<SentFrame>,
     ordered: bool,
 }
 
@@ -54,7 +54,7 @@ pub(crate) struct Outstanding {
 // A choice that bounds memory on a dead line.
 const CAPACITY: usize = 256;
 /// Outstanding frames above which not even stops are sent: the line has been dead for long.
-const STOPS: usize = 4 * CAPACITY;
+const STOP_CAPACITY: usize = 4 * CAPACITY;
 
 impl Outstanding {
     pub(crate) fn new(ordered: bool) -> Self {
@@ -73,15 +73,15 @@ impl Outstanding {
     }
 
     pub(crate) fn is_choked(&self) -> bool {
-        self.copies.len() >= STOPS
+        self.copies.len() >= STOP_CAPACITY
     }
 
-    pub(crate) fn sent(&mut self, copy: Copy) {
+    pub(crate) fn sent(&mut self, copy: SentFrame) {
         self.copies.push_back(copy);
     }
 
     /// True if a reply with this key could belong to a request outside of `waited_for`.
-    pub(crate) fn haunted(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
+    pub(crate) fn has_abandoned(&self, key: Key, waited_for: impl Fn(Ticket) -> bool) -> bool {
         let mut copies = self.copies.iter();
         copies.any(|copy| copy.key == key && !waited_for(copy.ticket))
     }
@@ -99,7 +99,7 @@ impl Outstanding {
     /// Assigns a reply to the oldest outstanding frame of its key. `None` for an unsolicited reply.
     ///
     /// On an ordered link this also drops all older frames, whose replies can no longer arrive.
-    pub(crate) fn answered(&mut self, key: Key) -> Option<Copy> {
+    pub(crate) fn answered(&mut self, key: Key) -> Option<SentFrame> {
         let at = self.copies.iter().position(|copy| copy.key == key)?;
         let copy = self.copies.remove(at);
         if self.ordered {

@@ -4,7 +4,7 @@ use super::Micros;
 
 /// Backlog on the line up to which another frame is handed out, ns.
 // A choice: it adds 1 ms to a stop's delay and covers the caller's own delays.
-const AHEAD: u64 = 1_000_000;
+const MAX_BACKLOG_NS: u64 = 1_000_000;
 
 /// Tracks how long the frames handed out keep a serial line busy.
 ///
@@ -38,7 +38,7 @@ impl Pace {
 
     /// True if another frame (not a stop) may be sent now. Otherwise remembers when.
     pub(super) fn admits(&mut self, now: Micros) -> bool {
-        let from = self.free.saturating_sub(AHEAD).div_ceil(1000);
+        let from = self.free.saturating_sub(MAX_BACKLOG_NS).div_ceil(1000);
         self.wakes = (self.baud.is_some() && from > now).then_some(from);
         self.wakes.is_none()
     }
@@ -47,7 +47,10 @@ impl Pace {
     /// behind two frames of `before` bytes.
     pub(super) fn admits_behind(&self, now: Micros, before: usize, bytes: usize) -> bool {
         let spared = self.time(before).saturating_sub(self.time(bytes));
-        self.free <= now.saturating_mul(1000).saturating_add(AHEAD + spared)
+        self.free
+            <= now
+                .saturating_mul(1000)
+                .saturating_add(MAX_BACKLOG_NS + spared)
     }
 
     /// Transmission time of `bytes` bytes, ns.

@@ -40,20 +40,20 @@ thread_local! {
 
 /// True if this bug is planted.
 #[cfg(test)]
-pub(super) fn planted(flaw: PlantedBug) -> bool {
-    PLANTED.get() == Some(flaw)
+pub(super) fn is_planted(bug: PlantedBug) -> bool {
+    PLANTED.get() == Some(bug)
 }
 
 /// Always false outside of tests.
 #[cfg(not(test))]
-pub(super) const fn planted(_: PlantedBug) -> bool {
+pub(super) const fn is_planted(_: PlantedBug) -> bool {
     false
 }
 
 /// Runs a check with a bug planted. True if the check noticed it.
 #[cfg(test)]
-pub(super) fn is_noticed(flaw: PlantedBug, check: fn()) -> bool {
-    PLANTED.set(Some(flaw));
+pub(super) fn is_noticed(bug: PlantedBug, check: fn()) -> bool {
+    PLANTED.set(Some(bug));
     let outcome = std::panic::catch_unwind(check);
     PLANTED.set(None);
     outcome.is_err()

@@ -4,20 +4,20 @@ use magician_protocol::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLe
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex, Readable};
 
 use super::job::{Job, Purpose};
-use super::outstanding::{Copy, Key};
-use super::planted_bug::{PlantedBug, planted};
-use super::{Connection, DRAIN_PAUSE, Event, Failure, GIVEN, Micros, Ticket};
+use super::outstanding::{Key, SentFrame};
+use super::planted_bug::{PlantedBug, is_planted};
+use super::{Connection, DRAIN_POLL_INTERVAL, Event, Failure, MAX_RECENT_INDICES, Micros, Ticket};
 
 /// Input.
 impl Connection {
     /// Processes bytes from the controller, split anywhere.
     pub fn receive(&mut self, now: Micros, bytes: &[u8]) {
         self.stats.bytes = self.stats.bytes.saturating_add(bytes.len() as u64);
-        self.heard = now;
-        self.hear(now, bytes);
+        self.last_receive = now;
+        self.process_bytes(now, bytes);
     }
 
-    pub(super) fn hear(&mut self, now: Micros, mut bytes: &[u8]) {
+    pub(super) fn process_bytes(&mut self, now: Micros, mut bytes: &[u8]) {
         while let Some(event) = self.deframer.next(&mut bytes) {
             if let magician_protocol::Event::Frame { frame, .. } = event {
                 let frame = FrameBuf::from(frame);
@@ -31,11 +31,11 @@ impl Connection {
 
     pub(super) fn reply(&mut self, now: Micros, frame: &FrameBuf) {
         let same_id = |job: &Job| job.key.id == frame.frame().id();
-        if planted(PlantedBug::MatchById)
+        if is_planted(PlantedBug::MatchById)
             && let Some(at) = self.flight.iter().position(same_id)
         {
             let job = self.flight.remove(at);
-            let copy = Copy {
+            let copy = SentFrame {
                 key: job.key,
                 ticket: job.ticket,
                 at: job.since,
@@ -45,7 +45,7 @@ impl Connection {
         }
         let Some(copy) = self.outstanding.answered(Key::of(&frame.frame())) else {
             self.stats.unsolicited += 1;
-            self.unasked(frame, now);
+            self.handle_unsolicited(frame, now);
             return;
         };
         if self.outstanding.is_empty() {
@@ -55,7 +55,7 @@ impl Connection {
         // Jobs that this reply proves lost are handled first: they were sent earlier, and the
         // answered job may be in the queue in the place of one of them.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
-            .filter(|_| planted(PlantedBug::JudgeInWindow));
+            .filter(|_| is_planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
             let job = self.flight.remove(at);
             self.settle(copy.ticket);
@@ -71,7 +71,7 @@ impl Connection {
             self.answer_queued(doubt.job, copy, frame, now);
         } else {
             self.stats.late += 1;
-            self.hurry_fence(copy.key);
+            self.retransmit_fence(copy.key);
         }
     }
 
@@ -80,16 +80,16 @@ impl Connection {
     /// That reply may have been the fence's own. Copies of the fence cannot be confused with each
     /// other, so there is no need to wait for its timeout, and a restored line has no time for
     /// that. Each such reply leaves one old frame less.
-    fn hurry_fence(&mut self, key: Key) {
+    fn retransmit_fence(&mut self, key: Key) {
         let fence = |job: &&mut Job| job.purpose == Purpose::Fence && job.key == key;
         if let Some(fence) = self.flight.iter_mut().find(fence) {
-            fence.due = true;
+            fence.needs_retransmit = true;
         }
     }
 
     /// Handles a reply without a waiting request. If it belongs to a queued command and its index
     /// is beyond the last, the line duplicated a command (UDP).
-    fn unasked(&mut self, frame: &FrameBuf, now: Micros) {
+    fn handle_unsolicited(&mut self, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         let queues = view.ctrl().queued() && !view.ctrl().error();
         let index = QueuedCmdIndex::decode(view.params());
@@ -99,24 +99,27 @@ impl Connection {
         if self.ends_doubt_late(frame, index, now) {
             return;
         }
-        self.came_late(index, now);
-        if self.tracker.is_beyond(index) && !self.tracker.is_guess() && !self.witness.is_broken() {
+        self.measure_late_reply(index, now);
+        if self.tracker.is_beyond(index)
+            && !self.tracker.is_guess()
+            && !self.law_monitor.is_broken()
+        {
             self.unaccounted(index);
         }
     }
 
     /// Measures the lifetime by a further reply to a command that was answered before.
-    fn came_late(&mut self, index: u64, now: Micros) {
+    fn measure_late_reply(&mut self, index: u64, now: Micros) {
         let given = self.given.iter().find(|(given, _)| *given == index);
         let sent = given.map(|(_, sent)| *sent);
-        if let Some(sent) = sent.filter(|sent| *sent >= self.awake) {
-            self.lifetime.saw(now, now.saturating_sub(sent));
+        if let Some(sent) = sent.filter(|sent| *sent >= self.resumed_at) {
+            self.lifetime.add_round_trip(now, now.saturating_sub(sent));
         }
     }
 
     pub(super) fn note_given(&mut self, index: u64, sent: Micros) {
         // Late replies belong to recent commands, so a few are enough.
-        if self.given.len() >= GIVEN {
+        if self.given.len() >= MAX_RECENT_INDICES {
             self.given.pop_front();
         }
         self.given.push_back((index, sent));
@@ -138,12 +141,12 @@ impl Connection {
     pub(super) fn rebase(&mut self, to: u64) {
         self.tracker.accept(to, self.order);
         self.tracker.confirm();
-        self.witness.resume(Some(to));
+        self.law_monitor.resume(Some(to));
     }
 
     /// Handles a current index beyond the last accepted index. On an ordered link that is another
     /// host's doing; on an unordered one, a command of ours may have been duplicated.
-    fn overtaken(&mut self, current: u64) {
+    fn handle_foreign_progress(&mut self, current: u64) {
         if self.settings.ordered {
             self.tracker.forget()
         } else {
@@ -157,15 +160,17 @@ impl Connection {
             return;
         }
         let gone = |connection: &Self, job: &Job| {
-            job.ticket != answered && !job.due && !connection.outstanding.awaits(job.ticket)
+            job.ticket != answered
+                && !job.needs_retransmit
+                && !connection.outstanding.awaits(job.ticket)
         };
         while let Some(at) = self.flight.iter().position(|job| gone(self, job)) {
-            self.lost(at);
+            self.handle_loss(at);
         }
     }
 
     /// Handles the reply to a job. `copy` is the oldest transmission that the reply may belong to.
-    fn answer(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
+    fn answer(&mut self, job: Job, copy: SentFrame, frame: &FrameBuf, now: Micros) {
         self.time(&job, now);
         if job.queued() {
             return self.answer_queued(job, copy, frame, now);
@@ -182,7 +187,7 @@ impl Connection {
             }
             Purpose::Caller => self.done(job.ticket, Ok(*frame)),
             Purpose::Fence | Purpose::Clock => {}
-            Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_PAUSE)),
+            Purpose::Drain => self.drain_at = Some(now.saturating_add(DRAIN_POLL_INTERVAL)),
             purpose @ (Purpose::Current | Purpose::Left) => self.read(purpose, frame, now),
         }
     }
@@ -190,16 +195,22 @@ impl Connection {
     /// Samples the round trip, if the reply can only belong to a single transmission.
     fn time(&mut self, job: &Job, now: Micros) {
         // Karn's algorithm, and no samples from before the caller was held up.
-        if job.sent == 1 && job.since >= self.awake {
+        if job.sent == 1 && job.since >= self.resumed_at {
             let time = now.saturating_sub(job.since);
             self.estimator.sample(time);
-            self.lifetime.saw(now, time);
+            self.lifetime.add_round_trip(now, time);
         }
     }
 
-    pub(super) fn answer_queued(&mut self, job: Job, copy: Copy, frame: &FrameBuf, now: Micros) {
+    pub(super) fn answer_queued(
+        &mut self,
+        job: Job,
+        copy: SentFrame,
+        frame: &FrameBuf,
+        now: Micros,
+    ) {
         let view = frame.frame();
-        let alone = self.alone();
+        let alone = self.has_at_most_one_unaccounted();
         let refusal = match QueuedCmdIndex::decode(view.params()) {
             _ if view.ctrl().error() => Err(Failure::QueueFull),
             Err(_) => Err(Failure::NoIndex),
@@ -216,13 +227,13 @@ impl Connection {
         };
         // Over datagrams a reply may be a duplicate.
         let telling = alone && (self.settings.ordered || self.tracker.last() != Some(index));
-        self.witness.answered(index, telling, job.highest);
+        self.law_monitor.note_reply(index, telling, job.highest);
         // An arm with its own numbering has nevertheless taken the command that it answered.
-        let lawless = alone && self.witness.is_broken();
-        if self.tracker.follows(index) || lawless || planted(PlantedBug::AcceptGaps) {
+        let lawless = alone && self.law_monitor.is_broken();
+        if self.tracker.follows(index) || lawless || is_planted(PlantedBug::AcceptGaps) {
             self.note_given(index, job.since);
             self.tracker.accept(index, job.order);
-            if self.queued_unanswered() == 0 || planted(PlantedBug::ConfirmAtOnce) {
+            if self.queued_unanswered() == 0 || is_planted(PlantedBug::ConfirmAtOnce) {
                 self.tracker.confirm();
             }
             self.done(job.ticket, Ok(*frame));
@@ -232,7 +243,7 @@ impl Connection {
             // A duplicated reply to another command, or the reply to its second copy; the own reply
             // may still arrive.
             self.outstanding.sent(copy);
-            self.came_late(index, now);
+            self.measure_late_reply(index, now);
             if alone && self.tracker.is_beyond(index) {
                 // The command was taken, and before it another one: its own second copy.
                 self.unaccounted(index.saturating_sub(1));
@@ -248,12 +259,12 @@ impl Connection {
         } else {
             self.uncertain(job);
             self.tracker.disbelieve(index);
-            self.witness.resume(Some(index));
+            self.law_monitor.resume(Some(index));
         }
     }
 
     /// Evaluates what a reading says about the controller.
-    fn observe(&mut self, job: &Job, copy: Copy, frame: &FrameBuf, now: Micros) {
+    fn observe(&mut self, job: &Job, copy: SentFrame, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
         if view.ctrl().error() {
             return;
@@ -274,35 +285,36 @@ impl Connection {
     }
 
     fn observe_clock(&mut self, ms: u32, asked: Micros, now: Micros) {
-        self.seen(Purpose::Clock);
+        self.note_restore_reading(Purpose::Clock);
         if self.uptime.read(ms, asked, now, self.settings.ordered) {
             self.reset(None);
         }
     }
 
     fn observe_current(&mut self, current: u64) {
-        self.seen(Purpose::Current);
+        self.note_restore_reading(Purpose::Current);
         let lower = self.tracker.read_current(current, self.settings.ordered);
-        if lower && self.witness.trusts_current() {
+        if lower && self.law_monitor.trusts_current() {
             return self.reset(Some(current));
         }
-        self.witness.current(current, self.tracker.reached(current));
-        if self.is_accounted() && self.tracker.is_beyond(current) && !self.witness.is_broken() {
-            self.overtaken(current);
+        self.law_monitor
+            .note_current(current, self.tracker.reached(current));
+        if self.is_accounted() && self.tracker.is_beyond(current) && !self.law_monitor.is_broken() {
+            self.handle_foreign_progress(current);
         }
     }
 
     /// Processes a reading of the left space. `once` is true if it was requested once, so it cannot
     /// include later commands.
     fn observe_left(&mut self, left: u32, once: bool, now: Micros) {
-        self.seen(Purpose::Left);
+        self.note_restore_reading(Purpose::Left);
         // Beside a doubt or on an unordered link a mismatch would prove nothing about the law.
         if self.settings.ordered
             && once
             && self.doubt.is_none()
             && let Some(look) = self.tracker.look(left)
         {
-            self.witness.look(look);
+            self.law_monitor.look(look);
         }
         self.tracker.read_left(left, self.is_accounted(), now);
     }
@@ -318,10 +330,10 @@ impl Connection {
         if !self.events.contains(&Event::Reset) {
             self.events.push_back(Event::Reset);
         }
-        self.witness.reset(current.is_some());
+        self.law_monitor.reset(current.is_some());
         // Commands in doubt are reported with the old indices, so these are discarded last.
         self.drop_stream();
-        if !self.alone()
+        if !self.has_at_most_one_unaccounted()
             && let Some(at) = self.flight.iter().position(Job::queued)
         {
             let job = self.flight.remove(at);

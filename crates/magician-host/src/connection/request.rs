@@ -111,7 +111,7 @@ impl Request {
     ///
     /// # Errors
     /// Never in practice; as [`Request::raw`].
-    pub fn dark() -> Result<[Self; 2], EncodeError> {
+    pub fn laser_off() -> Result<[Self; 2], EncodeError> {
         let all = [Self::set(&LASER_OFF)?, Self::set(&QueuedCmdStopExec {})?];
         Ok(all.map(|request| request.priority(Priority::Stop)))
     }

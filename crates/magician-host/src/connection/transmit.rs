@@ -8,17 +8,17 @@ use magician_protocol::{Ctrl, FrameBuf, Readable, Row, Writable};
 
 use super::interruption::Link;
 use super::job::{Job, Purpose};
-use super::outstanding::{Copy, Key};
-use super::planted_bug::{PlantedBug, planted};
-use super::{Connection, Law, Micros, Priority, Request, Ticket};
+use super::outstanding::{Key, SentFrame};
+use super::planted_bug::{PlantedBug, is_planted};
+use super::{Connection, IndexLaw, Micros, Priority, Request, Ticket};
 
 /// Consecutive requests of the stream after which a waiting read has its turn; fewer if several
 /// reads wait.
 // A choice: reads get at least every fifth frame.
-const STREAK: u32 = 4;
+const MAX_STREAM_STREAK: u32 = 4;
 /// Queued commands in a window above 1, without a request of another kind, after which a fence is
 /// sent: only a reply of another kind, or a moment without any in flight, confirms them.
-const UNSETTLED: u64 = 8;
+const MAX_UNFENCED_COMMANDS: u64 = 8;
 /// Reads that every controller answers, used as fences in turn.
 pub(crate) const FENCES: [&Row; 6] = [
     QueuedCmdCurrentIndex::ROW,
@@ -45,7 +45,7 @@ impl Connection {
         if self.outstanding.is_full() {
             return None;
         }
-        let due = self.flight.iter().position(|job| job.due);
+        let due = self.flight.iter().position(|job| job.needs_retransmit);
         let busy = self.flight.iter().filter(|job| job.in_window()).count();
         // The pace is asked only for a frame that could be sent, because a refusal sets a timer.
         if due.is_none() && busy >= self.window() {
@@ -66,7 +66,7 @@ impl Connection {
         }
         // The more reads wait, the shorter the streak that may precede them.
         let polls = u32::try_from(self.lanes[Priority::Poll as usize].len()).unwrap_or(u32::MAX);
-        let poll_first = self.streak >= (STREAK / polls.max(1)).max(1);
+        let poll_first = self.stream_streak >= (MAX_STREAM_STREAK / polls.max(1)).max(1);
         let [first, second] = if poll_first {
             [Priority::Poll, Priority::Stream]
         } else {
@@ -79,7 +79,7 @@ impl Connection {
     fn transmit_stop(&mut self, now: Micros) -> Option<FrameBuf> {
         let stop = |job: &Job| job.priority == Priority::Stop;
         match self.flight.iter().position(stop) {
-            Some(at) if self.flight.get(at).is_some_and(|job| job.due) => {
+            Some(at) if self.flight.get(at).is_some_and(|job| job.needs_retransmit) => {
                 let job = self.flight.remove(at);
                 Some(self.send(job, now))
             }
@@ -97,7 +97,7 @@ impl Connection {
     /// that breaks the index law.
     #[must_use]
     pub fn window(&self) -> usize {
-        if self.witness.is_broken() {
+        if self.law_monitor.is_broken() {
             1
         } else {
             self.settings.window
@@ -110,11 +110,11 @@ impl Connection {
         if (self.flight.iter()).any(|job| readings.contains(&job.purpose)) {
             return None;
         }
-        if let Some(purpose) = self.next_look() {
+        if let Some(purpose) = self.next_restore_reading() {
             return Some(purpose);
         }
         let Some(doubt) = &self.doubt else {
-            return self.next_vetting(now);
+            return self.next_check_reading(now);
         };
         if doubt.not_before.is_some() {
             return None;
@@ -138,7 +138,7 @@ impl Connection {
             doubt.begun.get_or_insert(now);
         }
         if purpose != Purpose::Clock {
-            self.check_duplicates();
+            self.note_check_reading();
         }
         self.send_own(purpose, row, now)
     }
@@ -152,11 +152,14 @@ impl Connection {
             return self.send_own(Purpose::Drain, QueuedCmdLeftSpace::ROW, now);
         }
         let job = *self.lanes[lane as usize].front()?;
-        if !self.may_join(&job) || job.queued() && !self.is_no_duplicate(now) {
+        if !self.may_join(&job) || job.queued() && !self.may_send_queued(now) {
             return None;
         }
         let unsettled = self.order.saturating_sub(self.settled);
-        if self.haunted(&job) || job.shares() && self.settings.window > 1 && unsettled >= UNSETTLED
+        if self.must_wait_for_fence(&job)
+            || job.may_share_window()
+                && self.settings.window > 1
+                && unsettled >= MAX_UNFENCED_COMMANDS
         {
             return self.send_fence(now);
         }
@@ -166,9 +169,9 @@ impl Connection {
     /// Sends the first job of a lane.
     pub(super) fn send_front(&mut self, lane: Priority, job: Job, now: Micros) -> FrameBuf {
         self.lanes[lane as usize].pop_front();
-        self.streak = match lane {
+        self.stream_streak = match lane {
             Priority::Poll => 0,
-            _ => self.streak.saturating_add(1),
+            _ => self.stream_streak.saturating_add(1),
         };
         self.send(job, now)
     }
@@ -180,11 +183,11 @@ impl Connection {
         if stream && (self.doubt.is_some() || self.stopping() || self.link != Link::Up) {
             return false;
         }
-        let lawful = self.witness.law() == Law::Followed;
-        let mut beside = self.flight.iter().filter(|other| !other.lingers);
+        let lawful = self.law_monitor.law() == IndexLaw::Followed;
+        let mut beside = self.flight.iter().filter(|other| !other.timed_out);
         beside.all(|other| {
             if stream && other.priority == job.priority {
-                lawful && job.shares() && other.shares()
+                lawful && job.may_share_window() && other.may_share_window()
             } else {
                 other.key != job.key
             }
@@ -196,7 +199,7 @@ impl Connection {
     fn stopping(&self) -> bool {
         let stop = |job: &Job| job.priority == Priority::Stop;
         let any = !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop);
-        any && !planted(PlantedBug::QueueWhileStopping)
+        any && !is_planted(PlantedBug::QueueWhileStopping)
     }
 
     /// True if a queued command waits for the queue to drain after a Clear.
@@ -207,12 +210,12 @@ impl Connection {
 
     /// Rule 4: true if an outstanding frame of the job's key belongs to a request that is no longer
     /// waited for in the window.
-    pub(super) fn haunted(&self, job: &Job) -> bool {
+    pub(super) fn must_wait_for_fence(&self, job: &Job) -> bool {
         let waited_for = |ticket: Ticket| {
             ticket == job.ticket
-                || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
+                || (self.flight.iter()).any(|other| other.ticket == ticket && !other.timed_out)
         };
-        self.outstanding.haunted(job.key, waited_for) && !planted(PlantedBug::NoFence)
+        self.outstanding.has_abandoned(job.key, waited_for) && !is_planted(PlantedBug::NoFence)
     }
 
     /// Sends a reading, or a fence if another request's reply could be taken for its own.
@@ -220,7 +223,7 @@ impl Connection {
         let request = Request::raw(row.id, Ctrl::GET, &[]).ok()?;
         let ticket = self.ticket();
         let job = Job::new(ticket, purpose, &request);
-        if purpose != Purpose::Fence && self.haunted(&job) {
+        if purpose != Purpose::Fence && self.must_wait_for_fence(&job) {
             return self.send_fence(now);
         }
         Some(self.send(job, now))
@@ -244,7 +247,7 @@ impl Connection {
     /// Notes that the queue is cleared.
     pub(super) fn note_clear(&mut self) {
         self.tracker.clearing();
-        self.witness.cleared();
+        self.law_monitor.drop_open_checks();
         self.drain_at = None;
     }
 
@@ -255,12 +258,12 @@ impl Connection {
         self.stats.sent += 1;
         self.stats.resent += u64::from(job.sent > 0);
         self.note_pair(&mut job);
-        job.due = false;
+        job.needs_retransmit = false;
         job.sent = job.sent.saturating_add(1);
         job.since = now;
         // On an unordered link a retransmission within the lifetime of the first copy would block
         // the next request of its key, so wait at least that long.
-        let lifetime = (self.lifetime.measured()).filter(|_| !planted(PlantedBug::NoLifetime));
+        let lifetime = (self.lifetime.measured()).filter(|_| !is_planted(PlantedBug::NoLifetime));
         let patience = match job.priority {
             // Losses must not make a stop rarer: it may be executed twice, and nothing else is sent
             // meanwhile.
@@ -272,15 +275,15 @@ impl Connection {
         job.clears = self.tracker.clears();
         if job.queued() {
             self.order += 1;
-            self.tracker.sends();
+            self.tracker.note_queued_sent();
             self.begin_duplicate_check(now, job.sent);
         } else {
             // The reply to this frame will settle the queued commands sent so far.
             self.settled = self.order;
         }
         job.order = self.order;
-        job.highest = self.witness.highest();
-        self.outstanding.sent(Copy {
+        job.highest = self.law_monitor.highest();
+        self.outstanding.sent(SentFrame {
             key: job.key,
             ticket: job.ticket,
             at: now,

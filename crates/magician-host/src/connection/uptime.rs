@@ -4,13 +4,13 @@ use super::Micros;
 
 /// Part of the expected progress below which the clock was set back, per mille. Crystals are far
 /// better than 5 %.
-const DRIFT: u64 = 950;
+const MIN_PROGRESS_PER_MILLE: u64 = 950;
 /// Additional tolerance for delays of requests and replies, us.
-const SLACK: Micros = 50_000;
+const PROGRESS_TOLERANCE: Micros = 50_000;
 /// Least distance between readings from which the clock's rate is measured, us.
-const BASELINE: Micros = 1_000_000;
+const MIN_BASELINE: Micros = 1_000_000;
 /// Slowest rate assumed before it was measured, per mille: a virtual arm may be slowed down.
-const SLOWEST: u64 = 60;
+const MIN_RATE_PER_MILLE: u64 = 60;
 
 /// Observes the controller's clock, which starts at 0 at power-up (document 1.3.5).
 ///
@@ -91,14 +91,16 @@ impl Uptime {
         if passed > u32::MAX / 2 || self.free {
             return passed > u32::MAX / 2;
         }
-        let owed = (least / 1000).saturating_mul(self.rate.unwrap_or(SLOWEST)) * DRIFT / 1000;
-        u64::from(passed) * 1000 + SLACK < owed
+        let owed = (least / 1000).saturating_mul(self.rate.unwrap_or(MIN_RATE_PER_MILLE))
+            * MIN_PROGRESS_PER_MILLE
+            / 1000;
+        u64::from(passed) * 1000 + PROGRESS_TOLERANCE < owed
     }
 
     fn learn(&mut self, before: Reading, new: Reading) {
         let span = new.heard.saturating_sub(before.asked);
         // Over a short span the delay of the readings would dominate the rate.
-        if span < BASELINE {
+        if span < MIN_BASELINE {
             return;
         }
         let passed = u64::from(new.value.wrapping_sub(before.value));

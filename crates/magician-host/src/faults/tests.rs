@@ -103,7 +103,7 @@ fn bytes_that_are_hit_do_not_depend_on_what_happens_to_chunks() {
 }
 
 #[test]
-fn a_replaced_byte_is_another_one_and_a_turned_one_differs_in_one_bit() {
+fn replaced_byte_differs_and_flipped_byte_differs_in_one_bit() {
     for (text, bits) in [("replace=1", 1..=8), ("flip=1", 1..=1)] {
         let came = joined(&through(text, 1).1);
         let sent = sent();

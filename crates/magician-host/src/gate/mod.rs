@@ -20,11 +20,11 @@
 //!   start.
 //!
 //! There are two kinds of jogs ([`JogKind`]), and measurements on the virtual arm
-//! (docs/evidence/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no path in
-//! joint space, so a joint rests between pieces: J1 falls to 10 % of full speed there. Pieces also
-//! start 5 to 16 times later, and along a line load it 12 to 25 times as much. But the arm's own
-//! jog continues when the program dies. A fence is not a third kind, but a bound on the arm's own
-//! jog.
+//! (docs/evidence/MEASUREMENTS.md, "Jogs") show that neither can replace the other. The arm has no
+//! path in joint space, so a joint rests between pieces: J1 falls to 10 % of full speed there.
+//! Pieces also start 5 to 16 times later, and along a line load it 12 to 25 times as much. But the
+//! arm's own jog continues when the program dies. A fence is not a third kind, but a bound on the
+//! arm's own jog.
 //!
 //! The laser has a separate mechanism with the same purpose: burning needs a permission, and
 //! every end switches the laser off (see [`burns`](fn@crate::burns) and
@@ -116,7 +116,8 @@ pub enum JogEnd {
 pub enum GateEffect {
     /// Send the command of this jog now, then set its hold time by [`Gate::hold`].
     Begin(JogId),
-    /// Send the stop of a jog, repeatedly until the arm is at rest; then call [`Gate::rested`].
+    /// Send the stop of a jog, repeatedly until the arm is at rest; then call
+    /// [`Gate::finish_stop`].
     End(Option<JogId>, JogEnd),
     /// A jog is over. True if the arm was seen at rest.
     Over(JogId, JogEnd, bool),
@@ -200,7 +201,7 @@ impl Gate {
 
     /// Requests a jog. It begins at once if the arm is at rest or if it reverses a jog of the same
     /// holder, otherwise when the arm has come to rest.
-    pub fn ask(&mut self, request: JogRequest) {
+    pub fn request(&mut self, request: JogRequest) {
         match self.motion {
             Motion::Rest => self.begin(request, false),
             // The arm ramps through zero by itself, without a stop in between.
@@ -345,7 +346,7 @@ impl Gate {
     ///
     /// `seen` is false if it was not seen to come to rest. A waiting jog then does not begin, and
     /// the next request tries again.
-    pub fn rested(&mut self, seen: bool) {
+    pub fn finish_stop(&mut self, seen: bool) {
         // A late report of rest, after the state has moved on.
         let Motion::Ending(jog, why) = self.motion else {
             return;
@@ -367,7 +368,7 @@ impl Gate {
 
     /// Notes that the arm may move by something other than a jog, or brake after a stop: the next
     /// jog waits for rest.
-    pub fn moves(&mut self) {
+    pub fn note_motion(&mut self) {
         // A jog or an ending already implies motion.
         if self.motion == Motion::Rest {
             self.motion = Motion::Unheld;
@@ -376,7 +377,7 @@ impl Gate {
 
     /// Notes that a caller has seen the arm at rest: a jog that was passed on, and stopped since,
     /// is over.
-    pub fn stands_still(&mut self) {
+    pub fn note_rest(&mut self) {
         if self.motion == Motion::Unheld {
             self.motion = Motion::Rest;
         }
@@ -476,7 +477,7 @@ impl Gate {
 impl Gate {
     /// Notes that another program's jog command is passed on unchanged. Its end is that program's
     /// business; here it ends with the connection, and a jog of our own waits for its end.
-    pub fn passes(&mut self) {
+    pub fn note_foreign_jog(&mut self) {
         self.refuse_waiting(JogEnd::Replaced);
         if let Motion::Jog(running, _) = self.motion {
             let over = GateEffect::Over(running.request.id, JogEnd::Replaced, false);

@@ -10,7 +10,7 @@ use crate::connection::Micros;
 /// First pose reported after the frame that switched the laser off, or stopped the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct LightsOut {
+pub struct LaserOffPose {
     /// Pose of the arm.
     pub pose: Pose,
     /// Longest time by which the laser may have gone out earlier: from sending the frame to the
@@ -27,7 +27,7 @@ pub struct LightsOut {
 
 /// State of the connection since it switched the laser off.
 #[derive(Clone, Copy, Debug)]
-pub struct Darkness {
+pub struct LaserOffTracker {
     /// Instant at which the first frame that switches the laser off was sent, since the last
     /// command for the queue.
     sent: Micros,
@@ -35,10 +35,10 @@ pub struct Darkness {
     asked: bool,
     /// True if that frame was a forced stop.
     stopped: bool,
-    seen: Option<LightsOut>,
+    seen: Option<LaserOffPose>,
 }
 
-impl Darkness {
+impl LaserOffTracker {
     /// Creates the state for a frame that is sent now and switches the laser off without a forced
     /// stop, followed by a request for the pose.
     #[must_use]
@@ -80,7 +80,7 @@ impl Darkness {
         if self.asked && self.seen.is_none() {
             let late = Duration::from_micros(now.saturating_sub(self.sent));
             let stopped = self.stopped;
-            self.seen = Some(LightsOut {
+            self.seen = Some(LaserOffPose {
                 pose,
                 late,
                 stopped,
@@ -89,7 +89,7 @@ impl Darkness {
     }
 
     /// Pose at which the laser went out. `None` before the arm has reported one.
-    pub(super) const fn seen(&self) -> Option<LightsOut> {
+    pub(super) const fn seen(&self) -> Option<LaserOffPose> {
         self.seen
     }
 }

@@ -2,9 +2,9 @@
 
 use magician_protocol::{Alarm, AlarmSet, Readable};
 
-use super::standing::VALIDITY;
+use super::standing::STATE_VALIDITY;
 use super::{
-    ArmOutputs, ArmPicture, HomingTracker, LightsOut, MotionInFlight, OwnCommands, Standing,
+    ArmOutputs, ArmPicture, HomingTracker, LaserOffPose, MotionInFlight, OwnCommands, RestState,
     StateReadings,
 };
 use crate::connection::Micros;
@@ -39,7 +39,7 @@ impl ArmPicture {
             // An arm with index 0 may have been switched off and on without a trace.
             (false, _) => return None,
             (true, false) => 0,
-            (true, true) => now.saturating_sub(VALIDITY),
+            (true, true) => now.saturating_sub(STATE_VALIDITY),
         };
         self.values.settings.get_with(query, since)
     }
@@ -83,7 +83,7 @@ impl ArmPicture {
     /// Pose at which this connection switched the laser off. `None` if a command was queued since,
     /// or the arm has not reported a pose.
     #[must_use]
-    pub fn lights_out(&self) -> Option<LightsOut> {
+    pub fn lights_out(&self) -> Option<LaserOffPose> {
         self.darkness.and_then(|darkness| darkness.seen())
     }
 
@@ -95,7 +95,7 @@ impl ArmPicture {
 
     /// Pose where the arm was left, and the last reading of its queue.
     #[must_use]
-    pub const fn standing(&self) -> &Standing {
+    pub const fn standing(&self) -> &RestState {
         &self.standing
     }
 
@@ -103,7 +103,9 @@ impl ArmPicture {
     /// sent since that may change them.
     #[must_use]
     pub fn harmless_alarms(&self, now: Micros) -> Option<AlarmSet> {
-        let alarms = self.readings.alarms_since(now.saturating_sub(VALIDITY));
+        let alarms = self
+            .readings
+            .alarms_since(now.saturating_sub(STATE_VALIDITY));
         alarms.filter(|alarms| !alarms.blocking())
     }
 

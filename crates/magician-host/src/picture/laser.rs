@@ -54,12 +54,12 @@ impl SubAssign for Channels {
 
 /// Effect of a command on the laser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Light {
+pub(super) struct LaserEffect {
     pub(super) channels: Channels,
     pub(super) burns: bool,
 }
 
-impl Light {
+impl LaserEffect {
     /// Effect of a command. `None` if it leaves the laser unchanged. A command that cannot be
     /// decoded counts as burning.
     pub(super) fn of(request: &Frame<'_>) -> Option<Self> {
@@ -116,8 +116,8 @@ pub(super) struct LaserPicture {
 
 impl LaserPicture {
     /// Notes a command that is executed immediately, or has finished.
-    pub(super) fn set(&mut self, light: Light) {
-        let Light { channels, burns } = light;
+    pub(super) fn set(&mut self, light: LaserEffect) {
+        let LaserEffect { channels, burns } = light;
         if burns {
             self.lit |= channels;
         } else {
@@ -134,7 +134,7 @@ impl LaserPicture {
     }
 
     /// Notes an immediate command that is sent: from now on it may burn.
-    pub(super) fn sent(&mut self, light: Light) {
+    pub(super) fn sent(&mut self, light: LaserEffect) {
         if light.burns {
             self.lit |= light.channels;
         }
@@ -188,7 +188,7 @@ impl LaserPicture {
 
     /// True if the laser may burn, false if it is certainly off, `None` if unknown. `waiting` is
     /// true if a command in the queue may light it.
-    pub(super) fn told(&self, waiting: bool, laser_pins: bool) -> Option<bool> {
+    pub(super) fn state(&self, waiting: bool, laser_pins: bool) -> Option<bool> {
         let of_interest = if laser_pins {
             Channels::ALL
         } else {

@@ -33,14 +33,14 @@ use std::time::Duration;
 use magician_protocol::commands::{DeviceSn, Pose, QueuedCmdClear};
 use magician_protocol::{Frame, QueuedCmdIndex, Readable, Set, Writable};
 
-pub use self::darkness::{Darkness, LightsOut};
+pub use self::darkness::{LaserOffPose, LaserOffTracker};
 pub use self::homing::HomingTracker;
 pub use self::known::ArmSnapshot;
 pub use self::motion::{MotionInFlight, sets_in_motion};
 pub use self::queued::{Origin, OwnCommands, QueuedPace};
 use self::readings::{LastReadings, Reading};
 pub use self::readings::{Level, PictureEvent, Pin, StateReadings, serial_number};
-pub use self::standing::{QueueLook, Standing, is_near, place};
+pub use self::standing::{QueueLook, RestState, is_near, place};
 pub use self::tools::{ArmOutputs, GripperState};
 use self::values::Values;
 use crate::connection::{Failure, Micros};
@@ -49,7 +49,7 @@ use crate::stream::ArmPace;
 
 /// Shortest motion from which the arm's pace is judged.
 // Shorter ones are dominated by the delays of the line.
-const TELLING: Duration = Duration::from_millis(100);
+const MIN_JUDGED_MOTION: Duration = Duration::from_millis(100);
 
 /// State of an arm, from the frames sent over one connection and the arm's replies.
 ///
@@ -94,10 +94,10 @@ pub struct ArmPicture {
     own: OwnCommands,
     motors: Motors,
     homing: HomingTracker,
-    standing: Standing,
+    standing: RestState,
     readings: LastReadings,
     /// State since this connection switched the laser off, until a command is queued.
-    darkness: Option<Darkness>,
+    darkness: Option<LaserOffTracker>,
     /// Pace of the arm relative to the times of checks.
     pace: ArmPace,
 }
@@ -112,7 +112,7 @@ impl Default for ArmPicture {
             own: OwnCommands::default(),
             motors: Motors::default(),
             homing: HomingTracker::default(),
-            standing: Standing::default(),
+            standing: RestState::default(),
             readings: LastReadings::default(),
             darkness: None,
             pace: ArmPace::Unknown,
@@ -125,7 +125,7 @@ impl ArmPicture {
     /// Processes a frame sent at `now`, us. Retransmissions count again.
     pub fn sent(&mut self, now: Micros, request: &Frame<'_>) {
         // Every part sees every frame; each decides what concerns it.
-        self.darkness = Darkness::after(self.darkness, now, request);
+        self.darkness = LaserOffTracker::after(self.darkness, now, request);
         self.values.sent(request);
         self.homing.sent(request);
         self.motion.sent(request);
@@ -268,7 +268,7 @@ impl ArmPicture {
     }
 
     /// Notes that the laser was switched off on a restored line before this connection got it.
-    pub fn found_dark(&mut self, darkness: Option<Darkness>) {
+    pub fn found_dark(&mut self, darkness: Option<LaserOffTracker>) {
         // An earlier pose is closer to the end of the burn.
         self.darkness = self.darkness.or(darkness);
     }
@@ -321,7 +321,7 @@ impl ArmPicture {
         self.own.queue_is_empty();
     }
 
-    /// Processes a reading of the queue that began when [`Standing::orders`] were `before`.
+    /// Processes a reading of the queue that began when [`RestState::writes_sent`] were `before`.
     pub fn note_look(&mut self, look: QueueLook, before: u64) {
         if self.standing.account(look.current) {
             // Another program has used the arm, and may have changed any setting.
@@ -338,7 +338,7 @@ impl ArmPicture {
 
     /// Notes the calculated and the real time of a command. Short commands are ignored.
     pub fn note_pace(&mut self, should: Duration, took: Duration) {
-        if should >= TELLING {
+        if should >= MIN_JUDGED_MOTION {
             // 10 % tolerance for the line and the polling. Virtual arms at full speed are far
             // below.
             self.pace = if took >= should.mul_f64(0.9) {

@@ -5,12 +5,12 @@ use std::fmt;
 
 use magician_protocol::{Frame, FrameBuf, Row};
 
-use super::laser::{Channels, Light};
+use super::laser::{Channels, LaserEffect};
 use super::settings::reaches;
 
 /// Largest number of commands tracked: more than any arm's queue holds, with those on their way to
 /// it.
-const MOST: usize = 128;
+const MAX_TRACKED_COMMANDS: usize = 128;
 
 /// A queued command.
 #[derive(Clone, Copy)]
@@ -24,7 +24,7 @@ pub(super) struct Pending {
     /// True if an immediate command of its kind was executed while it waited, so that their order
     /// is unknown.
     overtaken: bool,
-    light: Option<Light>,
+    light: Option<LaserEffect>,
     /// True while it cannot burn, because the queue does not run.
     inert: bool,
     /// True if the queue was cleared while it waited; it may have run before.
@@ -46,7 +46,7 @@ impl fmt::Debug for Pending {
 
 impl Pending {
     /// Effect on the laser after the end of the command. `None` if it leaves the laser unchanged.
-    pub(super) fn light_at_its_end(&self) -> Option<Light> {
+    pub(super) fn light_at_its_end(&self) -> Option<LaserEffect> {
         self.light.filter(|light| !light.burns || !self.inert)
     }
 
@@ -196,7 +196,7 @@ impl PendingQueue {
         index: Option<u64>,
     ) -> Option<Pending> {
         // Bounded memory: the oldest leaves as uncertain.
-        let full = self.0.len() >= MOST;
+        let full = self.0.len() >= MAX_TRACKED_COMMANDS;
         let oldest = if full { self.0.pop_front() } else { None };
         self.0.push_back(Pending {
             row,
@@ -205,7 +205,7 @@ impl PendingQueue {
             certain: true,
             overtaken: false,
             // Computed once: the list is searched for every display.
-            light: Light::of(request),
+            light: LaserEffect::of(request),
             inert: false,
             cleared: false,
         });

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician_protocol::{QueuedCmdIndex, Set};
 
 /// Largest number of commands remembered: more than any queue holds.
-const MOST: usize = 512;
+const MAX_REMEMBERED_COMMANDS: usize = 512;
 
 /// Kind of a queued command, as far as it matters to the time it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub struct OwnCommands {
 
 impl OwnCommands {
     pub(super) fn accepted(&mut self, index: u64, command: &Set, origin: Origin) {
-        if self.commands.len() >= MOST {
+        if self.commands.len() >= MAX_REMEMBERED_COMMANDS {
             self.commands.pop_front();
         }
         self.commands

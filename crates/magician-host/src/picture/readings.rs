@@ -11,7 +11,7 @@ use crate::connection::Micros;
 
 /// Largest number of events kept for a caller that does not poll.
 // A single reply can make more than a hundred, one for each alarm.
-const MOST_EVENTS: usize = 512;
+const MAX_EVENTS: usize = 512;
 
 /// A pin: its EIO address, 1 to 20, and the function assigned to it (`build::multiplex`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -140,7 +140,7 @@ pub(super) struct LastReadings {
 impl LastReadings {
     fn happens(&mut self, event: PictureEvent) {
         // A caller that never polls loses the oldest.
-        if self.events.len() >= MOST_EVENTS {
+        if self.events.len() >= MAX_EVENTS {
             self.events.pop_front();
         }
         self.events.push_back(event);

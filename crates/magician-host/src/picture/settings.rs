@@ -9,7 +9,7 @@ use crate::connection::Micros;
 use crate::preflight::check_numbers;
 
 /// Largest number of values kept: more than a check depends on.
-pub(super) const MOST: usize = 48;
+pub(super) const MAX_VALUES: usize = 48;
 
 /// Replies to gets of settings that the arm would give now.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +41,7 @@ impl SettingValues {
         self.0
             .retain(|value| value.id != id || value.query != query);
         // The oldest goes: it can be read again.
-        if self.0.len() >= MOST {
+        if self.0.len() >= MAX_VALUES {
             self.0.remove(0);
         }
         self.0.push(Value {

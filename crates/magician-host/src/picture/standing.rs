@@ -11,12 +11,12 @@ use crate::preflight::state_at;
 
 /// Validity of the pose of an arm at rest, and of the absence of alarms, us: somebody may have
 /// moved the arm by hand since.
-pub(super) const VALIDITY: Micros = 1_000_000;
+pub(super) const STATE_VALIDITY: Micros = 1_000_000;
 /// Time for which the steps of one call share a reading of the queue, us.
-const LOOK_VALIDITY: Micros = 100_000;
+const QUEUE_VALIDITY: Micros = 100_000;
 /// Largest deviation of an arm that was not moved, mm and degrees.
 // Above the rounding of the reported pose and below any motion by hand.
-const NEAR: f64 = 0.05;
+const REST_TOLERANCE: f64 = 0.05;
 
 /// A reading of the queue.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ impl QueueLook {
     /// True if it was read just now.
     #[must_use]
     pub const fn is_fresh(&self, now: Micros) -> bool {
-        now.saturating_sub(self.at) <= LOOK_VALIDITY
+        now.saturating_sub(self.at) <= QUEUE_VALIDITY
     }
 
     /// Number of occupied places.
@@ -47,7 +47,7 @@ impl QueueLook {
 
 /// Pose of an arm that has finished everything.
 #[derive(Clone, Copy, Debug)]
-struct LeftAt {
+struct RestPose {
     pose: Pose,
     /// Index of the command finished last.
     index: u64,
@@ -57,8 +57,8 @@ struct LeftAt {
 
 /// Pose where the arm was left, and the last reading of its queue.
 #[derive(Clone, Debug, Default)]
-pub struct Standing {
-    left: Option<LeftAt>,
+pub struct RestState {
+    left: Option<RestPose>,
     look: Option<QueueLook>,
     /// Number of frames sent that were not reads.
     orders: u64,
@@ -69,7 +69,7 @@ pub struct Standing {
     accounted: u64,
 }
 
-impl Standing {
+impl RestState {
     /// Processes a sent request. True if it may change the alarms.
     pub(super) fn sent(&mut self, request: &Frame<'_>) -> bool {
         let ctrl = request.ctrl();
@@ -132,20 +132,20 @@ impl Standing {
         foreign
     }
 
-    /// Notes a reading, unless anything but reads was sent since [`orders`](Self::orders) were
-    /// `before`.
+    /// Notes a reading, unless anything but reads was sent since [`writes_sent`](Self::writes_sent)
+    /// were `before`.
     pub(super) fn note_look(&mut self, look: QueueLook, before: u64) {
         self.look = (self.orders == before).then_some(look);
     }
 
     pub(super) fn note_left_at(&mut self, now: Micros, index: u64, pose: Pose) {
         let at = Some(now);
-        self.left = Some(LeftAt { pose, index, at });
+        self.left = Some(RestPose { pose, index, at });
     }
 
     /// Number of frames sent that were not reads.
     #[must_use]
-    pub const fn orders(&self) -> u64 {
+    pub const fn writes_sent(&self) -> u64 {
         self.orders
     }
 
@@ -169,7 +169,7 @@ impl Standing {
     /// nothing has moved the arm since.
     #[must_use]
     pub fn pose(&self, now: Micros, look: &QueueLook) -> Option<Pose> {
-        let since = now.saturating_sub(VALIDITY);
+        let since = now.saturating_sub(STATE_VALIDITY);
         let left = self.left?;
         let fits = look.waiting() == 0 && look.current == left.index && left.at >= Some(since);
         fits.then_some(left.pose)
@@ -194,5 +194,5 @@ pub fn place(pose: &Pose) -> [f64; 4] {
 #[must_use]
 pub fn is_near(one: [f64; 4], other: [f64; 4]) -> bool {
     let mut pairs = one.into_iter().zip(other);
-    pairs.all(|(one, other)| (one - other).abs() <= NEAR)
+    pairs.all(|(one, other)| (one - other).abs() <= REST_TOLERANCE)
 }

@@ -8,7 +8,7 @@ use magician_protocol::{
 };
 
 use super::ArmPicture;
-use super::laser::{Channels, LaserPicture, Light};
+use super::laser::{Channels, LaserEffect, LaserPicture};
 use super::pending::{Pending, PendingQueue};
 use super::settings::{SettingValues, as_value, changes, reaches};
 use super::tools::{ArmOutputs, ToolPicture};
@@ -76,7 +76,7 @@ impl Values {
                     if let Some(oldest) = self.pending.sent(row, request) {
                         self.finish(0, &oldest);
                     }
-                } else if let Some(light) = Light::of(request) {
+                } else if let Some(light) = LaserEffect::of(request) {
                     self.laser.sent(light);
                 }
             }
@@ -107,7 +107,7 @@ impl Values {
             if let Some(value) = as_value(row, request) {
                 self.keep(now, row, &[], value.frame().params());
             }
-            if let Some(light) = Light::of(request) {
+            if let Some(light) = LaserEffect::of(request) {
                 self.laser.set(light);
                 let put_out = light.channels.meet(Channels::BEAM) && !light.burns;
                 // Without the queue only a new command can light the laser again.
@@ -154,7 +154,7 @@ impl Values {
         };
         if done {
             // The laser may have been lit by this command after it was switched off.
-            if let Some(light) = Light::of(request) {
+            if let Some(light) = LaserEffect::of(request) {
                 self.laser.sent(light);
             }
             self.doubt(row);
@@ -283,7 +283,7 @@ impl ArmPicture {
             Channels::BEAM | Channels::PATH
         };
         let waiting = pending.may_light(of_interest);
-        let laser = laser.told(waiting, self.laser_pins);
+        let laser = laser.state(waiting, self.laser_pins);
         self.values.tools.outputs(laser)
     }
 

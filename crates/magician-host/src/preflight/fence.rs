@@ -112,7 +112,9 @@ impl Preflight {
 
     /// Checks the whole path of a motion.
     pub(super) fn within_fence(&self, motion: &Trajectory) -> Result<()> {
-        let checked = self.fence.map_or(Ok(()), |fence| fence.check_way(motion));
+        let checked = self
+            .fence
+            .map_or(Ok(()), |fence| fence.check_motion(motion));
         checked.map_err(Error::fenced)
     }
 
@@ -132,8 +134,9 @@ impl Preflight {
 
     /// Checks a change of the tool, which moves the tip without moving the arm.
     pub(super) fn tool_within_fence(&self, before: &ArmState, after: &ArmState) -> Result<()> {
-        let checked =
-            (self.fence).map_or(Ok(()), |fence| fence.check_leap(&before.pose, &after.pose));
+        let checked = (self.fence).map_or(Ok(()), |fence| {
+            fence.check_tool_change(&before.pose, &after.pose)
+        });
         checked.map_err(Error::fenced)
     }
 
@@ -261,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_can_check_is_refused() {
+    fn uncheckable_motion_is_refused() {
         let mut lost = at(220.0, 0.0, 0.0, floor());
         lost.at = None;
         for command in [

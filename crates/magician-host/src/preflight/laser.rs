@@ -30,7 +30,7 @@ enum Doing {
 
 impl Doing {
     fn of(command: &Set) -> Self {
-        if let Some(ptp) = PtpMove::of(command) {
+        if let Some(ptp) = PtpMove::from_command(command) {
             return if ptp.mode.is_line() {
                 Self::Drawing
             } else {

@@ -9,14 +9,14 @@ use crate::message;
 use crate::{Error, ErrorCode, ErrorKind, Result};
 
 /// Time step of the search, s. At 100 mm/s an object moves 2 mm within it.
-const GRID: f64 = 0.02;
+const TIME_STEP: f64 = 0.02;
 /// Latest rendezvous considered, s.
 // Ten minutes: longer than any object is waited for, short enough to end the search of an
 // unreachable one.
-const LATEST: f64 = 600.0;
+const MAX_TIME: f64 = 600.0;
 /// Distance from the base axis beyond which no position needs a check, mm: no tool reaches that
 /// far.
-const FARTHEST: f64 = 1000.0;
+const MAX_RADIUS: f64 = 1000.0;
 
 /// An object moving at constant velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +92,10 @@ impl Preflight {
             )));
         }
         let (mut at, mut reached, mut refusal) = (0.0, None, None);
-        while at <= LATEST {
+        while at <= MAX_TIME {
             let position = target.after(at);
-            let mut step = GRID;
-            if libm::hypot(position[0], position[1]) <= FARTHEST {
+            let mut step = TIME_STEP;
+            if libm::hypot(position[0], position[1]) <= MAX_RADIUS {
                 match self.estimate(&way(position)) {
                     Ok(takes) => {
                         let late = (ready + takes).as_secs_f64() - at;
@@ -110,7 +110,7 @@ impl Preflight {
                         reached = Some((at, takes));
                         // Half of the delay: the path shortens gradually as the target moves, so no
                         // rendezvous is skipped.
-                        step = GRID.max(late / 2.0);
+                        step = TIME_STEP.max(late / 2.0);
                     }
                     Err(error) if error.kind() == ErrorKind::Unreachable => {
                         refusal.get_or_insert(error);

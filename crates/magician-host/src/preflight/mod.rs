@@ -192,7 +192,7 @@ impl Preflight {
     /// Puts the arm on a rail that is in use, with its carriage at this position, mm.
     #[must_use]
     pub fn on_rail(mut self, at: f64) -> Self {
-        self.now.settings.with_rail.with_l = Flag::ON;
+        self.now.settings.rail_setting.with_l = Flag::ON;
         self.rail = Some(at);
         self
     }
@@ -271,7 +271,7 @@ impl Preflight {
             .and_then(|()| self.follow(command));
         let own = passed.map_err(|error| {
             let named = self
-                .told_by_place(command, error)
+                .restate_by_position(command, error)
                 .with_command(command.row().set_name);
             if self.now.settings.tool.is_zero() && depends_on_tool(command) {
                 named.of_unknown_tool()

@@ -20,13 +20,13 @@ const FASTEST_PULSES: f64 = 1e6;
 /// True if the tool bias decides whether the arm can execute a command. False for targets in joint
 /// angles.
 pub(super) fn depends_on_tool(command: &Set) -> bool {
-    PtpMove::of(command).is_none_or(|ptp| !ptp.mode.is_joint())
+    PtpMove::from_command(command).is_none_or(|ptp| !ptp.mode.is_joint())
 }
 
 impl Preflight {
     /// Advances the state by a command. Returns its duration, us.
     pub(super) fn follow(&mut self, command: &Set) -> Result<u64> {
-        if let Some(ptp) = PtpMove::of(command) {
+        if let Some(ptp) = PtpMove::from_command(command) {
             return self.ptp(&ptp);
         }
         match command {

@@ -12,20 +12,20 @@ use crate::message;
 use crate::{Error, ErrorCode};
 
 /// Step of the search towards and away from the base, mm.
-const STEP: f64 = 10.0;
+const SEARCH_STEP: f64 = 10.0;
 /// Number of steps in either direction: no tool reaches farther.
-const STEPS: u32 = 60;
+const SEARCH_STEPS: u32 = 60;
 /// Number of bisections of a step, to less than 0.1 mm.
 const BISECTIONS: u32 = 8;
 /// Reciprocal of the resolution of reported positions, 0.1 mm.
-const TENTH: f64 = 10.0;
+const STEPS_PER_MM: f64 = 10.0;
 
 impl Preflight {
     /// Restates an error by the first position of the command that is out of reach and the nearest
     /// one in reach.
     ///
     /// Errors of other kinds, and of joint angles given as such, are unchanged.
-    pub(super) fn told_by_place(&self, command: &Set, error: Error) -> Error {
+    pub(super) fn restate_by_position(&self, command: &Set, error: Error) -> Error {
         // Only reach is a matter of position.
         if error.code() != ErrorCode::OutOfReach {
             return error;
@@ -47,7 +47,7 @@ impl Preflight {
             };
         };
         let [x, y, _] = place;
-        let at = told(place);
+        let at = format_position(place);
         let Some(nearest) = nearest(&geometry, limits, place) else {
             return error.in_place(message!(
                 "{at} is out of reach at any distance from the base",
@@ -55,7 +55,7 @@ impl Preflight {
             ));
         };
         let is_too_near = libm::hypot(nearest[0], nearest[1]) > libm::hypot(x, y);
-        let nearest = told(nearest);
+        let nearest = format_position(nearest);
         error.in_place(if is_too_near {
             message!(
                 "{at} is too close to the base of the arm; the nearest place in reach is {nearest}",
@@ -77,7 +77,7 @@ impl Preflight {
         let from = self.at.map(|at| [at.pose.x, at.pose.y, at.pose.z]);
         let by = |way: [f64; 3]| from.map(|from| [0, 1, 2].map(|axis| from[axis] + way[axis]));
         let point = |[x, y, z, _]: [f32; 4]| [x, y, z].map(f64::from);
-        if let Some(ptp) = PtpMove::of(command) {
+        if let Some(ptp) = PtpMove::from_command(command) {
             let numbers = point(ptp.numbers);
             return [
                 match ptp.mode {
@@ -117,15 +117,17 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
     let is_reached = |radius: f64| radius > 0.0 && geometry.reaches(place(radius), limits);
     // Distance from the base axis along that heading. Bounded, so that the search from a distant
     // target still meets the reach.
-    let radius = (x * cos + y * sin).max(0.0).min(STEP * f64::from(STEPS));
-    let (way, first) = (0..=STEPS).find_map(|nth| {
-        let by = STEP * f64::from(nth);
+    let radius = (x * cos + y * sin)
+        .max(0.0)
+        .min(SEARCH_STEP * f64::from(SEARCH_STEPS));
+    let (way, first) = (0..=SEARCH_STEPS).find_map(|nth| {
+        let by = SEARCH_STEP * f64::from(nth);
         let mut ways = [1.0, -1.0].into_iter();
         let way = ways.find(|way| is_reached(radius + way * by))?;
         Some((way, radius + way * by))
     })?;
     // The boundary lies in the last step, of which one end is in reach.
-    let (mut within, mut beyond) = (first, first - way * STEP);
+    let (mut within, mut beyond) = (first, first - way * SEARCH_STEP);
     for _ in 0..BISECTIONS {
         let middle = f64::midpoint(within, beyond);
         if is_reached(middle) {
@@ -135,16 +137,16 @@ fn nearest(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) -> Option<
         }
     }
     // The position must be in reach as reported, so move inwards until its rounded value is.
-    let tenths = |at: [f64; 3]| at.map(|value| (value * TENTH).round() / TENTH);
-    let mut inwards = (0..=3).map(|nth| place(within + way * f64::from(nth) / TENTH));
+    let tenths = |at: [f64; 3]| at.map(|value| (value * STEPS_PER_MM).round() / STEPS_PER_MM);
+    let mut inwards = (0..=3).map(|nth| place(within + way * f64::from(nth) / STEPS_PER_MM));
     let found = inwards.find(|at| geometry.reaches(tenths(*at), limits));
     Some(found.unwrap_or_else(|| place(within)))
 }
 
 /// Formats a position as `x 400, y 0, z 12.5`.
-fn told(place: [f64; 3]) -> String {
+fn format_position(place: [f64; 3]) -> String {
     // Adding 0.0 turns -0 into 0.
-    let [x, y, z] = place.map(|value| (value * TENTH).round() / TENTH + 0.0);
+    let [x, y, z] = place.map(|value| (value * STEPS_PER_MM).round() / STEPS_PER_MM + 0.0);
     format!("x {x}, y {y}, z {z}")
 }
 

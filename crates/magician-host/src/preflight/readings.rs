@@ -51,7 +51,7 @@ impl Readings {
     pub(super) fn note(&mut self, command: &Set, ceilings: &Ceilings) -> bool {
         match command {
             Set::HomeParams(home) => self.home = Some(*home),
-            _ => return self.settings.note_stored(command, ceilings),
+            _ => return self.settings.apply_clamped(command, ceilings),
         }
         true
     }
@@ -66,7 +66,7 @@ pub fn governs_motion(command: &Set) -> bool {
         // No motion uses the settings of arcs (model section 9).
         Set::ArcParams(_) | Set::ArcCommonParams(_) => false,
         Set::HomeParams(_) => true,
-        _ => MotionSettings::default().note(command),
+        _ => MotionSettings::default().apply(command),
     }
 }
 

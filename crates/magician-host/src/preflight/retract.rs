@@ -12,19 +12,19 @@ use crate::{Error, ErrorCode, Result};
 
 /// Longest lift at the speeds in force; a slower one gets other speeds.
 // A choice: a pen is then up within two seconds of a stop.
-const PATIENCE: Duration = Duration::from_millis(800);
+const MAX_LIFT_TIME: Duration = Duration::from_millis(800);
 /// Speed (mm/s) and acceleration (mm/s2) of such a lift, within the arm's ceilings (model section
 /// 6).
-const QUICK: [f32; 2] = [200.0, 400.0];
+const QUICK_SPEED: [f32; 2] = [200.0, 400.0];
 /// Resolution of the height of a lift cut short by the reach, mm.
-const EXACT: f64 = 0.05;
+const HEIGHT_RESOLUTION: f64 = 0.05;
 /// Largest dip of a path across below the lower of its ends, mm: the error of `f32` and of a
 /// sampled curve.
-const DIP: f64 = 0.5;
+const MAX_DIP: f64 = 0.5;
 /// Number of samples of a path across.
 const SAMPLES: u64 = 64;
 /// Distance below which no move is needed, mm.
-const SHORT: f64 = 1e-3;
+const MIN_DISTANCE: f64 = 1e-3;
 
 /// Path straight up from the arm's present position.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl Preflight {
         let from = self.stands()?.pose;
         // A fence may limit the speed of the lift, but must not prevent it.
         let top = self.held_fence().and_then(|fence| fence.top_speed());
-        let [velocity, acceleration] = QUICK;
+        let [velocity, acceleration] = QUICK_SPEED;
         let velocity = top.map_or(velocity, |top| velocity.min(top as f32));
         let quick = [line_speed(velocity, acceleration), speed(100.0, 100.0)];
         let mut start = self.clone();
@@ -91,7 +91,7 @@ impl Preflight {
         // height every height is refused.
         let found = up(height).or_else(|| {
             let (mut low, mut high) = (0.0, height);
-            while high - low > EXACT {
+            while high - low > HEIGHT_RESOLUTION {
                 let middle = f64::midpoint(low, high);
                 match up(middle) {
                     Some(_) => low = middle,
@@ -100,14 +100,14 @@ impl Preflight {
             }
             up(low)
         });
-        let Some((by, command, time)) = found.filter(|(by, ..)| *by > SHORT) else {
+        let Some((by, command, time)) = found.filter(|(by, ..)| *by > MIN_DISTANCE) else {
             return Ok(Lift {
                 by: 0.0,
                 commands: Vec::new(),
             });
         };
         // Speeds are changed only if necessary, because they stay in force afterwards.
-        let commands = if top.is_some() || time > PATIENCE {
+        let commands = if top.is_some() || time > MAX_LIFT_TIME {
             quick.into_iter().chain([command]).collect()
         } else {
             vec![command]
@@ -162,15 +162,15 @@ impl Preflight {
         let mut kept = Vec::new();
         for command in way {
             let before = *arm.stands()?;
-            let trajectory = arm.way(&before, &command);
+            let trajectory = arm.motion_of(&before, &command);
             let after = arm.check(&command)?.end.unwrap_or(before);
-            if before.pose.distance_to(&after.pose) < SHORT {
+            if before.pose.distance_to(&after.pose) < MIN_DISTANCE {
                 continue;
             }
             let dips = trajectory.is_none_or(|trajectory| {
                 let end = trajectory.duration_us();
                 let heights = (0..=SAMPLES).map(|nth| trajectory.curve(end / SAMPLES * nth).pose.z);
-                heights.fold(f64::INFINITY, f64::min) < lowest - DIP
+                heights.fold(f64::INFINITY, f64::min) < lowest - MAX_DIP
             });
             if dips {
                 return Err(Error::new(
@@ -222,7 +222,7 @@ mod tests {
         let (mut arm, mut lowest) = (arm.clone(), f64::INFINITY);
         for command in way {
             let before = *arm.arm().expect("known");
-            let trajectory = arm.way(&before, command).expect("a move");
+            let trajectory = arm.motion_of(&before, command).expect("a move");
             for nth in 0..=100 {
                 let at = trajectory.curve(trajectory.duration_us() * nth / 100);
                 lowest = lowest.min(at.pose.z);
@@ -241,7 +241,7 @@ mod tests {
             for height in [0.0, 1.0, 10.0, 60.0, 150.0, 400.0] {
                 let lift = arm.lift(height).expect("a height");
                 assert!(
-                    lift.by <= height && lift.by >= before - 2.0 * EXACT,
+                    lift.by <= height && lift.by >= before - 2.0 * HEIGHT_RESOLUTION,
                     "{lift:?}"
                 );
                 before = lift.by;
@@ -292,7 +292,10 @@ mod tests {
             let (end, lowest) = follow(&arm, &way);
             let off = end.iter().zip(place).map(|(is, wanted)| is - wanted);
             assert!({ off }.all(|off| off.abs() < 1e-3), "{end:?}");
-            assert!(lowest >= f64::from(z).min(place[2]) - 2.0 * DIP, "{lowest}");
+            assert!(
+                lowest >= f64::from(z).min(place[2]) - 2.0 * MAX_DIP,
+                "{lowest}"
+            );
         }
         let arm = at(180.0, -150.0, 40.0);
         assert_eq!(arm.way_to_park(place).expect("a way"), []);

@@ -78,7 +78,7 @@ impl PathProfiles {
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             _ => {
                 self.path.end();
-                self.settings.note(command);
+                self.settings.apply(command);
                 self.lead(command);
                 return false;
             }
@@ -116,7 +116,7 @@ impl PathProfiles {
             Set::HomeCmd(_) | Set::ResetPose(_) | Set::EndEffectorParams(_) | Set::JogCmd(_) => {
                 None
             }
-            _ => match PtpMove::of(command) {
+            _ => match PtpMove::from_command(command) {
                 Some(ptp) => ptp.pose().and_then(point),
                 None => self.at,
             },

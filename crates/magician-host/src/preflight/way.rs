@@ -7,9 +7,9 @@ use magician_protocol::{CpMode, Set};
 use super::Preflight;
 
 /// Deceleration of a forced stop as a multiple of the acceleration in force (model section 14).
-const FORCED_STOP: f64 = 2.0;
+const FORCED_STOP_FACTOR: f64 = 2.0;
 /// Number of instants of a motion at which the braking distance is evaluated.
-const LOOKS: u64 = 8;
+const BRAKING_SAMPLES: u64 = 8;
 
 /// Speed and braking distance of a motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,7 @@ impl Preflight {
             Set::CpCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
             // Paths are judged at full speed: where the arm really is depends on what follows.
             Set::CpLeCmd(cp) => (cp.cp_mode, [cp.x, cp.y, cp.z]),
-            _ => return self.stopping_of(&self.way(&from, command)?),
+            _ => return self.stopping_of(&self.motion_of(&from, command)?),
         };
         let start = [from.pose.x, from.pose.y, from.pose.z];
         let to = match mode {
@@ -77,15 +77,15 @@ impl Preflight {
         if all == 0 {
             return None;
         }
-        let at = |nth: u64| all * nth / LOOKS;
+        let at = |nth: u64| all * nth / BRAKING_SAMPLES;
         let (mut speed, mut braking) = (0.0_f64, 0.0_f64);
-        for nth in 0..LOOKS {
+        for nth in 0..BRAKING_SAMPLES {
             let [before, after] = [nth, nth + 1].map(|nth| motion.curve(at(nth)).pose);
             let seconds = (at(nth + 1) - at(nth)) as f64 / 1e6;
             // At least a microsecond, the resolution of the arm's clock, to avoid dividing by 0.
             speed = speed.max(before.distance_to(&after) / seconds.max(1e-6));
             let stands = planner
-                .brake(motion, at(nth), FORCED_STOP)
+                .brake(motion, at(nth), FORCED_STOP_FACTOR)
                 .trajectory
                 .end()
                 .pose;
@@ -118,7 +118,7 @@ impl Preflight {
     /// assert!(way.sample(way.duration_us() / 2).pose.z > 10.0);
     /// ```
     #[must_use]
-    pub fn way(&self, from: &ArmState, command: &Set) -> Option<Trajectory> {
+    pub fn motion_of(&self, from: &ArmState, command: &Set) -> Option<Trajectory> {
         let pose = |point: [f32; 4]| point.map(f64::from).into();
         let plan = match command {
             Set::ArcCmd(arc) => {
@@ -131,7 +131,7 @@ impl Preflight {
                 planner.circle(from, &via, &over, circle.count)
             }
             _ => {
-                let request = self.request(&PtpMove::of(command)?).ok()?;
+                let request = self.request(&PtpMove::from_command(command)?).ok()?;
                 self.planner(self.now.settings.speeds())
                     .plan(from, &request)
             }

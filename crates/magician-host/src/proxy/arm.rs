@@ -5,7 +5,7 @@ use magician_protocol::{Ctrl, FrameBuf};
 use super::cut::Cutter;
 use super::{Client, Settings};
 use crate::connection::estimator::Estimator;
-use crate::connection::outstanding::{Copy, Key, Outstanding};
+use crate::connection::outstanding::{Key, Outstanding, SentFrame};
 use crate::connection::transmit::FENCES;
 use crate::connection::{Micros, Ticket};
 
@@ -55,7 +55,7 @@ impl Flight {
 }
 
 /// Result of a reply from the arm.
-pub(super) struct Claim {
+pub(super) struct ReplyMatch {
     /// Frame that it answers, if a client waits for it.
     pub(super) answered: Option<Flight>,
     /// Frames that it proves unanswered.
@@ -104,9 +104,9 @@ impl ArmLine {
     }
 
     /// True if a reply to an older frame could be taken for the reply to this one.
-    pub(super) fn is_haunted(&self, frame: &FrameBuf) -> bool {
+    pub(super) fn must_wait_for_fence(&self, frame: &FrameBuf) -> bool {
         let waited_for = |ticket| self.flights.iter().any(|flight| flight.ticket == ticket);
-        (self.outstanding).haunted(Key::of(&frame.frame()), waited_for)
+        (self.outstanding).has_abandoned(Key::of(&frame.frame()), waited_for)
     }
 
     /// Frame to send before one whose key is still outstanding. `None` while a fence is in flight,
@@ -145,7 +145,7 @@ impl ArmLine {
         epoch: u64,
     ) -> u64 {
         self.sent = self.sent.saturating_add(1);
-        self.outstanding.sent(Copy {
+        self.outstanding.sent(SentFrame {
             key: Key::of(&frame.frame()),
             ticket,
             at: now,
@@ -167,7 +167,7 @@ impl ArmLine {
     }
 
     /// Assigns a reply. `None` if it belongs to no frame sent.
-    pub(super) fn claim(&mut self, now: Micros, frame: &FrameBuf) -> Option<Claim> {
+    pub(super) fn claim(&mut self, now: Micros, frame: &FrameBuf) -> Option<ReplyMatch> {
         let copy = self.outstanding.answered(Key::of(&frame.frame()))?;
         // A late reply is still delivered to the client that asked.
         let Self { flights, late, .. } = self;
@@ -190,7 +190,7 @@ impl ArmLine {
             .extract_if(.., gone)
             .chain(flights.extract_if(.., gone))
             .collect();
-        Some(Claim { answered, lost })
+        Some(ReplyMatch { answered, lost })
     }
 
     /// Frees the line for others; only the client that sent the request still waits for this reply.

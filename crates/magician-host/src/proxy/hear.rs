@@ -7,7 +7,7 @@ use magician_protocol::FrameBuf;
 use super::arm::{Flight, Purpose};
 use super::cut::{Cutter, Piece};
 use super::event::{Chunk, Client, Event, Reason};
-use super::member::{MOST, Slot, State, What};
+use super::member::{MAX_PENDING_REQUESTS, PendingRequest, RequestKind, State};
 use super::{Proxy, kind};
 use crate::connection::Micros;
 
@@ -50,7 +50,7 @@ impl Proxy {
                 // Other clients would suffer from noise, so it passes only on request.
                 let passed = self.settings.transparent && self.online;
                 for bytes in Chunk::split(run) {
-                    let passed = passed && self.push(client, What::Foreign(bytes));
+                    let passed = passed && self.push(client, RequestKind::Foreign(bytes));
                     let from = Some(client);
                     self.tell(Event::Foreign {
                         from,
@@ -70,29 +70,33 @@ impl Proxy {
         // Changes that this client requested before the stop must not happen after it; reads are
         // harmless.
         if stop {
-            let overtaken = |slot: &Slot| match &slot.what {
-                What::Request { frame, stop } => !stop && kind::changes(&frame.frame()),
-                What::Foreign(_) => true,
+            let overtaken = |slot: &PendingRequest| match &slot.what {
+                RequestKind::Request { frame, stop } => !stop && kind::changes(&frame.frame()),
+                RequestKind::Foreign(_) => true,
             };
             self.drop_waiting(client, Reason::Stopped, overtaken);
         }
-        if !self.push(client, What::Request { frame, stop }) {
+        if !self.push(client, RequestKind::Request { frame, stop }) {
             self.dropped(client, frame, Reason::Full);
         }
     }
 
     /// Adds an entry to a client's queue. False if the queue is full. Stops have reserved room.
-    fn push(&mut self, client: Client, what: What) -> bool {
+    fn push(&mut self, client: Client, what: RequestKind) -> bool {
         let ticket = self.ticket();
         let Some(member) = self.members.get_mut(&client) else {
             return false;
         };
-        let slot = Slot {
+        let slot = PendingRequest {
             ticket,
             what,
             state: State::Waiting,
         };
-        let most = if slot.is_stop() { 2 * MOST } else { MOST };
+        let most = if slot.is_stop() {
+            2 * MAX_PENDING_REQUESTS
+        } else {
+            MAX_PENDING_REQUESTS
+        };
         let fits = member.slots.len() < most;
         if fits {
             member.slots.push_back(slot);
@@ -105,7 +109,7 @@ impl Proxy {
         &mut self,
         client: Client,
         reason: Reason,
-        which: impl Fn(&Slot) -> bool,
+        which: impl Fn(&PendingRequest) -> bool,
     ) {
         let Some(member) = self.members.get_mut(&client) else {
             return;
@@ -113,9 +117,9 @@ impl Proxy {
         let slots = std::mem::take(&mut member.slots);
         let (gone, kept) = (slots.into_iter()).partition(|slot| slot.waits() && which(slot));
         member.slots = kept;
-        let gone: VecDeque<Slot> = gone;
+        let gone: VecDeque<PendingRequest> = gone;
         for slot in gone {
-            if let What::Request { frame, .. } = slot.what {
+            if let RequestKind::Request { frame, .. } = slot.what {
                 self.dropped(client, frame, reason);
             }
         }

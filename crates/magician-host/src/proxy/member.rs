@@ -9,28 +9,28 @@ use super::event::Chunk;
 use crate::connection::Ticket;
 
 /// Largest number of waiting requests per client.
-pub(super) const MOST: usize = 64;
+pub(super) const MAX_PENDING_REQUESTS: usize = 64;
 /// Size of the shortest frame, bytes.
-const SHORTEST: usize = 6;
+const MIN_FRAME_SIZE: usize = 6;
 
 /// A client: its byte stream and its requests in order.
 #[derive(Debug, Default)]
-pub(super) struct Member {
+pub(super) struct ClientQueue {
     pub(super) cutter: Cutter,
-    pub(super) slots: VecDeque<Slot>,
+    pub(super) slots: VecDeque<PendingRequest>,
 }
 
 /// Something that a client sent, until it is answered or dropped.
 #[derive(Debug)]
-pub(super) struct Slot {
+pub(super) struct PendingRequest {
     pub(super) ticket: Ticket,
-    pub(super) what: What,
+    pub(super) what: RequestKind,
     pub(super) state: State,
 }
 
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant)]
-pub(super) enum What {
+pub(super) enum RequestKind {
     Request {
         frame: FrameBuf,
         /// True if it overtakes waiting requests.
@@ -52,33 +52,33 @@ pub(super) enum State {
     },
 }
 
-impl Slot {
+impl PendingRequest {
     pub(super) fn waits(&self) -> bool {
         matches!(self.state, State::Waiting)
     }
 
     pub(super) fn is_stop(&self) -> bool {
-        matches!(self.what, What::Request { stop: true, .. })
+        matches!(self.what, RequestKind::Request { stop: true, .. })
     }
 }
 
-impl Member {
+impl ClientQueue {
     /// Number of bytes that the client may send.
     pub(super) fn room(&self) -> usize {
         // In the worst case each entry is a frame of the shortest size.
-        MOST.saturating_sub(self.slots.len()) * SHORTEST
+        MAX_PENDING_REQUESTS.saturating_sub(self.slots.len()) * MIN_FRAME_SIZE
     }
 
     /// First request that was not sent to the arm yet.
-    pub(super) fn next(&self) -> Option<&Slot> {
+    pub(super) fn next(&self) -> Option<&PendingRequest> {
         self.slots.iter().find(|slot| slot.waits())
     }
 
-    pub(super) fn slot(&mut self, ticket: Ticket) -> Option<&mut Slot> {
+    pub(super) fn slot(&mut self, ticket: Ticket) -> Option<&mut PendingRequest> {
         self.slots.iter_mut().find(|slot| slot.ticket == ticket)
     }
 
-    pub(super) fn remove(&mut self, ticket: Ticket) -> Option<Slot> {
+    pub(super) fn remove(&mut self, ticket: Ticket) -> Option<PendingRequest> {
         // Not always the first: a stop overtakes earlier requests.
         let at = self.slots.iter().position(|slot| slot.ticket == ticket)?;
         self.slots.remove(at)
@@ -86,7 +86,7 @@ impl Member {
 
     /// Latest answered request.
     pub(super) fn answered_last(&self) -> Option<Ticket> {
-        let answered = |slot: &&Slot| matches!(slot.state, State::Answered { .. });
+        let answered = |slot: &&PendingRequest| matches!(slot.state, State::Answered { .. });
         self.slots.iter().rfind(answered).map(|slot| slot.ticket)
     }
 

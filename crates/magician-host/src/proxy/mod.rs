@@ -50,14 +50,14 @@ use magician_protocol::FrameBuf;
 use crate::connection::{self, Micros, Ticket};
 use arm::{ArmLine, Flight, Purpose};
 pub use event::{Chunk, Client, Event, Reason};
-use member::{Member, Slot, State, What};
+use member::{ClientQueue, PendingRequest, RequestKind, State};
 use reading::Readings;
 
 /// Largest number of pending events; the oldest are dropped.
-const EVENTS: usize = 1024;
+const MAX_EVENTS: usize = 1024;
 /// Largest number of transmissions of the stop of a jog.
 // A choice that covers a bad line for many timeouts.
-const TRIES: u32 = 32;
+const MAX_STOP_TRANSMISSIONS: u32 = 32;
 
 /// Settings of a [`Proxy`].
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +88,7 @@ impl Default for Settings {
 #[derive(Debug)]
 pub struct Proxy {
     settings: Settings,
-    members: BTreeMap<Client, Member>,
+    members: BTreeMap<Client, ClientQueue>,
     /// Client whose turn was last.
     turn: Option<Client>,
     arm: ArmLine,
@@ -136,14 +136,14 @@ impl Proxy {
     /// frames may be dropped.
     #[must_use]
     pub fn room(&self, client: Client) -> usize {
-        self.members.get(&client).map_or(0, Member::room)
+        self.members.get(&client).map_or(0, ClientQueue::room)
     }
 
     /// True if a client has a reply to fetch. Polling for the arm may produce one too, for requests
     /// that need not go there.
     #[must_use]
     pub fn is_answering(&self) -> bool {
-        self.members.values().any(Member::has_reply)
+        self.members.values().any(ClientQueue::has_reply)
     }
 
     /// True if the arm has not confirmed a frame of the proxy's own: the stop of a jog.
@@ -157,7 +157,7 @@ impl Proxy {
 impl Proxy {
     /// Adds a client.
     pub fn open(&mut self, client: Client) {
-        self.members.insert(client, Member::default());
+        self.members.insert(client, ClientQueue::default());
     }
 
     /// Removes a client.
@@ -167,12 +167,12 @@ impl Proxy {
             return;
         };
         self.readings.forget_client(client);
-        for slot in member.slots.into_iter().filter(Slot::waits) {
+        for slot in member.slots.into_iter().filter(PendingRequest::waits) {
             match slot.what {
                 // A stop stays valid when its client disconnects.
-                What::Request { frame, stop: true } => self.own.push_back((frame, 1)),
-                What::Request { frame, .. } => self.dropped(client, frame, Reason::Left),
-                What::Foreign(_) => {}
+                RequestKind::Request { frame, stop: true } => self.own.push_back((frame, 1)),
+                RequestKind::Request { frame, .. } => self.dropped(client, frame, Reason::Left),
+                RequestKind::Foreign(_) => {}
             }
         }
         if self.jog.is_some_and(|jog| jog.client == client) {
@@ -207,7 +207,7 @@ impl Proxy {
         if let Some(jog) = self.jog.take()
             && !self.settings.keep_going
         {
-            self.own.push_back((jog.end, TRIES));
+            self.own.push_back((jog.end, MAX_STOP_TRANSMISSIONS));
         }
     }
 }
@@ -228,7 +228,7 @@ impl Proxy {
         let mut cutter = std::mem::take(&mut self.arm.cutter);
         cutter.handle_timeout(now, |piece| self.hear_arm(now, &piece));
         self.arm.cutter = cutter;
-        let due = |member: &Member| member.cutter.poll_timeout().is_some_and(|at| at <= now);
+        let due = |member: &ClientQueue| member.cutter.poll_timeout().is_some_and(|at| at <= now);
         let silent: Vec<Client> = (self.members.iter())
             .filter(|(_, member)| due(member))
             .map(|(client, _)| *client)
@@ -314,7 +314,7 @@ impl Proxy {
     }
 
     fn tell(&mut self, event: Event) {
-        if self.events.len() >= EVENTS {
+        if self.events.len() >= MAX_EVENTS {
             self.events.pop_front();
         }
         self.events.push_back(event);

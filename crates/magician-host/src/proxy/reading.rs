@@ -7,7 +7,7 @@ use crate::connection::Micros;
 
 /// Largest number of replies kept.
 // A choice: more than any client polls.
-const MOST: usize = 32;
+const MAX_READINGS: usize = 32;
 
 /// A reply of the arm that can be shared with other clients that send the same request.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ impl Readings {
     ) {
         // One reply per request: an older one would only be less fresh.
         self.readings.retain(|reading| reading.request != request);
-        if self.readings.len() >= MOST {
+        if self.readings.len() >= MAX_READINGS {
             self.readings.remove(0);
         }
         self.readings.push(Reading {

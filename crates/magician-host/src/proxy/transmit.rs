@@ -4,7 +4,7 @@ use magician_protocol::FrameBuf;
 
 use super::arm::Purpose;
 use super::event::{Chunk, Client, Event};
-use super::member::{Slot, State, What};
+use super::member::{PendingRequest, RequestKind, State};
 use super::{Jog, Proxy, kind};
 use crate::connection::{Micros, Ticket};
 
@@ -50,7 +50,7 @@ impl Proxy {
         let own = self.own.front().map(|(frame, _)| *frame);
         let asked = self.oldest_stop();
         let frame = own.or(asked.map(|(_, _, frame)| frame))?;
-        if self.arm.is_haunted(&frame)
+        if self.arm.must_wait_for_fence(&frame)
             && let Some(fence) = self.transmit_fence(now)
         {
             return Some(fence);
@@ -75,7 +75,7 @@ impl Proxy {
             waiting.map(|slot| (*client, slot))
         });
         let stops = slots.filter_map(|(client, slot)| match slot.what {
-            What::Request { frame, stop: true } => Some((client, slot.ticket, frame)),
+            RequestKind::Request { frame, stop: true } => Some((client, slot.ticket, frame)),
             _ => None,
         });
         // Tickets are given in the order of arrival, over all clients.
@@ -103,7 +103,7 @@ impl Proxy {
             }
             // In the client's order: requests behind a waiting one wait too.
             while let Some(slot) = member.slots.iter_mut().find(|slot| slot.waits()) {
-                let What::Request { frame, stop: false } = &slot.what else {
+                let RequestKind::Request { frame, stop: false } = &slot.what else {
                     break;
                 };
                 if !kind::can_be_shared(&frame.frame()) {
@@ -132,24 +132,24 @@ impl Proxy {
     fn transmit_in_turn(&mut self, now: Micros) -> Option<Chunk> {
         for client in self.in_turn() {
             let slot = self.members.get(&client).and_then(|member| member.next());
-            let Some(Slot { ticket, what, .. }) = slot else {
+            let Some(PendingRequest { ticket, what, .. }) = slot else {
                 continue;
             };
             let ticket = *ticket;
             match *what {
                 // Another client may be able to send while this key is outstanding.
-                What::Request { frame, .. } if self.arm.is_haunted(&frame) => {
+                RequestKind::Request { frame, .. } if self.arm.must_wait_for_fence(&frame) => {
                     if let Some(fence) = self.transmit_fence(now) {
                         return Some(Chunk::from(&fence));
                     }
                 }
-                What::Request { frame, .. } => {
+                RequestKind::Request { frame, .. } => {
                     self.turn = Some(client);
                     self.mark_asked(client, ticket);
                     self.send(now, ticket, Purpose::Request, frame, Some(client));
                     return Some(Chunk::from(&frame));
                 }
-                What::Foreign(bytes) => {
+                RequestKind::Foreign(bytes) => {
                     self.turn = Some(client);
                     if let Some(member) = self.members.get_mut(&client) {
                         member.remove(ticket);

@@ -5,13 +5,13 @@ use magician_protocol::{ArmInstant, FrameBuf, Layout, QueuedCmdIndex};
 
 use super::drive::Phase;
 use super::item::{Entry, Fate};
-use super::reading::SOON;
+use super::reading::MIN_READ_INTERVAL;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Ticket};
 
 /// Attempts to start the queue without an answer.
 // A choice: each attempt waits until the arm stands.
-const STARTS: u8 = 4;
+const MAX_START_ATTEMPTS: u8 = 4;
 
 impl Stream {
     /// Processes the result of a request. True if it was one of the stream's. Call
@@ -24,12 +24,12 @@ impl Stream {
         connection: &mut Connection,
     ) -> bool {
         let now = self.clock.at(now);
-        let flying = |entry: &Entry| entry.fate == Fate::Flying(ticket);
+        let flying = |entry: &Entry| entry.fate == Fate::InFlight(ticket);
         if self.flying() > 0
             && let Some(at) = self.entries.find(flying)
         {
             self.command_answered(now, at, result);
-            self.guessed = connection.is_last_a_guess();
+            self.guessed = connection.is_last_index_estimated();
             return true;
         }
         if self.control.take_if(|control| *control == ticket).is_some() {
@@ -84,10 +84,10 @@ impl Stream {
         }
         self.last = Some(index);
         self.expected = index.checked_add(1);
-        self.tell_progress();
+        self.report_progress();
     }
 
-    pub(super) fn tell_progress(&mut self) {
+    pub(super) fn report_progress(&mut self) {
         if let (Some(first), Some(last), false) = (self.first, self.last, self.is_over()) {
             self.events.push(StreamEvent::Sent {
                 accepted: self.accepted,
@@ -129,9 +129,9 @@ impl Stream {
             _ if self.is_over() || matches!(self.phase, Phase::Resolve(_)) => {}
             // Dropped by the connection because it waited behind the gap.
             Failure::Stopped if self.gap => {}
-            Failure::Uncertain { .. } => self.gapes(failure),
+            Failure::Uncertain { .. } => self.note_gap(failure),
             Failure::QueueFull | Failure::Busy | Failure::Draining if overtaken => {
-                self.gapes(failure);
+                self.note_gap(failure);
             }
             // The queue was empty when the group was measured, and must not start with a part of
             // it.
@@ -141,15 +141,17 @@ impl Stream {
             Failure::QueueFull => {
                 self.credit.full = true;
                 self.reader.want_left();
-                self.reader.look(now.after_micros(SOON));
+                self.reader.look(now.after_micros(MIN_READ_INTERVAL));
             }
-            Failure::Busy | Failure::Draining => self.retry_at = Some(now.after_micros(SOON)),
+            Failure::Busy | Failure::Draining => {
+                self.retry_at = Some(now.after_micros(MIN_READ_INTERVAL))
+            }
             _ => self.fail(StreamFailure::Request(failure)),
         }
     }
 
     /// Handles a command that was or may have been lost between others.
-    fn gapes(&mut self, failure: Failure) {
+    fn note_gap(&mut self, failure: Failure) {
         if self.settings.window > 1 && self.may_go_back() {
             self.gap = true;
         } else {
@@ -159,14 +161,14 @@ impl Stream {
 
     fn control_answered(&mut self, now: ArmInstant, result: &Result<FrameBuf, Failure>) {
         match result {
-            Err(Failure::Busy) => self.retry_at = Some(now.after_micros(SOON)),
+            Err(Failure::Busy) => self.retry_at = Some(now.after_micros(MIN_READ_INTERVAL)),
             // The start may have got through, and a second one may end a motion (model section 14).
             Err(Failure::Timeout { sent: 1.. } | Failure::Uncertain { .. })
-                if self.phase == Phase::Start && self.starts + 1 < STARTS =>
+                if self.phase == Phase::Start && self.starts + 1 < MAX_START_ATTEMPTS =>
             {
                 self.starts += 1;
                 self.reader.look_closely(now, true);
-                self.phase = Phase::Stand(None);
+                self.phase = Phase::AwaitRest(None);
             }
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
             // Late answers after the end change nothing.
@@ -181,7 +183,7 @@ impl Stream {
                     Phase::Halt => {
                         self.stopped = true;
                         self.reader.look_closely(now, true);
-                        Phase::Brake(None)
+                        Phase::AwaitStop(None)
                     }
                     Phase::Clear => {
                         self.reader.look_closely(now, true);

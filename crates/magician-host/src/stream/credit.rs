@@ -1,14 +1,14 @@
 //! Credit: how many commands may be sent without overfilling the queue or exceeding the horizon.
 
 use super::item::Entry;
-use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
+use super::{MAX_KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Connection;
 
 /// Consecutive readings that must contradict the count before they are believed.
 // A choice: a single one may be old.
-pub(super) const STRIKES: u32 = 3;
+pub(super) const CONTRADICTIONS_TO_BELIEVE: u32 = 3;
 /// Commands allowed in the arm whatever they take: one running and the next one.
-const LEAST: usize = 2;
+const MIN_COMMANDS_IN_ARM: usize = 2;
 
 /// Knowledge about the places in the controller's queue.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub(super) struct Credit {
     /// Number of places assumed; 0 until the first reading.
     pub(super) places: u32,
     /// Commands of others that waited when the stream began.
-    pub(super) strangers: u32,
+    pub(super) foreign: u32,
     /// Places that the left space shows as taken although they should be free.
     withheld: u32,
     fewer: u32,
@@ -29,7 +29,7 @@ impl Credit {
     pub(super) fn new() -> Self {
         Self {
             places: 0,
-            strangers: 0,
+            foreign: 0,
             withheld: 0,
             fewer: 0,
             missing: 0,
@@ -47,19 +47,19 @@ impl Stream {
         // Finished but unconfirmed commands still occupy a slot here.
         let kept = self.entries.kept();
         let free = self.places().saturating_sub(self.at_most() as usize);
-        free.min(KEPT.saturating_sub(kept))
+        free.min(MAX_KEPT.saturating_sub(kept))
     }
 
     /// Number of usable places.
     pub(super) fn places(&self) -> usize {
         let places = self.credit.places.saturating_sub(self.credit.withheld);
-        (places as usize).min(KEPT)
+        (places as usize).min(MAX_KEPT)
     }
 
     /// True if the horizon permits sending this command.
     pub(super) fn within_horizon(&self, next: &Entry) -> bool {
         let under_way = self.entries.under_way(self.reader.current);
-        if !self.settings.start || under_way.count < LEAST {
+        if !self.settings.start || under_way.count < MIN_COMMANDS_IN_ARM {
             return true;
         }
         let burns = next.burns() || under_way.burns();
@@ -80,12 +80,12 @@ impl Stream {
     }
 
     /// Commands of others that are still ahead of ours.
-    pub(super) fn strangers_left(&self, current: u64) -> u32 {
+    pub(super) fn foreign_left(&self, current: u64) -> u32 {
         let before = match self.first {
             Some(first) => first.saturating_sub(1).saturating_sub(current),
             None => u64::MAX,
         };
-        u64::from(self.credit.strangers).min(before) as u32
+        u64::from(self.credit.foreign).min(before) as u32
     }
 
     /// Compares a left space, and the current index read after it, with the count. True if they
@@ -122,7 +122,7 @@ impl Stream {
             0
         };
         // Three in a row: the queue has fewer places than assumed, or another host fills it.
-        if self.credit.fewer >= STRIKES {
+        if self.credit.fewer >= CONTRADICTIONS_TO_BELIEVE {
             let (counted, read) = (
                 self.credit.places,
                 self.credit.places - self.credit.withheld,
@@ -132,7 +132,7 @@ impl Stream {
             self.events.push(StreamEvent::Places { counted, read });
         }
         // Three in a row: accepted commands are gone, so another host cleared the queue.
-        if self.credit.missing >= STRIKES {
+        if self.credit.missing >= CONTRADICTIONS_TO_BELIEVE {
             let (counted, read) = (at_least, shown);
             self.fail(StreamFailure::Dropped { counted, read });
         }
@@ -142,6 +142,6 @@ impl Stream {
     /// Largest number of commands that can be in the controller's queue at present.
     pub(super) fn at_most(&self) -> u32 {
         let ours = self.entries.under_way(self.reader.current).count;
-        (ours as u32).saturating_add(self.strangers_left(self.reader.current))
+        (ours as u32).saturating_add(self.foreign_left(self.reader.current))
     }
 }

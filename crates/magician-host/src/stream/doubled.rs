@@ -11,11 +11,11 @@ impl Stream {
     ///
     /// It continues after one second copy of a command that has the same result when repeated.
     /// Otherwise the duplicate is reported, and the next index out of order ends the stream.
-    pub fn doubled(&mut self, from: u64, to: u64) -> bool {
+    pub fn note_duplicate(&mut self, from: u64, to: u64) -> bool {
         let next = self.expected == Some(from) && from == to;
-        let flying = self.entries.iter().filter(|entry| entry.is_flying());
+        let flying = self.entries.iter().filter(|entry| entry.is_in_flight());
         let mut both = self.newest.iter().chain(flying);
-        if self.is_over() || !next || !both.all(Entry::bears_doubling) {
+        if self.is_over() || !next || !both.all(Entry::tolerates_duplicate) {
             return false;
         }
         let Some(newest) = self.newest else {
@@ -29,7 +29,7 @@ impl Stream {
         self.entries.insert(at.map_or(0, |at| at + 1), copy);
         self.last = Some(to);
         self.expected = to.checked_add(1);
-        self.tell_progress();
+        self.report_progress();
         true
     }
 

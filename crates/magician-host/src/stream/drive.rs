@@ -13,7 +13,7 @@ use crate::connection::{Connection, Micros, Priority, Request};
 /// Time that the first commands wait for more before the program counts as too long for a batch,
 /// us.
 // A choice: longer than a caller needs to offer a batch, and hardly noticed.
-pub(super) const GATHER: Micros = 20_000;
+pub(super) const GATHER_TIME: Micros = 20_000;
 
 /// State of an arm at the beginning of a stream, when no commands of others wait in its queue.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +39,7 @@ pub(super) enum Phase {
     Load,
     /// The group is in, and the stream checks whether the arm stands still; with the last reading.
     /// A start in a motion may end it (model section 14).
-    Stand(Option<QueueSnapshot>),
+    AwaitRest(Option<QueueSnapshot>),
     /// The queue is being started.
     Start,
     /// Commands flow.
@@ -50,7 +50,7 @@ pub(super) enum Phase {
     Halt,
     /// The stopped queue finishes the current command; with the last reading. A Clear may end a
     /// motion (model section 14).
-    Brake(Option<QueueSnapshot>),
+    AwaitStop(Option<QueueSnapshot>),
     Clear,
     /// The cleared queue drains; its left space, and the instant since which that is constant.
     Drain {
@@ -59,7 +59,7 @@ pub(super) enum Phase {
     },
     /// Finds out the fate of what was sent before an interruption.
     Resolve(Option<QueueSnapshot>),
-    Over,
+    Ended,
 }
 
 impl Stream {
@@ -74,7 +74,7 @@ impl Stream {
         let window = self.settings.window.min(connection.window());
         (self.settings.window, self.window) = (window, self.window.min(window));
         self.retry_at = self.retry_at.filter(|at| *at > now);
-        self.retire(connection);
+        self.release_finished(connection);
         debug_assert!(self.entries.is_counted(), "{:?}", self.entries);
         if self.gap && self.phase != Phase::Settle {
             self.begin_recovery();
@@ -98,11 +98,11 @@ impl Stream {
             Phase::Run => self.run(now, to),
             Phase::Settle => self.settle(now),
             // Phases that wait for readings; see `look_complete`.
-            Phase::Stand(_)
-            | Phase::Brake(_)
+            Phase::AwaitRest(_)
+            | Phase::AwaitStop(_)
             | Phase::Drain { .. }
             | Phase::Resolve(_)
-            | Phase::Over => {}
+            | Phase::Ended => {}
         }
         self.phase != before
     }
@@ -124,16 +124,16 @@ impl Stream {
     fn begun(&mut self, last: Option<u64>) {
         let places = self.credit.places.max(self.reader.left);
         self.credit.places = places;
-        self.credit.strangers = places - self.reader.left;
+        self.credit.foreign = places - self.reader.left;
         let tail = self
             .reader
             .current
-            .saturating_add(self.credit.strangers.into());
+            .saturating_add(self.credit.foreign.into());
         self.base = tail.max(last.unwrap_or(0));
         // A running or foreign queue moves the arm, so its pose says nothing about the start.
-        if self.settings.start && self.credit.strangers == 0 {
+        if self.settings.start && self.credit.foreign == 0 {
             let [x, y, z, _] = self.reader.pose;
-            (self.stood, self.place) = (Some(self.reader.pose), Some([x, y, z]));
+            (self.last_pose, self.last_position) = (Some(self.reader.pose), Some([x, y, z]));
         }
         self.cleared_at = self.base;
         self.phase = if self.settings.start {
@@ -147,11 +147,11 @@ impl Stream {
     pub(super) fn look_complete(&mut self, now: ArmInstant, last: Option<u64>) {
         match self.phase {
             // A reading begun in an earlier phase has neither left space nor pose.
-            Phase::Stand(_) | Phase::Brake(_) | Phase::Drain { .. } if !self.reader.has_pose => {
+            Phase::AwaitRest(_) | Phase::AwaitStop(_) | Phase::Drain { .. } if !self.reader.has_pose => {
                 self.reader.look_closely(now, true);
             }
-            Phase::Stand(Some(before))
-            | Phase::Brake(Some(before))
+            Phase::AwaitRest(Some(before))
+            | Phase::AwaitStop(Some(before))
             | Phase::Resolve(Some(before))
                 // Two equal readings prove that the arm stands only if they are far enough apart.
                 if now.micros_since(before.at) < REST_TIME =>
@@ -159,26 +159,26 @@ impl Stream {
                 self.look_again(before.at);
             }
             Phase::Begin => self.begun(last),
-            Phase::Stand(before) => {
+            Phase::AwaitRest(before) => {
                 self.phase = match (self.stands(now, before), before) {
                     (true, _) => Phase::Start,
-                    (false, None) => Phase::Stand(Some(self.reader.snapshot(now))),
+                    (false, None) => Phase::AwaitRest(Some(self.reader.snapshot(now))),
                     // An unanswered start got through after all, or commands of others run without
                     // one.
                     (false, Some(_)) => self.started(now),
                 }
             }
-            Phase::Brake(before) => {
+            Phase::AwaitStop(before) => {
                 self.phase = if self.stands(now, before) {
                     Phase::Clear
                 } else {
-                    Phase::Brake(Some(self.reader.snapshot(now)))
+                    Phase::AwaitStop(Some(self.reader.snapshot(now)))
                 }
             }
             Phase::Drain { since, left } => self.drained(now, since, left),
             Phase::Resolve(before) => self.resolve(now, before),
             // While commands flow, readings only report progress.
-            _ => self.tell_progress(),
+            _ => self.report_progress(),
         }
     }
 
@@ -194,7 +194,7 @@ impl Stream {
         };
         // A caller that announced a pause offers nothing soon.
         let gathered = self.expects != NextOffer::AtOnce
-            || (self.gathers).is_some_and(|at| at.after_micros(GATHER) <= now);
+            || (self.gathering_since).is_some_and(|at| at.after_micros(GATHER_TIME) <= now);
         let lights = self
             .entries
             .get(next)
@@ -205,10 +205,10 @@ impl Stream {
             self.batch(gathered)
         };
         let Some(group) = group else {
-            self.gathers = (!gathered).then(|| self.gathers.unwrap_or(now));
+            self.gathering_since = (!gathered).then(|| self.gathering_since.unwrap_or(now));
             return;
         };
-        (self.group, self.gathers) = (group, None);
+        (self.group, self.gathering_since) = (group, None);
         let several = group.map_or_else(|| self.entries.waiting() > 1, |count| count > 1);
         let empty = self.is_empty();
         self.phase = if self.stopped {
@@ -277,7 +277,7 @@ impl Stream {
                 (false, true) => Phase::Run,
                 (false, false) => {
                     self.reader.look_closely(now, true);
-                    Phase::Stand(None)
+                    Phase::AwaitRest(None)
                 }
             };
         } else {
@@ -292,7 +292,7 @@ impl Stream {
         if idle && next.is_some_and(|next| self.settings.start && self.is_held(next)) {
             self.phase = Phase::Choose;
         } else if self.ended && self.entries.is_empty() {
-            self.told = true;
+            self.finished_reported = true;
             self.events.push(StreamEvent::Finished { last: self.last });
         } else {
             self.pace(now);
@@ -306,8 +306,8 @@ impl Stream {
 
     /// True if the queue must hold exactly what was counted.
     pub(super) fn takes_stock(&self) -> bool {
-        use Phase::{Load, Run, Stand, Start};
-        matches!(self.phase, Load | Stand(_) | Start | Run)
+        use Phase::{AwaitRest, Load, Run, Start};
+        matches!(self.phase, Load | AwaitRest(_) | Start | Run)
     }
 
     /// Notes that the queue runs.
@@ -358,7 +358,7 @@ impl Stream {
                 Request::of(frame)
             };
             let ticket = self.submit(request, Priority::Stream, to);
-            self.entries.set_fate(next, Fate::Flying(ticket));
+            self.entries.set_fate(next, Fate::InFlight(ticket));
             if let Some(group) = &mut self.group {
                 *group = group.saturating_sub(1);
             }
@@ -387,19 +387,19 @@ impl Stream {
         (self.entries.iter()).filter(move |entry| match entry.fate {
             Fate::Waiting => false,
             Fate::Accepted(index) => confirmed.is_none_or(|confirmed| index > confirmed),
-            Fate::Flying(_) | Fate::Doubtful => true,
+            Fate::InFlight(_) | Fate::Doubtful => true,
         })
     }
 
     /// True if the queue may be cleared and all unconfirmed commands repeated. False if commands of
     /// others wait in it, or if starting it is the caller's business.
     pub(super) fn may_go_back(&self) -> bool {
-        let ours = self.settings.start && self.strangers_left(self.reader.current) == 0;
+        let ours = self.settings.start && self.foreign_left(self.reader.current) == 0;
         ours && self.unconfirmed().all(|entry| entry.repeatable)
     }
 
     /// Releases commands that are finished and confirmed.
-    pub(super) fn retire(&mut self, connection: &Connection) {
+    pub(super) fn release_finished(&mut self, connection: &Connection) {
         let accepted = connection.confirmed_index().map(|index| index.0);
         if self.expected.is_some() {
             // After a restart of the count the connection knows nothing of earlier indices.
@@ -413,14 +413,14 @@ impl Stream {
             .front()
             .is_some_and(|entry| entry.index().is_some_and(over))
         {
-            self.let_go();
+            self.release_first();
         }
     }
 
     /// Releases the first command, which is finished and confirmed.
-    pub(super) fn let_go(&mut self) {
+    pub(super) fn release_first(&mut self) {
         if let Some(entry) = self.entries.pop() {
-            (self.stood, self.place) = (entry.item.end, entry.place());
+            (self.last_pose, self.last_position) = (entry.item.end, entry.place());
         }
     }
 

@@ -15,14 +15,14 @@ use crate::connection::Micros;
 #[derive(Debug)]
 pub(super) struct Entries {
     list: VecDeque<Entry>,
-    tally: Tally,
+    tally: EntryCounts,
     /// Current index and confirmed index for which the counts hold.
     marks: (u64, Option<u64>),
 }
 
 /// Number and time of commands that the arm has yet to do, or that are on their way.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Load {
+pub(super) struct Workload {
     pub(super) count: usize,
     /// Sum of times, us. Wide enough for many unknown times of [`u64::MAX`].
     time: u128,
@@ -31,21 +31,21 @@ pub(super) struct Load {
 
 /// Counts of a list of commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Tally {
+struct EntryCounts {
     waiting: usize,
     /// Position of the first waiting command; the length of the list if none waits.
     next: usize,
-    flying: Load,
+    flying: Workload,
     doubtful: usize,
     /// Accepted, with an index above the current one.
-    unfinished: Load,
+    unfinished: Workload,
     /// Accepted with an index above the confirmed one, or sent and not accepted.
     unconfirmed: usize,
     /// Highest index accepted.
     highest: u64,
 }
 
-impl Load {
+impl Workload {
     fn add(&mut self, entry: &Entry) {
         self.count += 1;
         self.time += u128::from(entry.item.time);
@@ -76,7 +76,7 @@ impl Load {
     }
 }
 
-impl Tally {
+impl EntryCounts {
     fn of(list: &VecDeque<Entry>, marks: (u64, Option<u64>)) -> Self {
         let mut tally = Self {
             next: list.len(),
@@ -95,7 +95,7 @@ impl Tally {
     fn add(&mut self, entry: &Entry, (current, confirmed): (u64, Option<u64>)) {
         match entry.fate {
             Fate::Waiting => self.waiting += 1,
-            Fate::Flying(_) => {
+            Fate::InFlight(_) => {
                 self.flying.add(entry);
                 self.unconfirmed += 1;
             }
@@ -115,7 +115,7 @@ impl Tally {
     fn drop(&mut self, entry: &Entry, (current, confirmed): (u64, Option<u64>)) {
         match entry.fate {
             Fate::Waiting => self.waiting -= 1,
-            Fate::Flying(_) => {
+            Fate::InFlight(_) => {
                 self.flying.drop(entry);
                 self.unconfirmed -= 1;
             }
@@ -150,7 +150,7 @@ impl Entries {
     pub(super) fn with_capacity(capacity: usize) -> Self {
         Self {
             list: VecDeque::with_capacity(capacity),
-            tally: Tally::default(),
+            tally: EntryCounts::default(),
             marks: (0, None),
         }
     }
@@ -175,15 +175,15 @@ impl Entries {
     }
 
     /// Commands accepted and not finished at this current index.
-    pub(super) fn unfinished(&self, current: u64) -> Load {
+    pub(super) fn unfinished(&self, current: u64) -> Workload {
         if current == self.marks.0 {
             return self.tally.unfinished;
         }
-        Tally::of(&self.list, (current, self.marks.1)).unfinished
+        EntryCounts::of(&self.list, (current, self.marks.1)).unfinished
     }
 
     /// The same, with the commands in flight.
-    pub(super) fn under_way(&self, current: u64) -> Load {
+    pub(super) fn under_way(&self, current: u64) -> Workload {
         self.unfinished(current).and(self.tally.flying)
     }
 
@@ -192,7 +192,7 @@ impl Entries {
         if confirmed == self.marks.1 {
             return self.tally.unconfirmed;
         }
-        Tally::of(&self.list, (self.marks.0, confirmed)).unconfirmed
+        EntryCounts::of(&self.list, (self.marks.0, confirmed)).unconfirmed
     }
 
     /// Position of the first command that satisfies `is`, searching the most recently sent first.
@@ -204,10 +204,10 @@ impl Entries {
 
     /// True if the counts match the list; for assertions.
     pub(super) fn is_counted(&self) -> bool {
-        let counted = Tally::of(&self.list, self.marks);
+        let counted = EntryCounts::of(&self.list, self.marks);
         // The highest index may belong to a command that was released.
         let highest = self.tally.highest.max(counted.highest);
-        Tally { highest, ..counted } == self.tally
+        EntryCounts { highest, ..counted } == self.tally
     }
 }
 
@@ -216,7 +216,7 @@ impl Entries {
     /// Sets the current index, and the index up to which everything is confirmed.
     pub(super) fn mark(&mut self, current: u64, confirmed: Option<u64>) {
         let before = std::mem::replace(&mut self.marks, (current, confirmed));
-        let Tally {
+        let EntryCounts {
             doubtful, highest, ..
         } = self.tally;
         if confirmed != before.1 {
@@ -227,7 +227,7 @@ impl Entries {
             self.tally.unconfirmed = self.flying() + doubtful;
         }
         if current != before.0 {
-            self.tally.unfinished = Load::default();
+            self.tally.unfinished = Workload::default();
             let gone = self.list.iter().filter(|entry| !entry.is_waiting());
             for entry in gone.take(self.kept()) {
                 if entry.index().is_some_and(|index| index > current) {
@@ -291,6 +291,6 @@ impl Entries {
     }
 
     fn count(&mut self) {
-        self.tally = Tally::of(&self.list, self.marks);
+        self.tally = EntryCounts::of(&self.list, self.marks);
     }
 }

@@ -94,7 +94,7 @@ impl Default for StreamSettings {
 pub(super) enum Fate {
     /// Not sent, or known to have had no effect.
     Waiting,
-    Flying(Ticket),
+    InFlight(Ticket),
     Accepted(u64),
     /// The controller may or may not have taken it.
     Doubtful,
@@ -149,13 +149,13 @@ impl Entry {
         self.fate == Fate::Waiting
     }
 
-    pub(super) fn is_flying(&self) -> bool {
-        matches!(self.fate, Fate::Flying(_))
+    pub(super) fn is_in_flight(&self) -> bool {
+        matches!(self.fate, Fate::InFlight(_))
     }
 
     /// True if a duplicate by the line changes nothing.
-    pub(super) fn bears_doubling(&self) -> bool {
-        bears_doubling(&self.item.command) && !self.burns()
+    pub(super) fn tolerates_duplicate(&self) -> bool {
+        tolerates_duplicate(&self.item.command) && !self.burns()
     }
 
     /// Target of a dark segment of a path. The arm goes there in a straight line, so the segment
@@ -191,7 +191,7 @@ pub(super) fn path_power(command: &Set) -> f32 {
 
 /// New state of the switched laser, which burns whether the arm moves or not. `None` if the command
 /// does not switch it.
-pub(super) fn switched(command: &Set) -> Option<bool> {
+pub(super) fn switched_laser_state(command: &Set) -> Option<bool> {
     match command {
         Set::SetEndEffectorLaser(SetEndEffectorLaser { enable_ctrl, on }) => {
             Some(enable_ctrl.is_on() && on.is_on())
@@ -201,7 +201,7 @@ pub(super) fn switched(command: &Set) -> Option<bool> {
 }
 
 /// Command that switches the switched laser off.
-pub(super) fn dark() -> Set {
+pub(super) fn laser_off() -> Set {
     Set::SetEndEffectorLaser(SetEndEffectorLaser {
         enable_ctrl: Flag::ON,
         on: Flag::OFF,
@@ -234,7 +234,7 @@ fn is_repeatable(command: &Set) -> bool {
 
 /// True if an immediate second copy changes nothing: repeatable commands, and commands that set
 /// something to a value.
-fn bears_doubling(command: &Set) -> bool {
+fn tolerates_duplicate(command: &Set) -> bool {
     let row = command.row();
     let sets = row.is_idempotent() && !row.may_burn;
     sets || is_repeatable(command)

@@ -4,7 +4,7 @@ use magician_protocol::commands::CpLeCmd;
 use magician_protocol::{CpMode, Set};
 
 use super::Stream;
-use super::item::{Entry, Item, dark, path_power, switched};
+use super::item::{Entry, Item, laser_off, path_power, switched_laser_state};
 use crate::build;
 
 /// Chunks: groups put in whole, so that no queue lights the laser without switching it off.
@@ -64,12 +64,13 @@ impl Stream {
         let chunk = self.entries.range(from..at);
         let lights = chunk
             .rev()
-            .find(|entry| switched(&entry.item.command) == Some(true));
+            .find(|entry| switched_laser_state(&entry.item.command) == Some(true));
         let Some(light) = lights.map(|entry| entry.item.command) else {
             return 0;
         };
         let end = last.item.end;
-        self.entries.insert(at, Entry::inserted(dark(), end, false));
+        self.entries
+            .insert(at, Entry::inserted(laser_off(), end, false));
         self.entries
             .insert(at + 1, Entry::inserted(light, end, true));
         1
@@ -96,7 +97,7 @@ impl Stream {
             .and_then(|before| self.entries.get(before))
         {
             Some(before) => before.item.end,
-            None => self.stood,
+            None => self.last_pose,
         };
         let pieces = time.div_ceil(most);
         let share = 1.0 / pieces as f64;
@@ -133,10 +134,10 @@ impl Stream {
         let Some(entry) = self.entries.get(next).copied() else {
             return;
         };
-        if entry.lit && switched(&entry.item.command).is_none() {
+        if entry.lit && switched_laser_state(&entry.item.command).is_none() {
             let light = build::laser(true);
             self.entries
-                .insert(next, Entry::inserted(light, self.stood, true));
+                .insert(next, Entry::inserted(light, self.last_pose, true));
         }
     }
 

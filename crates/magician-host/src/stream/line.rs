@@ -1,11 +1,11 @@
 //! Segments that may be lost between others without changing the drawing.
 
 use super::item::Entry;
-use super::{KEPT, Stream};
+use super::{MAX_KEPT, Stream};
 
 /// Largest distance of a lost vertex from the line that replaces it, mm: a quarter of the arm's
 /// repeatability.
-pub const STRAIGHT: f64 = 0.05;
+pub const LINE_TOLERANCE: f64 = 0.05;
 
 impl Stream {
     /// True if the same line is drawn whichever unconfirmed segments are lost: each line to the new
@@ -19,8 +19,8 @@ impl Stream {
         let is_certain = |entry: &Entry| entry.index().is_some_and(|at| Some(at) <= confirmed);
         let gone = self.entries.iter().take_while(|entry| !entry.is_waiting());
         // On the stack: this runs for each command sent.
-        let (mut places, mut count) = ([[0.0; 3]; KEPT + 1], 0);
-        let mut start = self.place;
+        let (mut places, mut count) = ([[0.0; 3]; MAX_KEPT + 1], 0);
+        let mut start = self.last_position;
         for entry in gone {
             if is_certain(entry) {
                 start = entry.place();
@@ -46,23 +46,23 @@ impl Stream {
             };
             passed
                 .iter()
-                .all(|place| off(*place, *from, to) <= STRAIGHT)
+                .all(|place| distance_to_segment(*place, *from, to) <= LINE_TOLERANCE)
         })
     }
 }
 
 /// Distance of a point from the segment between two others, mm.
-pub(super) fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
+pub(super) fn distance_to_segment(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
     let way = [0, 1, 2].map(|axis| to[axis] - from[axis]);
     let gone = [0, 1, 2].map(|axis| place[axis] - from[axis]);
     let dot = |a: [f64; 3], b: [f64; 3]| a.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
     // The lower bound avoids 0/0 for a segment without length.
     let share = (dot(gone, way) / dot(way, way).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-    apart(gone, way.map(|way| share * way))
+    distance(gone, way.map(|way| share * way))
 }
 
 /// Distance of two points, mm.
-pub(super) fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     let squares = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b));
     squares.sum::<f64>().sqrt()
 }
@@ -80,8 +80,11 @@ mod tests {
             ([13.0, 4.0, 5.0], 5.0),
             ([10.0, 0.0, 5.0], 0.0),
         ] {
-            assert!((off(place, from, to) - expected).abs() < 1e-12, "{place:?}");
+            assert!(
+                (distance_to_segment(place, from, to) - expected).abs() < 1e-12,
+                "{place:?}"
+            );
         }
-        assert_eq!(off([3.0, 4.0, 5.0], from, from), 5.0);
+        assert_eq!(distance_to_segment([3.0, 4.0, 5.0], from, from), 5.0);
     }
 }

@@ -17,8 +17,8 @@
 //! * output: [`poll_event`](Stream::poll_event), until it returns `None`.
 //!
 //! The same calls give the same results. Memory is bounded and allocated at the start: offered
-//! commands wait in [`WAITING`] places, and a command is kept until the arm has certainly finished
-//! it, at most [`KEPT`] of them.
+//! commands wait in [`MAX_WAITING`] places, and a command is kept until the arm has certainly
+//! finished it, at most [`MAX_KEPT`] of them.
 //!
 //! # How much is in the arm
 //!
@@ -46,7 +46,7 @@
 //! # Whose time
 //!
 //! Times of commands are in the arm's time. It is assumed to pass like the connection's, until a
-//! call of [`leapt`](Stream::leapt) declares that the arm is in virtual time.
+//! call of [`leap_clock`](Stream::leap_clock) declares that the arm is in virtual time.
 //!
 //! # The laser
 //!
@@ -76,9 +76,9 @@
 //! position, and an absolute line from another start is another line. So only commands for which
 //! such a loss changes nothing share the window: dark absolute segments of a path, as long as the
 //! line to the new vertex, from any unconfirmed position, passes all vertices in between
-//! within [`STRAIGHT`]. Whichever of them is lost, the same line is drawn. Corners, segments that
-//! raise or lower the tool, point-to-point moves and all commands that switch something wait until
-//! everything before them is confirmed, and travel alone.
+//! within [`LINE_TOLERANCE`]. Whichever of them is lost, the same line is drawn. Corners, segments
+//! that raise or lower the tool, point-to-point moves and all commands that switch something wait
+//! until everything before them is confirmed, and travel alone.
 //!
 //! When a command is lost between others, the stream stops the queue (the current segment ends at
 //! its end point), clears it and waits until it has drained. Current index and pose then show at
@@ -124,20 +124,20 @@ use entries::Entries;
 use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
 pub use item::{ArmPace, Item, NextOffer, StreamSettings};
-use item::{Entry, Fate, switched};
-pub use line::STRAIGHT;
+use item::{Entry, Fate, switched_laser_state};
+pub use line::LINE_TOLERANCE;
 use reading::Reader;
 pub use resume::Leftover;
 use resume::POSE_TOLERANCE;
 
 /// Largest number of commands waiting in a stream. A choice: a full queue of 32 and some to spare.
-pub const WAITING: usize = 40;
+pub const MAX_WAITING: usize = 40;
 /// Largest number of commands kept that are in the controller or on their way. A choice, as
-/// [`WAITING`].
-pub const KEPT: usize = 40;
+/// [`MAX_WAITING`].
+pub const MAX_KEPT: usize = 40;
 /// Room for commands that the stream inserts: two for each chunk that may be split while all places
 /// are taken.
-const SPARE: usize = 8;
+const INSERTED_CAPACITY: usize = 8;
 
 /// A program of queued commands on its way to the arm; see the [module](self).
 ///
@@ -179,7 +179,7 @@ pub struct Stream {
     /// Time of the next offer, unless `ended`.
     expects: NextOffer,
     /// True once `Finished` was reported.
-    told: bool,
+    finished_reported: bool,
     /// True if the laser stays lit after the last command offered.
     lit: bool,
     /// True if the stream has stopped the queue and not started it since.
@@ -193,7 +193,7 @@ pub struct Stream {
     /// Instant before which nothing is submitted, because the connection had no room.
     retry_at: Option<ArmInstant>,
     /// Instant at which the first command was seen waiting for more.
-    gathers: Option<ArmInstant>,
+    gathering_since: Option<ArmInstant>,
     /// Commands of the caller that were accepted, and the first and last index given.
     accepted: u64,
     first: Option<u64>,
@@ -203,25 +203,25 @@ pub struct Stream {
     /// Command accepted last.
     newest: Option<Entry>,
     /// True if its index, or that of a command found in the queue, may be too low
-    /// ([`Connection::is_last_a_guess`]).
+    /// ([`Connection::is_last_index_estimated`]).
     guessed: bool,
     confirmed: Option<u64>,
     /// Pose after the last command that was finished and released. `None` if unknown.
-    stood: Option<[f64; 4]>,
+    last_pose: Option<[f64; 4]>,
     /// The same as a position; also known after segments whose pose is not.
-    place: Option<[f64; 3]>,
+    last_position: Option<[f64; 3]>,
     /// Current index when the queue was last cleared, or when the stream began.
     cleared_at: u64,
     /// Last index given before the stream's first, or before its first since the queue was cleared.
     base: u64,
     /// Phase in which the stream ended.
-    was: Phase,
+    phase_at_end: Phase,
     /// On resuming: number of commands that turned out to have been taken.
     found: usize,
     /// On resuming: true if the queue was stopped and cleared meanwhile.
     cleared: bool,
-    starved: u64,
-    dry: bool,
+    starve_count: u64,
+    is_dry: bool,
     clock: Clock,
     /// Latest instant of the connection's clock.
     now: Micros,
@@ -241,7 +241,7 @@ impl Stream {
         };
         Self {
             settings,
-            entries: Entries::with_capacity(WAITING + KEPT + SPARE),
+            entries: Entries::with_capacity(MAX_WAITING + MAX_KEPT + INSERTED_CAPACITY),
             phase: Phase::Begin,
             credit: Credit::new(),
             reader: Reader::new(),
@@ -251,14 +251,14 @@ impl Stream {
             gap: false,
             ended: false,
             expects: NextOffer::AtOnce,
-            told: false,
+            finished_reported: false,
             lit: false,
             stopped: false,
             starts: 0,
             group: None,
             control: None,
             retry_at: None,
-            gathers: None,
+            gathering_since: None,
             accepted: 0,
             first: None,
             last: None,
@@ -266,15 +266,15 @@ impl Stream {
             newest: None,
             guessed: false,
             confirmed: None,
-            stood: None,
-            place: None,
+            last_pose: None,
+            last_position: None,
             cleared_at: 0,
             base: 0,
-            was: Phase::Begin,
+            phase_at_end: Phase::Begin,
             found: 0,
             cleared: false,
-            starved: 0,
-            dry: false,
+            starve_count: 0,
+            is_dry: false,
             clock: Clock::default(),
             now: 0,
             beginning: None,
@@ -297,14 +297,14 @@ impl Stream {
         if self.ended || self.is_over() {
             0
         } else {
-            WAITING.saturating_sub(self.entries.waiting())
+            MAX_WAITING.saturating_sub(self.entries.waiting())
         }
     }
 
     /// True if nothing is sent any more, because everything is finished or the stream has failed.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.told || self.phase == Phase::Over
+        self.finished_reported || self.phase == Phase::Ended
     }
 
     /// Index of the command accepted last. `None` before the first.
@@ -336,13 +336,13 @@ impl Stream {
 
     /// True if the stream could send more, and the next command is about to be offered.
     #[must_use]
-    pub fn starves(&self) -> bool {
-        self.has_nothing() && self.expects == NextOffer::AtOnce
+    pub fn is_starving(&self) -> bool {
+        self.is_out_of_commands() && self.expects == NextOffer::AtOnce
     }
 
     /// True if the stream could send more but has no command.
     #[must_use]
-    pub fn has_nothing(&self) -> bool {
+    pub fn is_out_of_commands(&self) -> bool {
         !self.ended && !self.is_over() && self.next().is_none()
     }
 
@@ -355,7 +355,7 @@ impl Stream {
 
     /// True if the caller offers the next command when the arm has finished one.
     fn waits_for_one(&self) -> bool {
-        self.has_nothing() && self.expects == NextOffer::AfterOne
+        self.is_out_of_commands() && self.expects == NextOffer::AfterOne
     }
 
     fn waiting(&self) -> impl Iterator<Item = &Entry> {
@@ -402,7 +402,7 @@ impl Stream {
             return Err(Refused::TooLong);
         }
         // The laser stays as it is through commands that do not switch it.
-        self.lit = switched(&item.command).unwrap_or(self.lit);
+        self.lit = switched_laser_state(&item.command).unwrap_or(self.lit);
         self.entries.push(Entry::new(item, self.lit));
         Ok(())
     }
@@ -438,7 +438,7 @@ impl Stream {
     /// Commands that the connection has not ended, with the frames that their replies answer.
     pub fn under_way(&self) -> impl Iterator<Item = (Ticket, FrameBuf)> {
         self.entries.iter().filter_map(|entry| match entry.fate {
-            Fate::Flying(ticket) => {
+            Fate::InFlight(ticket) => {
                 let frame = FrameBuf::set(&entry.item.command, Ctrl::QUEUED).ok()?;
                 Some((ticket, frame))
             }
@@ -456,7 +456,7 @@ impl Stream {
     ///
     /// `news` is true if the arm has finished something and must be read. Call
     /// [`advance`](Self::advance) afterwards.
-    pub fn leapt(&mut self, now: Micros, time: Duration, news: bool) {
+    pub fn leap_clock(&mut self, now: Micros, time: Duration, news: bool) {
         let arm = self.clock.leap(now, time);
         if news {
             self.reader.hear(arm);
@@ -464,7 +464,7 @@ impl Stream {
     }
 
     /// Lets the arm's time pass with the connection's clock again, until the next leap.
-    pub fn runs(&mut self, now: Micros) {
+    pub fn run_clock(&mut self, now: Micros) {
         self.clock.run(now);
     }
 
@@ -474,13 +474,13 @@ impl Stream {
     }
 
     /// Instant at which [`advance`](Self::advance) must be called. `None` if nothing is due, and
-    /// while the clock [leaps](Self::leapt).
+    /// while the clock [leaps](Self::leap_clock).
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
         self.clock.comes(self.due(self.reader.poll_timeout())?)
     }
 
-    /// Longest [leap](Self::leapt) of the clock before something is due. `None` if nothing is.
+    /// Longest [leap](Self::leap_clock) of the clock before something is due. `None` if nothing is.
     ///
     /// The leap must not go beyond the end of what the arm has, nor, if the stream [wants
     /// room](Self::wants_room), beyond the end of a command.
@@ -495,7 +495,9 @@ impl Stream {
         if self.is_over() {
             return None;
         }
-        let gathered = self.gathers.map(|at| at.after_micros(drive::GATHER));
+        let gathered = self
+            .gathering_since
+            .map(|at| at.after_micros(drive::GATHER_TIME));
         [look, self.retry_at, gathered].into_iter().flatten().min()
     }
 
@@ -503,7 +505,7 @@ impl Stream {
         // Only the first failure counts; later ones are its consequences.
         if !self.is_over() {
             self.note_interruption();
-            self.phase = Phase::Over;
+            self.phase = Phase::Ended;
             self.events.push(StreamEvent::Failed(failure));
         }
     }

@@ -14,20 +14,20 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
 /// Shortest time between two readings, us.
 // A choice: leaves most of an idle line to others.
-pub(super) const SOON: Micros = 10_000;
+pub(super) const MIN_READ_INTERVAL: Micros = 10_000;
 /// Longest time between two readings while something is under way, us.
 // A choice: times from a check may be wrong.
-const LATE: Micros = 200_000;
+const MAX_READ_INTERVAL: Micros = 200_000;
 /// Longest time before a reading at the end of a single command whose time is known, us.
-const LATEST: Micros = 10_000_000;
+const MAX_END_WAIT: Micros = 10_000_000;
 /// Time between two readings while commands flow and there is room for many more, us. A reading
 /// that cannot travel beside a command costs as much of the line as one.
-const SELDOM: Micros = 400_000;
+const FLOWING_READ_INTERVAL: Micros = 400_000;
 /// Shortest time between two readings of left space while the stream waits for the arm, us. The
 /// cross-check finds lost commands, so it is frequent while the line is idle.
-const CROSS_CHECK: Micros = 50_000;
+const CROSS_CHECK_INTERVAL: Micros = 50_000;
 /// The same while commands keep the line busy, us.
-const RARE_CHECK: Micros = 1_000_000;
+const BUSY_CROSS_CHECK_INTERVAL: Micros = 1_000_000;
 
 /// A request of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,7 +201,11 @@ impl Stream {
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
             // While commands flow, their own replies show most losses.
-            let check = if flies { RARE_CHECK } else { CROSS_CHECK };
+            let check = if flies {
+                BUSY_CROSS_CHECK_INTERVAL
+            } else {
+                CROSS_CHECK_INTERVAL
+            };
             let stale = reader
                 .left_at
                 .is_none_or(|at| at.after_micros(check) <= now);
@@ -254,7 +258,8 @@ impl Stream {
             // An unexpected reply, or no room in the connection: read again.
             Ok(_) | Err(Failure::Busy) => {
                 self.reader.rest = [None; 3];
-                self.reader.look_closely(now.after_micros(SOON), true);
+                self.reader
+                    .look_closely(now.after_micros(MIN_READ_INTERVAL), true);
             }
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
         }
@@ -263,7 +268,7 @@ impl Stream {
 
     /// Processes a reply to another caller: its current index saves the stream a reading.
     /// Call [`advance`](Self::advance) afterwards.
-    pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
+    pub fn note_foreign_reply(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);
         let view = frame.frame();
         let read = if view.ctrl().write() || view.ctrl().queued() {
@@ -274,7 +279,7 @@ impl Stream {
         let is_it = view.id() == <QueuedCmdCurrentIndex as Readable>::ROW.id;
         if let (true, true, Ok(read)) = (is_it, self.flows(), read) {
             self.note_current(now, read.queued_cmd_current_index);
-            self.tell_progress();
+            self.report_progress();
         }
     }
 
@@ -348,18 +353,18 @@ impl Stream {
         }
         self.note_dryness(connection.round_trip().unwrap_or(0));
         self.look_complete(now, connection.last_index().map(|index| index.0));
-        self.retire(connection);
+        self.release_finished(connection);
     }
 
     /// Counts how often the arm ran dry although there was work.
     fn note_dryness(&mut self, round_trip: Micros) {
         let dry = self.flows() && self.is_dry(round_trip);
-        if dry && !self.dry {
-            self.starved = self.starved.saturating_add(1);
-            let times = self.starved;
+        if dry && !self.is_dry {
+            self.starve_count = self.starve_count.saturating_add(1);
+            let times = self.starve_count;
             self.events.push(StreamEvent::Starved { times });
         }
-        self.dry = dry;
+        self.is_dry = dry;
     }
 
     /// True if the arm is idle although there is work, or will be before more can arrive. On a full
@@ -394,7 +399,7 @@ impl Stream {
         }
         self.reader.seldom = flows;
         if flows {
-            return self.reader.look(now.after_micros(SELDOM));
+            return self.reader.look(now.after_micros(FLOWING_READ_INTERVAL));
         }
         let count = self.entries.unfinished(self.reader.current).count;
         if self.entries.kept() == 0 && !self.credit.full {
@@ -412,17 +417,17 @@ impl Stream {
         let since = now.micros_since(self.reader.changed);
         let wait = match time.saturating_sub(since) {
             // The command takes longer than expected: read at growing intervals.
-            0 => time.min(SOON << self.reader.misses.min(4)),
+            0 => time.min(MIN_READ_INTERVAL << self.reader.misses.min(4)),
             wait => wait,
         };
         let last = self.next().is_none() && self.expects == NextOffer::AtOnce;
         let only = count == 1 && time < Micros::MAX && since < time && last;
         let wait = match self.settings.pace {
-            _ if !only => wait.clamp(SOON, LATE),
+            _ if !only => wait.clamp(MIN_READ_INTERVAL, MAX_READ_INTERVAL),
             ArmPace::Faster if self.reader.misses == 0 && !self.clock.leaps() => 0,
-            ArmPace::OnTime => wait.clamp(SOON, LATEST),
-            _ if self.clock.leaps() => wait.clamp(SOON, LATEST),
-            _ => wait.clamp(SOON, LATE),
+            ArmPace::OnTime => wait.clamp(MIN_READ_INTERVAL, MAX_END_WAIT),
+            _ if self.clock.leaps() => wait.clamp(MIN_READ_INTERVAL, MAX_END_WAIT),
+            _ => wait.clamp(MIN_READ_INTERVAL, MAX_READ_INTERVAL),
         };
         // A reading at that moment shows everything.
         self.reader.ends = only && (wait == 0 || since.saturating_add(wait) >= time);

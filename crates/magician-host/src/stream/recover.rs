@@ -5,23 +5,23 @@ use magician_protocol::ArmInstant;
 
 use super::drive::Phase;
 use super::item::{Entry, Fate};
-use super::line::apart;
+use super::line::distance;
 use super::{POSE_TOLERANCE, Stream, StreamEvent, StreamFailure};
 use crate::connection::Micros;
 
 /// Losses after which the rest is sent one at a time.
 // A choice: such a line is too bad for a window.
-pub(super) const GAPS: usize = 3;
+pub(super) const MAX_GAPS: usize = 3;
 /// Interval between readings of a draining queue, us.
-const DRAIN_PAUSE: Micros = 20_000;
+const DRAIN_POLL_INTERVAL: Micros = 20_000;
 /// Time after its expected end at which an unfinished command shows that the queue does not run,
 /// us.
 // A choice: above the error of calculated times, so that a late command is not taken for a stopped
 // queue.
-const HEAD_STANDS: Micros = 2_000_000;
+const OVERDUE_AFTER: Micros = 2_000_000;
 /// Time after which a cleared queue with constant left space counts as stuck, us.
 // A choice: longer than any usual motion.
-const STANDING: Micros = 30_000_000;
+const STUCK_AFTER: Micros = 30_000_000;
 
 /// Recovery after a loss between others.
 impl Stream {
@@ -47,11 +47,11 @@ impl Stream {
         self.phase = Phase::Halt;
     }
 
-    /// True if the queue may be running: its first command is not overdue by [`HEAD_STANDS`].
+    /// True if the queue may be running: its first command is not overdue by [`OVERDUE_AFTER`].
     fn may_run(&self, now: ArmInstant) -> bool {
         let head = self.unfinished().next().map_or(0, |head| head.item.time);
         let ends = self.reader.begun().after_micros(head);
-        now < ends.after_micros(HEAD_STANDS)
+        now < ends.after_micros(OVERDUE_AFTER)
     }
 
     /// Evaluates a reading of the cleared queue. Left space was read first, so the current index is
@@ -62,29 +62,31 @@ impl Stream {
             return self.restart();
         }
         let since = if left == before { since } else { now };
-        if now.micros_since(since) >= STANDING {
+        if now.micros_since(since) >= STUCK_AFTER {
             return self.fail(StreamFailure::NotDrained { left, places });
         }
         self.phase = Phase::Drain { since, left };
         self.reader
-            .look_closely(now.after_micros(DRAIN_PAUSE), true);
+            .look_closely(now.after_micros(DRAIN_POLL_INTERVAL), true);
     }
 
     /// Restarts from the stopped, empty queue and the arm at rest: commands up to its position are
     /// done, all others wait again.
     fn restart(&mut self) {
-        self.let_go_of_done();
-        let Some(passed) = self.passed() else { return };
+        self.release_done();
+        let Some(passed) = self.passed_commands() else {
+            return;
+        };
         for _ in 0..passed {
             let counted = |entry: &Entry| entry.index().is_none() && !entry.inserted;
             self.accepted += u64::from(self.entries.front().is_some_and(counted));
-            self.let_go();
+            self.release_first();
         }
         self.queue_again();
     }
 
     /// Releases commands that are finished and confirmed.
-    pub(super) fn let_go_of_done(&mut self) {
+    pub(super) fn release_done(&mut self) {
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let done = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
         while self
@@ -92,7 +94,7 @@ impl Stream {
             .front()
             .is_some_and(|entry| entry.index().is_some_and(done))
         {
-            self.let_go();
+            self.release_first();
         }
     }
 
@@ -108,12 +110,12 @@ impl Stream {
         });
         self.gaps += 1;
         // A window of one is slow but loses nothing between others.
-        if self.gaps >= GAPS {
+        if self.gaps >= MAX_GAPS {
             self.window = 1;
         }
         // The numbers of dropped commands are skipped.
         (self.expected, self.confirmed) = (None, None);
-        (self.credit.strangers, self.stopped) = (0, true);
+        (self.credit.foreign, self.stopped) = (0, true);
         self.cleared_at = self.reader.current;
         self.phase = Phase::Choose;
         let window = self.window;
@@ -123,7 +125,7 @@ impl Stream {
     /// Number of unconfirmed commands up to the arm's position. `None`, and the stream has failed,
     /// if it stands at the end of none of them. Lost ones in between make no difference: see
     /// `keeps_line`.
-    fn passed(&mut self) -> Option<usize> {
+    fn passed_commands(&mut self) -> Option<usize> {
         let current = self.reader.current;
         let [x, y, z, _] = self.reader.pose;
         let found = [x, y, z];
@@ -137,11 +139,11 @@ impl Stream {
         // No unconfirmed command was executed, so the arm must stand where the confirmed ones left
         // it.
         if least == 0 || self.entries.front().is_some_and(certain) {
-            let stands = self.place.is_none_or(|place| is_near(place, found));
+            let stands = self.last_position.is_none_or(|place| is_near(place, found));
             return if stands {
                 Some(0)
             } else {
-                self.strays(self.stood)
+                self.fail_position(self.last_pose)
             };
         }
         let least = usize::try_from(least).unwrap_or(usize::MAX);
@@ -160,20 +162,20 @@ impl Stream {
         let places = places
             .skip(least - 1)
             .filter_map(|(nth, entry)| Some((nth + 1, entry.place()?)));
-        let near = places.map(|(count, place)| (count, apart(place, found)));
+        let near = places.map(|(count, place)| (count, distance(place, found)));
         // A closed figure passes one position several times: the closest end decides.
         let nearest = near.min_by(|(_, one), (_, other)| one.total_cmp(other));
         match nearest.filter(|(_, off)| *off <= POSE_TOLERANCE) {
             Some((count, _)) => Some(count),
             None => {
                 let expected = self.entries.get(least - 1).and_then(|entry| entry.item.end);
-                self.strays(expected)
+                self.fail_position(expected)
             }
         }
     }
 
     /// Fails the stream, because the arm stands where no command sent leaves it.
-    fn strays(&mut self, expected: Option<[f64; 4]>) -> Option<usize> {
+    fn fail_position(&mut self, expected: Option<[f64; 4]>) -> Option<usize> {
         let found = self.reader.pose;
         self.fail(match expected {
             Some(expected) => StreamFailure::Pose { expected, found },
@@ -184,5 +186,5 @@ impl Stream {
 }
 
 fn is_near(place: [f64; 3], found: [f64; 3]) -> bool {
-    apart(place, found) <= POSE_TOLERANCE
+    distance(place, found) <= POSE_TOLERANCE
 }

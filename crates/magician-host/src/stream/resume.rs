@@ -6,7 +6,7 @@ use magician_protocol::ArmInstant;
 use super::drive::Phase;
 use super::item::{Entry, Fate, Item};
 use super::reading::Reader;
-use super::{KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
+use super::{MAX_KEPT, Stream, StreamEvent, StreamFailure, StreamSettings};
 use crate::connection::Micros;
 
 /// Largest deviation of an arm at rest from its expected pose, mm for x, y, z and degrees for r.
@@ -87,7 +87,7 @@ impl Stream {
     /// answers.
     #[must_use]
     pub fn leftover(mut self) -> Leftover {
-        if self.phase != Phase::Over {
+        if self.phase != Phase::Ended {
             self.note_interruption();
         }
         Leftover(self)
@@ -120,16 +120,21 @@ impl Stream {
             Phase::Begin
         };
         stream.reader.look_closely(ArmInstant::ZERO, true);
-        (stream.control, stream.retry_at, stream.gathers) = (None, None, None);
-        (stream.gap, stream.told, stream.dry, stream.credit.full) = (false, false, false, false);
+        (stream.control, stream.retry_at, stream.gathering_since) = (None, None, None);
+        (
+            stream.gap,
+            stream.finished_reported,
+            stream.is_dry,
+            stream.credit.full,
+        ) = (false, false, false, false);
         stream
     }
 
     /// Remembers the phase in which the stream ends, which decides how it is resumed.
     pub(super) fn note_interruption(&mut self) {
-        self.was = match self.phase {
+        self.phase_at_end = match self.phase {
             // The stream ended before it had found out.
-            Phase::Resolve(_) | Phase::Over => self.was,
+            Phase::Resolve(_) | Phase::Ended => self.phase_at_end,
             _ if self.gap => Phase::Settle,
             phase => phase,
         };
@@ -148,18 +153,18 @@ impl Stream {
         }
         self.credit.places = self.credit.places.max(left);
         if self.cleared {
-            return self.take_up(current);
+            return self.resume_cleared(current);
         }
         if self.must_recover() {
             self.go_back()
         } else {
-            self.account(current, left)
+            self.account_by_tail(current, left)
         }
     }
 
     /// Resumes on a cleared queue with the arm at rest: the current index shows what is done, all
     /// else waits again.
-    fn take_up(&mut self, current: u64) {
+    fn resume_cleared(&mut self, current: u64) {
         let last = self.last.unwrap_or(self.base);
         let gone = self.entries.iter().filter(|entry| !entry.is_waiting());
         let doubtful = gone.filter(|entry| entry.index().is_none()).count() as u64;
@@ -173,30 +178,30 @@ impl Stream {
             });
         }
         let found = if current > last {
-            self.adopt(last, current)
+            self.mark_taken(last, current)
         } else {
             0
         };
         if self.check_pose(current) {
             (self.cleared, self.confirmed) = (false, Some(current));
-            self.let_go_of_done();
+            self.release_done();
             self.queue_again();
             self.relight();
-            self.tell_resumed(found);
+            self.report_resumed(found);
         }
     }
 
     /// True if indices prove nothing because the queue was or may have been cleared.
     fn must_recover(&self) -> bool {
         let recovering = matches!(
-            self.was,
-            Phase::Settle | Phase::Halt | Phase::Brake(_) | Phase::Clear | Phase::Drain { .. }
+            self.phase_at_end,
+            Phase::Settle | Phase::Halt | Phase::AwaitStop(_) | Phase::Clear | Phase::Drain { .. }
         );
         recovering || self.gaps > 0 && self.expected.is_none()
     }
 
     /// Accounts for all commands by the last index given, with the arm at rest.
-    fn account(&mut self, current: u64, left: u32) {
+    fn account_by_tail(&mut self, current: u64, left: u32) {
         let queued = u64::from(self.credit.places.saturating_sub(left));
         // Same rule as in `index_tracker`: after a Clear the base stands in for the current index.
         let tail = current.max(self.base).saturating_add(queued);
@@ -212,7 +217,7 @@ impl Stream {
                 (0, _) => self.guessed = true,
                 (_, 1) if tail == 2 => {
                     self.base = 1;
-                    return self.account(current, left);
+                    return self.account_by_tail(current, left);
                 }
                 (_, 2..) if self.may_go_back() => return self.go_back(),
                 _ => {}
@@ -238,21 +243,24 @@ impl Stream {
                 });
             };
         }
-        let found = self.adopt(last, tail);
+        let found = self.mark_taken(last, tail);
         if current >= tail {
-            return self.go_on(found);
+            return self.resume_finished(found);
         }
-        let loading = matches!(self.was, Phase::Load | Phase::Stand(_) | Phase::Start);
+        let loading = matches!(
+            self.phase_at_end,
+            Phase::Load | Phase::AwaitRest(_) | Phase::Start
+        );
         if loading && self.check_pose(current) {
             // The arm stands although commands wait: the queue was not started yet.
             self.phase = Phase::Load;
-            self.tell_resumed(found);
+            self.report_resumed(found);
         }
     }
 
     /// Marks all commands up to `tail` as taken and all others as not. Returns how many had been in
     /// doubt.
-    fn adopt(&mut self, last: u64, tail: u64) -> usize {
+    fn mark_taken(&mut self, last: u64, tail: u64) -> usize {
         let mut next = last.saturating_add(1);
         let mut found = 0;
         let Self {
@@ -285,15 +293,15 @@ impl Stream {
     }
 
     /// Continues with an arm that has finished all it had.
-    fn go_on(&mut self, found: usize) {
+    fn resume_finished(&mut self, found: usize) {
         if self.check_pose(u64::MAX) {
-            (self.credit.strangers, self.stopped, self.group) = (0, false, None);
+            (self.credit.foreign, self.stopped, self.group) = (0, false, None);
             self.phase = if self.settings.start {
                 Phase::Choose
             } else {
                 Phase::Run
             };
-            self.tell_resumed(found);
+            self.report_resumed(found);
         }
     }
 
@@ -307,23 +315,23 @@ impl Stream {
         if self.check_poses() {
             // The queue is cleared in any case, so late replies do not matter.
             self.entries.change(0..usize::MAX, |entry| {
-                if entry.is_flying() {
+                if entry.is_in_flight() {
                     entry.fate = Fate::Doubtful;
                 }
             });
-            self.tell_resumed(0);
+            self.report_resumed(0);
             // A start that was under way may have got through.
-            self.stopped &= self.was == Phase::Load;
+            self.stopped &= self.phase_at_end == Phase::Load;
             self.begin_recovery();
         }
     }
 
-    fn tell_resumed(&mut self, found: usize) {
+    fn report_resumed(&mut self, found: usize) {
         let waiting = self.entries.waiting();
         self.found = 0;
         self.events.push(StreamEvent::Resumed { found, waiting });
         // The commands found may have been the last.
-        self.tell_progress();
+        self.report_progress();
     }
 
     /// Pose of the arm after the command with this index. `None` if unknown.
@@ -331,7 +339,7 @@ impl Stream {
         let done = |entry: &&Entry| entry.index().is_some_and(|at| at <= index);
         match self.entries.iter().rev().find(done) {
             Some(entry) => entry.item.end,
-            None => self.stood,
+            None => self.last_pose,
         }
     }
 
@@ -346,7 +354,7 @@ impl Stream {
     fn check_poses(&mut self) -> bool {
         let certain = self.reader.current.min(self.confirmed.unwrap_or(self.base));
         // Copied to the stack, because `stands_at` may fail the stream.
-        let ends: [_; KEPT] = {
+        let ends: [_; MAX_KEPT] = {
             let mut unconfirmed = self.unconfirmed().map(|entry| entry.item.end);
             std::array::from_fn(|_| unconfirmed.next())
         };

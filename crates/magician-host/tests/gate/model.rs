@@ -263,7 +263,7 @@ impl Model {
                 }
             }
             Event::Pass(direction) => {
-                self.gate.gate.passes();
+                self.gate.gate.note_foreign_jog();
                 self.ending = false;
                 self.arm = Arm::Jogs(None, Holder(9), direction);
             }
@@ -288,7 +288,7 @@ impl Model {
             }
             Event::Stands => {
                 self.arm = Arm::Stands;
-                self.gate.gate.stands_still();
+                self.gate.gate.note_rest();
             }
             Event::Moment => {
                 self.time_passes();

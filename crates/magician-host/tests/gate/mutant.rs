@@ -149,12 +149,12 @@ impl Mutant {
             request.kind = JogKind::Own;
         }
         let before = self.gate.clone();
-        self.gate.ask(request);
+        self.gate.request(request);
         let waits = before.running().is_some() && self.gate.is_ending();
         if self.has(Bug::JogOverJog) && waits {
             self.gate = before;
             self.gate.close();
-            self.gate.ask(request);
+            self.gate.request(request);
         }
         self.waiting = self.gate.is_ending().then_some(request);
     }
@@ -191,7 +191,7 @@ impl Mutant {
         self.gate.stop();
         if let Some(waiting) = self.waiting.filter(|_| self.has(Bug::WaitingOutlivesStop)) {
             while self.gate.poll_effect().is_some() {}
-            self.gate.ask(waiting);
+            self.gate.request(waiting);
         }
         if self.has(Bug::BeltForgotten) {
             Vec::new()
@@ -201,7 +201,7 @@ impl Mutant {
     }
 
     pub(crate) fn rested(&mut self, seen: bool) {
-        self.gate.rested(seen || self.has(Bug::RestUnseen));
+        self.gate.finish_stop(seen || self.has(Bug::RestUnseen));
     }
 
     pub(crate) fn held_motors(&self, moving: bool) -> Vec<Stepper> {

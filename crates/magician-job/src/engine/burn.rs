@@ -1,6 +1,6 @@
 //! Place where a burn that was cut short is resumed.
 
-use magician::LightsOut;
+use magician::LaserOffPose;
 use magician::commands::Pose;
 use magician_program::resume::ResumePoint;
 use magician_program::{BurnPlace, RemainingProgram};
@@ -32,7 +32,7 @@ pub(super) fn cut_short(rest: &RemainingProgram, least: u64, pose: &Pose) -> Opt
 pub(super) fn goes_on_dark(
     rest: &RemainingProgram,
     (least, most): (u64, u64),
-    dark: &LightsOut,
+    dark: &LaserOffPose,
     stood: &Pose,
 ) -> Option<BurnPlace> {
     let off = [

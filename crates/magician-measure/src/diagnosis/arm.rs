@@ -9,7 +9,7 @@ use magician::{Action, Alarm, Arm, QueueIndex};
 use magician_protocol::BAUD_RATE;
 use tokio::time::Instant;
 
-use super::{Attendant, Diagnosis, Finding, Measured, Part};
+use super::{Diagnosis, DiagnosisObserver, Finding, Measured, Part};
 use crate::{LineSpeed, Timed, round_trips};
 
 /// Latency on a cable above which an adapter or hub holds bytes back. Choice, above the 16 ms for
@@ -31,7 +31,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// Errors of the driver.
-    pub async fn examine<A: Attendant>(
+    pub async fn examine<A: DiagnosisObserver>(
         &mut self,
         arm: &Arm,
         count: u64,
@@ -58,7 +58,7 @@ impl Diagnosis {
     }
 }
 
-async fn identity<A: Attendant>(
+async fn identity<A: DiagnosisObserver>(
     arm: &Arm,
     report: &mut Diagnosis,
     to: &mut A,
@@ -88,7 +88,7 @@ fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
-fn answers<A: Attendant>(
+fn answers<A: DiagnosisObserver>(
     pose: &Timed,
     index: &Timed,
     serial: bool,
@@ -143,7 +143,7 @@ fn answers<A: Attendant>(
     )
 }
 
-fn losses<A: Attendant>(
+fn losses<A: DiagnosisObserver>(
     pose: &Timed,
     index: &Timed,
     count: u64,
@@ -171,7 +171,7 @@ fn losses<A: Attendant>(
     report.add(finding.cure(cure), to)
 }
 
-async fn alarms<A: Attendant>(
+async fn alarms<A: DiagnosisObserver>(
     arm: &Arm,
     report: &mut Diagnosis,
     to: &mut A,
@@ -225,7 +225,7 @@ async fn alarms<A: Attendant>(
     report.add(finding, to)
 }
 
-async fn queue<A: Attendant>(
+async fn queue<A: DiagnosisObserver>(
     arm: &Arm,
     report: &mut Diagnosis,
     to: &mut A,

@@ -2,7 +2,7 @@
 
 use magician::{ErrorKind, Given, Port, Setting, Target, unbound_adapters};
 
-use super::{Attendant, Diagnosis, Finding, Part, system};
+use super::{Diagnosis, DiagnosisObserver, Finding, Part, system};
 
 impl Diagnosis {
     /// Finds the arm's target, and adds the findings on the way: the given port, or the only arm
@@ -10,7 +10,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// An invalid port, and [`NoArm`](super::NoArm).
-    pub fn find<A: Attendant>(
+    pub fn find<A: DiagnosisObserver>(
         &mut self,
         given: Option<&str>,
         to: &mut A,
@@ -34,7 +34,7 @@ impl Diagnosis {
     }
 
     /// Finds the only arm that is plugged in.
-    fn search<A: Attendant>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
+    fn search<A: DiagnosisObserver>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
         let ports = match magician::ports() {
             Ok(ports) => ports,
             Err(error) => return Err(self.end_with("port", error, to)),

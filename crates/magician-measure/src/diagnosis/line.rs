@@ -5,13 +5,15 @@ use std::time::Duration;
 
 use magician::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
 
-use super::{Advice, Attendant, Diagnosis, Finding, Part};
-use crate::{Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial};
+use super::{Advice, Diagnosis, DiagnosisObserver, Finding, Part};
+use crate::{
+    OTHER_SPEEDS, ProbeReply, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial,
+};
 
 /// Longest time for an arm to answer: over Wi-Fi up to 2 s.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Time to listen at each other baud rate. Choice.
-const GLIMPSE: Duration = Duration::from_millis(400);
+const OTHER_BAUD_LISTEN_TIME: Duration = Duration::from_millis(400);
 /// Numbers of simultaneous requests that are tried, and repetitions of each. Choices.
 const DEPTHS: [usize; 4] = [1, 2, 4, 8];
 const ROUNDS: usize = 5;
@@ -23,7 +25,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// [`NoArm`](super::NoArm).
-    pub async fn open<A: Attendant>(
+    pub async fn open<A: DiagnosisObserver>(
         &mut self,
         target: &Target,
         options: LineOptions,
@@ -49,7 +51,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// [`NoArm`](super::NoArm).
-    pub async fn hear<A: Attendant>(
+    pub async fn hear<A: DiagnosisObserver>(
         &mut self,
         line: &mut RawLine,
         target: &Target,
@@ -70,38 +72,38 @@ impl Diagnosis {
             Err(error) => return Err(self.end_with("answer", error, to)),
         };
         let (finding, kind) = match heard {
-        Heard::Arm([major, minor, revision]) => {
+        ProbeReply::Arm([major, minor, revision]) => {
             let firmware = format!("{major}.{minor}.{revision}");
             let finding = Finding::good("answer", format!("an arm, firmware {firmware}"));
             return self.add(finding.value(firmware), to);
         }
-        Heard::Frames(count) => (
+        ProbeReply::Frames(count) => (
             Finding::bad("answer", format!("{count} frames of the arm's protocol, none of them \
                 the reply"))
                 .advise("another program may talk over the same line: close it; then switch the arm off and on"),
             ErrorKind::Unexpected,
         ),
-        Heard::Echo => (
+        ProbeReply::Echo => (
             Finding::bad("answer", "the bytes sent come back: a loopback, not an arm")
                 .advise("check the cable and its plugs"),
             ErrorKind::Unexpected,
         ),
-        Heard::Text(text) => (
+        ProbeReply::Text(text) => (
             Finding::bad("answer", format!("another device; it sends: {}", excerpt(&text)))
                 .value(text)
                 .advise(other_port("")),
             ErrorKind::Unexpected,
         ),
-        Heard::Refused => (
+        ProbeReply::Refused => (
             Finding::bad("answer", "connection refused: nothing listens at that port")
                 .advise("is it the arm's address? The router's list of devices shows it; the arm's \
                     Wi-Fi module listens at port 8899"),
             ErrorKind::Timeout,
         ),
-        Heard::Nothing | Heard::Bytes(_) => {
+        ProbeReply::Nothing | ProbeReply::Bytes(_) => {
             // Silence and random bytes are also what a device at another baud rate sends.
             let elsewhere = match target {
-                Target::Serial(path) => other_speeds(line, path, GLIMPSE.min(patience), to).await,
+                Target::Serial(path) => other_speeds(line, path, OTHER_BAUD_LISTEN_TIME.min(patience), to).await,
                 _ => None,
             };
             unknown(&heard, target, elsewhere)
@@ -114,7 +116,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// Errors of a lost line.
-    pub async fn window<A: Attendant>(
+    pub async fn window<A: DiagnosisObserver>(
         &mut self,
         line: &mut RawLine,
         target: &Target,
@@ -155,7 +157,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// Errors of the attendant.
-    pub fn leave_queue<A: Attendant>(&mut self, to: &mut A) -> Result<(), A::Failure> {
+    pub fn leave_queue<A: DiagnosisObserver>(&mut self, to: &mut A) -> Result<(), A::Failure> {
         let finding = Finding::note("index_law", "not tried, because it uses the queue").advise([
             Part::from("with "),
             (Setting::TryQueue, Given::On).into(),
@@ -169,7 +171,7 @@ impl Diagnosis {
     ///
     /// # Errors
     /// The error of the trial, unless commands were in the queue.
-    pub fn queue<A: Attendant>(
+    pub fn queue<A: DiagnosisObserver>(
         &mut self,
         trial: magician::Result<QueueTrial>,
         target: &Target,
@@ -270,12 +272,12 @@ pub async fn try_queue(line: &mut RawLine) -> magician::Result<QueueTrial> {
 }
 
 /// Listens at other baud rates than the arm's; returns the first rate with a device.
-async fn other_speeds<A: Attendant>(
+async fn other_speeds<A: DiagnosisObserver>(
     line: &mut RawLine,
     path: &str,
     glimpse: Duration,
     to: &mut A,
-) -> Option<(u32, Heard)> {
+) -> Option<(u32, ProbeReply)> {
     // Closes the port, which has to be opened anew at each rate.
     let (gone, _) = tokio::io::duplex(1);
     *line = RawLine::over(gone, path);
@@ -285,7 +287,7 @@ async fn other_speeds<A: Attendant>(
         let mut other = RawLine::open_at(path, baud).await.ok()?;
         let heard = listen(&mut other, glimpse).await.ok()?;
         // Bytes at a wrong rate look random, so only these two results are conclusive.
-        if matches!(heard, Heard::Arm(_) | Heard::Text(_)) {
+        if matches!(heard, ProbeReply::Arm(_) | ProbeReply::Text(_)) {
             return Some((baud, heard));
         }
         at(done);
@@ -295,16 +297,16 @@ async fn other_speeds<A: Attendant>(
 
 /// Returns the finding for a line without intelligible bytes at the arm's baud rate.
 fn unknown(
-    heard: &Heard,
+    heard: &ProbeReply,
     target: &Target,
-    elsewhere: Option<(u32, Heard)>,
+    elsewhere: Option<(u32, ProbeReply)>,
 ) -> (Finding, ErrorKind) {
     let unexpected = |text: String, advice: Advice| {
         let finding = Finding::bad("answer", text).advise(advice);
         (finding, ErrorKind::Unexpected)
     };
     match (elsewhere, heard) {
-        (Some((baud, Heard::Arm(_))), _) => {
+        (Some((baud, ProbeReply::Arm(_))), _) => {
             let (finding, kind) = unexpected(
                 format!("an arm answers at {baud} baud; its own speed is 115200"),
                 "set the adapter or bridge in between, which keeps its own speed, to 115200 baud"
@@ -312,14 +314,14 @@ fn unknown(
             );
             (finding.value(baud).unit("baud"), kind)
         }
-        (Some((baud, Heard::Text(text))), _) => unexpected(
+        (Some((baud, ProbeReply::Text(text))), _) => unexpected(
             format!(
                 "another device; at {baud} baud it sends: {}",
                 excerpt(&text)
             ),
             other_port(""),
         ),
-        (_, Heard::Bytes(bytes)) => unexpected(
+        (_, ProbeReply::Bytes(bytes)) => unexpected(
             format!("{} bytes, not from an arm: {}", bytes.len(), hex(bytes)),
             other_port("another device, or one at another speed: "),
         ),

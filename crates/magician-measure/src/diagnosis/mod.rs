@@ -2,7 +2,8 @@
 //! moves.
 //!
 //! An examination is a sequence of checks, each of which adds a [`Finding`] to a [`Diagnosis`] and
-//! reports it to the [`Attendant`]. A check that rules out an arm ends the sequence with [`NoArm`].
+//! reports it to the [`DiagnosisObserver`]. A check that rules out an arm ends the sequence with
+//! [`NoArm`].
 
 mod arm;
 mod find;
@@ -268,7 +269,7 @@ impl Finding {
 }
 
 /// Observer of an examination in progress.
-pub trait Attendant {
+pub trait DiagnosisObserver {
     /// Error that ends the examination.
     type Failure: From<Error> + From<NoArm>;
 
@@ -342,14 +343,23 @@ impl Diagnosis {
     ///
     /// # Errors
     /// Errors of the attendant.
-    pub fn add<A: Attendant>(&mut self, finding: Finding, to: &mut A) -> Result<(), A::Failure> {
+    pub fn add<A: DiagnosisObserver>(
+        &mut self,
+        finding: Finding,
+        to: &mut A,
+    ) -> Result<(), A::Failure> {
         to.found(&finding)?;
         self.findings.push(finding);
         Ok(())
     }
 
     /// Adds a finding that ends the search for an arm, and returns the error.
-    fn end<A: Attendant>(&mut self, finding: Finding, kind: ErrorKind, to: &mut A) -> A::Failure {
+    fn end<A: DiagnosisObserver>(
+        &mut self,
+        finding: Finding,
+        kind: ErrorKind,
+        to: &mut A,
+    ) -> A::Failure {
         let message = finding.text.clone();
         if let Err(failure) = self.add(finding, to) {
             return failure;
@@ -359,7 +369,7 @@ impl Diagnosis {
     }
 
     /// Ends the search for an arm with an error of the driver, and its remedies as advice.
-    fn end_with<A: Attendant>(
+    fn end_with<A: DiagnosisObserver>(
         &mut self,
         check: &'static str,
         error: Error,

@@ -215,7 +215,7 @@ impl Fence {
             .map(|part| (self.depth(part, tip), part))
             .filter(|(depth, _)| *depth > TOLERANCE || depth.is_nan())
             .max_by(|(a, _), (b, _)| a.total_cmp(b))
-            .map(|(_, part)| self.told(part, tip))
+            .map(|(_, part)| self.breach_at(part, tip))
     }
 
     /// Checks a jump of the tip from one position to another in no time, as when the tool bias
@@ -223,12 +223,12 @@ impl Fence {
     ///
     /// # Errors
     /// The bound that is crossed.
-    pub fn check_leap(&self, from: &Pose, to: &Pose) -> Result<(), Breach> {
+    pub fn check_tool_change(&self, from: &Pose, to: &Pose) -> Result<(), Breach> {
         let [from, to] = [from, to].map(|at| [at.x, at.y, at.z]);
         for part in self.parts() {
             let (before, after) = (self.depth(part, from), self.depth(part, to));
             if after.is_nan() || after > way::end_limit(before) {
-                return Err(self.told(part, to));
+                return Err(self.breach_at(part, to));
             }
         }
         Ok(())
@@ -303,7 +303,7 @@ impl Fence {
         }
     }
 
-    fn told(&self, part: FencePart, tip: [f64; 3]) -> Breach {
+    fn breach_at(&self, part: FencePart, tip: [f64; 3]) -> Breach {
         let (value, limit) = match part {
             FencePart::Floor => (tip[2], self.floor.unwrap_or_default()),
             FencePart::Box { axis, upper } => {

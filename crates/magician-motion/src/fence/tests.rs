@@ -121,7 +121,7 @@ fn a_way_passes_if_no_place_of_it_is_beyond() {
             continue;
         };
         let fence = dice.fence();
-        let verdict = fence.check_way(&motion);
+        let verdict = fence.check_motion(&motion);
         let looked = looked_at(&fence, &motion);
         outside += u32::from(looked.iter().any(|(first, ..)| *first > TOLERANCE));
         let allowed = |first: f64| first.max(0.0) + TOLERANCE;
@@ -162,14 +162,14 @@ fn a_line_on_the_floor_is_on_the_right_side_of_it() {
         planner.plan(&from(z), &request).unwrap().trajectory
     };
     let fence = Fence::default().with_floor(-60.0).unwrap();
-    assert_eq!(fence.check_way(&line(-60.0, -60.0)), Ok(()));
-    let breach = fence.check_way(&line(-40.0, -71.2)).unwrap_err();
+    assert_eq!(fence.check_motion(&line(-60.0, -60.0)), Ok(()));
+    let breach = fence.check_motion(&line(-40.0, -71.2)).unwrap_err();
     assert_eq!((breach.part, breach.limit), (FencePart::Floor, -60.0));
     assert!((breach.value + 71.2).abs() < 1e-9, "{breach}");
     // Back in, but never further out.
-    assert_eq!(fence.check_way(&line(-70.0, -50.0)), Ok(()));
-    assert_eq!(fence.check_way(&line(-70.0, -70.0)), Ok(()));
-    assert!(fence.check_way(&line(-70.0, -70.1)).is_err());
+    assert_eq!(fence.check_motion(&line(-70.0, -50.0)), Ok(()));
+    assert_eq!(fence.check_motion(&line(-70.0, -70.0)), Ok(()));
+    assert!(fence.check_motion(&line(-70.0, -70.1)).is_err());
 }
 
 #[test]
@@ -185,7 +185,7 @@ fn a_way_through_a_keep_out_is_refused_though_both_ends_are_clear() {
     for kind in [MoveKind::Joint, MoveKind::Line] {
         let target = Target::Pose(at(100.0));
         let motion = planner.plan(&from, &Move { target, kind }).unwrap();
-        let breach = fence.check_way(&motion.trajectory).unwrap_err();
+        let breach = fence.check_motion(&motion.trajectory).unwrap_err();
         assert_eq!(breach.part, FencePart::KeepOut(0));
     }
 }
@@ -256,6 +256,6 @@ fn another_tool_may_not_put_the_tip_beyond() {
     let longer = Geometry::magician(ToolBias::new(59.7, 0.0, 80.0));
     let [short, long] =
         [arm, longer].map(|arm| arm.forward(&JointAngles::new(0.0, 45.0, 60.0, 0.0)));
-    assert!(fence.check_leap(&short, &long).is_err());
-    assert!(fence.check_leap(&long, &short).is_ok());
+    assert!(fence.check_tool_change(&short, &long).is_err());
+    assert!(fence.check_tool_change(&long, &short).is_ok());
 }

@@ -13,25 +13,25 @@ use crate::move_segment::MoveSegment;
 use crate::{Geometry, Trajectory};
 
 /// Deviation from its line at which a stretch is decided, mm. Half of the tolerance at a bound.
-const EXACT: f64 = 0.005;
+const CHORD_TOLERANCE: f64 = 0.005;
 /// Longest stretch for which a crossing is reported, us: the accuracy of its time.
-const INSTANT: u64 = 500;
+const CROSSING_RESOLUTION_US: u64 = 500;
 /// Shortest stretch that is halved, us. A curve still undecided counts as a crossing.
-const SHORTEST: u64 = 8;
+const MIN_STRETCH_US: u64 = 8;
 /// Rounding allowance per motion for a tip that is already beyond a bound, mm.
 const ROUNDING: f64 = 1e-6;
 /// Fewest and most samples of the speed of a joint motion. The upper limit bounds the work.
-const LEAST_SAMPLES: u64 = 64;
-const MOST_SAMPLES: u64 = 2000;
+const MIN_SAMPLES: u64 = 64;
+const MAX_SAMPLES: u64 = 2000;
 /// Distance between samples, us, within those numbers.
-const APART: u64 = 4_000;
+const SAMPLE_SPACING_US: u64 = 4_000;
 /// Factor for a speed between two samples. A choice: 0.2 % at 4 ms spacing.
-const BETWEEN: f64 = 1.002;
+const SPEED_MARGIN: f64 = 1.002;
 
 /// Deepest depth allowed on a path that begins at depth `start`, mm.
 fn limit(start: f64) -> f64 {
     if start > TOLERANCE {
-        start + EXACT
+        start + CHORD_TOLERANCE
     } else {
         TOLERANCE
     }
@@ -61,7 +61,7 @@ impl Fence {
     ///
     /// # Errors
     /// The bound crossed first, and the greatest distance of the tip beyond it.
-    pub fn check_way(&self, motion: &Trajectory) -> Result<(), Breach> {
+    pub fn check_motion(&self, motion: &Trajectory) -> Result<(), Breach> {
         match self.first_crossing(motion) {
             None => Ok(()),
             Some((at_us, part)) => Err(self.deepest(motion, at_us, part)),
@@ -135,8 +135,8 @@ impl Fence {
         if !self.reaches(part, from, to, limit - off) {
             return None;
         }
-        let is_told = off <= EXACT && lasting <= INSTANT;
-        if is_told || lasting <= SHORTEST {
+        let is_told = off <= CHORD_TOLERANCE && lasting <= CROSSING_RESOLUTION_US;
+        if is_told || lasting <= MIN_STRETCH_US {
             return Some(from_us);
         }
         let middle_us = from_us + lasting / 2;
@@ -197,7 +197,7 @@ impl Fence {
             let [a, b] = [*a, *b].map(|at| self.depth(part, at));
             a.total_cmp(&b)
         });
-        self.told(part, deepest.unwrap_or_default())
+        self.breach_at(part, deepest.unwrap_or_default())
     }
 
     /// Checks the speed of the tip along a motion.
@@ -254,7 +254,7 @@ fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
 /// straight path.
 fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
-        MoveSegment::Line(_) | MoveSegment::Segment(_) => 0.0,
+        MoveSegment::Line(_) | MoveSegment::Path(_) => 0.0,
         MoveSegment::Arc(ArcSegment { arc, along, .. }) => {
             let (velocity, acceleration) = along.curve_extremes();
             libm::fabs(acceleration) + velocity * velocity * arc.curvature()
@@ -273,7 +273,7 @@ fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
 fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
     match segment {
         MoveSegment::Line(segment) => segment.along.highest_speed(),
-        MoveSegment::Segment(segment) => segment.along.highest_speed(),
+        MoveSegment::Path(segment) => segment.along.highest_speed(),
         MoveSegment::Arc(segment) => segment.along.highest_speed(),
         MoveSegment::Joints(segment) => {
             let [base, rear, fore] = arms(geometry);
@@ -286,11 +286,11 @@ fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
 
 fn sampled_speed(motion: &Trajectory, from_us: u64, to_us: u64) -> f64 {
     let lasting = to_us.saturating_sub(from_us);
-    let count = (lasting / APART).clamp(LEAST_SAMPLES, MOST_SAMPLES);
+    let count = (lasting / SAMPLE_SPACING_US).clamp(MIN_SAMPLES, MAX_SAMPLES);
     let speeds = (0..=count).map(|nth| {
         let part = u128::from(lasting) * u128::from(nth) / u128::from(count);
         let velocity = motion.tool_velocity(from_us + part as u64);
         libm::sqrt(velocity.x * velocity.x + velocity.y * velocity.y + velocity.z * velocity.z)
     });
-    BETWEEN * speeds.fold(0.0, f64::max)
+    SPEED_MARGIN * speeds.fold(0.0, f64::max)
 }

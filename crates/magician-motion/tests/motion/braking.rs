@@ -60,7 +60,7 @@ fn a_base_at_full_speed_stops_in_the_time_of_the_law() {
 /// Lines that touch the circle on which a sideways tool turns: there a joint velocity is infinite
 /// or NaN.
 #[test]
-fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
+fn brake_at_singular_pose_stops_at_once() {
     for tenths in 1..=600 {
         let before = f64::from(tenths) * 0.1;
         let planner = Planner {

@@ -10,7 +10,7 @@ use magician_host::{AlarmSet, Geometry, JointAngles, ToolBias};
 use magician_motion::Pose;
 use magician_sim::Controller;
 use magician_sim::scenario::{Color, ToolKind};
-use magician_sim::world::{Drawing, Rest};
+use magician_sim::world::{Drawing, Support};
 #[cfg(feature = "png")]
 pub use pixels::{View, pixels};
 pub use run::{MovedObject, RunReading, RunView};
@@ -236,7 +236,7 @@ impl Snapshot {
                 place: [place.x, place.y, place.z, place.yaw],
                 color: object.color(),
                 state: match object.rest() {
-                    Rest::Tool => BodyState::Held,
+                    Support::Tool => BodyState::Held,
                     _ => BodyState::Stands,
                 },
             }

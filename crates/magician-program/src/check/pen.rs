@@ -60,6 +60,6 @@ impl Pen {
 fn is_shaped(command: &Set) -> bool {
     match command {
         Set::ArcCmd(_) | Set::CircleCmd(_) => true,
-        _ => PtpMove::of(command).is_some_and(|to| to.mode.is_line()),
+        _ => PtpMove::from_command(command).is_some_and(|to| to.mode.is_line()),
     }
 }

@@ -182,7 +182,7 @@ impl Run {
     fn note(&mut self) {
         let now = self.now();
         while let Some(event) = self.arm.poll_event() {
-            if !event.is_daily() && self.log.len() < MOST_EVENTS {
+            if !event.is_routine() && self.log.len() < MOST_EVENTS {
                 self.log.push((now, event));
             }
         }

@@ -295,7 +295,7 @@ impl PathTracer {
     /// Follows the true motion of a command, as far as it is known.
     fn curve(&mut self, command: &Set, target: Option<[f32; 3]>) {
         let from = self.state();
-        let way = from.and_then(|from| self.course.way(&from, command));
+        let way = from.and_then(|from| self.course.motion_of(&from, command));
         let Some(way) = way else {
             if let Some(to) = target {
                 self.straight(to.map(f64::from), None);

@@ -120,7 +120,7 @@ fn every_code_goes_in_and_out() {
 }
 
 #[test]
-fn states_of_impossible_length_are_none() {
+fn empty_or_overlong_alarm_state_is_refused() {
     assert_eq!(AlarmSet::from_bytes(&[]), None);
     assert_eq!(AlarmSet::from_bytes(&[0; 33]), None);
     assert_eq!(AlarmSet::new().to_string(), "none");

@@ -19,7 +19,7 @@ fn written(info: &LayoutInfo, arguments: &[(&str, &str)]) -> Result<Vec<u8>, Str
 }
 
 #[test]
-fn what_is_left_out_and_has_a_default_is_written_as_that() {
+fn omitted_field_is_encoded_as_its_default() {
     // The default is one turn; the points are as given.
     let circle = set(
         "CircleCmd",
@@ -38,7 +38,7 @@ fn what_is_left_out_and_has_a_default_is_written_as_that() {
 }
 
 #[test]
-fn what_is_needed_is_asked_for_by_its_name_and_what_it_takes() {
+fn missing_field_error_names_field_and_values() {
     for row in TABLE {
         for info in [row.query, row.set].into_iter().flatten() {
             let Some(field) = info.fields.iter().find(|field| !field.optional) else {
@@ -84,7 +84,7 @@ fn a_flag_is_on_or_off_and_says_which_byte_it_is() {
 }
 
 #[test]
-fn what_cannot_be_read_says_what_was_found() {
+fn decode_error_states_byte_count() {
     let said = [
         (DecodeError::UnknownId(77), "unknown command id 77"),
         (
@@ -117,7 +117,7 @@ fn text_fills_a_frame_with_its_nul_and_no_more() {
 
 /// Bytes after a field left out would be decoded as that field.
 #[test]
-fn nothing_is_given_behind_what_is_left_out() {
+fn field_after_an_omitted_field_is_refused() {
     for row in TABLE {
         for info in [row.query, row.set].into_iter().flatten() {
             let left_out =

@@ -132,7 +132,7 @@ fn the_longest_frame_passes() {
 }
 
 #[test]
-fn silence_gives_up_what_waits_and_finds_what_it_hid() {
+fn expire_rejects_candidate_and_finds_frame_inside() {
     let mut deframer = Deframer::new();
     let input = [&[0xAA][..], &GET_POSE].concat();
     assert_eq!(drain(&mut deframer, &input), []);
@@ -249,7 +249,7 @@ fn state_is_small() {
 }
 
 #[test]
-fn a_false_length_does_not_swallow_whole_frames() {
+fn damaged_len_with_matching_checksum_is_rejected() {
     // The Len of the first frame was 3; damaged to 10, the checksum matches by chance.
     let first = [0xAA, 0xAA, 0x0A, 0x04, 0x00, 0x00, 0xFC];
     let second = [0xAA, 0xAA, 0x02, 0xF2, 0x01, 0x0D];
@@ -267,7 +267,7 @@ fn a_false_length_does_not_swallow_whole_frames() {
 }
 
 #[test]
-fn what_looks_like_a_frame_inside_a_good_frame_is_its_content() {
+fn frame_inside_valid_parameters_is_not_split() {
     let frame = |id, params: &[u8]| {
         magician_protocol::FrameBuf::new(id, magician_protocol::Ctrl(0), params).unwrap()
     };

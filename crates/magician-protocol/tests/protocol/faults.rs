@@ -114,13 +114,13 @@ impl Stretch {
 }
 
 #[derive(Default)]
-struct Tally {
+struct FaultCount {
     faults: usize,
     lost: usize,
     false_frames: usize,
 }
 
-impl Tally {
+impl FaultCount {
     fn add(&mut self, (lost, chance): (usize, bool)) {
         // The damaged frame, and one good frame if a false checksum matches by chance.
         assert!(lost <= 1 + usize::from(chance), "{lost} frames lost");
@@ -153,7 +153,7 @@ fn a_fault_costs_one_frame() {
         .into_iter()
         .map(|recorded| recorded.bytes)
         .collect();
-    let [mut replaced, mut inserted, mut dropped] = [(); 3].map(|()| Tally::default());
+    let [mut replaced, mut inserted, mut dropped] = [(); 3].map(|()| FaultCount::default());
     for (first, frame) in all.iter().enumerate() {
         let stretch = Stretch::new(&all, first);
         for (at, good) in frame.iter().enumerate() {
@@ -179,7 +179,7 @@ fn any_length_byte_costs_one_frame() {
         .into_iter()
         .map(|recorded| recorded.bytes)
         .collect();
-    let mut tally = Tally::default();
+    let mut tally = FaultCount::default();
     for (first, frame) in all.iter().enumerate() {
         let stretch = Stretch::new(&all, first);
         for bad in (0..=u8::MAX).filter(|bad| *bad != frame[2]) {

@@ -22,7 +22,7 @@ fn numbers_are_the_shortest_that_read_back() {
 }
 
 #[test]
-fn what_json_has_no_number_for_is_a_string() {
+fn nan_and_infinity_serialise_as_strings() {
     for (x, text) in [
         (f32::NAN, "NaN"),
         (f32::INFINITY, "inf"),

@@ -242,7 +242,7 @@ fn e38_left_space_of_four_bytes_or_eight() {
 }
 
 #[test]
-fn e39_pins_may_be_left_unsaid() {
+fn e39_pin_may_be_omitted() {
     for id in [130, 131, 132, 133, 134] {
         assert_eq!(get_again(id, &[]), Ok(vec![]), "id {id}");
         assert_eq!(get_again(id, &[18]), Ok(vec![18]), "id {id}");

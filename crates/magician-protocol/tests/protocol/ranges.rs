@@ -219,7 +219,7 @@ fn ends_of_a_range_are_within_it() {
 
 /// The list does not fit the frame either, but the range is checked first.
 #[test]
-fn list_that_is_too_long_is_told_by_its_length() {
+fn overlong_list_error_states_length_and_limit() {
     let command = Set::from(PtpPoWithLCmd {
         ptp_mode: PtpMode::MovlXyz,
         x: 200.0,

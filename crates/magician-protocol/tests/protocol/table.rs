@@ -276,7 +276,7 @@ fn clearing_alarms_is_id_20() {
 }
 
 #[test]
-fn names_of_nothing_find_nothing() {
+fn unknown_names_are_refused() {
     for name in [
         "",
         "Get",
@@ -303,7 +303,7 @@ fn names_of_nothing_find_nothing() {
 }
 
 #[test]
-fn commands_that_need_care_say_so() {
+fn dangerous_commands_are_listed_and_explained() {
     let dangerous: Vec<u8> = TABLE.iter().filter(|r| r.dangerous).map(|r| r.id).collect();
     assert_eq!(
         dangerous,
@@ -362,7 +362,7 @@ fn effects_agree_with_the_rest_of_the_row() {
 /// A plain read can be shared by several hosts. A read of the hand-teaching trigger may clear what
 /// it reports (errata, open question 11).
 #[test]
-fn every_value_is_only_looked_at_but_the_trigger_of_hand_teaching() {
+fn all_gets_but_teach_trigger_are_plain_reads() {
     for row in TABLE {
         let readable = row.value.is_some();
         let looks = readable && row.id != 42;

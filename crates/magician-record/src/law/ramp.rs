@@ -20,19 +20,19 @@ use crate::replay::JITTER;
 
 /// Difference up to which two values are the same place, mm or deg: above the noise of readings,
 /// and below the first period of a power-up jog.
-const STILL: f64 = 0.02;
+const REST_TOLERANCE: f64 = 0.02;
 /// Time at which a place counts as rest, s: two periods.
 pub(super) const REST: f64 = 0.04;
 /// Largest distance of a reading from a straight line, mm or deg.
-const BEND: f64 = 0.03;
+const LINE_TOLERANCE: f64 = 0.03;
 /// Shortest motion that reveals anything, mm or deg.
-const SHORTEST: f64 = 0.5;
+const MIN_MOTION: f64 = 0.5;
 /// Fewest readings of a motion. Fewer do not determine three parameters.
-const FEWEST: usize = 6;
+const MIN_READINGS: usize = 6;
 /// Number of readings at rest, before and after a motion, that are compared with its profile.
-const BESIDE: usize = 3;
+const REST_SAMPLES: usize = 3;
 /// Most motions that are fitted. Each fit takes some ten milliseconds.
-const MOST: usize = 20;
+const MAX_FITTED_MOTIONS: usize = 20;
 
 /// Space in which a motion is straight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,7 +90,9 @@ pub(super) struct Ramp {
 
 fn near(one: &Sample, other: &Sample) -> bool {
     let pairs = one.values.iter().zip(other.values);
-    pairs.into_iter().all(|(a, b)| (a - b).abs() <= STILL)
+    pairs
+        .into_iter()
+        .all(|(a, b)| (a - b).abs() <= REST_TOLERANCE)
 }
 
 /// Finds the stretches at rest, as indices of their first and last readings.
@@ -143,21 +145,22 @@ impl Motions {
         let from = place(&samples[before.0..=before.1]);
         let to = place(&samples[after.0..=after.1]);
         let on_way = after.0 - before.1 - 1;
-        let head = before.1.saturating_sub(BESIDE).max(before.0);
-        let tail = (after.0 + BESIDE).min(after.1);
+        let head = before.1.saturating_sub(REST_SAMPLES).max(before.0);
+        let tail = (after.0 + REST_SAMPLES).min(after.1);
         let way = &samples[head..=tail];
         let spaces = [in_space(&from, &to, way), in_joints(&from, &to, way)];
         let farthest = (0..8).map(|nth| (to[nth] - from[nth]).abs());
         let farthest = farthest.fold(0.0, f64::max);
         let straight = spaces.into_iter().flatten();
-        let straight = straight.filter(|line| line.bend <= BEND && line.length >= SHORTEST);
+        let straight =
+            straight.filter(|line| line.bend <= LINE_TOLERANCE && line.length >= MIN_MOTION);
         let straight = straight.min_by(|a, b| a.bend.total_cmp(&b.bend));
         match straight {
             // The order of the arms decides which reason is reported for a motion with several.
-            _ if farthest < SHORTEST => self.short += 1,
-            _ if on_way < FEWEST => self.sparse += 1,
+            _ if farthest < MIN_MOTION => self.short += 1,
+            _ if on_way < MIN_READINGS => self.sparse += 1,
             None => self.bent += 1,
-            Some(_) if self.told.len() >= MOST => self.left += 1,
+            Some(_) if self.told.len() >= MAX_FITTED_MOTIONS => self.left += 1,
             Some(line) => {
                 let t = |at: usize| samples[at].t;
                 self.told.push(Motion {
@@ -208,7 +211,7 @@ fn in_space(from: &[f64; 8], to: &[f64; 8], way: &[Sample]) -> Option<Line> {
         place
     });
     let places = places.collect();
-    let alone = (0..3).find(|axis| along[*axis].abs() >= length - STILL);
+    let alone = (0..3).find(|axis| along[*axis].abs() >= length - REST_TOLERANCE);
     Some(
         Line {
             along: alone.map_or(Along::Line, Along::Axis),
@@ -303,10 +306,10 @@ const STEPS: [[f64; 3]; 26] = {
 
 /// Weight of the squared distance at a reading's own time, against that at the best time within the
 /// jitter. It breaks ties in the middle of the jitter.
-const OWN_TIME: f64 = 0.01;
+const OWN_TIME_WEIGHT: f64 = 0.01;
 
 /// Number of guesses that are refined. Periods create many local minima.
-const FOLLOWED: usize = 6;
+const MAX_REFINED_GUESSES: usize = 6;
 
 impl Motion {
     /// Fits the best profile under a law.
@@ -375,7 +378,7 @@ impl Motion {
             // taken for rest, and the longer the ramp, the more of them.
             let ramp = (lasting - cruise).max(0.0);
             let least = (ramp - gap - 0.01).max(0.01);
-            let unseen = 2.0 * libm::sqrt(2.0 * STILL * ramp.max(0.02) / velocity);
+            let unseen = 2.0 * libm::sqrt(2.0 * REST_TOLERANCE * ramp.max(0.02) / velocity);
             let most = (ramp + gap + 0.01 + unseen).min(1.05 * cruise);
             for ramp in steps(least, most, RAMP_STEP) {
                 let acceleration = libm::log(velocity / ramp);
@@ -385,7 +388,7 @@ impl Motion {
                         speed: libm::log(velocity),
                         acceleration,
                     };
-                    let most = match best.get(FOLLOWED - 1) {
+                    let most = match best.get(MAX_REFINED_GUESSES - 1) {
                         Some((most, _)) => *most,
                         None => f64::MAX,
                     };
@@ -393,7 +396,7 @@ impl Motion {
                     if cost < most {
                         let at = best.partition_point(|(known, _)| *known <= cost);
                         best.insert(at, (cost, guess));
-                        best.truncate(FOLLOWED);
+                        best.truncate(MAX_REFINED_GUESSES);
                     }
                 }
             }
@@ -412,7 +415,7 @@ impl Motion {
     fn cost(&self, law: MotionLaw, guess: Guess, most: f64) -> f64 {
         let mut sum = 0.0;
         self.distances(law, Self::limits(guess), guess.middle, |own, best| {
-            sum += best * best + OWN_TIME * own * own;
+            sum += best * best + OWN_TIME_WEIGHT * own * own;
             sum < most
         });
         sum

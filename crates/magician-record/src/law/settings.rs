@@ -51,8 +51,8 @@ impl Settings {
 
     /// Applies a setting; returns the speeds of a motion.
     fn take(&mut self, set: &Set) -> Vec<Speeds> {
-        self.motion.note(set);
-        if let Some(ptp) = PtpMove::of(set) {
+        self.motion.apply(set);
+        if let Some(ptp) = PtpMove::from_command(set) {
             return self.moves(ptp.mode);
         }
         match set {

@@ -109,7 +109,7 @@ impl Joints {
 
 /// The command queue as a host sees it: without running command and state.
 #[derive(Serialize)]
-pub(super) struct QueueFromOutside {
+pub(super) struct HostQueue {
     pub(super) timestamp: Time,
     pub(super) capacity: u32,
     pub(super) waiting: u32,

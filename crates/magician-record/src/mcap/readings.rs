@@ -7,8 +7,8 @@ use magician_protocol::Direction;
 
 use super::file::{File, Topic};
 use super::frames::HostLine;
-use super::message::{Alarms, Joints, Log, PoseInFrame, QueueFromOutside};
-use super::scene::{EVERY, Ink, Scene, Stance};
+use super::message::{Alarms, HostQueue, Joints, Log, PoseInFrame};
+use super::scene::{ArmConfiguration, Ink, SAMPLES_PER_TRANSFORM, Scene};
 use super::{Micros, SECOND};
 use crate::{Reading, WriteReadings};
 
@@ -67,7 +67,7 @@ impl<W: Write> Readings<W> {
             scene: Scene::of(ArmModel::MAGICIAN, period),
             paper: None,
             pen: Vec::new(),
-            transforms: (0, EVERY * period),
+            transforms: (0, SAMPLES_PER_TRANSFORM * period),
             lines: Vec::new(),
             last: None,
             again: 0,
@@ -202,7 +202,7 @@ impl<W: Write> Readings<W> {
         &mut self,
         now: Micros,
         all: bool,
-        stance: &Stance,
+        stance: &ArmConfiguration,
         pose: &Pose,
     ) -> io::Result<()> {
         let tip = [pose.x, pose.y, pose.z];
@@ -244,7 +244,7 @@ impl<W: Write> WriteReadings for Readings<W> {
         file.write(Topic::Joints, now, |t| {
             Joints::new(t, &joints, reading.rail)
         })?;
-        let stance = Stance {
+        let stance = ArmConfiguration {
             tool: tool_of(&pose, &joints),
             joints,
             rail: reading.rail,
@@ -253,7 +253,7 @@ impl<W: Write> WriteReadings for Readings<W> {
         let file = &mut self.file;
         let queue = |of: &Reading| (of.capacity, of.left_space, of.index);
         if last.is_none_or(|last| queue(&last) != queue(reading)) {
-            file.write(Topic::Queue, now, |timestamp| QueueFromOutside {
+            file.write(Topic::Queue, now, |timestamp| HostQueue {
                 timestamp,
                 capacity: reading.capacity,
                 waiting: reading.capacity.saturating_sub(reading.left_space),

@@ -8,7 +8,7 @@ use magician_sim::{ArmInstant, Controller, ControllerState, LinkId, Observer, Qu
 
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame};
-use super::scene::{EVERY, Ink, Scene, Stance};
+use super::scene::{ArmConfiguration, Ink, SAMPLES_PER_TRANSFORM, Scene};
 use super::{Micros, SECOND};
 
 mod lines;
@@ -130,7 +130,7 @@ impl<W: Write> Recorder<W> {
             self.next = (now / PERIOD + 1).saturating_mul(PERIOD);
         }
         let full_second = sample && now.is_multiple_of(SECOND);
-        if sample && now.is_multiple_of(EVERY * PERIOD) {
+        if sample && now.is_multiple_of(SAMPLES_PER_TRANSFORM * PERIOD) {
             self.see_scene(arm, &state, full_second)?;
         }
         self.see_changes(arm, &state, full_second)?;
@@ -150,7 +150,7 @@ impl<W: Write> Recorder<W> {
     ) -> io::Result<()> {
         let now = state.now.as_micros();
         let scene = { &mut self.scene }.get_or_insert_with(|| Scene::of(*arm.arm_model(), PERIOD));
-        let stance = Stance {
+        let stance = ArmConfiguration {
             joints: state.joints,
             tool: state.tool,
             rail: state.rail,

@@ -15,13 +15,13 @@ pub(super) use strokes::Ink;
 use strokes::Strokes;
 
 /// Samples between two writes of moved frames. A viewer interpolates.
-pub(super) const EVERY: Micros = 10;
+pub(super) const SAMPLES_PER_TRANSFORM: Micros = 10;
 /// Interval at which the whole scene is written again, for viewers that start in the middle ..
-const AGAIN: Micros = 5 * SECOND;
+const SCENE_INTERVAL: Micros = 5 * SECOND;
 /// .. or longer, so that it takes at most this many bytes per sample, however large the drawing is.
-const SHARE: u64 = 24;
+const SCENE_BYTES_PER_SAMPLE: u64 = 24;
 /// Most points of strokes that are written again; larger drawings are written once.
-const MOST: usize = 100_000;
+const MAX_REPEATED_POINTS: usize = 100_000;
 
 /// Frame of the arm's coordinates, in which `/pose` is.
 const BASE: &str = "base";
@@ -31,7 +31,7 @@ const RAIL: &str = "rail";
 const TIP: &str = "tip";
 
 /// State of the arm, as the scene needs it.
-pub(super) struct Stance {
+pub(super) struct ArmConfiguration {
     pub(super) joints: JointAngles,
     pub(super) tool: ToolBias,
     /// Position on the rail, mm; `None` without a rail.
@@ -69,7 +69,7 @@ impl Scene {
 
     /// Adds a drawn line. Its ends are in mm in the frame of the rail, or of an arm without one.
     pub(super) fn draw(&mut self, ink: Ink, from: [f64; 3], to: [f64; 3]) {
-        self.strokes.add(ink, from, to, MOST);
+        self.strokes.add(ink, from, to, MAX_REPEATED_POINTS);
     }
 
     /// Removes all strokes.
@@ -84,7 +84,7 @@ impl Scene {
         &mut self,
         file: &mut File<W>,
         now: Micros,
-        stance: &Stance,
+        stance: &ArmConfiguration,
     ) -> io::Result<()> {
         let on_rail = stance.rail.is_some();
         if (self.tool, self.rail.is_some()) != (stance.tool, on_rail) {
@@ -146,7 +146,8 @@ impl Scene {
         self.strokes.shown();
         if whole {
             let bytes = file.bytes() as u64;
-            self.due = now.saturating_add(AGAIN.max(bytes * self.period / SHARE));
+            self.due = now
+                .saturating_add(SCENE_INTERVAL.max(bytes * self.period / SCENE_BYTES_PER_SAMPLE));
         }
         Ok(())
     }
@@ -163,7 +164,11 @@ fn name(link: &Link) -> &'static str {
 
 /// Position of a link's frame, and its parent frame; `None` for the first link without a rail,
 /// which does not move.
-fn frame_of(link: &Link, first: &Link, stance: &Stance) -> Option<(&'static str, Placed)> {
+fn frame_of(
+    link: &Link,
+    first: &Link,
+    stance: &ArmConfiguration,
+) -> Option<(&'static str, Placed)> {
     let Some(parent) = link.parent else {
         let along = link.axis.map(|axis| axis * stance.rail.unwrap_or(0.0));
         let placed = Placed::at(Xyz::millimetres(along), Rotation::NONE);

@@ -5,7 +5,7 @@ use magician_protocol::{
     describe,
 };
 
-use super::report::What;
+use super::report::DifferenceKind;
 use super::{Ignored, Tolerances};
 
 /// Compares answers, and tracks the offsets between both sessions.
@@ -39,7 +39,11 @@ impl Comparer {
     }
 
     /// Returns the differences between two answers.
-    pub(super) fn compare(&mut self, recorded: &Frame<'_>, replayed: &Frame<'_>) -> Vec<What> {
+    pub(super) fn compare(
+        &mut self,
+        recorded: &Frame<'_>,
+        replayed: &Frame<'_>,
+    ) -> Vec<DifferenceKind> {
         let id = recorded.id();
         if self.ignores(id, None) {
             self.left_out += 1;
@@ -54,11 +58,15 @@ impl Comparer {
         match both {
             Some(Some((recorded, replayed))) => self.fields_of(&recorded, &replayed),
             _ if recorded == replayed => Vec::new(),
-            _ => vec![What::Form],
+            _ => vec![DifferenceKind::Form],
         }
     }
 
-    fn fields_of(&mut self, recorded: &Description<'_>, replayed: &Description<'_>) -> Vec<What> {
+    fn fields_of(
+        &mut self,
+        recorded: &Description<'_>,
+        replayed: &Description<'_>,
+    ) -> Vec<DifferenceKind> {
         let mut found = Vec::new();
         for field in recorded.layout.fields {
             let (before, now) = (value(recorded, field), value(replayed, field));
@@ -75,7 +83,7 @@ impl Comparer {
                 _ => false,
             };
             if !same {
-                found.push(What::Value(field));
+                found.push(DifferenceKind::Value(field));
             }
         }
         found

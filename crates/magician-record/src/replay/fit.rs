@@ -13,7 +13,7 @@ use magician_protocol::{Direction, Frame};
 use magician_sim::Controller;
 
 use super::Replay;
-use super::report::{Report, Residue, What};
+use super::report::{DifferenceKind, Report, Residue};
 
 /// Step between tried phases, us.
 const STEP: u64 = 1_000;
@@ -131,16 +131,17 @@ impl Replay<'_> {
 /// Score of a report: number of differing measurements, then the sum of their differences in
 /// thousandths.
 fn score(report: &Report) -> (usize, u64) {
-    let measured = report
-        .differences
-        .iter()
-        .filter_map(|found| matches!(found.what, What::Value(_)).then(|| found.distance())?);
+    let measured = report.differences.iter().filter_map(|found| {
+        matches!(found.what, DifferenceKind::Value(_)).then(|| found.distance())?
+    });
     let (mut count, mut all) = (0, 0.0);
     for off in measured {
         count += 1;
         all += f64::from(off.min(1e6));
     }
     let other = report.differences.iter();
-    let other = other.filter(|found| found.what == What::Period).count();
+    let other = other
+        .filter(|found| found.what == DifferenceKind::Period)
+        .count();
     (count + other + report.late as usize, (all * 1000.0) as u64)
 }

@@ -13,7 +13,7 @@ use magician_protocol::{
 };
 
 use super::compare::Comparer;
-use super::report::{Difference, Report, What};
+use super::report::{Difference, DifferenceKind, Report};
 use super::residue::Poses;
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer, Speed};
@@ -22,7 +22,7 @@ use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observ
 type Nobody = Option<Box<dyn Observer + Send>>;
 
 /// Time after which an unanswered request is given up.
-const PATIENCE: Duration = Duration::from_secs(3);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(3);
 /// Longest uptime that is simulated before the session. With a longer one a scenario might act
 /// meanwhile.
 const LONGEST_UPTIME: ArmInstant = ArmInstant::from_micros(3_600_000_000);
@@ -30,7 +30,7 @@ const SILENCE: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 
 /// A replayed packet.
 #[derive(Clone, Debug)]
-pub struct Moment<'a> {
+pub struct ReplayedPacket<'a> {
     /// The packet.
     pub packet: &'a Packet<'a>,
     /// Answers of the virtual arm.
@@ -64,7 +64,7 @@ struct Link {
     replies: Deframer,
     /// Time of the latest bytes for the arm.
     heard: HostInstant,
-    asked: VecDeque<Asked>,
+    asked: VecDeque<PendingRequest>,
 }
 
 /// Uncertainty of the time at which a request reached the recorded arm, us. A USB adapter holds
@@ -73,23 +73,23 @@ pub(crate) const JITTER: u64 = 5_000;
 
 /// A request, and the answer of the virtual arm.
 #[derive(Debug)]
-struct Asked {
+struct PendingRequest {
     time: HostInstant,
     request: FrameBuf,
     reply: Option<FrameBuf>,
-    beside: Beside,
+    beside: NeighbourAnswers,
 }
 
 /// Answers of the virtual arm to the same request at earlier and later instants.
 #[derive(Debug, Default)]
-struct Beside {
+struct NeighbourAnswers {
     /// Earlier and later by [`JITTER`].
     near: [Option<FrameBuf>; 2],
     /// Earlier and later by one period.
     far: [Option<FrameBuf>; 2],
 }
 
-impl Asked {
+impl PendingRequest {
     fn is_answered_by(&self, frame: &Frame<'_>) -> bool {
         let own = self.request.frame();
         own.id() == frame.id() && own.ctrl().with_error() == frame.ctrl().with_error()
@@ -124,14 +124,14 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 
     /// Replays the next packet; `None` after the last.
-    pub fn step(&mut self) -> Option<Moment<'r>> {
+    pub fn step(&mut self) -> Option<ReplayedPacket<'r>> {
         let replay = self.replay;
         let packet = replay.packets.get(self.next)?;
         self.next += 1;
         let known = self.report.differences.len();
         let time = replay.time(packet.time);
         let period = self.period_us();
-        let mut beside = Beside::default();
+        let mut beside = NeighbourAnswers::default();
         // A motion begins a period after its command.
         let may_begin = self
             .commanded
@@ -139,7 +139,7 @@ impl<'r, 'a> Play<'r, 'a> {
         let is_moving = self.arm.state().moving || may_begin;
         let looks_beside =
             is_pose_request(packet) && is_moving && replay.clock == Speed::Times(1.0);
-        let Beside { near, far } = &mut beside;
+        let NeighbourAnswers { near, far } = &mut beside;
         if looks_beside {
             for (by, answer) in [(period, &mut far[0]), (JITTER, &mut near[0])] {
                 if let Some(earlier) = time.as_micros().checked_sub(by) {
@@ -191,7 +191,7 @@ impl<'r, 'a> Play<'r, 'a> {
         };
         self.give_up(packet.link, time);
         let fresh = self.report.differences.get(known..).unwrap_or_default();
-        Some(Moment {
+        Some(ReplayedPacket {
             packet,
             replies,
             differences: fresh.to_vec(),
@@ -288,14 +288,14 @@ impl<'r, 'a> Play<'r, 'a> {
                 number,
                 time,
                 &recorded.frame(),
-                What::Unasked,
+                DifferenceKind::Unasked,
                 Some(recorded),
                 None,
             );
             return;
         };
         // Answers arrive in order: an earlier request without an answer will not get one.
-        let passed: Vec<Asked> = link.asked.drain(..=at).collect();
+        let passed: Vec<PendingRequest> = link.asked.drain(..=at).collect();
         let Some((asked, silent)) = passed.split_last() else {
             return;
         };
@@ -307,7 +307,7 @@ impl<'r, 'a> Play<'r, 'a> {
                 number,
                 asked.time,
                 &recorded.frame(),
-                What::Silent,
+                DifferenceKind::Silent,
                 Some(recorded),
                 None,
             );
@@ -336,7 +336,7 @@ impl<'r, 'a> Play<'r, 'a> {
                 self.report.late += 1;
                 found.clear();
             } else if is_one_of(&asked.beside.far) {
-                found = vec![What::Period];
+                found = vec![DifferenceKind::Period];
             }
         }
         for what in found {
@@ -353,7 +353,7 @@ impl<'r, 'a> Play<'r, 'a> {
 
     /// Gives up requests that have waited too long.
     fn give_up(&mut self, number: u32, now: HostInstant) {
-        let old = |asked: &Asked| now - asked.time > PATIENCE;
+        let old = |asked: &PendingRequest| now - asked.time > REPLY_TIMEOUT;
         while let Some(link) = self.links.get_mut(&number)
             && link.asked.front().is_some_and(old)
         {
@@ -364,14 +364,14 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 
     /// Reports a request that the recorded arm did not answer.
-    fn unanswered(&mut self, number: u32, asked: &Asked) {
+    fn unanswered(&mut self, number: u32, asked: &PendingRequest) {
         match &asked.reply {
             Some(reply) if self.answered => {
                 self.differ(
                     number,
                     asked.time,
                     &reply.frame(),
-                    What::Answered,
+                    DifferenceKind::Answered,
                     None,
                     Some(reply),
                 );
@@ -385,7 +385,7 @@ impl<'r, 'a> Play<'r, 'a> {
         number: u32,
         time: HostInstant,
         about: &Frame<'_>,
-        what: What,
+        what: DifferenceKind,
         recorded: Option<&FrameBuf>,
         replayed: Option<&FrameBuf>,
     ) {
@@ -426,11 +426,11 @@ impl Link {
         let mut input = bytes;
         while let Some(event) = self.requests.next(&mut input) {
             if let Event::Frame { frame, .. } = event {
-                self.asked.push_back(Asked {
+                self.asked.push_back(PendingRequest {
                     time,
                     request: frame.into(),
                     reply: None,
-                    beside: Beside::default(),
+                    beside: NeighbourAnswers::default(),
                 });
             }
         }

@@ -20,7 +20,8 @@ pub struct Report {
     /// Number of packets of unknown direction, which are left out.
     pub undirected: u64,
     /// Number of poses of a neighbouring period that were read within 5 ms of its boundary, the
-    /// uncertainty of the times. At any other time such a pose is a difference ([`What::Period`]).
+    /// uncertainty of the times. At any other time such a pose is a difference
+    /// ([`DifferenceKind::Period`]).
     pub late: u64,
     /// Distance of the recorded poses from those of the virtual arm.
     pub residue: Residue,
@@ -80,7 +81,7 @@ impl Residue {
 /// Kind of a difference between two answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum What {
+pub enum DifferenceKind {
     /// A field has another value, or is present in one answer only.
     Value(&'static Field),
     /// The pose is that of the virtual arm one period earlier or later.
@@ -95,7 +96,7 @@ pub enum What {
     Unasked,
 }
 
-impl What {
+impl DifferenceKind {
     /// Name in JSON.
     #[must_use]
     pub const fn name(&self) -> &'static str {
@@ -123,7 +124,7 @@ pub struct Difference {
     /// Name of the command in the vendor's spelling; empty for an unknown id.
     pub command: &'static str,
     /// Kind of the difference.
-    pub what: What,
+    pub what: DifferenceKind,
     /// The recorded answer.
     pub recorded: Option<FrameBuf>,
     /// The virtual arm's answer.
@@ -150,7 +151,7 @@ impl Difference {
     /// `None` if the difference is not about a field, or the field is missing.
     #[must_use]
     pub fn value(&self, replayed: bool) -> Option<FieldValue<'_>> {
-        let What::Value(field) = self.what else {
+        let DifferenceKind::Value(field) = self.what else {
             return None;
         };
         let frame = if replayed {
@@ -173,7 +174,7 @@ impl Difference {
             &self.recorded
         };
         match self.what {
-            What::Value(_) => self.value(replayed),
+            DifferenceKind::Value(_) => self.value(replayed),
             _ => frame.as_ref().map(|frame| FieldValue::Bytes(frame.bytes())),
         }
     }
@@ -199,11 +200,11 @@ impl std::fmt::Display for Difference {
             name => f.write_str(name)?,
         }
         match self.what {
-            What::Value(field) => {
+            DifferenceKind::Value(field) => {
                 let (name, recorded, now) = (field.name, value(false), value(true));
                 write!(f, " {name}: recorded {recorded}, now {now}")
             }
-            What::Form => {
+            DifferenceKind::Form => {
                 let bytes = |frame: &Option<FrameBuf>| match frame {
                     Some(frame) => format!("{:?}", frame.frame()),
                     None => "nothing".to_owned(),
@@ -211,10 +212,14 @@ impl std::fmt::Display for Difference {
                 let (recorded, now) = (bytes(&self.recorded), bytes(&self.replayed));
                 write!(f, ": another form: recorded {recorded}, now {now}")
             }
-            What::Period => f.write_str(": recorded a period of the arm earlier or later"),
-            What::Silent => f.write_str(": answered in the recording, not now"),
-            What::Answered => f.write_str(": not answered in the recording, but now"),
-            What::Unasked => f.write_str(": the recorded reply belongs to no request in the trace"),
+            DifferenceKind::Period => {
+                f.write_str(": recorded a period of the arm earlier or later")
+            }
+            DifferenceKind::Silent => f.write_str(": answered in the recording, not now"),
+            DifferenceKind::Answered => f.write_str(": not answered in the recording, but now"),
+            DifferenceKind::Unasked => {
+                f.write_str(": the recorded reply belongs to no request in the trace")
+            }
         }
     }
 }

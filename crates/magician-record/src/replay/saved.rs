@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use magician_protocol::Direction;
 
-use super::{Moment, Replay};
+use super::{Replay, ReplayedPacket};
 use crate::trace::{TraceLink, TraceWriter};
 
 /// Writes a replayed session as a trace: the requests as recorded, with the new answers.
@@ -32,7 +32,7 @@ impl<W: Write> ReplayWriter<W> {
     ///
     /// # Errors
     /// Errors of the writer.
-    pub fn write(&mut self, moment: &Moment<'_>) -> io::Result<()> {
+    pub fn write(&mut self, moment: &ReplayedPacket<'_>) -> io::Result<()> {
         let packet = moment.packet;
         let Some(link) = self.links.get(&packet.link) else {
             return Ok(());

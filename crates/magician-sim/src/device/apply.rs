@@ -11,7 +11,7 @@ use super::Device;
 use super::effect::{Completion, Effect, Effects, ExecMode};
 use super::handlers::{self, Apply};
 use super::motion::limits::limit_alarm;
-use super::motion::plan::NoPlan;
+use super::motion::plan::PlanError;
 use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
 
@@ -23,7 +23,7 @@ impl Device {
 
     pub(crate) fn carry_out(&mut self, set: &Set, mode: ExecMode) -> Completion {
         // Before the handler: a value that was set no longer relies on its value of power-up.
-        self.store.settings.told.add(set.row().id);
+        self.store.settings.set_ids.add(set.row().id);
         let effects = handlers::apply(&mut self.lend(), set, mode);
         self.apply_all(set.row(), effects)
     }
@@ -64,7 +64,7 @@ impl Device {
             Effect::ToolChanged => {
                 // Known lines were computed with the old bias. They are resolved again when the arm
                 // stands.
-                self.queues.active_mut().forget_ways();
+                self.queues.active_mut().forget_path_lines();
                 self.replan_segment();
             }
             // A running segment keeps its line; only its speeds change.
@@ -127,7 +127,7 @@ impl Device {
     }
 
     /// Raises the alarm for a motion that cannot be planned, and refuses the command.
-    pub(super) fn unplannable(&mut self, id: u8, error: &NoPlan) {
+    pub(super) fn unplannable(&mut self, id: u8, error: &PlanError) {
         let allowed = error.assumption();
         if allowed.is_none_or(|assumption| self.record.allows(id, assumption)) {
             self.raise(error.alarm());

@@ -74,7 +74,7 @@ impl Context<'_> {
 
     /// True if this parameter set was set since power-up.
     pub(crate) fn was_set<T: Readable>(&self) -> bool {
-        self.store.settings.told.contains(T::ROW.id)
+        self.store.settings.set_ids.contains(T::ROW.id)
     }
 
     /// True if the tool bias was not set since power-up.

@@ -3,8 +3,8 @@
 use magician_motion::JointAngles;
 
 use super::io::trigger::Trigger;
-use super::motion::plan::NoPlan;
-use super::motion::{JogPlan, PathPoint, Start};
+use super::motion::plan::PlanError;
+use super::motion::{JogPlan, PathPoint, PlannedMotion};
 use crate::ArmInstant;
 use crate::event::Refusal;
 
@@ -48,7 +48,7 @@ pub(crate) enum Effect {
     /// Clears the alarms whose cause is gone.
     ClearAlarms,
     /// Starts a motion in place of the running one, or raises the alarm of a failed plan.
-    Move(Result<Start, NoPlan>),
+    Move(Result<PlannedMotion, PlanError>),
     /// Starts a segment of a continuous path, at a laser power in percent.
     Segment(PathPoint, f32, ExecMode),
     /// Starts, reverses or ends a jog.
@@ -87,11 +87,11 @@ pub(crate) enum Effect {
 
 /// Effects of one command, in the order of application.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Effects([Option<Effect>; Self::MOST]);
+pub(crate) struct Effects([Option<Effect>; Self::CAPACITY]);
 
 impl Effects {
     /// LostStepCmd has the most: an alarm for each of three joints.
-    const MOST: usize = 3;
+    const CAPACITY: usize = 3;
 
     /// No effect beyond the parts that the handler has changed itself.
     pub(crate) fn none() -> Self {
@@ -117,7 +117,7 @@ impl From<Effect> for Effects {
 
 impl IntoIterator for Effects {
     type Item = Effect;
-    type IntoIter = std::iter::Flatten<std::array::IntoIter<Option<Effect>, { Self::MOST }>>;
+    type IntoIter = std::iter::Flatten<std::array::IntoIter<Option<Effect>, { Self::CAPACITY }>>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.0.into_iter().flatten()

@@ -95,7 +95,7 @@ impl Device {
             // Commanded J2 and J3 become what their absolute sensors read, and J1 what its encoder
             // reads (model section 12).
             let really = self.motion.true_pose(self.now).joints;
-            self.be_moved(really);
+            self.move_by_hand(really);
             self.teaching.press(self.now);
         } else {
             self.teaching.release(&self.store.settings);
@@ -106,8 +106,8 @@ impl Device {
     fn guide(&mut self, joints: JointAngles) {
         if self.teaching.held() {
             let before = self.motion.true_pose(self.now).joints;
-            let really = self.bent_to(joints, before);
-            self.be_moved(really);
+            let really = self.clamp_joints(joints, before);
+            self.move_by_hand(really);
         }
     }
 
@@ -135,9 +135,9 @@ impl Device {
         placed
     }
 
-    fn be_moved(&mut self, really: JointAngles) {
+    fn move_by_hand(&mut self, really: JointAngles) {
         let geometry = self.view().geometry();
-        (self.motion).be_moved(self.now, &geometry, really, &mut self.world);
+        (self.motion).move_by_hand(self.now, &geometry, really, &mut self.world);
         self.drop_limit_alarms();
     }
 
@@ -184,29 +184,29 @@ impl Device {
     }
 
     /// Changes the tool bias of power-up afterwards.
-    pub(crate) fn had_tool(&mut self, tool: ToolBias) {
-        self.firmware.had_tool(tool);
+    pub(crate) fn set_initial_tool(&mut self, tool: ToolBias) {
+        self.firmware.set_initial_tool(tool);
         self.store.settings.motion.tool = tool_to_wire(tool);
     }
 
     /// Changes the serial number in the flash afterwards; that does not count as a write.
-    pub(crate) fn had_serial(&mut self, serial: String) {
+    pub(crate) fn set_initial_serial(&mut self, serial: String) {
         let device_sn = Text::new(&serial).unwrap_or_default();
         self.store.begins_with_serial(DeviceSn { device_sn });
         self.firmware.profile.identity.serial = serial;
     }
 
     /// Changes the true joints of power-up afterwards.
-    pub(crate) fn stood_at(&mut self, joints: JointAngles) {
+    pub(crate) fn set_initial_joints(&mut self, joints: JointAngles) {
         let usual = self.firmware.model.power_up.joints;
-        let really = self.bent_to(joints, usual);
+        let really = self.clamp_joints(joints, usual);
         self.wake_at(really);
         self.motion.set_homed(false);
     }
 
     /// Clamps joint angles to the limits, including that of J2 - J3. A NaN or infinite value is
     /// replaced by `before`.
-    fn bent_to(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
+    fn clamp_joints(&self, joints: JointAngles, before: JointAngles) -> JointAngles {
         let limits = self.firmware.model.limits;
         let within = |range: Range, angle: f64| angle.max(range.min).min(range.max);
         let or = |angle: f64, before: f64| if angle.is_finite() { angle } else { before };

@@ -20,7 +20,7 @@ impl Firmware {
     }
 
     /// Changes the tool bias of power-up in both.
-    pub(crate) fn had_tool(&mut self, tool: ToolBias) {
+    pub(crate) fn set_initial_tool(&mut self, tool: ToolBias) {
         self.profile.power_up.tool = tool;
         self.model.geometry.tool = tool;
     }

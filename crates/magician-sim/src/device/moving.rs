@@ -11,15 +11,17 @@ use magician_protocol::{AlarmSet, Writable};
 
 use super::Device;
 use super::effect::{Completion, ExecMode};
-use super::motion::plan::{NoPlan, assumption_of_end};
-use super::motion::{Ended, JogPlan, MotionKind, PathLine, PathPoint, Segment, Stage, Start};
-use super::queue::Busy;
+use super::motion::plan::{PlanError, assumption_of_end};
+use super::motion::{
+    HomingStage, JogPlan, MotionEnd, MotionKind, PathLine, PathPoint, PlannedMotion, Segment,
+};
+use super::queue::Activity;
 use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
 
 impl Device {
     /// Starts a motion from where the arm stands. The previous motion must have ended.
-    pub(super) fn begin(&mut self, start: Start) -> Completion {
+    pub(super) fn begin(&mut self, start: PlannedMotion) -> Completion {
         let (kind, lasting) = (start.kind, start.duration());
         (self.motion).begin(self.now, self.firmware.model.law, start);
         self.watch_limits();
@@ -69,7 +71,7 @@ impl Device {
     }
 
     fn end_motion(&mut self) {
-        let Some(Ended { kind, alarm, speed }) = self.motion.end() else {
+        let Some(MotionEnd { kind, alarm, speed }) = self.motion.end() else {
             return;
         };
         self.rest_here();
@@ -77,7 +79,7 @@ impl Device {
             self.record.assume(assumption_of_end(code));
             self.record.assume(Assumption::SoftLimits);
             self.raise(code);
-            if self.queues.active().busy() == Some(Busy::Moving) {
+            if self.queues.active().busy() == Some(Activity::Moving) {
                 // A motion that is cut short counts as finished (model section 15a).
                 self.record.assume(Assumption::RefusedFinishes);
             }
@@ -170,10 +172,10 @@ impl Device {
         self.halt();
         self.motion.set_homed(false);
         // Enter at the first stage: a base that stands at its switch already skips the search.
-        self.search_on(Stage::Seek)
+        self.search_on(HomingStage::Seek)
     }
 
-    fn search_on(&mut self, stage: Stage) -> Completion {
+    fn search_on(&mut self, stage: HomingStage) -> Completion {
         // The switch has closed for the last time: J1 is referenced.
         let Some(stage) = self.view().stage_after(stage) else {
             let geometry = self.view().geometry();
@@ -198,7 +200,7 @@ impl Device {
     fn go_home(&mut self) -> Completion {
         let id = HomeCmd::ROW.id;
         let planned = match self.view().plan_home_point() {
-            Err(NoPlan::Arm(MotionError::Unreachable(_) | MotionError::Limit { .. }))
+            Err(PlanError::Arm(MotionError::Unreachable(_) | MotionError::Limit { .. }))
                 if self.store.settings.home.is_some() =>
             {
                 if !self.record.allows(id, Assumption::HomeOutOfReach) {
@@ -213,7 +215,7 @@ impl Device {
         self.begin_homing(planned)
     }
 
-    fn begin_homing(&mut self, planned: Result<Start, NoPlan>) -> Completion {
+    fn begin_homing(&mut self, planned: Result<PlannedMotion, PlanError>) -> Completion {
         match planned {
             Ok(start) => self.begin(start),
             Err(error) => {
@@ -261,10 +263,10 @@ impl Device {
         let queue = self.queues.active_mut();
         if entry == 0.0 {
             // At rest a new path begins, and known lines may stem from the previous one.
-            queue.forget_ways();
+            queue.forget_path_lines();
         }
         if queued {
-            queue.resolve_ways(way.to(), |from, point| {
+            queue.resolve_path_lines(way.to(), |from, point| {
                 PathLine::from(&planner, from, point)
             });
         }
@@ -323,13 +325,13 @@ impl Device {
         if !segment.is_queued() || !self.goes_on() {
             return 0.0;
         }
-        segment.exit_speed(self.queues.active().ways())
+        segment.exit_speed(self.queues.active().path_lines())
     }
 
     /// Resolves the line of a segment just queued, if it follows another segment.
     pub(super) fn path_grows(&mut self) {
         let view = self.view();
-        let from = match self.queues.active().way_before_last() {
+        let from = match self.queues.active().path_line_before_last() {
             Some(way) => way.map(|way| way.to()),
             None => self.motion.queued_segment_end(&view.geometry()),
         };

@@ -11,7 +11,7 @@ use magician_protocol::{
 use super::Device;
 use super::effect::{Completion, ExecMode};
 use super::handlers;
-use super::queue::program::Placed;
+use super::queue::program::QueueResult;
 use super::queue::{QueuedCommand, moves};
 use crate::LinkId;
 use crate::event::{Event, Refusal};
@@ -90,17 +90,17 @@ impl Device {
             self.record.assume(Assumption::FirstIndex);
         }
         let index = match self.queues.place(id, command) {
-            Placed::Full => {
+            QueueResult::Full => {
                 self.record.event(Event::QueueFull { id });
                 // Index 0 is never given, and bit 2 of Ctrl marks the error (E38, a choice).
                 return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
             }
-            Placed::Stored(index) => {
+            QueueResult::Stored(index) => {
                 self.record.event(Event::Stored { index, id });
                 self.record.assume(Assumption::StoredLineIndex);
                 index
             }
-            Placed::Queued(index) => {
+            QueueResult::Queued(index) => {
                 self.record.event(Event::Accepted { index, id });
                 // A path under way may now look further ahead.
                 if !self.queues.program_runs() {

@@ -8,7 +8,7 @@ use magician_protocol::Set;
 use super::Device;
 use super::effect::{Completion, ExecMode};
 use super::io::steppers::Steppers;
-use super::queue::{Busy, Entry, QueuedCommand, Running};
+use super::queue::{Activity, Entry, QueuedCommand, Running};
 use crate::ArmInstant;
 use crate::event::Event;
 use crate::fidelity::Assumption;
@@ -19,7 +19,7 @@ impl Device {
         while let Some(at) = self.next_event().filter(|at| *at <= to) {
             // An event may be overdue, never early: the clock does not go back.
             self.now = self.now.max(at);
-            self.happen();
+            self.handle_due();
         }
         self.now = self.now.max(to);
     }
@@ -50,7 +50,7 @@ impl Device {
     /// Next instant at which the arm itself finishes something.
     fn own_event(&self) -> Option<ArmInstant> {
         let waited = match self.queues.active().busy() {
-            Some(Busy::Waiting(until)) => Some(until),
+            Some(Activity::Waiting(until)) => Some(until),
             _ => None,
         };
         let motion = self.motion.next_event();
@@ -62,7 +62,7 @@ impl Device {
     ///
     /// The order matters: the motion first, because a wait that ends at the same time may start
     /// another; then the tools, because the world acts on the tool as it is now.
-    fn happen(&mut self) {
+    fn handle_due(&mut self) {
         let now = self.now;
         if self.motion.next_event().is_some_and(|at| at <= now) {
             self.motion_event();
@@ -72,7 +72,7 @@ impl Device {
         while let Some(event) = self.world.poll_external(now) {
             self.apply_external(event);
         }
-        if let Some(Busy::Waiting(until)) = self.queues.active().busy()
+        if let Some(Activity::Waiting(until)) = self.queues.active().busy()
             && until <= now
         {
             self.finish_running();
@@ -156,10 +156,10 @@ impl Device {
         }
         let busy = match completion {
             Completion::Done => return self.finished(index, id),
-            Completion::Moving => Busy::Moving,
-            Completion::Waiting(until) => Busy::Waiting(until),
-            Completion::Triggered(trigger) => Busy::Triggered(trigger),
-            Completion::Turning(output) => Busy::Turning(output),
+            Completion::Moving => Activity::Moving,
+            Completion::Waiting(until) => Activity::Waiting(until),
+            Completion::Triggered(trigger) => Activity::Triggered(trigger),
+            Completion::Turning(output) => Activity::Turning(output),
         };
         self.queues.active_mut().run(Running { index, id, busy });
     }
@@ -167,14 +167,14 @@ impl Device {
     /// EIO address of the input that a running TRIG waits for.
     pub(crate) fn awaited_input(&self) -> Option<u8> {
         match self.queues.active().busy()? {
-            Busy::Triggered(trigger) => Some(trigger.address()),
+            Activity::Triggered(trigger) => Some(trigger.address()),
             _ => None,
         }
     }
 
     /// Finishes a running TRIG if its condition is met.
     fn look_at_input(&mut self) {
-        if let Some(Busy::Triggered(trigger)) = self.queues.active().busy()
+        if let Some(Activity::Triggered(trigger)) = self.queues.active().busy()
             && trigger.is_met(&self.io.pins, &self.world, self.now)
         {
             self.finish_running();
@@ -190,7 +190,7 @@ impl Device {
 
     /// Finishes the running command if the ended motion belongs to it.
     pub(super) fn finish_moving(&mut self) {
-        if self.queues.active().busy() == Some(Busy::Moving) {
+        if self.queues.active().busy() == Some(Activity::Moving) {
             self.finish_running();
         }
     }
@@ -218,7 +218,7 @@ impl Device {
 
     /// Ends a running wait or trigger.
     fn cut_wait(&mut self) {
-        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = self.queues.active().busy() {
+        if let Some(Activity::Waiting(_) | Activity::Triggered(_)) = self.queues.active().busy() {
             self.finish_running();
         }
     }
@@ -333,7 +333,7 @@ impl Device {
             self.world.stepper(self.now, output, rate);
         }
         // A new rate for the output ends the count that the queue was waiting for.
-        if self.queues.active().busy() == Some(Busy::Turning(output)) {
+        if self.queues.active().busy() == Some(Activity::Turning(output)) {
             self.finish_running();
         }
         if turned.counts {
@@ -355,7 +355,7 @@ impl Device {
 
     /// Ends a running command that counts pulses, and its motor with it.
     pub(super) fn cut_turning(&mut self) {
-        if let Some(Busy::Turning(output)) = self.queues.active().busy() {
+        if let Some(Activity::Turning(output)) = self.queues.active().busy() {
             self.turn(output, 0.0, None);
         }
     }

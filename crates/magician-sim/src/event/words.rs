@@ -7,13 +7,13 @@ use magician_protocol::{Alarm, Row};
 use super::{Event, Refusal};
 use crate::Scenario;
 use crate::fidelity::Confidence;
-use crate::world::{Body, Press, Rest, WorldEventKind};
+use crate::world::{Body, Press, Support, WorldEventKind};
 
 impl Event {
     /// True for an event that any program causes all the time: commands accepted, started and
     /// finished, and assumptions.
     #[must_use]
-    pub fn is_daily(&self) -> bool {
+    pub fn is_routine(&self) -> bool {
         matches!(
             self,
             Self::Accepted { .. }
@@ -129,15 +129,15 @@ impl Objects<'_> {
         }
     }
 
-    fn place(&self, rest: Rest) -> (&str, &str) {
+    fn place(&self, rest: Support) -> (&str, &str) {
         match rest {
-            Rest::Table => ("on", "the table"),
-            Rest::Belt => ("on", "the belt"),
-            Rest::Object(number) => ("on", self.object(number)),
-            Rest::Floor => ("on", "the floor"),
+            Support::Table => ("on", "the table"),
+            Support::Belt => ("on", "the belt"),
+            Support::Object(number) => ("on", self.object(number)),
+            Support::Floor => ("on", "the floor"),
             // An object that is released cannot end up on its shelf or in the tool, so no better
             // words are needed.
-            Rest::Shelf | Rest::Tool => ("where", "it was"),
+            Support::Shelf | Support::Tool => ("where", "it was"),
         }
     }
 

@@ -68,7 +68,7 @@ pub enum Authority {
     /// An erratum to the vendor's protocol document: `docs/reference/ERRATA.md` of the repository.
     Erratum(&'static str),
     /// No source: a choice of this project.
-    Nobody,
+    NoSource,
 }
 
 impl Authority {
@@ -77,7 +77,7 @@ impl Authority {
             [b'0'..=b'9', ..] => Self::Model(section),
             [b'E', ..] => Self::Erratum(section),
             // `(none)`: neither document says anything.
-            _ => Self::Nobody,
+            _ => Self::NoSource,
         }
     }
 
@@ -87,7 +87,7 @@ impl Authority {
         match self {
             Self::Model(section) => Some(format!("MODEL.md#section-{section}")),
             Self::Erratum(number) => Some(format!("ERRATA.md#{}", number.to_lowercase())),
-            Self::Nobody => None,
+            Self::NoSource => None,
         }
     }
 }
@@ -98,7 +98,7 @@ impl fmt::Display for Authority {
         f.pad(&match self {
             Self::Model(section) => format!("model {section}"),
             Self::Erratum(number) => format!("errata {number}"),
-            Self::Nobody => "no source".to_owned(),
+            Self::NoSource => "no source".to_owned(),
         })
     }
 }

@@ -8,7 +8,7 @@ use super::Color;
 use crate::world::{Footprint, ObjectPose, rotate};
 
 /// Largest distance of anything from the base, mm. A choice: several times the reach of the arm.
-pub(super) const FAR: f64 = 2000.0;
+pub(super) const MAX_DISTANCE: f64 = 2000.0;
 
 /// State of the arm at power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -114,7 +114,7 @@ pub struct Table {
 
 impl Table {
     const fn everywhere() -> [f64; 2] {
-        [-FAR, FAR]
+        [-MAX_DISTANCE, MAX_DISTANCE]
     }
 
     pub(crate) fn footprint(&self) -> Footprint {

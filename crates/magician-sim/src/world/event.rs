@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::{Body, Rest};
+use super::{Body, Support};
 use crate::ArmInstant;
 
 /// An event in the world.
@@ -21,9 +21,9 @@ pub enum WorldEventKind {
     /// The tool picked an object.
     Picked(u16),
     /// The tool released an object, which came to rest.
-    Released(u16, Rest),
+    Released(u16, Support),
     /// An object ran off the end of the belt and came to rest.
-    FellOffBelt(u16, Rest),
+    FellOffBelt(u16, Support),
     /// The tool touches a body.
     Touched(Body),
     /// The tool ran into an object from the side. The object stays: a knock moves nothing here.

@@ -35,7 +35,7 @@ pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
 pub use place::ObjectPose;
 pub(crate) use place::{Footprint, rotate};
-pub use scene::Rest;
+pub use scene::Support;
 pub use timed_path::{JointState, TimedPath};
 pub use tool_state::{GripCount, ToolState};
 pub use view::{ObjectView, WorldView};

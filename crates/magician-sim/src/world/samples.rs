@@ -7,12 +7,12 @@ use super::ObjectPose;
 use crate::{ArmInstant, Micros};
 
 /// Most samples of a path; it bounds the cost of one motion.
-const MOST: u64 = 2048;
+const MAX_SAMPLES: u64 = 2048;
 /// Distance between two samples, mm.
 const STRIDE: f64 = 1.0;
 /// Distance that a corner of a held object moves per degree of rotation, mm: as for an object of 60
 /// mm.
-const TURN: f64 = 0.5;
+const MM_PER_DEGREE: f64 = 0.5;
 /// Spacing of the samples that measure the length of a path, and their fewest and most.
 ///
 /// The arm cannot go and come back within 5 ms.
@@ -52,11 +52,12 @@ impl SampleTimes {
         for nth in 1..=coarse.count {
             let next = tip(coarse.at(nth));
             let [x, y, z] = [next.x - last.x, next.y - last.y, next.z - last.z];
-            length += libm::sqrt(x * x + y * y + z * z) + (next.yaw - last.yaw).abs() * TURN;
+            length +=
+                libm::sqrt(x * x + y * y + z * z) + (next.yaw - last.yaw).abs() * MM_PER_DEGREE;
             last = next;
         }
         // A conversion from float saturates; NaN gives 0.
-        let count = ((length / STRIDE) as u64).clamp(coarse.count, MOST);
+        let count = ((length / STRIDE) as u64).clamp(coarse.count, MAX_SAMPLES);
         Self { count, ..coarse }
     }
 }

@@ -16,7 +16,7 @@ const TOUCHES: f64 = 1.0;
 /// Support of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Rest {
+pub enum Support {
     /// The table.
     Table,
     /// The conveyor's belt.
@@ -31,7 +31,7 @@ pub enum Rest {
     Floor,
 }
 
-impl From<On> for Rest {
+impl From<On> for Support {
     fn from(on: On) -> Self {
         match on {
             On::Table => Self::Table,
@@ -44,8 +44,8 @@ impl From<On> for Rest {
 
 /// Support of an object, and its position in the frame of the support.
 #[derive(Clone, Copy, Debug)]
-struct Body {
-    rest: Rest,
+struct PlacedObject {
+    rest: Support,
     inner: ObjectPose,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Frames {
 /// The objects of the world.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scene {
-    bodies: Vec<Body>,
+    bodies: Vec<PlacedObject>,
     held: Option<u16>,
 }
 
@@ -69,7 +69,7 @@ impl Scene {
     pub(super) fn new(scenario: &Scenario, belt: &ObjectPose) -> Self {
         let objects = scenario.objects();
         let body = |object: &Object| {
-            let rest = Rest::from(object.on);
+            let rest = Support::from(object.on);
             let inner = match object.on {
                 On::Belt => belt.to(&object.place),
                 On::Object(below) => objects
@@ -77,7 +77,7 @@ impl Scene {
                     .map_or(object.place, |below| below.place.to(&object.place)),
                 On::Table | On::Shelf => object.place,
             };
-            Body { rest, inner }
+            PlacedObject { rest, inner }
         };
         Self {
             bodies: objects.iter().map(body).collect(),
@@ -94,25 +94,25 @@ impl Scene {
         0..u16::try_from(self.bodies.len()).unwrap_or(u16::MAX)
     }
 
-    pub(super) fn rest(&self, object: u16) -> Rest {
+    pub(super) fn rest(&self, object: u16) -> Support {
         self.bodies
             .get(usize::from(object))
-            .map_or(Rest::Floor, |body| body.rest)
+            .map_or(Support::Floor, |body| body.rest)
     }
 
     /// Support of the whole stack that contains the object.
-    pub(super) fn root(&self, object: u16) -> Rest {
+    pub(super) fn root(&self, object: u16) -> Support {
         let mut rest = self.rest(object);
         // At most as many steps as objects: a cycle cannot hang the search.
         for _ in &self.bodies {
-            let Rest::Object(below) = rest else { break };
+            let Support::Object(below) = rest else { break };
             rest = self.rest(below);
         }
         rest
     }
 
     pub(super) fn is_carried(&self, object: u16) -> bool {
-        self.held.is_some() && self.root(object) == Rest::Tool
+        self.held.is_some() && self.root(object) == Support::Tool
     }
 
     pub(super) fn place(&self, object: u16, frames: &Frames) -> ObjectPose {
@@ -122,15 +122,15 @@ impl Scene {
         let (mut place, mut rest) = (body.inner, body.rest);
         for _ in &self.bodies {
             match rest {
-                Rest::Object(below) => {
+                Support::Object(below) => {
                     let Some(below) = self.bodies.get(usize::from(below)) else {
                         break;
                     };
                     (place, rest) = (below.inner.then(&place), below.rest);
                 }
-                Rest::Belt => return frames.belt.then(&place),
-                Rest::Tool => return frames.tool.then(&place),
-                Rest::Table | Rest::Shelf | Rest::Floor => break,
+                Support::Belt => return frames.belt.then(&place),
+                Support::Tool => return frames.tool.then(&place),
+                Support::Table | Support::Shelf | Support::Floor => break,
             }
         }
         place
@@ -149,7 +149,7 @@ impl Scene {
     pub(super) fn take(&mut self, object: u16, frames: &Frames) {
         let place = self.place(object, frames);
         let inner = frames.tool.to(&place);
-        self.put(object, Rest::Tool, inner);
+        self.put(object, Support::Tool, inner);
         self.held = Some(object);
     }
 
@@ -161,7 +161,7 @@ impl Scene {
         scenario: &Scenario,
         frames: &Frames,
         slack: f64,
-    ) -> Option<(u16, Rest)> {
+    ) -> Option<(u16, Support)> {
         let object = self.held?;
         let place = self.place(object, frames);
         let rest = self.fall(object, place, slack, scenario, frames);
@@ -177,7 +177,7 @@ impl Scene {
         at: [f64; 3],
         scenario: &Scenario,
         frames: &Frames,
-    ) -> Rest {
+    ) -> Support {
         if self.held == Some(object) {
             self.held = None;
         }
@@ -199,20 +199,20 @@ impl Scene {
         slack: f64,
         scenario: &Scenario,
         frames: &Frames,
-    ) -> Rest {
+    ) -> Support {
         let highest = self
             .grounds(object, scenario, frames)
             .filter(|(_, ground)| ground.contains(from.xy()))
             // Surfaces above the object do not catch it.
             .filter(|(_, ground)| ground.place.z <= from.z + slack)
             .max_by(|(_, one), (_, other)| one.place.z.total_cmp(&other.place.z));
-        let (rest, z) = highest.map_or((Rest::Floor, FLOOR), |(rest, ground)| {
+        let (rest, z) = highest.map_or((Support::Floor, FLOOR), |(rest, ground)| {
             (rest, ground.place.z)
         });
         let place = ObjectPose { z, ..from };
         let inner = match rest {
-            Rest::Belt => frames.belt.to(&place),
-            Rest::Object(below) => self.place(below, frames).to(&place),
+            Support::Belt => frames.belt.to(&place),
+            Support::Object(below) => self.place(below, frames).to(&place),
             // Table and floor do not move, so their frame is that of the base.
             _ => place,
         };
@@ -226,20 +226,20 @@ impl Scene {
         object: u16,
         scenario: &'a Scenario,
         frames: &'a Frames,
-    ) -> impl Iterator<Item = (Rest, Footprint)> + 'a {
+    ) -> impl Iterator<Item = (Support, Footprint)> + 'a {
         let table = scenario
             .table()
-            .map(|table| (Rest::Table, table.footprint()));
+            .map(|table| (Support::Table, table.footprint()));
         let belt = scenario
             .conveyor()
-            .map(|belt| (Rest::Belt, belt.footprint()));
+            .map(|belt| (Support::Belt, belt.footprint()));
         let tops = self
             .ids()
             // An object cannot fall onto its own load.
             .filter(move |other| !self.stands_on(*other, object))
             .map(move |other| {
                 (
-                    Rest::Object(other),
+                    Support::Object(other),
                     self.solid(other, scenario, frames).top(),
                 )
             });
@@ -254,16 +254,16 @@ impl Scene {
                 return true;
             }
             match self.rest(next) {
-                Rest::Object(under) => next = under,
+                Support::Object(under) => next = under,
                 _ => return false,
             }
         }
         false
     }
 
-    fn put(&mut self, object: u16, rest: Rest, inner: ObjectPose) {
+    fn put(&mut self, object: u16, rest: Support, inner: ObjectPose) {
         if let Some(body) = self.bodies.get_mut(usize::from(object)) {
-            *body = Body { rest, inner };
+            *body = PlacedObject { rest, inner };
         }
     }
 }

@@ -4,7 +4,7 @@ use super::{ObjectPose, rotate};
 use crate::scenario::Beam;
 
 /// Longest belt travel considered, mm. It bounds the polygon and is beyond any belt.
-const FAR: f64 = 1e5;
+const MAX_BELT_TRAVEL: f64 = 1e5;
 
 /// A box at a position.
 #[derive(Clone, Copy, Debug)]
@@ -53,7 +53,12 @@ impl Solid {
         let (from, to) = (self.local(beam.from), self.local(beam.to));
         let [shift_x, shift_y] = rotate([1.0, 0.0], direction - self.place.yaw);
         let shift = [shift_x, shift_y, 0.0];
-        let mut polygon = vec![[0.0, -FAR], [1.0, -FAR], [1.0, FAR], [0.0, FAR]];
+        let mut polygon = vec![
+            [0.0, -MAX_BELT_TRAVEL],
+            [1.0, -MAX_BELT_TRAVEL],
+            [1.0, MAX_BELT_TRAVEL],
+            [0.0, MAX_BELT_TRAVEL],
+        ];
         for axis in 0..3 {
             let (start, way, half) = (from[axis], to[axis] - from[axis], self.size[axis] / 2.0);
             for side in [1.0, -1.0] {

@@ -9,10 +9,10 @@ use super::belt::Belt;
 use super::event::{WorldEvent, WorldEvents};
 use super::forecast::Changes;
 use super::ink::Ink;
-use super::scene::{Frames, Rest, Scene};
+use super::scene::{Frames, Scene, Support};
 use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
-use super::traffic::{self, Traffic};
+use super::traffic::{self, BeltEvent};
 use super::{Body, ExternalEvent, GripCount, JointState, ObjectPose, ToolState};
 use crate::ArmInstant;
 use crate::scenario::{Action, Scenario, SensorKind};
@@ -30,7 +30,7 @@ pub(super) struct WorldState {
     scene: Scene,
     belt: Belt,
     /// Next event that the belt causes.
-    traffic: Option<Traffic>,
+    traffic: Option<BeltEvent>,
     tool: ToolState,
     grips: GripCount,
     /// Bodies that the tool touches.
@@ -83,7 +83,7 @@ impl WorldState {
         &self.scene
     }
 
-    pub(super) fn rest(&self, object: u16) -> Rest {
+    pub(super) fn rest(&self, object: u16) -> Support {
         self.scene.rest(object)
     }
 

@@ -19,9 +19,9 @@ const DEEPER: f64 = 0.01;
 /// Length of the gripper's fingers below its palm, mm (G).
 pub(super) const FINGERS: f64 = 20.0;
 /// Least overlap of the fingers with an object to hold it, mm (G).
-const BITE: f64 = 2.0;
+const MIN_FINGER_OVERLAP: f64 = 2.0;
 /// Largest gap between suction cup and object at which it is still taken, mm (G).
-const SUCK: f64 = 1.0;
+const MAX_SUCTION_GAP: f64 = 1.0;
 
 /// Kind of contact of the tool with a body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -166,13 +166,13 @@ impl Reach<'_> {
             return false;
         }
         match self.tool().kind {
-            ToolKind::Suction => (-self.tool().give - TOUCH..=SUCK).contains(&above),
+            ToolKind::Suction => (-self.tool().give - TOUCH..=MAX_SUCTION_GAP).contains(&above),
             ToolKind::Gripper => {
                 // The fingers close along Y of the tool.
                 let [_, across] = tip.local(solid.place.xy());
                 let reach = footprint.reach(tip.yaw + 90.0);
                 let fits = across.abs() + reach <= self.tool().opening / 2.0;
-                fits && (-FINGERS - self.tool().give..=-BITE).contains(&above)
+                fits && (-FINGERS - self.tool().give..=-MIN_FINGER_OVERLAP).contains(&above)
             }
             ToolKind::None | ToolKind::Pen | ToolKind::Laser => false,
         }

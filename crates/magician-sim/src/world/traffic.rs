@@ -7,13 +7,13 @@ use std::time::Duration;
 
 use super::ObjectPose;
 use super::belt::Belt;
-use super::scene::{Frames, Rest, Scene};
+use super::scene::{Frames, Scene, Support};
 use crate::ArmInstant;
 use crate::scenario::Scenario;
 
 /// The next event that the belt causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Traffic {
+pub(super) struct BeltEvent {
     pub(super) at: ArmInstant,
     /// Object that runs off the end; `None` if an object enters or leaves a sensor.
     pub(super) falls: Option<u16>,
@@ -36,7 +36,7 @@ pub(super) fn next(
     scene: &Scene,
     belt: &Belt,
     now: ArmInstant,
-) -> Option<Traffic> {
+) -> Option<BeltEvent> {
     if !belt.runs() {
         return None;
     }
@@ -49,18 +49,18 @@ pub(super) fn next(
     let riding = || {
         scene
             .ids()
-            .filter(|object| scene.root(*object) == Rest::Belt)
+            .filter(|object| scene.root(*object) == Support::Belt)
     };
     let falls = riding().filter_map(|object| {
         let at = watch.falls(object)?;
-        Some(Traffic {
+        Some(BeltEvent {
             at,
             falls: Some(object),
         })
     });
     let sights = riding().filter_map(|object| {
         let at = watch.sensor_changes(object)?;
-        Some(Traffic { at, falls: None })
+        Some(BeltEvent { at, falls: None })
     });
     falls.chain(sights).min_by_key(|traffic| traffic.at)
 }
@@ -87,7 +87,7 @@ pub(super) fn run_off(
     scene: &mut Scene,
     frames: &Frames,
     object: u16,
-) -> Rest {
+) -> Support {
     let solid = scene.solid(object, scenario, frames);
     let Some(conveyor) = scenario.conveyor() else {
         return scene.rest(object);
@@ -127,7 +127,7 @@ impl Watch<'_> {
     /// Instant at which the middle of an object on the belt is beyond the end.
     fn falls(&self, object: u16) -> Option<ArmInstant> {
         // Only the bottom object of a stack runs off; the others fall with it.
-        if self.scene.rest(object) != Rest::Belt {
+        if self.scene.rest(object) != Support::Belt {
             return None;
         }
         let belt = self.scenario.conveyor()?;

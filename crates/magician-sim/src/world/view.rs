@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::scene::Frames;
 use super::state::WorldState;
-use super::{GripCount, ObjectPose, Rest};
+use super::{GripCount, ObjectPose, Support};
 use crate::ArmInstant;
 use crate::scenario::{Color, Object};
 
@@ -105,26 +105,26 @@ impl<'a> ObjectView<'a> {
 
     /// Support.
     #[must_use]
-    pub fn rest(&self) -> Rest {
+    pub fn rest(&self) -> Support {
         self.state.rest(self.id)
     }
 
     /// True if it stands directly on the conveyor's belt.
     #[must_use]
     pub fn on_belt(&self) -> bool {
-        self.rest() == Rest::Belt
+        self.rest() == Support::Belt
     }
 
     /// True if it stands directly on the table.
     #[must_use]
     pub fn on_table(&self) -> bool {
-        self.rest() == Rest::Table
+        self.rest() == Support::Table
     }
 
     /// True if it stands directly on the object of that name.
     #[must_use]
     pub fn on(&self, name: &str) -> bool {
-        let Rest::Object(below) = self.rest() else {
+        let Support::Object(below) = self.rest() else {
             return false;
         };
         let below = self.state.scenario().objects().get(usize::from(below));
@@ -134,13 +134,13 @@ impl<'a> ObjectView<'a> {
     /// True if the tool holds it. An object that stands on a held one is carried, not held.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.rest() == Rest::Tool
+        self.rest() == Support::Tool
     }
 
     /// True if it fell off everything.
     #[must_use]
     pub fn is_lost(&self) -> bool {
-        self.rest() == Rest::Floor
+        self.rest() == Support::Floor
     }
 
     /// True if the sensor of a connector has seen it since power-up. An object hidden by another

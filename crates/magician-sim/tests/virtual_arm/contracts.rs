@@ -509,7 +509,7 @@ fn replies_of_two_links_that_talk_at_once_do_not_mix() {
 
 /// An expired link has not sent anything: it remains the one silent for longest.
 #[test]
-fn silence_is_no_sign_of_life() {
+fn expired_link_stays_longest_silent() {
     let mut arm = Controller::default();
     arm.receive(LinkId(0), &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6]);
     for link in 1..64 {

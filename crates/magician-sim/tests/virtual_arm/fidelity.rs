@@ -139,7 +139,7 @@ fn a_first_use_is_told_once_and_all_are_counted() {
 
 /// A strict arm still does everyday work: connect, set, home, move, wait, read.
 #[test]
-fn a_day_s_work_needs_no_choice() {
+fn strict_arm_accepts_everyday_commands() {
     let mut bench = TestArm {
         arm: Controller::new(Profile {
             fidelity: magician_sim::FidelityRules { strict: true },
@@ -170,7 +170,7 @@ fn a_day_s_work_needs_no_choice() {
 
 /// A choice that is kept states its reason; a fact does not.
 #[test]
-fn the_list_is_of_one_mind() {
+fn only_kept_choices_state_a_reason() {
     for assumption in Assumption::ALL {
         let choice = assumption.confidence() == Confidence::Choice;
         assert_eq!(

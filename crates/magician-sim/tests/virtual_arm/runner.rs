@@ -774,7 +774,7 @@ fn the_speed_may_change_on_the_way() {
 
 /// Replies that a peer does not read stay available, and are no future change.
 #[test]
-fn what_has_come_and_is_not_taken_is_no_change() {
+fn unread_replies_are_no_future_change() {
     let line = LineTiming {
         baud: None,
         turnaround: Duration::from_micros(500),

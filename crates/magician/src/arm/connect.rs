@@ -196,7 +196,7 @@ impl Arm {
             in_process,
             #[cfg(feature = "sim")]
             virtual_arm,
-            held: super::fence::Held::new(options.fence),
+            held: super::fence::FenceState::new(options.fence),
             options,
             reset_asked: AtomicU8::new(0),
         };

@@ -12,7 +12,7 @@ use tokio::time::Instant;
 
 use super::Arm;
 use super::driver::micros;
-use super::fence::Turn;
+use super::fence::SendPermit;
 use crate::build::JogDirection;
 use crate::connection::Micros;
 use crate::preflight::{Preflight, state_at};
@@ -20,9 +20,9 @@ use crate::{Error, Result};
 
 /// Longest delay, us, between the due time of a stop and its effect, besides the round trips of the
 /// line. Choice: a busy host and a period of the controller fit.
-const LATE: Micros = 60_000;
+const STOP_LATENCY_MARGIN: Micros = 60_000;
 /// Round trips that the stop may have to wait for. Choice: retransmissions, and requests before it.
-const TRIPS: Micros = 4;
+const STOP_ROUND_TRIPS: Micros = 4;
 
 /// Jog that has to be stopped before the fence.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ impl FencedJog {
         arm: &Arm,
         direction: JogDirection,
         deadline: Instant,
-    ) -> Result<Option<(Turn<'_>, Option<Self>)>> {
+    ) -> Result<Option<(SendPermit<'_>, Option<Self>)>> {
         let (Some(turn), Some(jog)) = (
             arm.fence_check().hold_jog(deadline).await?,
             jog_of(direction),
@@ -54,7 +54,13 @@ impl FencedJog {
         let asked = Instant::now();
         arm.get::<Pose>().await?;
         let trip = micros(asked.elapsed());
-        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
+        let fenced = fenced(
+            &check,
+            &planner,
+            jog,
+            rates,
+            STOP_LATENCY_MARGIN + STOP_ROUND_TRIPS * trip,
+        )?;
         Ok(Some((turn, fenced)))
     }
 
@@ -134,7 +140,7 @@ fn fenced(
     }
     if early <= late {
         // Too close: the arm would be outside before it is at rest again.
-        fence.check_way(&trajectory).map_err(Error::fenced)?;
+        fence.check_motion(&trajectory).map_err(Error::fenced)?;
     }
     Ok(Some(FencedJog {
         motion: trajectory,

@@ -25,13 +25,13 @@ use crate::{Error, ErrorCode, ErrorKind, REST_READ_INTERVAL, RestDetector, Resul
 
 /// Longest time to come to rest: braking from full speed, or a motion that a Clear lets finish.
 /// Choice, with margin.
-const BRAKING: Duration = Duration::from_secs(5);
+const MAX_BRAKING_TIME: Duration = Duration::from_secs(5);
 /// Time between two reads that check for rest.
-pub(super) const APART: Duration = Duration::from_micros(REST_READ_INTERVAL);
+pub(super) const REST_POLL_INTERVAL: Duration = Duration::from_micros(REST_READ_INTERVAL);
 
 /// Longest wait of a blocking stop for its confirmation. Choice: a thread that handles Ctrl-C or a
 /// button should not hang longer.
-const HALT: Duration = Duration::from_secs(1);
+const STOP_CONFIRM_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Stops requested from outside of any task.
 #[derive(Debug, Default)]
@@ -113,7 +113,7 @@ impl Stopper {
     pub fn stop_blocking(&self) -> Result<()> {
         let (tell, told) = sync_channel(1);
         self.ask(Some(Waiter(tell)))?;
-        match told.recv_timeout(HALT) {
+        match told.recv_timeout(STOP_CONFIRM_TIMEOUT) {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => {
                 let message =
@@ -266,7 +266,8 @@ impl Arm {
     /// [`ErrorKind::Timeout`] if it still moves after five seconds, else as [`get`](Self::get).
     pub async fn wait_still(&self) -> Result<()> {
         let brakes = self.picture().motion().is_braking();
-        self.still_until(Instant::now() + BRAKING, brakes).await
+        self.still_until(Instant::now() + MAX_BRAKING_TIME, brakes)
+            .await
     }
 
     /// True if the arm is at rest: nothing of this connection runs in its queue, and a few reads
@@ -310,7 +311,7 @@ impl Arm {
                     message!("the arm still moves"),
                 ));
             }
-            sleep(APART).await;
+            sleep(REST_POLL_INTERVAL).await;
         }
     }
 }

@@ -22,14 +22,14 @@ use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 
 /// Largest deviation of a controller's crystal, per mille of the elapsed time. Choice, far above
 /// any crystal (below 0.1 per mille): a larger deviation means a virtual arm at another speed.
-const CRYSTAL: f64 = 10.0;
+const MAX_CLOCK_DEVIATION_PER_MILLE: f64 = 10.0;
 /// Additional error of one clock reading: the controller counts ms, and this process may be
 /// scheduled late. Choice.
-const READING: Duration = Duration::from_millis(50);
+const CLOCK_READING_ERROR: Duration = Duration::from_millis(50);
 
 /// Largest distance from the home point, mm, at which a homing counts as complete. A homed arm was
 /// recorded 0.01 mm from it (model section 11); an aborted homing leaves the arm centimetres away.
-const AT_HOME: f32 = 2.0;
+const HOME_TOLERANCE: f32 = 2.0;
 
 /// Identity of an arm: its serial number and its port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -83,7 +83,7 @@ pub trait HomingRecord: fmt::Debug + Send + Sync {
 
 /// Readings of the arm that identify it in the record.
 #[derive(Debug, Default)]
-pub(super) struct Remembered {
+pub(super) struct IdentityCache {
     identity: Option<ArmIdentity>,
     /// First clock reading since the arm was reset.
     first: Option<ClockReading>,
@@ -96,7 +96,7 @@ struct ClockReading {
     uptime: Duration,
 }
 
-impl Remembered {
+impl IdentityCache {
     /// Discards the readings: the arm was reset, or another one may be on the line.
     pub(super) fn forget(&mut self) {
         *self = Self::default();
@@ -118,9 +118,11 @@ impl ClockReading {
         // A clock that went backwards counts as no time: the arm was reset, which the driver finds
         // out.
         let ran = later.uptime.saturating_sub(self.uptime);
-        if ran > most.mul_f64(1.0 + CRYSTAL / 1000.0) + READING {
+        if ran > most.mul_f64(1.0 + MAX_CLOCK_DEVIATION_PER_MILLE / 1000.0) + CLOCK_READING_ERROR {
             ClockRate::Faster
-        } else if ran + READING < least.mul_f64(1.0 - CRYSTAL / 1000.0) {
+        } else if ran + CLOCK_READING_ERROR
+            < least.mul_f64(1.0 - MAX_CLOCK_DEVIATION_PER_MILLE / 1000.0)
+        {
             ClockRate::Slower
         } else {
             ClockRate::Steady
@@ -240,7 +242,7 @@ impl Homing<'_> {
         }
         let home = self.arm.get::<HomeParams>().await?;
         let away = [pose.x - home.x, pose.y - home.y, pose.z - home.z];
-        Ok(away.iter().map(|axis| axis * axis).sum::<f32>() <= AT_HOME * AT_HOME)
+        Ok(away.iter().map(|axis| axis * axis).sum::<f32>() <= HOME_TOLERANCE * HOME_TOLERANCE)
     }
 
     /// Returns an error if the homing just waited for did not end at the home point.
@@ -335,7 +337,7 @@ impl Arm {
 #[derive(Debug, Default)]
 pub(super) struct Homings {
     pub(super) record: Option<Arc<dyn HomingRecord>>,
-    remembered: Mutex<Remembered>,
+    remembered: Mutex<IdentityCache>,
 }
 
 impl Homings {
@@ -346,7 +348,7 @@ impl Homings {
         }
     }
 
-    pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
+    pub(super) fn remembered(&self) -> MutexGuard<'_, IdentityCache> {
         held(&self.remembered)
     }
 

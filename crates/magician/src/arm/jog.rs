@@ -89,12 +89,12 @@ pub(super) enum Phase {
     Running,
     Ending(JogEnd),
     /// The arm is at rest, or the driver cannot do more about it.
-    Over(JogEnd, Stands),
+    Over(JogEnd, Standstill),
 }
 
 /// Confirmation that the arm is at rest after a jog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stands {
+pub(super) enum Standstill {
     Seen,
     Unknown,
 }
@@ -195,12 +195,12 @@ impl Jog {
         let over = phase.wait_for(|phase| matches!(phase, Phase::Over(..)));
         let over = match timeout_at(deadline, over).await {
             Ok(Ok(phase)) => Some(*phase),
-            Ok(Err(_)) => Some(Phase::Over(JogEnd::Closed, Stands::Unknown)),
+            Ok(Err(_)) => Some(Phase::Over(JogEnd::Closed, Standstill::Unknown)),
             Err(_) => None,
         };
         match over {
             // A jog that replaced this one has moved the arm on, so rest is its concern.
-            Some(Phase::Over(_, Stands::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
+            Some(Phase::Over(_, Standstill::Seen) | Phase::Over(JogEnd::Replaced, _)) => Ok(()),
             Some(Phase::Over(why @ (JogEnd::LinkLost | JogEnd::Closed), _)) => Err(self.ended(why)),
             // Timed out, or ended without being seen at rest.
             _ => {

@@ -113,7 +113,7 @@ impl Known<'_> {
     pub(super) async fn read_queue(self) -> Result<QueueLook> {
         // Counted before the reads: a command sent between them makes the look stale, and the
         // picture has to notice.
-        let orders = self.arm.picture().standing().orders();
+        let orders = self.arm.picture().standing().writes_sent();
         let left = self.arm.get::<QueuedCmdLeftSpace>().await?.left_space;
         let read = self.arm.get::<QueuedCmdCurrentIndex>().await?;
         let current = read.queued_cmd_current_index;

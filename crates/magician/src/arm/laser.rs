@@ -14,7 +14,7 @@ use super::{Arm, Shared};
 use crate::build;
 use crate::connection::Request;
 use crate::message;
-use crate::{Action, Error, ErrorCode, ErrorKind, LightsOut, Result};
+use crate::{Action, Error, ErrorCode, ErrorKind, LaserOffPose, Result};
 use magician_host::{LASER_POWER, LASER_SUPPLY, burns};
 
 /// Pins that a laser may be wired to.
@@ -214,7 +214,7 @@ impl Laser<'_> {
     ///
     /// A stop of an arm that may burn reads the pose right after it. This method sends no frame.
     #[must_use]
-    pub fn lights_out(self) -> Option<LightsOut> {
+    pub fn lights_out(self) -> Option<LaserOffPose> {
         self.arm.picture().lights_out()
     }
 

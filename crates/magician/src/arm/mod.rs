@@ -141,7 +141,7 @@ struct Inner {
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
     /// The fence, if any, with the planned path it is checked against.
-    held: fence::Held,
+    held: fence::FenceState,
     /// True if the arm is a virtual one in this process.
     in_process: bool,
     /// The virtual arm in this process, if it is one.

@@ -153,7 +153,7 @@ impl Arm {
         read.settings.ptp_coordinate = self.known().setting().await?;
         read.settings.ptp_common = self.known().setting().await?;
         read.settings.ptp_jump2 = self.known().setting().await?;
-        read.settings.with_rail.with_l = on_rail.into();
+        read.settings.rail_setting.with_l = on_rail.into();
         if needs.home {
             read.home = match self.known().setting().await {
                 Ok(home) => Some(home),

@@ -15,31 +15,31 @@ use tokio::time::{Instant, timeout, timeout_at};
 use super::Arm;
 use super::driver::{Message, command_name};
 use super::homing::homes;
-use crate::connection::{Request, is_once};
+use crate::connection::{Request, must_not_repeat};
 use crate::message;
 use crate::{Error, ErrorCode, Result};
 
 /// Upper bound of a timeout: longer than any caller waits, and small enough to be added to any
 /// instant without overflow.
-const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
+const MAX_TIMEOUT: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
 
 /// Additional time after the deadline before the handle gives up on the task. Choice: the task
 /// normally reports the timeout itself, with a more precise error.
-const GRACE: Duration = Duration::from_millis(5);
+const DEADLINE_GRACE: Duration = Duration::from_millis(5);
 /// Time for the task to be scheduled after the handle was. Choice: a few scheduler turns.
-const TURN: Duration = Duration::from_millis(3);
+const SCHEDULING_GRACE: Duration = Duration::from_millis(3);
 
 /// Sending requests.
 impl Arm {
     pub(super) fn deadline(&self) -> Instant {
         self.call_deadline()
-            .max(Instant::now() + self.patience.min(FOREVER))
+            .max(Instant::now() + self.patience.min(MAX_TIMEOUT))
     }
 
     /// Returns the deadline of calls outside a run.
     pub(super) fn call_deadline(&self) -> Instant {
         let timeout = self.timeout().max(self.inner.shared.attempts());
-        Instant::now() + timeout.min(FOREVER)
+        Instant::now() + timeout.min(MAX_TIMEOUT)
     }
 
     /// Returns the queue fault, if any, for a call that began after `since` stops.
@@ -133,7 +133,7 @@ impl Arm {
         deadline: Instant,
     ) -> Result<FrameBuf> {
         // A request that must not be repeated may have been executed, so the caller has to be told.
-        let silent = if is_once(&request.frame()) {
+        let silent = if must_not_repeat(&request.frame()) {
             Error::uncertain(None, None)
         } else {
             Error::new(ErrorCode::NoAnswer, message!("no answer"))
@@ -150,17 +150,17 @@ impl Arm {
         deadline: Instant,
     ) -> Result<T> {
         let before = self.inner.shared.slept();
-        let mut late = deadline + GRACE;
+        let mut late = deadline + DEADLINE_GRACE;
         loop {
             let heard = timeout_at(late, self.heard(&mut answer)).await;
             // After a suspension all tasks wake at once, perhaps this one before the driver: give
             // it a turn.
             let heard = match heard {
-                Err(_) => timeout(TURN, self.heard(&mut answer)).await,
+                Err(_) => timeout(SCHEDULING_GRACE, self.heard(&mut answer)).await,
                 heard => heard,
             };
             // The driver reports the length of a suspension; the deadline moves on by it.
-            let extended = deadline + GRACE + (self.inner.shared.slept() - before);
+            let extended = deadline + DEADLINE_GRACE + (self.inner.shared.slept() - before);
             break match heard {
                 Ok(Some(result)) => result,
                 Ok(None) => Err(Error::closed()),
@@ -203,7 +203,7 @@ mod tests {
     use crate::Options;
 
     #[tokio::test(start_paused = true)]
-    async fn what_the_task_is_kept_from_answering_may_have_been_done() {
+    async fn unanswered_command_is_uncertain() {
         let arm = Arm::simulated(crate::VirtualArm::default(), Options::default()).await;
         let arm = arm.unwrap();
         let download = QueuedCmdStartDownload {

@@ -17,7 +17,7 @@ use super::bounded_jog::BoundedJogs;
 use super::disruptions::Disruptions;
 use super::events::Event;
 use super::halt::Halts;
-use super::homing::{HomingRecord, Homings, Remembered};
+use super::homing::{HomingRecord, Homings, IdentityCache};
 use super::link::Link;
 use super::state::{Status, Watches};
 use crate::connection::Micros;
@@ -183,7 +183,7 @@ impl Shared {
     }
 
     /// Returns the readings that identify the arm in the record of homings.
-    pub(super) fn remembered(&self) -> MutexGuard<'_, Remembered> {
+    pub(super) fn remembered(&self) -> MutexGuard<'_, IdentityCache> {
         self.homings.remembered()
     }
 
@@ -200,7 +200,7 @@ impl Shared {
     /// Notes two equal poses, read after this many forced stops: the arm is at rest.
     pub(super) fn stood_after(&self, stops: u64) {
         self.picture().stood_after(stops);
-        self.gate().stands_still();
+        self.gate().note_rest();
     }
 }
 

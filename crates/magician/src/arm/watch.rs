@@ -22,13 +22,13 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const STANDING: Duration = Duration::from_millis(1500);
 /// Time without motion after which a running command counts as stuck. Only homing, waits and
 /// triggers take longer. Choice.
-const STUCK: Duration = Duration::from_secs(15);
+const STUCK_AFTER: Duration = Duration::from_secs(15);
 /// Time for which a queue may stand that this connection has not started: another program may start
 /// it. A caller that wants to wait longer calls again. Choice.
 const GRACE: Duration = Duration::from_secs(5);
 /// Longest homing, and longest command of another program. Choice, with margin over the 25 s of a
 /// homing (model section 11).
-const LONG: Duration = Duration::from_secs(60);
+const MAX_COMMAND_TIME: Duration = Duration::from_secs(60);
 
 /// Progress of a wait or a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,12 +214,12 @@ impl Watch {
         };
         // A stream starts the queue itself, so no other program has to be waited for.
         let grace = if started || self.counted {
-            STUCK
+            STUCK_AFTER
         } else {
             GRACE
         };
         let patience = match pace {
-            Some(QueuedPace::Home) => LONG,
+            Some(QueuedPace::Home) => MAX_COMMAND_TIME,
             Some(QueuedPace::Motor(time)) if stopped => time,
             // A stop cuts waits and triggers short.
             _ if stopped => STANDING,
@@ -231,7 +231,7 @@ impl Watch {
             Some(QueuedPace::Motion | QueuedPace::Rail | QueuedPace::Moment) => grace,
             Some(QueuedPace::Pause(time) | QueuedPace::Motor(time)) => time.saturating_add(grace),
             // A command of another program, or one the picture has lost: as long as any may take.
-            None => LONG,
+            None => MAX_COMMAND_TIME,
         };
         if self.changed.elapsed() < patience {
             return Ok(());

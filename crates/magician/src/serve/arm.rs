@@ -26,7 +26,7 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    pub(super) fn open(server: Server, house: WakeSet) -> Result<Self, ServeError> {
+    pub(super) fn open(server: Server, wake_set: WakeSet) -> Result<Self, ServeError> {
         let runner = Runner::new(server.controller, server.speed, server.line);
         let mut hub = SharedArm::new(runner, server.on_notice);
         #[cfg(feature = "trace")]
@@ -46,7 +46,7 @@ impl Arm {
             let controller = hub.runner_mut().controller_mut();
             controller.identify_at(&place, server.number);
         }
-        let bell = WakeFlag::new(house);
+        let bell = WakeFlag::new(wake_set);
         Ok(Self {
             listeners,
             hub,

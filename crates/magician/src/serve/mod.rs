@@ -31,8 +31,8 @@ mod cable;
 mod discovery;
 mod endpoints;
 pub mod files;
+mod flash_file;
 mod handle;
-mod keep;
 mod outbox;
 mod proxy;
 #[cfg(unix)]
@@ -354,7 +354,8 @@ impl Server {
         self
     }
 
-    /// Makes this arm number `number` of several, counted from 1, which distinguishes its endpoints.
+    /// Makes this arm number `number` of several, counted from 1, which distinguishes its
+    /// endpoints.
     ///
     /// `.number` is appended to the paths of pseudo-terminals, and ports count up from the given
     /// ones (0 remains any free port). [`serve_all`] serves the arms together.

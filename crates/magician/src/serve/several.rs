@@ -28,8 +28,8 @@ pub async fn serve_all(
     let servers: Vec<Server> = servers.into_iter().collect();
     // Predictable errors are found before anything is changed.
     servers.iter().try_for_each(Server::check)?;
-    let house = WakeSet::new();
-    let open = |server| Arm::open(server, house.clone());
+    let wake_set = WakeSet::new();
+    let open = |server| Arm::open(server, wake_set.clone());
     let mut arms = (servers.into_iter().map(open)).collect::<Result<Vec<Arm>, _>>()?;
     arms.iter_mut().for_each(Arm::ready);
     let mut end = pin!(end);
@@ -38,7 +38,7 @@ pub async fn serve_all(
         if end.as_mut().poll(cx).is_ready() {
             return Poll::Ready(Ok(()));
         }
-        house.listen(cx.waker());
+        wake_set.listen(cx.waker());
         match arms.iter_mut().try_for_each(Arm::answer_bell) {
             Ok(()) => Poll::Pending,
             Err(error) => Poll::Ready(Err(error)),

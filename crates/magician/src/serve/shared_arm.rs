@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use magician_protocol::{Direction, FrameBuf};
 
 use super::files::FlashFileError;
-use super::keep::Keeper;
+use super::flash_file::FlashFile;
 use super::recording::Recording;
 use super::service::device_id;
 use super::{Notice, OnNotice, ServeError, Service};
@@ -19,7 +19,7 @@ pub(super) struct SharedArm {
     links: u32,
     on_notice: OnNotice,
     tape: tape::Tape,
-    keeper: Option<Keeper>,
+    keeper: Option<FlashFile>,
     recording: Recording,
 }
 
@@ -38,7 +38,7 @@ impl SharedArm {
 
     /// Keeps the flash in a file.
     pub(super) fn keep_flash(&mut self, path: PathBuf) {
-        self.keeper = Some(Keeper::new(path, self.runner.controller()));
+        self.keeper = Some(FlashFile::new(path, self.runner.controller()));
     }
 
     #[cfg(feature = "record")]

@@ -31,20 +31,20 @@ impl WakeSet {
 
 /// Waker of one arm, which remembers that it was called.
 pub(super) struct WakeFlag {
-    rung: AtomicBool,
-    house: WakeSet,
+    flagged: AtomicBool,
+    wake_set: WakeSet,
 }
 
 impl WakeFlag {
     /// Creates a flag that is already set: the first poll is due.
-    pub(super) fn new(house: WakeSet) -> Arc<Self> {
-        let rung = AtomicBool::new(true);
-        Arc::new(Self { rung, house })
+    pub(super) fn new(wake_set: WakeSet) -> Arc<Self> {
+        let flagged = AtomicBool::new(true);
+        Arc::new(Self { flagged, wake_set })
     }
 
     /// True if it was set since the last call.
     pub(super) fn answer(&self) -> bool {
-        self.rung.swap(false, Ordering::AcqRel)
+        self.flagged.swap(false, Ordering::AcqRel)
     }
 }
 
@@ -55,8 +55,8 @@ impl Wake for WakeFlag {
 
     fn wake_by_ref(self: &Arc<Self>) {
         // Only the first call since the last poll wakes the future; the others change nothing.
-        if !self.rung.swap(true, Ordering::AcqRel) {
-            self.house.wake();
+        if !self.flagged.swap(true, Ordering::AcqRel) {
+            self.wake_set.wake();
         }
     }
 }
@@ -67,10 +67,10 @@ mod tests {
 
     #[test]
     fn a_bell_wakes_the_house_once_until_it_is_answered() {
-        let house = WakeSet::new();
+        let wake_set = WakeSet::new();
         let outer = WakeFlag::new(WakeSet::new());
-        house.listen(&Waker::from(Arc::clone(&outer)));
-        let bells = [WakeFlag::new(house.clone()), WakeFlag::new(house)];
+        wake_set.listen(&Waker::from(Arc::clone(&outer)));
+        let bells = [WakeFlag::new(wake_set.clone()), WakeFlag::new(wake_set)];
         assert!(bells.iter().all(|bell| bell.answer()) && outer.answer());
 
         for _ in 0..2 {

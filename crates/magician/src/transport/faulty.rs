@@ -27,7 +27,7 @@ pub(crate) enum InjectedFault {
 pub(crate) type Restart = Box<dyn Fn(InjectedFault) + Send>;
 
 /// Makes the random faults of the two directions differ.
-const OTHER_WAY: u64 = 0x0DD5_1DE5;
+const REPLY_SEED_MASK: u64 = 0x0DD5_1DE5;
 
 /// Faults of a route; their sequence continues when the line is reopened.
 #[derive(Clone)]
@@ -48,7 +48,7 @@ impl FaultLayer {
     pub(super) fn new(faults: Faults) -> Self {
         let state = State {
             to_arm: Injector::new(faults.on(Side::Requests), faults.seed),
-            to_host: Injector::new(faults.on(Side::Replies), faults.seed ^ OTHER_WAY),
+            to_host: Injector::new(faults.on(Side::Replies), faults.seed ^ REPLY_SEED_MASK),
             out_until: None,
         };
         Self {

@@ -12,7 +12,7 @@ use crate::ports::{self, Port, Remembered};
 use crate::{Error, Result, Target};
 
 /// Longest time for a name lookup, and for accepting a connection. Choice.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Opens lines to one arm, and remembers the adapter at which it was found.
 #[derive(Debug, Default)]

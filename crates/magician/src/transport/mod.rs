@@ -4,14 +4,14 @@
 //! end is gone, as far as the system knows: an unplugged adapter and a closed TCP connection are
 //! noticed, a datagram without a receiver is not.
 
-#[cfg(all(unix, feature = "lines"))]
-mod away;
 #[cfg(feature = "ble")]
 mod ble;
 #[cfg(feature = "faults")]
 mod faulty;
 #[cfg(feature = "lines")]
 mod lines;
+#[cfg(all(unix, feature = "lines"))]
+mod read_gap;
 mod route;
 #[cfg(feature = "lines")]
 mod search;
@@ -34,7 +34,7 @@ use std::time::Duration;
 use crate::connection::Settings;
 
 #[cfg(all(test, unix, feature = "lines"))]
-pub(crate) use away::Away;
+pub(crate) use read_gap::ReadGap;
 pub(crate) use route::Route;
 #[cfg(feature = "sim")]
 pub(crate) use sim::Sim;
@@ -49,7 +49,7 @@ pub(crate) const STEP: Duration = Duration::from_millis(10);
 /// Line to the arm. Both methods are polled from one task; a pending one must wake it.
 pub(crate) trait Transport: Send {
     /// Reads arrived bytes; 0 if the other end is gone. After a long time without reads the system
-    /// is asked directly and not only the reactor (`away.rs`): read until pending before acting on
+    /// is asked directly and not only the reactor (`read_gap.rs`): read until pending before acting on
     /// a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 

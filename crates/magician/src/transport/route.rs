@@ -222,7 +222,7 @@ impl Route {
     fn restart(&self) -> Option<Restart> {
         #[cfg(feature = "sim")]
         if let Some(arm) = lock(&self.arm).clone() {
-            return Some(Box::new(move |blow| deal(&arm, blow)));
+            return Some(Box::new(move |blow| apply_fault(&arm, blow)));
         }
         None
     }
@@ -250,7 +250,7 @@ impl fmt::Debug for Route {
 
 /// Applies a fault to a virtual arm.
 #[cfg(all(feature = "sim", feature = "faults"))]
-fn deal(arm: &VirtualArm, blow: InjectedFault) {
+fn apply_fault(arm: &VirtualArm, blow: InjectedFault) {
     match blow {
         InjectedFault::Reset => arm.with(|controller| controller.inject(ExternalEvent::Reset)),
         InjectedFault::Replugged => {

@@ -13,7 +13,7 @@ use crate::ports::{Port, list};
 use crate::{Action, Error, ErrorCode, Result, Target};
 
 /// Longest time for an arm to return its serial number; real ones take 12 ms (model section 15).
-const PATIENCE: Duration = Duration::from_millis(300);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(300);
 /// Attempts per port.
 const TIMES: usize = 2;
 
@@ -109,7 +109,7 @@ async fn serial_number(line: &mut dyn Transport) -> Option<String> {
     let request = FrameBuf::get(&NoArgs, DeviceSn::ROW).ok()?;
     let mut deframer = Deframer::new();
     for _ in 0..TIMES {
-        if let Ok(answer) = timeout(PATIENCE, exchange(line, &request, &mut deframer)).await {
+        if let Ok(answer) = timeout(ANSWER_TIMEOUT, exchange(line, &request, &mut deframer)).await {
             // `None` from a broken line is final: another attempt cannot succeed.
             return answer;
         }

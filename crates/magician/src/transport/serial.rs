@@ -8,7 +8,7 @@ use serial2_tokio::SerialPort;
 
 use super::Transport;
 #[cfg(unix)]
-use super::away::{Away, read_now};
+use super::read_gap::{ReadGap, read_now};
 use super::stream::Stream;
 use crate::{Act, Error, ErrorCode, Result, ports};
 
@@ -21,7 +21,7 @@ pub(crate) struct Serial {
     #[cfg(unix)]
     lock: std::os::fd::OwnedFd,
     #[cfg(unix)]
-    away: Away,
+    away: ReadGap,
 }
 
 /// Opens a port at 115200 8N1, raw, and discards old input.
@@ -57,7 +57,7 @@ pub(super) fn open_at(path: &str, baud: u32) -> Result<Serial> {
         #[cfg(unix)]
         lock,
         #[cfg(unix)]
-        away: Away::default(),
+        away: ReadGap::default(),
     })
 }
 

@@ -5,9 +5,9 @@ use std::task::{Context, Poll};
 
 use tokio::net::TcpStream;
 
+use super::lines::{CONNECT_TIMEOUT, unreachable_host};
 #[cfg(unix)]
-use super::away::{Away, read_now};
-use super::lines::{PATIENCE, unreachable_host};
+use super::read_gap::{ReadGap, read_now};
 use super::{Stream, Transport};
 use crate::Result;
 
@@ -15,7 +15,7 @@ use crate::Result;
 pub(super) struct Tcp {
     stream: Stream<TcpStream>,
     #[cfg(unix)]
-    away: Away,
+    away: ReadGap,
 }
 
 impl Transport for Tcp {
@@ -38,7 +38,7 @@ impl Transport for Tcp {
 
 /// Connects to a TCP port.
 pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
-    let connecting = tokio::time::timeout(PATIENCE, TcpStream::connect((host, port))).await;
+    let connecting = tokio::time::timeout(CONNECT_TIMEOUT, TcpStream::connect((host, port))).await;
     // The system's own timeout is minutes.
     let connected = connecting.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let stream = connected.map_err(|error| unreachable_host(host, port, error))?;
@@ -49,6 +49,6 @@ pub(super) async fn connect(host: &str, port: u16) -> Result<Tcp> {
     Ok(Tcp {
         stream: Stream(stream),
         #[cfg(unix)]
-        away: Away::default(),
+        away: ReadGap::default(),
     })
 }

@@ -9,9 +9,9 @@ use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::timeout;
 
 use super::Transport;
+use super::lines::{CONNECT_TIMEOUT, unreachable_host};
 #[cfg(unix)]
-use super::away::{Away, read_now};
-use super::lines::{PATIENCE, unreachable_host};
+use super::read_gap::{ReadGap, read_now};
 use crate::Result;
 
 /// Socket to the arm's Wi-Fi module. The driver sends one frame per datagram; the module cuts its
@@ -23,7 +23,7 @@ pub(crate) struct Udp {
     taken: usize,
     filled: usize,
     #[cfg(unix)]
-    away: Away,
+    away: ReadGap,
 }
 
 /// Largest possible datagram, bytes.
@@ -34,7 +34,7 @@ const TURN: usize = 16;
 /// Opens a socket connected to the arm.
 pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     let failed = |error| unreachable_host(host, port, error);
-    let looking = timeout(PATIENCE, lookup_host((host, port))).await;
+    let looking = timeout(CONNECT_TIMEOUT, lookup_host((host, port))).await;
     let found = looking.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()));
     let mut addresses = found.map_err(failed)?;
     let peer = addresses.next();
@@ -51,7 +51,7 @@ pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
         taken: 0,
         filled: 0,
         #[cfg(unix)]
-        away: Away::default(),
+        away: ReadGap::default(),
     })
 }
 

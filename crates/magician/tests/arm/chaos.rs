@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{CpCmd, WaitCmd};
 use magician::protocol::{CpMode, FrameBuf};
-use magician::stream::STRAIGHT;
+use magician::stream::LINE_TOLERANCE;
 use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Options, Ran, Run, RunOptions, Set};
 use tokio::time::{sleep, timeout};
 
@@ -47,7 +47,7 @@ fn in_order(program: &[Set], done: &[Vec<u8>], window: usize, name: &str) -> usi
         let at = at.expect("a command of the program");
         let on_the_line = |lost: usize| {
             let line = stands.zip(place(at)).zip(place(lost));
-            line.is_some_and(|((from, to), lost)| off(lost, from, to) <= STRAIGHT)
+            line.is_some_and(|((from, to), lost)| off(lost, from, to) <= LINE_TOLERANCE)
         };
         let lost = window > 1 && at > next && (next..at).all(on_the_line);
         assert!(

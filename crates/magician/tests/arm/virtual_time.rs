@@ -351,7 +351,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
 
 /// A connection that ends during a program stops the arm before the rest runs at once.
 #[tokio::test(start_paused = true)]
-async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
+async fn last_handle_dropped_during_run_stops_arm() {
     let (cell, arm) = arm(1).await;
     let other = another(&cell, 1).await;
     let run = tokio::spawn(async move { arm.start(curve(2000)).wait(|_| {}).await.map(drop) });

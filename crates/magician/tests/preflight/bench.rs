@@ -117,7 +117,7 @@ impl LoneArm {
         read.settings.ptp_common = self.get();
         read.settings.ptp_jump2 = self.get();
         read.settings.cp = self.get();
-        read.settings.with_rail.with_l = self.get::<magician::commands::DeviceWithL>().with_l;
+        read.settings.rail_setting.with_l = self.get::<magician::commands::DeviceWithL>().with_l;
         read.rail = Some(self.get::<magician::commands::PoseL>().pose_l);
         read.settings.ptp_rail = self.get();
         read

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::Target;
-use magician_measure::{Exchange, LineSpeed, Mixed, Stops, Streamed};
+use magician_measure::{Exchange, LineSpeed, Mixed, Stops, StreamResult};
 use serde::Serialize;
 
 /// Polls of the arm a second beside a stream.
@@ -149,7 +149,7 @@ pub(super) struct Figures {
 }
 
 /// True if the stream never ran dry at its full rate; `None` if the arm was the limit.
-fn fed(seen: &Streamed, rate: f64) -> Option<bool> {
+fn fed(seen: &StreamResult, rate: f64) -> Option<bool> {
     let kept_full = seen.fewest? >= seen.capacity / 2;
     match (seen.dry, seen.rate.per_second() >= NEARLY * rate) {
         (0, true) => Some(true),
@@ -252,14 +252,14 @@ impl Figures {
         self.judge_h1();
     }
 
-    pub(super) fn segments(&mut self, seen: &Streamed) {
+    pub(super) fn segments(&mut self, seen: &StreamResult) {
         let rate = seen.rate.per_second();
         self.enqueue_per_s = Some(rounded(rate, 1));
         self.h1().enqueue = self.compare(rate, |time| Exchange::SEGMENT.stop_and_wait(time));
         self.judge_h1();
     }
 
-    pub(super) fn polled_segments(&mut self, seen: &Streamed) {
+    pub(super) fn polled_segments(&mut self, seen: &StreamResult) {
         let (rate, mixed) = (seen.rate.per_second(), Mixed { rounds: POLLS });
         self.enqueue_polled_per_s = Some(rounded(rate, 1));
         self.h1().enqueue_polled = self.compare(rate, |time| mixed.stop_and_wait(time));
@@ -274,8 +274,8 @@ impl Figures {
         });
     }
 
-    pub(super) fn starvation(&mut self, dense: &Streamed, fast: &Streamed) {
-        let of = |seen: &Streamed| Starvation {
+    pub(super) fn starvation(&mut self, dense: &StreamResult, fast: &StreamResult) {
+        let of = |seen: &StreamResult| Starvation {
             segments_per_s: rounded(seen.rate.per_second(), 1),
             fewest_queued: seen.fewest,
             dry_looks: seen.dry,
@@ -305,7 +305,7 @@ impl Figures {
         });
     }
 
-    pub(super) fn processor(&mut self, seen: &Streamed) {
+    pub(super) fn processor(&mut self, seen: &StreamResult) {
         let rate = seen.rate.per_second();
         let share = |used: Duration| 100.0 * used.as_secs_f64() / seen.took.as_secs_f64();
         let percent = seen.processor.map(|used| rounded(share(used), 2));
@@ -328,7 +328,7 @@ impl Figures {
 
 #[cfg(unix)]
 impl AddedFigures {
-    pub(super) fn new(added: &magician_measure::Added, at: (Duration, Duration)) -> Self {
+    pub(super) fn new(added: &magician_measure::AddedLatency, at: (Duration, Duration)) -> Self {
         let [p50, p99] = [at.0, at.1].map(microseconds);
         let [goal_p50, goal_p99] = ADDED;
         Self {

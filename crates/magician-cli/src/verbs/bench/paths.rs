@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::CpParams;
 use magician::{Arm, Options, Target};
-use magician_measure::{Load, Ring, Stops, Streamed, streamed};
+use magician_measure::{Load, Ring, Stops, StreamResult, streamed};
 
 use super::figures::{Figures, POLLS};
 use super::{Bench, Which};
@@ -34,7 +34,7 @@ impl Drawing<'_> {
         what: &str,
         (length, speed): (f64, f32),
         load: Load,
-    ) -> Result<Streamed, Failure> {
+    ) -> Result<StreamResult, Failure> {
         let ring = self.ring.cut(length, speed);
         self.arm.set(&ring.speeds()).await?;
         // Blocks the whole thread, as a scheduler that runs other programs would.

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 
 use clap::{Args, ValueEnum};
 use magician_protocol::Direction;
-use magician_record::pieces::{Decoder, Sink, Tally};
+use magician_record::pieces::{Decoder, PieceCounts, Sink};
 use magician_record::trace::Packet;
 
 use crate::context::Context;
@@ -114,8 +114,8 @@ impl<'o> Packets<'o> {
     }
 }
 
-fn verdict(tally: Tally) -> Result<(), Failure> {
-    let Tally { good, bad } = tally;
+fn verdict(tally: PieceCounts) -> Result<(), Failure> {
+    let PieceCounts { good, bad } = tally;
     if bad == 0 {
         return Ok(());
     }

@@ -4,7 +4,7 @@
 use std::future::Future;
 
 use magician::report::FenceReport;
-use magician_measure::{Attendant, Diagnosis, Finding, Measured, NoArm};
+use magician_measure::{Diagnosis, DiagnosisObserver, Finding, Measured, NoArm};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -27,7 +27,7 @@ pub(super) struct Shown<'o> {
     pub(super) quiet: bool,
 }
 
-impl Attendant for Shown<'_> {
+impl DiagnosisObserver for Shown<'_> {
     type Failure = Failure;
 
     fn found(&mut self, finding: &Finding) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use magician::Alarm;
-use magician_measure::{Attendant, Diagnosis, Finding};
+use magician_measure::{Diagnosis, DiagnosisObserver, Finding};
 use magician_station::client::{ClientError, StationAddress, StationClient, Trust};
 use serde_json::{Value, json};
 use tokio::time::timeout;

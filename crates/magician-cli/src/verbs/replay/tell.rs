@@ -1,7 +1,7 @@
 //! Results of a replay, as text and as JSON.
 
 use magician_protocol::{FieldValue, visible};
-use magician_record::replay::{Difference, Report, What};
+use magician_record::replay::{Difference, DifferenceKind, Report};
 use serde::Serialize;
 
 use super::failed;
@@ -97,7 +97,7 @@ impl<'o> ReplayReporter<'o> {
 impl<'a> Found<'a> {
     fn of(found: &'a Difference) -> Self {
         let field = match found.what {
-            What::Value(field) => Some(field.name),
+            DifferenceKind::Value(field) => Some(field.name),
             _ => None,
         };
         Self {

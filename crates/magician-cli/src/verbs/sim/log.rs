@@ -150,7 +150,7 @@ impl Log {
             _ => None,
         };
         // Events of every command appear only if asked for, and then without a rate limit.
-        let daily = event.is_some_and(Event::is_daily);
+        let daily = event.is_some_and(Event::is_routine);
         let about = (discriminant(&notice), event.map(discriminant));
         let line = match notice {
             Notice::Arm(event) => self.event(event),

@@ -80,7 +80,7 @@ fn a_slow_network_and_late_answers_lengthen_the_lifetime() {
 }
 
 #[test]
-fn a_command_that_came_twice_is_taken_and_told_even_if_its_first_answer_is_lost() {
+fn duplicated_command_is_reported_even_if_its_first_reply_is_lost() {
     let mut pair = quick(4);
     let twice = Faults {
         duplicate_chunk: 1.0,
@@ -147,7 +147,7 @@ fn an_arm_at_rest_settles_the_fate_of_the_first_command() {
 }
 
 #[test]
-fn an_index_that_was_read_before_the_queue_was_empty_is_no_base() {
+fn index_read_before_the_queue_was_empty_is_not_a_baseline() {
     let mut pair = at_rest(Settings::ORDERED, 0);
     // Another host's command: seen running, then the queue is empty, and the index was not read
     // since.

@@ -18,7 +18,7 @@ use magician_protocol::{Ctrl, FrameBuf, NoArgs, Writable};
 use super::toy::{TICK, Toy};
 use crate::connection::planted_bug::{PlantedBug, is_noticed};
 use crate::connection::{
-    Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
+    Connection, Event, Failure, IndexLaw, Micros, Priority, Request, Settings, Ticket,
 };
 use crate::pair::index_of;
 
@@ -148,7 +148,10 @@ impl World {
             world.look();
             world.settle();
         }
-        assert_eq!(world.host.law() == Law::Followed, scope.fresh.is_none());
+        assert_eq!(
+            world.host.law() == IndexLaw::Followed,
+            scope.fresh.is_none()
+        );
         world.toy.takes = scope.takes;
         world.mishaps = 0;
         world.calm = false;
@@ -671,7 +674,7 @@ fn the_exploration_finds_what_is_planted() {
     let datagrams = over_datagrams_each_command_is_taken_once_or_reported;
     let beside = with_reads_beside_each_command_is_taken_once_or_reported;
     let reads_first = reads_answered_before_their_commands_leave_no_command_uncertain;
-    let planted: [(PlantedBug, fn()); 8] = [
+    let is_planted: [(PlantedBug, fn()); 8] = [
         (PlantedBug::ResendBlindly, serial),
         (PlantedBug::ResendBlindly, beside),
         (PlantedBug::OneOrderOnly, reads_first),
@@ -681,7 +684,7 @@ fn the_exploration_finds_what_is_planted() {
         (PlantedBug::ConfirmAtOnce, window),
         (PlantedBug::JudgeInWindow, window),
     ];
-    let silent: Vec<_> = (planted.iter())
+    let silent: Vec<_> = (is_planted.iter())
         .filter(|(flaw, check)| !is_noticed(*flaw, *check))
         .map(|(flaw, _)| flaw)
         .collect();

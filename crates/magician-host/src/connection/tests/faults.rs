@@ -6,7 +6,7 @@ use magician_protocol::NoArgs;
 use magician_protocol::commands::{DeviceTime, IoDi, QueuedCmdCurrentIndex};
 
 use super::{SECOND, get_di, ready, wait};
-use crate::connection::{Failure, Law, Request, Settings};
+use crate::connection::{Failure, IndexLaw, Request, Settings};
 use crate::pair::{Faults, Pair, index_of};
 
 /// A network that delays datagrams for longer than its round trips suggest.
@@ -67,7 +67,7 @@ fn stream(pair: &mut Pair, commands: u32, check_gets: bool) -> (u32, u32) {
     }
     assert!(executed.is_empty());
     let law = pair.host.law();
-    assert!(!matches!(law, Law::Broken(_)), "{law:?}");
+    assert!(!matches!(law, IndexLaw::Broken(_)), "{law:?}");
     (uncertain, exchanges)
 }
 

@@ -12,7 +12,7 @@ use magician_sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner,
 
 use super::SECOND;
 use crate::connection::{
-    Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
+    Connection, Event, Failure, IndexLaw, Micros, Priority, Request, Settings, Ticket,
 };
 use crate::pair::Dice;
 
@@ -78,7 +78,7 @@ impl Paced {
         for _ in 0..4 {
             paced.ask(Request::queued(&WaitCmd { timeout: 0 }).unwrap());
         }
-        assert_eq!(paced.host.law(), Law::Followed);
+        assert_eq!(paced.host.law(), IndexLaw::Followed);
         paced
     }
 

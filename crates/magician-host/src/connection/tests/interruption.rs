@@ -96,7 +96,7 @@ fn a_doubt_does_not_outlive_its_deadline() {
 }
 
 #[test]
-fn what_waits_when_the_cable_is_pulled_is_lost_and_a_window_is_uncertain() {
+fn cable_pull_fails_waiting_requests_and_leaves_the_window_uncertain() {
     let mut pair = lawful(4, 3);
     let deadline = pair.now + 20 * SECOND;
     // Three commands and the read are in flight.

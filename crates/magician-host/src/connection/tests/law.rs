@@ -9,7 +9,7 @@ use magician_protocol::{FrameBuf, NoArgs, Readable, Writable};
 
 use super::shared;
 use crate::connection::{
-    Breach, Connection, Event, Failure, Law, Micros, Request, Settings, Ticket,
+    Connection, Event, Failure, IndexLaw, LawViolation, Micros, Request, Settings, Ticket,
 };
 
 /// Ways of breaking the law.
@@ -178,7 +178,7 @@ impl Fake {
     fn learn(&mut self) -> Option<u32> {
         for round in 0..40 {
             let _ = self.command();
-            if matches!(self.host.law(), Law::Broken(_)) {
+            if matches!(self.host.law(), IndexLaw::Broken(_)) {
                 return Some(round + 1);
             }
             if round % 4 >= 2 {
@@ -216,7 +216,7 @@ fn an_arm_with_a_habit_of_its_own_is_recognised_and_nothing_is_concluded() {
                 "{habit:?}: {after:?}"
             );
             assert!(fake.sent.iter().all(|id| [84, 110, 246, 247].contains(id)));
-            let Law::Broken(breach) = fake.host.law() else {
+            let IndexLaw::Broken(breach) = fake.host.law() else {
                 panic!("{habit:?}");
             };
             assert!(breach.to_string().starts_with("the arm"), "{breach}");
@@ -246,11 +246,11 @@ fn each_habit_has_its_reason() {
         let mut fake = Fake::new(habit, 1);
         fake.learn();
         match fake.host.law() {
-            Law::Broken(breach) => breach,
+            IndexLaw::Broken(breach) => breach,
             other => panic!("{habit:?}: {other:?}"),
         }
     };
-    use Breach::{Back, Current, LeftSpace, Step};
+    use LawViolation::{Back, Current, LeftSpace, Step};
     assert!(matches!(
         breach(Habit::StepsOfTwo),
         Step {
@@ -288,10 +288,10 @@ fn each_habit_has_its_reason() {
 fn a_lawful_arm_is_believed_after_a_few_commands() {
     let mut fake = Fake::new(Habit::Lawful, 1);
     for index in 1..=4 {
-        assert_eq!(fake.host.law(), Law::Unknown, "{index}");
+        assert_eq!(fake.host.law(), IndexLaw::Unknown, "{index}");
         fake.command().unwrap();
     }
-    assert_eq!(fake.host.law(), Law::Followed);
+    assert_eq!(fake.host.law(), IndexLaw::Followed);
     assert_eq!(fake.learn(), None);
 }
 
@@ -318,7 +318,7 @@ fn another_host_does_not_break_the_law() {
         }
         fake.look();
         assert!(
-            !matches!(fake.host.law(), Law::Broken(_)),
+            !matches!(fake.host.law(), IndexLaw::Broken(_)),
             "{round}: {:?}",
             fake.host.law()
         );
@@ -341,7 +341,7 @@ fn a_reset_does_not_break_the_law() {
             fake.queue.clear();
         }
         assert!(
-            !matches!(fake.host.law(), Law::Broken(_)),
+            !matches!(fake.host.law(), IndexLaw::Broken(_)),
             "{round}: {:?}",
             fake.host.law()
         );

@@ -17,7 +17,7 @@ mod window;
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{GetIoDi, IoDi, QueuedCmdLeftSpace, QueuedCmdStartExec, WaitCmd};
 
-use crate::connection::{Law, Request, Settings};
+use crate::connection::{IndexLaw, Request, Settings};
 use crate::pair::{Faults, Pair};
 
 const SECOND: u64 = 1_000_000;
@@ -59,6 +59,6 @@ fn lawful(window: usize, seed: u64) -> Pair {
     for _ in 0..4 {
         pair.ask(wait(0), SECOND).unwrap();
     }
-    assert_eq!(pair.host.law(), Law::Followed);
+    assert_eq!(pair.host.law(), IndexLaw::Followed);
     pair
 }

@@ -140,7 +140,7 @@ fn timeouts_adapt_to_a_slow_link() {
 }
 
 #[test]
-fn garbage_and_replies_that_nobody_asked_for_are_survived() {
+fn garbage_and_unsolicited_replies_are_ignored() {
     let mut pair = ready(Settings::ORDERED, 14);
     let mut dice = Dice::new(99);
     for round in 0..300 {

@@ -131,7 +131,7 @@ fn what_is_withdrawn_before_it_went_out_never_goes_out() {
 }
 
 #[test]
-fn the_stop_of_a_jog_spares_what_only_sets_something() {
+fn jog_stop_keeps_pending_sets() {
     let mut pair = ready(Settings::ORDERED, 23);
     let deadline = pair.now + 9 * SECOND;
     let jog = |cmd| {

@@ -92,7 +92,7 @@ fn stream(pair: &mut Pair, polls: bool) -> (u64, Option<Failure>) {
 }
 
 #[test]
-fn what_is_confirmed_was_taken_in_order_and_in_its_place() {
+fn confirmed_commands_were_accepted_in_order_with_their_index() {
     let faults = Faults {
         drop_chunk: 0.006,
         flip: 0.0003,

@@ -76,7 +76,7 @@ fn what_was_read_or_set_is_known_until_it_may_change() {
 }
 
 #[test]
-fn what_is_queued_counts_when_it_is_done() {
+fn queued_set_takes_effect_when_executed() {
     let mut rig = Rig::default();
     rig.sets(ratio(40.0));
     rig.queues(5, ratio(70.0));
@@ -115,7 +115,7 @@ fn a_queue_that_goes_on_after_a_lost_line_changes_settings_still() {
 }
 
 #[test]
-fn one_height_is_both_heights_and_whatever_may_burn_touches_the_laser() {
+fn both_jump_heights_default_to_one_and_burning_commands_touch_the_laser() {
     let mut rig = Rig::default();
     let both = PtpJump2Params {
         start_jump_height: 1.0,
@@ -146,7 +146,7 @@ fn one_height_is_both_heights_and_whatever_may_burn_touches_the_laser() {
 }
 
 #[test]
-fn what_says_nothing_of_settings_changes_none_and_what_nobody_knows_all() {
+fn frames_without_settings_change_no_setting_and_unknown_frames_change_all() {
     let mut rig = Rig::default();
     rig.sets(ratio(40.0));
     rig.sets(QueuedCmdStartExec {});
@@ -168,5 +168,5 @@ fn it_keeps_a_bounded_number_of_values() {
         let request = FrameBuf::new(row.id, Ctrl::GET, &[query]).unwrap();
         rig.answer(request, &[query, 0]);
     }
-    assert_eq!(rig.0.values.settings.len(), settings::MOST);
+    assert_eq!(rig.0.values.settings.len(), settings::MAX_VALUES);
 }

@@ -113,13 +113,13 @@ fn program(seed: u64, lossy: bool) -> u32 {
 }
 
 #[test]
-fn told_outputs_are_those_of_the_arm_for_any_program() {
+fn output_estimates_match_the_arm_for_any_program() {
     let burnt: u32 = (0..400).map(|seed| program(seed, false)).sum();
     assert!(burnt > 1000, "{burnt}");
 }
 
 #[test]
-fn told_laser_errs_towards_burning_when_answers_are_lost() {
+fn laser_estimate_errs_towards_on_when_replies_are_lost() {
     let burnt: u32 = (1000..1300).map(|seed| program(seed, true)).sum();
     assert!(burnt > 1000, "{burnt}");
 }

@@ -38,7 +38,7 @@ fn current(rig: &PictureRig) -> u64 {
 
 /// A reading of the queue, as the driver makes it.
 fn look(rig: &mut PictureRig) -> QueueLook {
-    let before = rig.picture.standing().orders();
+    let before = rig.picture.standing().writes_sent();
     rig.read::<QueuedCmdLeftSpace>();
     rig.read::<QueuedCmdCurrentIndex>();
     let queue = rig.pair.arm.state().queue;
@@ -158,7 +158,7 @@ fn command_that_runs_is_known_unless_another_program_may_be_before_it() {
 }
 
 #[test]
-fn commands_of_a_run_wait_for_nobody_else_to_start_them() {
+fn commands_of_the_own_run_do_not_wait_for_another_start() {
     let mut rig = running();
     let current = current(&rig);
     rig.queue(away());
@@ -168,7 +168,7 @@ fn commands_of_a_run_wait_for_nobody_else_to_start_them() {
 }
 
 #[test]
-fn reset_names_what_is_gone_and_ends_all_that_was_known() {
+fn reset_reports_the_dropped_indices_and_clears_the_picture() {
     let mut rig = running();
     let before = current(&rig);
     rig.queue(away());
@@ -208,7 +208,7 @@ fn command_of_another_program_that_has_finished_ends_what_is_believed() {
         rig.picture.setting(rig.pair.now, &NoArgs)
     };
     assert!(setting(&rig).is_some());
-    let before = rig.picture.standing().orders();
+    let before = rig.picture.standing().writes_sent();
     let foreign = QueueLook {
         current: seen.current + 1,
         ..seen

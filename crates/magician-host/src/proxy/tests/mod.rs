@@ -209,7 +209,7 @@ fn every_get_of_the_table_but_one_can_be_shared() {
 }
 
 #[test]
-fn who_has_set_something_reads_what_he_set() {
+fn get_after_set_returns_the_set_value() {
     let mut bench = ProxyRig::with_clients(2);
     let read = get::<PtpCommonParams>();
     bench.say(1, &read);
@@ -326,7 +326,7 @@ fn unclaimed(event: &Event) -> bool {
 }
 
 #[test]
-fn a_late_answer_goes_to_who_asked_and_holds_nobody_up() {
+fn late_reply_goes_to_its_requester_and_does_not_block_the_line() {
     let mut bench = answering_after(1_500 * MS);
     bench.run_for(1_000 * MS);
     assert!(bench.received(0).is_empty());
@@ -342,7 +342,7 @@ fn a_late_answer_goes_to_who_asked_and_holds_nobody_up() {
 }
 
 #[test]
-fn who_asks_again_is_answered_as_often() {
+fn repeated_requests_get_one_reply_each() {
     for asks_again_after in [10 * MS, 1_000 * MS] {
         let mut bench = answering_after(1_500 * MS);
         bench.run_for(asks_again_after);
@@ -357,7 +357,7 @@ fn who_asks_again_is_answered_as_often() {
 }
 
 #[test]
-fn who_asks_again_for_what_was_lost_is_answered_once() {
+fn repeated_request_after_a_loss_gets_one_reply() {
     let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
@@ -369,7 +369,7 @@ fn who_asks_again_for_what_was_lost_is_answered_once() {
 }
 
 #[test]
-fn what_was_asked_ahead_is_answered_in_full_by_a_slow_arm() {
+fn pipelined_requests_all_get_replies_from_a_slow_arm() {
     let mut bench = ProxyRig::with_clients(1);
     bench.ask(0, &get::<Pose>());
     (1..=3).for_each(|pin| bench.say(0, &get_output(pin)));
@@ -430,7 +430,7 @@ fn a_late_answer_is_never_anothers() {
 }
 
 #[test]
-fn what_never_comes_is_given_up() {
+fn missing_reply_is_given_up_after_a_minute() {
     let mut bench = ProxyRig::with_clients(1);
     bench.faults.lose = 1_000;
     bench.say(0, &get_output(1));
@@ -443,7 +443,7 @@ fn what_never_comes_is_given_up() {
 }
 
 #[test]
-fn who_joined_an_answer_that_does_not_come_is_asked_for_himself() {
+fn sharer_of_a_lost_reply_gets_its_own_request() {
     let mut bench = ProxyRig::with_clients(2);
     bench.faults.lose = 1_000;
     bench.say(0, &get::<Pose>());
@@ -469,7 +469,7 @@ fn queued_sets_never_go_out_twice() {
 }
 
 #[test]
-fn who_leaves_takes_what_waits_along_but_not_a_stop() {
+fn closing_a_client_drops_its_waiting_requests_except_stops() {
     let mut bench = ProxyRig::with_clients(2);
     bench.say(1, &get::<Pose>());
     bench.say(0, &ratio(10.0));
@@ -510,7 +510,7 @@ fn a_jog_ends_when_its_client_leaves() {
 }
 
 #[test]
-fn a_jog_that_was_ended_is_nobodys() {
+fn stopped_jog_has_no_owner() {
     let mut bench = ProxyRig::with_clients(1);
     bench.ask(0, &jog(JogCommand::Axis1Plus));
     bench.ask(0, &jog(JogCommand::Stop));
@@ -539,7 +539,7 @@ fn a_lost_line_is_silence_and_nothing_is_done_later() {
 }
 
 #[test]
-fn noise_and_damage_disturb_nobody() {
+fn noise_and_damaged_frames_do_not_affect_other_clients() {
     let mut damaged = ratio(10.0).bytes().to_vec();
     *damaged.last_mut().unwrap() ^= 1;
     for transparent in [false, true] {
@@ -598,7 +598,7 @@ fn a_client_that_sends_without_end_is_bounded() {
 }
 
 #[test]
-fn on_datagrams_time_alone_tells() {
+fn datagram_replies_are_separated_by_time_only() {
     let settings = Settings {
         line: connection::Settings::DATAGRAMS,
         ..Settings::default()

@@ -6,7 +6,7 @@ use crate::stream::item::Entry;
 use crate::stream::{Stream, StreamSettings};
 
 #[test]
-fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
+fn only_absolute_targets_may_be_executed_twice() {
     let [x, y, z] = START;
     let there = [x, y + 10.0, z];
     for (item, bears) in [
@@ -20,17 +20,17 @@ fn only_what_leads_to_a_place_of_its_own_bears_doubling() {
     ] {
         let command = item.command;
         assert_eq!(
-            Entry::new(item, false).bears_doubling(),
+            Entry::new(item, false).tolerates_duplicate(),
             bears,
             "{command:?}"
         );
     }
     // A setting is not a motion, but even a dark one burns under a lit laser.
-    assert!(!Entry::new(segment(there, 1000), true).bears_doubling());
+    assert!(!Entry::new(segment(there, 1000), true).tolerates_duplicate());
 }
 
 #[test]
-fn what_is_left_over_stands_in_the_order_of_its_indices_also_after_a_doubled_command() {
+fn leftover_is_sorted_by_index_after_a_duplicated_command() {
     for taken in [1, 2, 7] {
         let program = path(taken, 1.5, SECOND / 4);
         let settings = StreamSettings {
@@ -42,7 +42,7 @@ fn what_is_left_over_stands_in_the_order_of_its_indices_also_after_a_doubled_com
             rig.turn(SECOND);
         }
         let next = rig.stream.last_index().unwrap() + 1;
-        assert!(rig.stream.doubled(next, next));
+        assert!(rig.stream.note_duplicate(next, next));
         let stream = std::mem::replace(&mut rig.stream, Stream::new(settings));
         let leftover = stream.leftover();
         let indices: Vec<_> = leftover.items().map(|(index, _)| index).collect();

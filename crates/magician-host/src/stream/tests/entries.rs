@@ -32,7 +32,7 @@ fn ticket() -> Ticket {
 fn fate(dice: &mut Dice, index: u64) -> Fate {
     match dice.number() % 4 {
         0 => Fate::Waiting,
-        1 => Fate::Flying(ticket()),
+        1 => Fate::InFlight(ticket()),
         2 => Fate::Doubtful,
         _ => Fate::Accepted(index),
     }
@@ -42,7 +42,7 @@ fn fate(dice: &mut Dice, index: u64) -> Fate {
 fn check(entries: &Entries, current: u64, confirmed: Option<u64>) {
     assert!(entries.is_counted(), "{entries:?}");
     let unfinished = || (entries.iter()).filter(|one| one.index().is_some_and(|at| at > current));
-    let under_way = || unfinished().chain(entries.iter().filter(|one| one.is_flying()));
+    let under_way = || unfinished().chain(entries.iter().filter(|one| one.is_in_flight()));
     let load = entries.under_way(current);
     let time = under_way().fold(0, |sum: u64, one| sum.saturating_add(one.item.time));
     assert_eq!(load.count, under_way().count());

@@ -5,7 +5,8 @@ use super::rig::{Rig, SECOND, increment, jump, laser, mixed, path, segment, star
 use crate::connection::{Failure, Settings};
 use crate::pair::Faults;
 use crate::stream::{
-    Entry, Item, KEPT, Refused, SPARE, Stream, StreamEvent, StreamFailure, StreamSettings, WAITING,
+    Entry, INSERTED_CAPACITY, Item, MAX_KEPT, MAX_WAITING, Refused, Stream, StreamEvent,
+    StreamFailure, StreamSettings,
 };
 
 fn all(program: &[Item]) -> Vec<Option<usize>> {
@@ -176,7 +177,7 @@ fn a_caller_who_only_fills_the_queue_finds_it_as_it_was() {
 }
 
 #[test]
-fn an_idle_stream_asks_nothing_and_a_waiting_one_seldom() {
+fn idle_stream_does_not_poll_and_a_waiting_one_polls_rarely() {
     let mut rig = Rig::new(Settings::ORDERED, StreamSettings::default(), &[]);
     rig.stream = Stream::new(StreamSettings::default());
     rig.stream.advance(0, &mut rig.pair.host);
@@ -222,7 +223,7 @@ fn what_cannot_be_queued_is_refused_and_so_is_what_has_no_room() {
         assert!(FrameBuf::set(&item.command, Ctrl::QUEUED).is_ok());
     }
     let step = increment([0.0; 3], [1.0, 0.0, 0.0], 1000);
-    for left in (0..WAITING).rev() {
+    for left in (0..MAX_WAITING).rev() {
         assert_eq!(stream.offer(step), Ok(()));
         assert_eq!(stream.room(), left);
     }
@@ -250,7 +251,7 @@ fn a_queue_that_somebody_clears_ends_the_stream() {
 
 #[test]
 fn a_stream_is_small() {
-    let kept = (WAITING + KEPT + SPARE) * size_of::<Entry>();
+    let kept = (MAX_WAITING + MAX_KEPT + INSERTED_CAPACITY) * size_of::<Entry>();
     println!("{} and {kept} bytes", size_of::<Stream>());
     assert!(size_of::<Stream>() + kept < 32 * 1024);
 }

@@ -256,7 +256,7 @@ fn short_segments_keep_coming_although_the_host_pauses() {
 }
 
 #[test]
-fn an_arm_that_is_faster_than_the_line_runs_dry_and_it_is_said() {
+fn starvation_is_reported_when_the_arm_outpaces_the_line() {
     let drawn = draw(4, 2_000, SECOND / 1_000, 0);
     assert!(drawn.dry > 0);
     assert!(drawn.starved > 0);

@@ -66,7 +66,7 @@ fn nothing_goes_into_a_queue_from_which_commands_are_missing() {
 }
 
 #[test]
-fn what_has_not_gone_out_when_a_program_is_given_up_does_not_go_out() {
+fn unsent_commands_of_an_abandoned_program_are_never_sent() {
     let program: Vec<_> = (1..12).map(|at| wait(20 + at, [0.0; 3])).collect();
     let (mut commands, mut controls) = (0, 0);
     for turns in 0.. {

@@ -6,8 +6,8 @@ use super::rig::{Rig, SECOND, START, increment, path, segment, wait};
 use crate::connection::{Failure, Request, Settings};
 use crate::pair::{Dice, Faults};
 use crate::stream::drive::Phase;
-use crate::stream::line::off;
-use crate::stream::{Item, STRAIGHT, StreamEvent, StreamFailure, StreamSettings};
+use crate::stream::line::distance_to_segment;
+use crate::stream::{Item, LINE_TOLERANCE, StreamEvent, StreamFailure, StreamSettings};
 
 const FOUR: Settings = Settings {
     window: 4,
@@ -40,8 +40,8 @@ fn same_line(done: &[usize], program: &[Item]) {
     for at in done {
         let from = before.map_or(START, place);
         for lost in before.map_or(0, |before| before + 1)..*at {
-            let off = off(place(lost), from, place(*at));
-            assert!(off <= STRAIGHT, "{lost} is {off} off: {done:?}");
+            let off = distance_to_segment(place(lost), from, place(*at));
+            assert!(off <= LINE_TOLERANCE, "{lost} is {off} off: {done:?}");
         }
         before = Some(*at);
     }
@@ -125,7 +125,7 @@ fn corners() -> Vec<Item> {
 }
 
 #[test]
-fn whatever_is_lost_at_any_window_the_same_line_is_drawn() {
+fn any_single_loss_at_any_window_draws_the_same_line() {
     let program = corners();
     let mut back = 0;
     for window in [2, 4, 8] {
@@ -161,7 +161,11 @@ fn a_corner_and_a_lift_travel_alone() {
     let mut most = 0;
     while !rig.stream.is_over() {
         rig.turn(60 * SECOND);
-        let flying = rig.stream.entries.iter().filter(|entry| entry.is_flying());
+        let flying = rig
+            .stream
+            .entries
+            .iter()
+            .filter(|entry| entry.is_in_flight());
         let places = flying.clone().filter_map(|entry| entry.place());
         let is_corner = |[x, ..]: [f64; 3]| x.fract() == 0.0;
         let count = flying.count();
@@ -197,7 +201,7 @@ fn a_bad_line_is_recovered_from_until_the_rest_goes_one_by_one() {
 }
 
 #[test]
-fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
+fn non_idempotent_commands_are_sent_alone_and_executed_once() {
     let mut program = Vec::new();
     for part in path(90, 1.5, 15_000).chunks(10) {
         program.extend_from_slice(part);
@@ -240,7 +244,7 @@ fn what_must_not_be_done_twice_travels_alone_and_is_done_once() {
 }
 
 #[test]
-fn a_line_that_breaks_at_any_instant_of_a_recovery_is_gone_on_from() {
+fn program_resumes_after_a_line_break_at_any_instant_of_a_recovery() {
     for (request, after) in LOSSES {
         let program = quick();
         for turns in 0.. {

@@ -156,7 +156,7 @@ fn an_arm_that_was_reset_meanwhile_is_not_driven_on() {
 }
 
 #[test]
-fn where_nobody_knows_the_pose_the_caller_has_to_say_so() {
+fn resuming_at_an_unknown_pose_needs_the_callers_pose() {
     let mut program = mixed();
     for item in &mut program {
         item.end = None;

@@ -126,7 +126,7 @@ fn turn(pair: &mut Pair, stream: &mut Stream) {
     pair.accepted.clear();
     pair.heard.clear();
     let mut told = std::mem::take(&mut pair.reports);
-    told.retain(|(from, to)| !stream.doubled(*from, *to));
+    told.retain(|(from, to)| !stream.note_duplicate(*from, *to));
     let mut ended: Vec<_> = pair.results.drain().collect();
     ended.sort_by_key(|(ticket, _)| *ticket);
     for (ticket, result) in ended {
@@ -134,7 +134,7 @@ fn turn(pair: &mut Pair, stream: &mut Stream) {
     }
     // A second copy may have been reported at the same instant as the first.
     for (from, to) in told {
-        stream.doubled(from, to);
+        stream.note_duplicate(from, to);
     }
     stream.advance(pair.now, &mut pair.host);
 }

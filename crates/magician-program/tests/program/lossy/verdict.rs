@@ -2,7 +2,7 @@
 
 use magician::ErrorKind;
 use magician::sim::world::Drawing;
-use magician::stream::STRAIGHT;
+use magician::stream::LINE_TOLERANCE;
 use magician_picture::compare::{compare, lines_of};
 use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, rehearse};
@@ -18,7 +18,7 @@ const MATCHES: f64 = TRUE + 0.071;
 fn true_to(window: usize) -> f64 {
     match window {
         1 => TRUE,
-        _ => TRUE + STRAIGHT,
+        _ => TRUE + LINE_TOLERANCE,
     }
 }
 

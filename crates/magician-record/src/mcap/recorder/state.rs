@@ -5,7 +5,7 @@ use std::fmt;
 use magician_motion::ToolBias;
 use magician_protocol::IoFunction;
 use magician_sim::{
-    Controller, ControllerState, Event, Output, PinState, QueueState, StepperState,
+    Controller, ControllerState, Event, PinState, QueueState, StepperState, ToolOutput,
 };
 use serde::Serialize;
 
@@ -113,8 +113,8 @@ struct Switch {
     reached: bool,
 }
 
-impl From<Output> for Switch {
-    fn from(output: Output) -> Self {
+impl From<ToolOutput> for Switch {
+    fn from(output: ToolOutput) -> Self {
         Self {
             commanded: output.commanded,
             reached: output.reached,

@@ -9,7 +9,7 @@ use crate::device::handlers::{Apply, Report};
 use crate::fidelity::Assumption;
 
 impl Report for AlarmsState {
-    const RESTS_ON: Assumption = Assumption::AlarmBits;
+    const ASSUMPTION: Assumption = Assumption::AlarmBits;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
@@ -20,7 +20,7 @@ impl Report for AlarmsState {
 }
 
 impl Apply for ClearAlarmsState {
-    const RESTS_ON: Assumption = Assumption::ClearAlarms;
+    const ASSUMPTION: Assumption = Assumption::ClearAlarms;
 
     // Alarms whose cause persists stay set; the device knows which (`clear_alarms`).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -30,7 +30,7 @@ impl Apply for ClearAlarmsState {
 
 impl Apply for ClearAllAlarmsState {
     // Id 21, which the document has for this; most hosts clear with id 20 (E19).
-    const RESTS_ON: Assumption = Assumption::ClearBy21;
+    const ASSUMPTION: Assumption = Assumption::ClearBy21;
 
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ClearAlarms.into()

@@ -28,10 +28,10 @@ fn arc_assumptions(
 }
 
 impl Apply for ArcCmd {
-    const RESTS_ON: Assumption = Assumption::ArcPath;
+    const ASSUMPTION: Assumption = Assumption::ArcPath;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
-        arc_assumptions(cx, Self::RESTS_ON, [self.cir_point, self.to_point], mode)
+        arc_assumptions(cx, Self::ASSUMPTION, [self.cir_point, self.to_point], mode)
     }
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -44,10 +44,10 @@ impl Apply for ArcCmd {
 }
 
 impl Apply for CircleCmd {
-    const RESTS_ON: Assumption = Assumption::CircleTurns;
+    const ASSUMPTION: Assumption = Assumption::CircleTurns;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
-        arc_assumptions(cx, Self::RESTS_ON, [self.cir_point, self.to_point], mode)
+        arc_assumptions(cx, Self::ASSUMPTION, [self.cir_point, self.to_point], mode)
     }
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {

@@ -16,7 +16,7 @@ stored! { PulseMode in pulse_mode: OutsideTheDocument; }
 not_simulated! { ZdfCalibRequest: OutsideTheDocument; }
 
 impl Report for ZdfCalibStatus {
-    const RESTS_ON: Assumption = Assumption::Zeros;
+    const ASSUMPTION: Assumption = Assumption::Zeros;
 
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { status: 0 }

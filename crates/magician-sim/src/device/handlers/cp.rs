@@ -17,7 +17,7 @@ stored! {
 }
 
 impl Report for CpParams {
-    const RESTS_ON: Assumption = Assumption::Parameters;
+    const ASSUMPTION: Assumption = Assumption::Parameters;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.motion.cp
@@ -25,13 +25,13 @@ impl Report for CpParams {
 }
 
 impl Apply for CpParams {
-    const RESTS_ON: Assumption = Assumption::Parameters;
+    const ASSUMPTION: Assumption = Assumption::Parameters;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
         let ceilings = &cx.firmware.model.ceilings;
         let ceilings = [ceilings.linear_velocity, ceilings.linear_acceleration];
         let beyond = beyond([self.junction_vel, self.plan_acc], ceilings);
-        AssumptionSet::from(<Self as Apply>::RESTS_ON).and_if(beyond, Assumption::BeyondCeilings)
+        AssumptionSet::from(<Self as Apply>::ASSUMPTION).and_if(beyond, Assumption::BeyondCeilings)
     }
 
     /// Applies to segments that start from now on. With invalid speeds the path ends at rest.
@@ -56,10 +56,10 @@ fn segment_assumptions(
 }
 
 impl Apply for CpCmd {
-    const RESTS_ON: Assumption = Assumption::CpLaw;
+    const ASSUMPTION: Assumption = Assumption::CpLaw;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
-        segment_assumptions(cx, Self::RESTS_ON, [self.x, self.y, self.z], mode)
+        segment_assumptions(cx, Self::ASSUMPTION, [self.x, self.y, self.z], mode)
     }
 
     fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {
@@ -73,10 +73,10 @@ impl Apply for CpCmd {
 }
 
 impl Apply for CpLeCmd {
-    const RESTS_ON: Assumption = Assumption::CpLaser;
+    const ASSUMPTION: Assumption = Assumption::CpLaser;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
-        segment_assumptions(cx, Self::RESTS_ON, [self.x, self.y, self.z], mode)
+        segment_assumptions(cx, Self::ASSUMPTION, [self.x, self.y, self.z], mode)
     }
 
     fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {

@@ -10,12 +10,12 @@ use crate::device::handlers::{Apply, Report};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for HomeParams {
-    const RESTS_ON: Assumption = Assumption::HomeUnchecked;
+    const ASSUMPTION: Assumption = Assumption::HomeUnchecked;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
         // Until a host sets a home point, the answer is computed from joints (E44).
         match cx.store.settings.home {
-            Some(_) => <Self as Report>::RESTS_ON.into(),
+            Some(_) => <Self as Report>::ASSUMPTION.into(),
             None => AssumptionSet::from(Assumption::HomeUnset)
                 .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool),
         }
@@ -31,7 +31,7 @@ impl Report for HomeParams {
 }
 
 impl Apply for HomeParams {
-    const RESTS_ON: Assumption = Assumption::HomeUnchecked;
+    const ASSUMPTION: Assumption = Assumption::HomeUnchecked;
 
     /// Stored unchecked: an unreachable point shows only when the arm homes (model section 11).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -41,10 +41,10 @@ impl Apply for HomeParams {
 }
 
 impl Apply for HomeCmd {
-    const RESTS_ON: Assumption = Assumption::HomingSequence;
+    const ASSUMPTION: Assumption = Assumption::HomingSequence;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
-        let set = AssumptionSet::from(Self::RESTS_ON)
+        let set = AssumptionSet::from(Self::ASSUMPTION)
             .and(Assumption::HomePoint)
             .and(Assumption::HomingFigures)
             .and_if(cx.has_rail(), Assumption::RailHome)
@@ -63,7 +63,7 @@ impl Apply for HomeCmd {
 
 // Answered from what was set: no source says in which unit the arm reports (E21).
 impl Report for AutoLeveling {
-    const RESTS_ON: Assumption = Assumption::StoredWithoutEffect;
+    const ASSUMPTION: Assumption = Assumption::StoredWithoutEffect;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
@@ -73,7 +73,7 @@ impl Report for AutoLeveling {
 }
 
 impl Apply for SetAutoLeveling {
-    const RESTS_ON: Assumption = Assumption::StoredWithoutEffect;
+    const ASSUMPTION: Assumption = Assumption::StoredWithoutEffect;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.auto_leveling = *self;

@@ -16,7 +16,7 @@ stored! {
 not_simulated! { FirmwareSwitch: OutsideTheDocument; }
 
 impl Report for DeviceSn {
-    const RESTS_ON: Assumption = Assumption::Identity;
+    const ASSUMPTION: Assumption = Assumption::Identity;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.flash().serial
@@ -24,7 +24,7 @@ impl Report for DeviceSn {
 }
 
 impl Apply for DeviceSn {
-    const RESTS_ON: Assumption = Assumption::Identity;
+    const ASSUMPTION: Assumption = Assumption::Identity;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         // Truncated, not refused: the vendor's buffer has that size (model section 15).
@@ -36,7 +36,7 @@ impl Apply for DeviceSn {
 }
 
 impl Report for DeviceName {
-    const RESTS_ON: Assumption = Assumption::Identity;
+    const ASSUMPTION: Assumption = Assumption::Identity;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.flash().name
@@ -44,7 +44,7 @@ impl Report for DeviceName {
 }
 
 impl Apply for DeviceName {
-    const RESTS_ON: Assumption = Assumption::Identity;
+    const ASSUMPTION: Assumption = Assumption::Identity;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let device_name = self.device_name.truncated(MAX_NAME);
@@ -55,7 +55,7 @@ impl Apply for DeviceName {
 }
 
 impl Report for DeviceVersion {
-    const RESTS_ON: Assumption = Assumption::Version;
+    const ASSUMPTION: Assumption = Assumption::Version;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let [major_version, minor_version, revision] = cx.firmware.profile.identity.version;
@@ -70,29 +70,29 @@ impl Report for DeviceVersion {
 }
 
 impl Report for DeviceWithL {
-    const RESTS_ON: Assumption = Assumption::RailSwitch;
+    const ASSUMPTION: Assumption = Assumption::RailSwitch;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             // The get answers one byte, although the set has two (E15).
-            with_l: cx.store.settings.motion.with_rail.with_l,
+            with_l: cx.store.settings.motion.rail_setting.with_l,
         }
     }
 }
 
 impl Apply for SetDeviceWithL {
-    const RESTS_ON: Assumption = Assumption::RailSwitch;
+    const ASSUMPTION: Assumption = Assumption::RailSwitch;
 
     /// Applies to commands that start from now on; a moving carriage continues. The version of the
     /// rail has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.motion.with_rail = *self;
+        cx.store.settings.motion.rail_setting = *self;
         Effects::none()
     }
 }
 
 impl Report for DeviceTime {
-    const RESTS_ON: Assumption = Assumption::Clock;
+    const ASSUMPTION: Assumption = Assumption::Clock;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         // Wraps after 49.7 days: 32 bits of milliseconds (model section 15).
@@ -102,7 +102,7 @@ impl Report for DeviceTime {
 }
 
 impl Report for DeviceId {
-    const RESTS_ON: Assumption = Assumption::DeviceIdWords;
+    const ASSUMPTION: Assumption = Assumption::DeviceIdWords;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         // Derived from a seed: fixed for each virtual arm, and different between arms (model
@@ -123,7 +123,7 @@ fn scrambled(seed: u64, word: u64) -> u64 {
 }
 
 impl Report for DeviceInfo {
-    const RESTS_ON: Assumption = Assumption::Zeros;
+    const ASSUMPTION: Assumption = Assumption::Zeros;
 
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
@@ -135,7 +135,7 @@ impl Report for DeviceInfo {
 }
 
 impl Report for Uart4PeripheralsModel {
-    const RESTS_ON: Assumption = Assumption::Zeros;
+    const ASSUMPTION: Assumption = Assumption::Zeros;
 
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { type_: 0 }
@@ -143,7 +143,7 @@ impl Report for Uart4PeripheralsModel {
 }
 
 impl Report for UserParams {
-    const RESTS_ON: Assumption = Assumption::Zeros;
+    const ASSUMPTION: Assumption = Assumption::Zeros;
 
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { params: [0.0; 8] }

@@ -22,12 +22,12 @@ stored! {
 }
 
 impl Apply for JogCmd {
-    const RESTS_ON: Assumption = Assumption::Jog;
+    const ASSUMPTION: Assumption = Assumption::Jog;
 
     fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
         let rail = matches!(self.cmd, JogCommand::RailPlus | JogCommand::RailMinus);
         let ignored = rail && !cx.has_rail();
-        let set = AssumptionSet::from(Self::RESTS_ON)
+        let set = AssumptionSet::from(Self::ASSUMPTION)
             .and_if(mode == ExecMode::Queued, Assumption::QueuedJog)
             .and_if(cx.alarms.hold_queue(), Assumption::JogWhileHeld)
             .and_if(ignored, Assumption::RailIgnored)

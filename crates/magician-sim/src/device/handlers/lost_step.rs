@@ -12,7 +12,7 @@ use crate::fidelity::Assumption;
 const ROUNDING: f64 = 1e-6;
 
 impl Apply for LostStepParams {
-    const RESTS_ON: Assumption = Assumption::LostSteps;
+    const ASSUMPTION: Assumption = Assumption::LostSteps;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         // Takes effect with the next comparison; there is no continuous one (model section 12).
@@ -22,7 +22,7 @@ impl Apply for LostStepParams {
 }
 
 impl Apply for LostStepCmd {
-    const RESTS_ON: Assumption = Assumption::LostSteps;
+    const ASSUMPTION: Assumption = Assumption::LostSteps;
 
     /// Compares the base encoder and the sensors of J2 and J3 with the commanded joints.
     ///

@@ -32,12 +32,12 @@ use crate::fidelity::{Assumption, AssumptionSet};
 /// A value that can be read.
 pub(crate) trait Report: Readable {
     /// Assumption that always applies to the value.
-    const RESTS_ON: Assumption;
+    const ASSUMPTION: Assumption;
 
     /// All assumptions behind the value at present. A strict controller does not report a value
     /// that relies on a choice without a source.
     fn assumptions(_cx: &mut Context<'_>, _query: &Self::Query) -> AssumptionSet {
-        Self::RESTS_ON.into()
+        Self::ASSUMPTION.into()
     }
 
     /// Returns the value at the present instant. Reading may have side effects: a pin becomes the
@@ -48,13 +48,13 @@ pub(crate) trait Report: Readable {
 /// A command that can be set or executed.
 pub(crate) trait Apply: Writable {
     /// Assumption that always applies to the command.
-    const RESTS_ON: Assumption;
+    const ASSUMPTION: Assumption;
 
     /// All assumptions behind the command at present, as far as they are known before it is carried
     /// out. A strict controller does not carry out a command that relies on a choice without a
     /// source.
     fn assumptions(&self, _cx: &Context<'_>, _mode: ExecMode) -> AssumptionSet {
-        Self::RESTS_ON.into()
+        Self::ASSUMPTION.into()
     }
 
     /// Carries the command out on the borrowed parts, and returns its effects on the rest of the
@@ -137,7 +137,7 @@ macro_rules! parameter {
         $(, capped |$capped:ident, $most:ident| $cap:expr)?
     ) => {
         impl $crate::device::handlers::Report for $layout {
-            const RESTS_ON: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
+            const ASSUMPTION: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
 
             $(
                 fn assumptions(
@@ -158,7 +158,7 @@ macro_rules! parameter {
         }
 
         impl $crate::device::handlers::Apply for $layout {
-            const RESTS_ON: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
+            const ASSUMPTION: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
 
             $(
                 fn assumptions(
@@ -241,7 +241,7 @@ macro_rules! kept {
 macro_rules! not_simulated {
     ($( $layout:ident: $assumption:ident; )+) => {$(
         impl $crate::device::handlers::Apply for $layout {
-            const RESTS_ON: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
+            const ASSUMPTION: $crate::fidelity::Assumption = $crate::fidelity::Assumption::$assumption;
 
             fn apply(
                 &self,

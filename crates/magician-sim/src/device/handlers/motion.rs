@@ -2,7 +2,7 @@
 
 use crate::device::context::Context;
 use crate::device::effect::ExecMode;
-use crate::device::queue::Busy;
+use crate::device::queue::Activity;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Context<'_> {
@@ -23,7 +23,7 @@ impl Context<'_> {
     /// Assumptions of any immediate motion, depending on what is under way.
     pub(super) fn replacing_assumptions(&self) -> AssumptionSet {
         let queue = self.queues.active();
-        let moves = queue.busy() == Some(Busy::Moving);
+        let moves = queue.busy() == Some(Activity::Moving);
         let waits = queue.is_started() && queue.waiting() > 0;
         // Only then does it matter what the queue does after the immediate motion.
         let goes_on = (moves || waits) && !self.alarms.hold_queue();

@@ -18,11 +18,11 @@ stored! { ArmOrientation in orientation: StoredWithoutEffect; }
 const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
 
 impl Report for Pose {
-    const RESTS_ON: Assumption = Assumption::CommandedPose;
+    const ASSUMPTION: Assumption = Assumption::CommandedPose;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
         let homed = cx.motion.is_homed();
-        AssumptionSet::from(Self::RESTS_ON)
+        AssumptionSet::from(Self::ASSUMPTION)
             .and_if(!homed, Assumption::BaseUnknown)
             .and_if(!homed, Assumption::PowerUpPose)
             .and_if(
@@ -40,7 +40,7 @@ impl Report for Pose {
 }
 
 impl Report for PoseL {
-    const RESTS_ON: Assumption = Assumption::RailPose;
+    const ASSUMPTION: Assumption = Assumption::RailPose;
 
     /// Commanded position of the carriage; without a rail its last one.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
@@ -50,7 +50,7 @@ impl Report for PoseL {
 }
 
 impl Report for Kinematics {
-    const RESTS_ON: Assumption = Assumption::Zeros;
+    const ASSUMPTION: Assumption = Assumption::Zeros;
 
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
@@ -61,7 +61,7 @@ impl Report for Kinematics {
 }
 
 impl Apply for ResetPose {
-    const RESTS_ON: Assumption = Assumption::ResetPose;
+    const ASSUMPTION: Assumption = Assumption::ResetPose;
 
     /// Sets the reported J2 and J3: to the given angles, or to their sensors if manual is 0. The
     /// arm does not move.

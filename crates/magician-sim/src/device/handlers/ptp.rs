@@ -101,11 +101,11 @@ fn rail_assumptions(cx: &Context<'_>, to: &PtpMove) -> AssumptionSet {
 macro_rules! moves {
     ($($command:ident)+) => {$(
         impl Apply for $command {
-            const RESTS_ON: Assumption = Assumption::PtpLaw;
+            const ASSUMPTION: Assumption = Assumption::PtpLaw;
 
             fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
                 let to = PtpMove::from(self);
-                AssumptionSet::from(Self::RESTS_ON)
+                AssumptionSet::from(Self::ASSUMPTION)
                     .union(move_assumptions(cx, &to))
                     .union(cx.motion_assumptions(&to.numbers, mode))
             }
@@ -120,7 +120,7 @@ macro_rules! moves {
 moves! { PtpCmd PtpWithLCmd PtpPoCmd PtpPoWithLCmd }
 
 impl Report for PtpJumpParams {
-    const RESTS_ON: Assumption = Assumption::Parameters;
+    const ASSUMPTION: Assumption = Assumption::Parameters;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.motion.ptp_jump
@@ -129,16 +129,16 @@ impl Report for PtpJumpParams {
 
 // Also sets both heights of PTPJump2Params, as the vendor's code does (E27).
 impl Apply for PtpJumpParams {
-    const RESTS_ON: Assumption = Assumption::JumpSetsBoth;
+    const ASSUMPTION: Assumption = Assumption::JumpSetsBoth;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-        cx.store.settings.motion.note(&Set::from(*self));
+        cx.store.settings.motion.apply(&Set::from(*self));
         Effects::none()
     }
 }
 
 impl Report for PtpTime {
-    const RESTS_ON: Assumption = Assumption::PtpTime;
+    const ASSUMPTION: Assumption = Assumption::PtpTime;
 
     /// Duration in ms, rounded up; 0 for a move that would be refused.
     fn report(cx: &mut Context<'_>, query: &GetPtpTime) -> Self {

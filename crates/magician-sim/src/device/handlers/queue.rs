@@ -6,12 +6,12 @@ use magician_protocol::{Flag, NoArgs, Writable};
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
-use crate::device::queue::Busy;
+use crate::device::queue::Activity;
 use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for QueuedCmdStartDownload {
-    const RESTS_ON: Assumption = Assumption::OfflineProgram;
+    const ASSUMPTION: Assumption = Assumption::OfflineProgram;
 
     /// Starts a download. The announced length is not binding.
     ///
@@ -31,7 +31,7 @@ impl Apply for QueuedCmdStartDownload {
 }
 
 impl Apply for QueuedCmdStopDownload {
-    const RESTS_ON: Assumption = Assumption::OfflineProgram;
+    const ASSUMPTION: Assumption = Assumption::OfflineProgram;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         // Another number of commands than announced is kept: the document does not define it (model
@@ -43,10 +43,10 @@ impl Apply for QueuedCmdStopDownload {
 }
 
 impl Apply for QueuedCmdStartExec {
-    const RESTS_ON: Assumption = Assumption::Start;
+    const ASSUMPTION: Assumption = Assumption::Start;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON)
+        AssumptionSet::from(Self::ASSUMPTION)
             .and_if(!cx.hosts().is_started(), Assumption::QueueStopped)
             .and_if(cx.motion.can_be_dropped(), Assumption::StartAgain)
     }
@@ -59,17 +59,17 @@ impl Apply for QueuedCmdStartExec {
 /// Assumptions of a stop, forced or not.
 fn stop_assumptions(cx: &Context<'_>) -> AssumptionSet {
     let busy = cx.queues.active().busy();
-    let waits = busy.is_some_and(|busy| busy != Busy::Moving);
+    let waits = busy.is_some_and(|busy| busy != Activity::Moving);
     AssumptionSet::default()
         .and_if(waits, Assumption::StopCutsWait)
         .and_if(cx.motion.follows_path(), Assumption::CpStops)
 }
 
 impl Apply for QueuedCmdStopExec {
-    const RESTS_ON: Assumption = Assumption::StopFinishes;
+    const ASSUMPTION: Assumption = Assumption::StopFinishes;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).union(stop_assumptions(cx))
+        AssumptionSet::from(Self::ASSUMPTION).union(stop_assumptions(cx))
     }
 
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -78,10 +78,10 @@ impl Apply for QueuedCmdStopExec {
 }
 
 impl Apply for QueuedCmdForceStopExec {
-    const RESTS_ON: Assumption = Assumption::ForceStop;
+    const ASSUMPTION: Assumption = Assumption::ForceStop;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON)
+        AssumptionSet::from(Self::ASSUMPTION)
             .and(Assumption::ForceStopStops)
             .union(stop_assumptions(cx))
     }
@@ -92,10 +92,10 @@ impl Apply for QueuedCmdForceStopExec {
 }
 
 impl Apply for QueuedCmdClear {
-    const RESTS_ON: Assumption = Assumption::Clear;
+    const ASSUMPTION: Assumption = Assumption::Clear;
 
     fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON)
+        AssumptionSet::from(Self::ASSUMPTION)
             .and(Assumption::IndexAfterClear)
             .and_if(cx.motion.can_be_dropped(), Assumption::ClearWhileMoving)
     }
@@ -106,12 +106,12 @@ impl Apply for QueuedCmdClear {
 }
 
 impl Report for QueuedCmdCurrentIndex {
-    const RESTS_ON: Assumption = Assumption::CurrentIndex;
+    const ASSUMPTION: Assumption = Assumption::CurrentIndex;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
         // 0 is not an index, so it only means that nothing has finished.
         let unused = cx.hosts().current() == 0 && cx.hosts().running().is_none();
-        AssumptionSet::from(Self::RESTS_ON).and_if(unused, Assumption::CurrentAtFirst)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(unused, Assumption::CurrentAtFirst)
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
@@ -124,11 +124,11 @@ impl Report for QueuedCmdCurrentIndex {
 }
 
 impl Report for QueuedCmdLeftSpace {
-    const RESTS_ON: Assumption = Assumption::QueueDepth;
+    const ASSUMPTION: Assumption = Assumption::QueueDepth;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
         let runs = cx.hosts().running().is_some();
-        AssumptionSet::from(Self::RESTS_ON).and_if(runs, Assumption::RunningPlace)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(runs, Assumption::RunningPlace)
     }
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
@@ -139,7 +139,7 @@ impl Report for QueuedCmdLeftSpace {
 }
 
 impl Report for QueuedCmdMotionFinish {
-    const RESTS_ON: Assumption = Assumption::MotionFinish;
+    const ASSUMPTION: Assumption = Assumption::MotionFinish;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {

@@ -27,7 +27,7 @@ impl Context<'_> {
 }
 
 impl Report for HhtTrigMode {
-    const RESTS_ON: Assumption = Assumption::TeachSettings;
+    const ASSUMPTION: Assumption = Assumption::TeachSettings;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.teach_mode
@@ -35,7 +35,7 @@ impl Report for HhtTrigMode {
 }
 
 impl Apply for HhtTrigMode {
-    const RESTS_ON: Assumption = Assumption::TeachSettings;
+    const ASSUMPTION: Assumption = Assumption::TeachSettings;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         // Account under the old mode first.
@@ -46,7 +46,7 @@ impl Apply for HhtTrigMode {
 }
 
 impl Report for HhtTrigOutputEnabled {
-    const RESTS_ON: Assumption = Assumption::TeachSettings;
+    const ASSUMPTION: Assumption = Assumption::TeachSettings;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.teach_enabled
@@ -54,7 +54,7 @@ impl Report for HhtTrigOutputEnabled {
 }
 
 impl Apply for HhtTrigOutputEnabled {
-    const RESTS_ON: Assumption = Assumption::TeachSettings;
+    const ASSUMPTION: Assumption = Assumption::TeachSettings;
 
     /// Disabling also drops a point that was not read.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -68,10 +68,10 @@ impl Apply for HhtTrigOutputEnabled {
 }
 
 impl Report for HhtTrigOutput {
-    const RESTS_ON: Assumption = Assumption::TeachSettings;
+    const ASSUMPTION: Assumption = Assumption::TeachSettings;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and_if(cx.has_new_point(), Assumption::PointCleared)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(cx.has_new_point(), Assumption::PointCleared)
     }
 
     /// True once for each point: reading clears it (model section 12).

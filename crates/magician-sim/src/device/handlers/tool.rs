@@ -6,14 +6,14 @@ use magician_protocol::commands::*;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
-use crate::device::io::tools::{AirTool, Commanded};
+use crate::device::io::tools::{AirTool, ToolCommand};
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for EndEffectorParams {
-    const RESTS_ON: Assumption = Assumption::ToolBias;
+    const ASSUMPTION: Assumption = Assumption::ToolBias;
 
     fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
-        AssumptionSet::from(<Self as Report>::RESTS_ON)
+        AssumptionSet::from(<Self as Report>::ASSUMPTION)
             .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool)
     }
 
@@ -23,7 +23,7 @@ impl Report for EndEffectorParams {
 }
 
 impl Apply for EndEffectorParams {
-    const RESTS_ON: Assumption = Assumption::ToolBias;
+    const ASSUMPTION: Assumption = Assumption::ToolBias;
 
     /// Sets the tool bias. The reported pose follows at once, because it is computed from the
     /// joints.
@@ -38,10 +38,10 @@ impl Apply for EndEffectorParams {
 }
 
 impl Report for EndEffectorLaser {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        let Commanded { control, on } = cx.io.tools.laser_set();
+        let ToolCommand { control, on } = cx.io.tools.laser_set();
         Self {
             is_ctrl_enabled: control,
             is_on: on,
@@ -50,21 +50,21 @@ impl Report for EndEffectorLaser {
 }
 
 impl Apply for SetEndEffectorLaser {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.on);
-        cx.io.tools.set_laser(Commanded { control, on });
+        cx.io.tools.set_laser(ToolCommand { control, on });
         Effects::none()
     }
 }
 
 impl Report for EndEffectorSuctionCup {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     /// The command as it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        let Commanded { control, on } = cx.io.tools.air_set(AirTool::Suction);
+        let ToolCommand { control, on } = cx.io.tools.air_set(AirTool::Suction);
         Self {
             is_ctrl_enabled: control,
             is_sucked: on,
@@ -73,27 +73,27 @@ impl Report for EndEffectorSuctionCup {
 }
 
 impl Apply for SetEndEffectorSuctionCup {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and(Assumption::VacuumDelay)
+        AssumptionSet::from(Self::ASSUMPTION).and(Assumption::VacuumDelay)
     }
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.suck);
         cx.io
             .tools
-            .set_air(AirTool::Suction, Commanded { control, on });
+            .set_air(AirTool::Suction, ToolCommand { control, on });
         Effects::none()
     }
 }
 
 impl Report for EndEffectorGripper {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     /// The command as it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
-        let Commanded { control, on } = cx.io.tools.air_set(AirTool::Gripper);
+        let ToolCommand { control, on } = cx.io.tools.air_set(AirTool::Gripper);
         Self {
             is_ctrl_enabled: control,
             is_gripped: on,
@@ -102,17 +102,17 @@ impl Report for EndEffectorGripper {
 }
 
 impl Apply for SetEndEffectorGripper {
-    const RESTS_ON: Assumption = Assumption::Tools;
+    const ASSUMPTION: Assumption = Assumption::Tools;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and(Assumption::GripperDelay)
+        AssumptionSet::from(Self::ASSUMPTION).and(Assumption::GripperDelay)
     }
 
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.grip);
         cx.io
             .tools
-            .set_air(AirTool::Gripper, Commanded { control, on });
+            .set_air(AirTool::Gripper, ToolCommand { control, on });
         Effects::none()
     }
 }

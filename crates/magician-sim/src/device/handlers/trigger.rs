@@ -11,11 +11,11 @@ use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for TrigCmd {
-    const RESTS_ON: Assumption = Assumption::Trigger;
+    const ASSUMPTION: Assumption = Assumption::Trigger;
 
     fn assumptions(&self, _: &Context<'_>, mode: ExecMode) -> AssumptionSet {
         let at_once = mode == ExecMode::Immediate;
-        AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(at_once, Assumption::ImmediateWait)
     }
 
     /// Blocks the queue until the condition is met; there is no timeout (model section 14).

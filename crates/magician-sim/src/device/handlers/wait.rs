@@ -9,11 +9,11 @@ use crate::device::handlers::Apply;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for WaitCmd {
-    const RESTS_ON: Assumption = Assumption::Wait;
+    const ASSUMPTION: Assumption = Assumption::Wait;
 
     fn assumptions(&self, _: &Context<'_>, mode: ExecMode) -> AssumptionSet {
         let at_once = mode == ExecMode::Immediate;
-        AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(at_once, Assumption::ImmediateWait)
     }
 
     /// In the queue it counts from its start. An immediate one has nothing to block (errata E34).

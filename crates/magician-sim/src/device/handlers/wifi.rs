@@ -11,7 +11,7 @@ use crate::device::handlers::{Apply, Report, kept};
 use crate::fidelity::Assumption;
 
 impl Report for WifiConfigMode {
-    const RESTS_ON: Assumption = Assumption::WifiSettings;
+    const ASSUMPTION: Assumption = Assumption::WifiSettings;
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.wifi_config
@@ -19,7 +19,7 @@ impl Report for WifiConfigMode {
 }
 
 impl Apply for WifiConfigMode {
-    const RESTS_ON: Assumption = Assumption::WifiSettings;
+    const ASSUMPTION: Assumption = Assumption::WifiSettings;
 
     /// Leaving the command mode makes the module join its network again.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -39,7 +39,7 @@ kept! {
 }
 
 impl Report for WifiConnectStatus {
-    const RESTS_ON: Assumption = Assumption::WifiStatus;
+    const ASSUMPTION: Assumption = Assumption::WifiStatus;
 
     /// Reports whether a network with a name has been joined: any name works, after a delay.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {

@@ -9,7 +9,7 @@ pub(crate) mod trigger;
 use crate::world::ToolState;
 use crate::{ArmInstant, Profile};
 use pins::Pins;
-use sensors::Detectors;
+use sensors::EnabledSensors;
 use steppers::Steppers;
 use tools::Actuators;
 
@@ -19,8 +19,8 @@ pub(crate) struct Io {
     pub(crate) pins: Pins,
     pub(crate) tools: Actuators,
     pub(crate) steppers: Steppers,
-    pub(crate) color_sensors: Detectors,
-    pub(crate) infrared_sensors: Detectors,
+    pub(crate) color_sensors: EnabledSensors,
+    pub(crate) infrared_sensors: EnabledSensors,
     /// Tool state last reported to the world.
     reported: ToolState,
 }
@@ -33,8 +33,8 @@ impl Io {
             pins: Pins::new(std::array::from_fn(abilities)),
             tools: Actuators::new(&profile.tools),
             steppers: Steppers::default(),
-            color_sensors: Detectors::default(),
-            infrared_sensors: Detectors::default(),
+            color_sensors: EnabledSensors::default(),
+            infrared_sensors: EnabledSensors::default(),
             reported,
         }
     }

@@ -4,13 +4,13 @@ use magician_protocol::{Flag, Port};
 
 /// Connectors at which a kind of sensor is enabled.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Detectors {
+pub(crate) struct EnabledSensors {
     enabled: [bool; 4],
     /// Connector that a get without one refers to.
     last: Port,
 }
 
-impl Default for Detectors {
+impl Default for EnabledSensors {
     fn default() -> Self {
         Self {
             enabled: [false; 4],
@@ -20,7 +20,7 @@ impl Default for Detectors {
     }
 }
 
-impl Detectors {
+impl EnabledSensors {
     /// Enables or disables the sensor at a connector. Returns false if there is no such connector.
     pub(crate) fn enable(&mut self, port: Port, enabled: Flag) -> bool {
         let Some(place) = self.enabled.get_mut(usize::from(u8::from(port))) else {

@@ -63,7 +63,7 @@ pub(crate) struct Steppers {
 
 /// Result of a command for an output.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Turned {
+pub(crate) struct StepperChange {
     /// New rate, if it has changed.
     pub(crate) rate: Option<f64>,
     /// True if it counts pulses from now on.
@@ -91,7 +91,7 @@ impl Steppers {
         output: usize,
         rate: f64,
         pulses: Option<u32>,
-    ) -> Option<Turned> {
+    ) -> Option<StepperChange> {
         // Both signs: the sign is the direction.
         let rate = rate.clamp(-FASTEST, FASTEST);
         // Neither a standing motor nor zero pulses may block the queue.
@@ -113,7 +113,7 @@ impl Steppers {
             counted,
             run,
         };
-        Some(Turned {
+        Some(StepperChange {
             rate: changed.then_some(rate),
             counts: run.is_some(),
         })

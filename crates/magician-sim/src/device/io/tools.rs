@@ -30,12 +30,12 @@ pub(crate) enum AirTool {
 
 /// The two flags of a tool command.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Commanded {
+pub(crate) struct ToolCommand {
     pub(crate) control: Flag,
     pub(crate) on: Flag,
 }
 
-impl Commanded {
+impl ToolCommand {
     fn is_on(self) -> bool {
         self.control.is_on() && self.on.is_on()
     }
@@ -44,7 +44,7 @@ impl Commanded {
 /// State of a tool that takes time to act.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Output {
+pub struct ToolOutput {
     /// Commanded state.
     pub commanded: bool,
     /// State that it has reached.
@@ -61,14 +61,14 @@ struct Actuator {
 }
 
 impl Actuator {
-    fn at(&self, now: ArmInstant) -> Output {
+    fn at(&self, now: ArmInstant) -> ToolOutput {
         let commanded = self.commanded;
         let reached = if now < self.settled {
             self.before
         } else {
             commanded
         };
-        Output { commanded, reached }
+        ToolOutput { commanded, reached }
     }
 
     fn command(&mut self, commanded: bool, now: ArmInstant, delay: Micros) {
@@ -87,11 +87,11 @@ impl Actuator {
 /// The tools that can be switched.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Actuators {
-    laser_set: Commanded,
-    suction_set: Commanded,
-    gripper_set: Commanded,
+    laser_set: ToolCommand,
+    suction_set: ToolCommand,
+    gripper_set: ToolCommand,
     /// Tool of the last command, and that command: it has the pump.
-    air: (AirTool, Commanded),
+    air: (AirTool, ToolCommand),
     /// Laser power along a continuous path, percent.
     path_power: f64,
     suction: Actuator,
@@ -121,7 +121,7 @@ impl Actuators {
     }
 
     /// Sets the command of a tool on the air line; that tool takes the pump.
-    pub(crate) fn set_air(&mut self, tool: AirTool, commanded: Commanded) {
+    pub(crate) fn set_air(&mut self, tool: AirTool, commanded: ToolCommand) {
         match tool {
             AirTool::Suction => self.suction_set = commanded,
             AirTool::Gripper => self.gripper_set = commanded,
@@ -130,12 +130,12 @@ impl Actuators {
     }
 
     /// Sets the command of the laser.
-    pub(crate) fn set_laser(&mut self, commanded: Commanded) {
+    pub(crate) fn set_laser(&mut self, commanded: ToolCommand) {
         self.laser_set = commanded;
     }
 
     /// Last command of a tool on the air line, whichever has the air.
-    pub(crate) fn air_set(&self, tool: AirTool) -> Commanded {
+    pub(crate) fn air_set(&self, tool: AirTool) -> ToolCommand {
         match tool {
             AirTool::Suction => self.suction_set,
             AirTool::Gripper => self.gripper_set,
@@ -143,7 +143,7 @@ impl Actuators {
     }
 
     /// Last command of the laser.
-    pub(crate) fn laser_set(&self) -> Commanded {
+    pub(crate) fn laser_set(&self) -> ToolCommand {
         self.laser_set
     }
 
@@ -163,11 +163,11 @@ impl Actuators {
         }
     }
 
-    pub(crate) fn suction(&self, now: ArmInstant) -> Output {
+    pub(crate) fn suction(&self, now: ArmInstant) -> ToolOutput {
         self.suction.at(now)
     }
 
-    pub(crate) fn gripper(&self, now: ArmInstant) -> Output {
+    pub(crate) fn gripper(&self, now: ArmInstant) -> ToolOutput {
         self.gripper.at(now)
     }
 

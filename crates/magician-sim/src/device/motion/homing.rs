@@ -7,8 +7,8 @@
 
 use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
-use super::plan::NoPlan;
-use super::{ArmView, MotionKind, Outputs, RailPath, Stage, Start};
+use super::plan::PlanError;
+use super::{ArmView, HomingStage, MotionKind, Outputs, PlannedMotion, RailPath};
 
 /// Distance from the switch at which it counts as closed, deg: below the motor step of 0.01125 deg.
 const AT_SWITCH: f64 = 1e-3;
@@ -18,29 +18,29 @@ impl ArmView<'_> {
     ///
     /// The true angle decides, not the commanded one: a base that has slipped away from the switch
     /// continues, and a base that has slipped past it backs off and tries again.
-    pub(crate) fn stage_after(&self, stage: Stage) -> Option<Stage> {
+    pub(crate) fn stage_after(&self, stage: HomingStage) -> Option<HomingStage> {
         let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
         match stage {
-            Stage::Seek if off > AT_SWITCH => Some(Stage::Seek),
-            Stage::Seek => Some(Stage::BackOff),
-            Stage::BackOff => Some(Stage::Creep),
-            Stage::Creep => Some(Stage::Touch),
-            Stage::Touch if off > AT_SWITCH => Some(Stage::Touch),
-            Stage::Touch if off < -AT_SWITCH => Some(Stage::BackOff),
-            Stage::Touch => None,
+            HomingStage::Seek if off > AT_SWITCH => Some(HomingStage::Seek),
+            HomingStage::Seek => Some(HomingStage::BackOff),
+            HomingStage::BackOff => Some(HomingStage::Creep),
+            HomingStage::Creep => Some(HomingStage::Touch),
+            HomingStage::Touch if off > AT_SWITCH => Some(HomingStage::Touch),
+            HomingStage::Touch if off < -AT_SWITCH => Some(HomingStage::BackOff),
+            HomingStage::Touch => None,
         }
     }
 
     /// Plans one stage of the search. The rail's carriage goes to its end along with the first
     /// stage, which lasts until it is there.
-    pub(crate) fn plan_search(&self, stage: Stage) -> Result<Start, NoPlan> {
+    pub(crate) fn plan_search(&self, stage: HomingStage) -> Result<PlannedMotion, PlanError> {
         let rules = &self.firmware.model.homing;
         let [creep, touch] = rules.creep;
         let (target, velocity) = match stage {
-            Stage::Seek => (rules.switch, rules.search),
-            Stage::BackOff => (rules.switch + rules.back_off, rules.search),
-            Stage::Creep => (rules.switch + rules.back_off / 2.0, creep),
-            Stage::Touch => (rules.switch, touch),
+            HomingStage::Seek => (rules.switch, rules.search),
+            HomingStage::BackOff => (rules.switch + rules.back_off, rules.search),
+            HomingStage::Creep => (rules.switch + rules.back_off / 2.0, creep),
+            HomingStage::Touch => (rules.switch, touch),
         };
         // Relative to the true angle: before homing the commanded angle of J1 is unrelated to it.
         let way = target - self.motion.true_pose(self.now).joints.j1;
@@ -57,7 +57,7 @@ impl ArmView<'_> {
             ..self.planner(speeds)
         };
         let plan = planner.plan(&self.arm(), &request)?;
-        Ok(Start {
+        Ok(PlannedMotion {
             kind: MotionKind::Search(stage),
             trajectory: plan.trajectory,
             rail: self.plan_rail_home(),
@@ -68,7 +68,7 @@ impl ArmView<'_> {
 
     /// Plans the end of homing: a joint move to the home point, or to the default joints if none is
     /// set.
-    pub(crate) fn plan_home_point(&self) -> Result<Start, NoPlan> {
+    pub(crate) fn plan_home_point(&self) -> Result<PlannedMotion, PlanError> {
         match self.settings.home_point() {
             Some(target) => self.plan_home(target),
             None => self.plan_home_joints(),
@@ -76,11 +76,11 @@ impl ArmView<'_> {
     }
 
     /// Plans the end of homing without a home point.
-    pub(crate) fn plan_home_joints(&self) -> Result<Start, NoPlan> {
+    pub(crate) fn plan_home_joints(&self) -> Result<PlannedMotion, PlanError> {
         self.plan_home(Target::Joints(self.firmware.model.homing.joints))
     }
 
-    fn plan_home(&self, target: Target) -> Result<Start, NoPlan> {
+    fn plan_home(&self, target: Target) -> Result<PlannedMotion, PlanError> {
         let planner = self.planner(self.firmware.model.homing.speeds());
         self.plan_joint_move(&planner, target)
     }

@@ -8,8 +8,8 @@
 use magician_motion::{Jog, JogAxis, MotionError, Plan, Trajectory};
 use magician_protocol::JogCommand;
 
-use super::plan::{NoPlan, alarm_at_limit, alarm_on_a_path};
-use super::{ArmView, Jogged, MotionKind, Outputs, RailPath, Start};
+use super::plan::{PlanError, alarm_at_limit, alarm_on_a_path};
+use super::{ArmView, JogTarget, MotionKind, Outputs, PlannedMotion, RailPath};
 use crate::Micros;
 use crate::profile::JogAxisChange;
 
@@ -20,17 +20,17 @@ pub(crate) enum JogPlan {
     /// The command changes nothing.
     Unchanged,
     /// A motion starts and replaces the running one.
-    Begin(Start),
+    Begin(PlannedMotion),
     /// The running motion continues as this one.
-    Continue(Start),
+    Continue(PlannedMotion),
     /// The running stop ramp gets another continuation.
     Then(MotionKind),
     /// The jog cannot be planned.
-    Refused(NoPlan),
+    Refused(PlanError),
 }
 
-impl From<Result<Start, NoPlan>> for JogPlan {
-    fn from(planned: Result<Start, NoPlan>) -> Self {
+impl From<Result<PlannedMotion, PlanError>> for JogPlan {
+    fn from(planned: Result<PlannedMotion, PlanError>) -> Self {
         planned.map_or_else(Self::Refused, Self::Begin)
     }
 }
@@ -45,7 +45,7 @@ impl ArmView<'_> {
     /// Plans the effect of a jog command: start, reversal or stop. Jogs of a disabled rail are
     /// ignored.
     pub(crate) fn jog(&self, is_joint: bool, command: JogCommand) -> JogPlan {
-        let on_rail = |positive| Some(Jogged::Rail { positive });
+        let on_rail = |positive| Some(JogTarget::Rail { positive });
         let jogged = match command {
             // Without a rail its commands are accepted and do nothing (model section 12).
             JogCommand::RailPlus | JogCommand::RailMinus if !self.settings.motion.has_rail() => {
@@ -53,7 +53,7 @@ impl ArmView<'_> {
             }
             JogCommand::RailPlus => on_rail(true),
             JogCommand::RailMinus => on_rail(false),
-            _ => jog_of(is_joint, command).map(Jogged::Arm),
+            _ => jog_of(is_joint, command).map(JogTarget::Arm),
         };
         match jogged {
             Some(jogged) => self.jog_along(jogged),
@@ -66,17 +66,17 @@ impl ArmView<'_> {
     ///
     /// The same axis passes through standstill. Another axis takes over the signed speed, or waits
     /// until the running jog rests, depending on the profile.
-    fn jog_along(&self, jogged: Jogged) -> JogPlan {
+    fn jog_along(&self, jogged: JogTarget) -> JogPlan {
         match (jogged, self.motion.kind()) {
             // The same axis: its own speed is the entry speed, also against the new direction.
-            (Jogged::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
+            (JogTarget::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
                 self.plan_jog(jog, self.jog_velocity(jog.axis)).into()
             }
-            (Jogged::Rail { positive }, Some(MotionKind::RailJog { .. })) => {
+            (JogTarget::Rail { positive }, Some(MotionKind::RailJog { .. })) => {
                 self.rail_jog(positive)
             }
             (
-                Jogged::Arm(jog),
+                JogTarget::Arm(jog),
                 Some(MotionKind::Jog(Jog { axis, .. }) | MotionKind::JogStop { axis, .. }),
             ) if self.firmware.profile.motion.jog_axis_change == JogAxisChange::Carries => {
                 self.plan_jog(jog, self.jog_velocity(axis)).into()
@@ -102,10 +102,10 @@ impl ArmView<'_> {
     }
 
     /// Plans a jog from rest. Any other motion is replaced, unless the speeds are invalid.
-    pub(crate) fn jog_from_rest(&self, jogged: Jogged) -> JogPlan {
+    pub(crate) fn jog_from_rest(&self, jogged: JogTarget) -> JogPlan {
         match jogged {
-            Jogged::Arm(jog) => self.plan_jog(jog, 0.0).into(),
-            Jogged::Rail { positive } => self.rail_jog(positive),
+            JogTarget::Arm(jog) => self.plan_jog(jog, 0.0).into(),
+            JogTarget::Rail { positive } => self.rail_jog(positive),
         }
     }
 
@@ -118,7 +118,7 @@ impl ArmView<'_> {
     }
 
     /// Plans a jog from an entry speed on the same axis.
-    fn plan_jog(&self, jog: Jog, entry: f64) -> Result<Start, NoPlan> {
+    fn plan_jog(&self, jog: Jog, entry: f64) -> Result<PlannedMotion, PlanError> {
         let ceilings = &self.firmware.model.ceilings;
         let rates = self.settings.motion.jog(jog.axis, ceilings)?;
         let planner = self.planner_given_rates();
@@ -127,7 +127,7 @@ impl ArmView<'_> {
     }
 
     /// Plans the stop of a jog at the jog acceleration; `then` follows when it rests.
-    fn stop_jog(&self, then: Option<Jogged>) -> JogPlan {
+    fn stop_jog(&self, then: Option<JogTarget>) -> JogPlan {
         let Some(motion) = &self.motion.under_way else {
             return JogPlan::Unchanged;
         };
@@ -149,7 +149,7 @@ impl ArmView<'_> {
         JogPlan::Continue(self.start_jog(MotionKind::JogStop { axis, then }, &plan, axis))
     }
 
-    fn start_jog(&self, kind: MotionKind, plan: &Plan, axis: JogAxis) -> Start {
+    fn start_jog(&self, kind: MotionKind, plan: &Plan, axis: JogAxis) -> PlannedMotion {
         let alarm = plan.crossing.map(|crossing| {
             // A straight jog raises the alarm of a path, a joint jog that of its bound.
             if matches!(axis, JogAxis::X | JogAxis::Y | JogAxis::Z)
@@ -160,7 +160,7 @@ impl ArmView<'_> {
                 alarm_at_limit(&crossing)
             }
         });
-        Start::of_arm(self, kind, plan.trajectory, alarm)
+        PlannedMotion::of_arm(self, kind, plan.trajectory, alarm)
     }
 }
 
@@ -172,7 +172,7 @@ impl ArmView<'_> {
     /// direction changes nothing.
     fn rail_jog(&self, positive: bool) -> JogPlan {
         let Some(rates) = self.settings.motion.rail_jog() else {
-            return JogPlan::Refused(NoPlan::RailSpeed);
+            return JogPlan::Refused(PlanError::RailSpeed);
         };
         let (length, sign) = (self.motion.rail.length, if positive { 1.0 } else { -1.0 });
         let (from, velocity) = match self.rail_jogging() {
@@ -188,7 +188,7 @@ impl ArmView<'_> {
     }
 
     /// Plans the stop of a rail jog at the jog acceleration; `then` follows.
-    fn rail_jog_stop(&self, then: Option<Jogged>) -> JogPlan {
+    fn rail_jog_stop(&self, then: Option<JogTarget>) -> JogPlan {
         let rates = self.settings.motion.rail_jog();
         // With invalid speeds it stops at once.
         let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);
@@ -212,8 +212,8 @@ impl ArmView<'_> {
         jogs.then(|| (motion.rail, motion.elapsed(self.now)))
     }
 
-    fn start_rail_jog(&self, rail: RailPath, then: Option<Jogged>) -> JogPlan {
-        JogPlan::Begin(Start {
+    fn start_rail_jog(&self, rail: RailPath, then: Option<JogTarget>) -> JogPlan {
+        JogPlan::Begin(PlannedMotion {
             kind: MotionKind::RailJog { then },
             trajectory: Trajectory::at_rest(&self.geometry(), &self.arm()),
             rail,

@@ -14,18 +14,21 @@ pub(crate) enum MotionKind {
     /// A jog: it runs until a limit or a command stops it.
     Jog(Jog),
     /// The stop ramp of a jog, and the jog that follows it.
-    JogStop { axis: JogAxis, then: Option<Jogged> },
+    JogStop {
+        axis: JogAxis,
+        then: Option<JogTarget>,
+    },
     /// A stage of the search for the switch of J1.
-    Search(Stage),
+    Search(HomingStage),
     /// The ramp of a forced stop.
     Brake,
     /// A jog of the rail's carriage or its stop ramp, and the jog that follows it.
-    RailJog { then: Option<Jogged> },
+    RailJog { then: Option<JogTarget> },
 }
 
 /// Stage of the search for the switch of J1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
+pub(crate) enum HomingStage {
     /// Fast, to the switch.
     Seek,
     /// Away from the switch.
@@ -38,7 +41,7 @@ pub(crate) enum Stage {
 
 /// Axis and direction of a jog.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Jogged {
+pub(crate) enum JogTarget {
     /// An axis of the arm.
     Arm(Jog),
     /// The carriage on the rail.

@@ -9,7 +9,7 @@ use crate::{ArmInstant, Micros};
 
 /// Distance from a bound at which a joint counts as standing at it, deg. The motor step is 0.01125
 /// deg, and the planner stops on the bound itself.
-const AT: f64 = 1e-6;
+const LIMIT_PROXIMITY: f64 = 1e-6;
 
 /// Alarm of a bound, 0x40 to 0x49. It is raised when a motion ends there.
 pub(crate) fn limit_alarm(bound: Bound) -> u8 {
@@ -31,9 +31,9 @@ pub(crate) fn limit_alarm(bound: Bound) -> u8 {
 fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
     let (value, limit) = (bound.value(joints), limits.at(bound));
     if bound.is_upper() {
-        value >= limit - AT
+        value >= limit - LIMIT_PROXIMITY
     } else {
-        value <= limit + AT
+        value <= limit + LIMIT_PROXIMITY
     }
 }
 

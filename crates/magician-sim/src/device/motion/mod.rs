@@ -20,9 +20,9 @@ mod true_pose;
 mod view;
 
 pub(crate) use jog::JogPlan;
-pub(crate) use kind::{Jogged, MotionKind, Stage};
+pub(crate) use kind::{HomingStage, JogTarget, MotionKind};
 pub(crate) use outputs::Outputs;
 pub(crate) use path::{PathLine, PathPoint, Segment};
 pub(crate) use rail::RailPath;
-pub(crate) use state::{Ended, Motion, Start};
+pub(crate) use state::{Motion, MotionEnd, PlannedMotion};
 pub(crate) use view::ArmView;

@@ -7,13 +7,13 @@ use magician_motion::{
 use magician_protocol::{Alarm, PoList};
 
 use super::limits::limit_alarm;
-use super::{ArmView, MotionKind, Outputs, RailPath, Segment, Start};
+use super::{ArmView, MotionKind, Outputs, PlannedMotion, RailPath, Segment};
 use crate::Micros;
 use crate::fidelity::Assumption;
 
 /// Reason why a motion cannot start.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum NoPlan {
+pub(crate) enum PlanError {
     /// The arm's part cannot be planned.
     Arm(MotionError),
     /// The target of the rail is NaN or infinite.
@@ -22,7 +22,7 @@ pub(crate) enum NoPlan {
     RailSpeed,
 }
 
-impl NoPlan {
+impl PlanError {
     /// Alarm that reports the reason.
     pub(crate) fn alarm(&self) -> u8 {
         match self {
@@ -48,13 +48,13 @@ impl NoPlan {
     }
 }
 
-impl From<MotionError> for NoPlan {
+impl From<MotionError> for PlanError {
     fn from(error: MotionError) -> Self {
         Self::Arm(error)
     }
 }
 
-impl Start {
+impl PlannedMotion {
     /// Creates a motion of the arm alone; the carriage stands.
     pub(super) fn of_arm(
         view: &ArmView<'_>,
@@ -80,7 +80,7 @@ impl ArmView<'_> {
         request: &Move,
         rail_to: Option<f64>,
         outputs: PoList,
-    ) -> Result<Start, NoPlan> {
+    ) -> Result<PlannedMotion, PlanError> {
         // The rail first: its duration is the minimum for the arm, and the arm's then for the rail.
         let rail = self.plan_rail(rail_to.unwrap_or(self.rail()))?;
         let planner = self.planner(self.settings.motion.speeds());
@@ -91,7 +91,7 @@ impl ArmView<'_> {
         let rail = rail
             .along(trajectory.uncut_us(), &self.settings.motion)
             .stopped_with(crossing.map(|crossing| crossing.at_us));
-        Ok(Start {
+        Ok(PlannedMotion {
             kind: MotionKind::Move,
             outputs: Outputs::new(outputs, (&trajectory, &rail)),
             alarm: alarm_on_the_way(request, crossing),
@@ -101,10 +101,13 @@ impl ArmView<'_> {
     }
 
     /// Wraps a planned path in space: an arc or a circle.
-    pub(crate) fn plan_path(&self, plan: Result<Plan, MotionError>) -> Result<Start, NoPlan> {
+    pub(crate) fn plan_path(
+        &self,
+        plan: Result<Plan, MotionError>,
+    ) -> Result<PlannedMotion, PlanError> {
         let plan = plan?;
         let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
-        Ok(Start::of_arm(
+        Ok(PlannedMotion::of_arm(
             self,
             MotionKind::Move,
             plan.trajectory,
@@ -113,7 +116,7 @@ impl ArmView<'_> {
     }
 
     /// Plans the ramp of a forced stop; `None` if nothing moves or it brakes already.
-    pub(crate) fn plan_brake(&self) -> Option<Start> {
+    pub(crate) fn plan_brake(&self) -> Option<PlannedMotion> {
         let motion = self.motion.under_way.as_ref()?;
         if motion.kind == MotionKind::Brake {
             return None;
@@ -129,7 +132,7 @@ impl ArmView<'_> {
             planner.limits = Limits::NONE;
         }
         let plan = planner.brake(&motion.trajectory, elapsed, factor);
-        Some(Start {
+        Some(PlannedMotion {
             kind: MotionKind::Brake,
             rail: self.brake_rail(&motion.rail, elapsed),
             alarm: plan.crossing.map(|crossing| alarm_at_limit(&crossing)),
@@ -143,14 +146,14 @@ impl ArmView<'_> {
         &self,
         planner: &Planner,
         target: Target,
-    ) -> Result<Start, NoPlan> {
+    ) -> Result<PlannedMotion, PlanError> {
         let request = Move {
             target,
             kind: MoveKind::Joint,
         };
         let plan = planner.plan(&self.arm(), &request)?;
         let alarm = alarm_on_the_way(&request, plan.crossing);
-        Ok(Start::of_arm(
+        Ok(PlannedMotion::of_arm(
             self,
             MotionKind::Move,
             plan.trajectory,
@@ -163,13 +166,13 @@ impl ArmView<'_> {
 impl ArmView<'_> {
     /// Plans the carriage's way to a position, clamped to the ends of the rail without an alarm
     /// (model section 15a).
-    fn plan_rail(&self, to: f64) -> Result<RailPath, NoPlan> {
+    fn plan_rail(&self, to: f64) -> Result<RailPath, PlanError> {
         if !to.is_finite() {
-            return Err(NoPlan::RailPlace);
+            return Err(PlanError::RailPlace);
         }
         let (from, to) = (self.rail(), to.clamp(0.0, self.motion.rail.length));
         RailPath::to_place(self.law(), from, to, self.settings.motion.rail())
-            .ok_or(NoPlan::RailSpeed)
+            .ok_or(PlanError::RailSpeed)
     }
 
     /// Plans the carriage's part of a forced stop, in the time that it needs by itself. Model
@@ -203,16 +206,16 @@ impl ArmView<'_> {
         from: &ArmState,
         segment: Segment,
         [entry, exit]: [f64; 2],
-    ) -> Result<Start, NoPlan> {
+    ) -> Result<PlannedMotion, PlanError> {
         let plan = planner.segment(from, segment.to(), entry, exit, segment.rates())?;
         let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
         let kind = MotionKind::Segment(segment);
-        Ok(Start::of_arm(self, kind, plan.trajectory, alarm))
+        Ok(PlannedMotion::of_arm(self, kind, plan.trajectory, alarm))
     }
 
     /// Replans the rest of the running segment with another exit speed; `None` if that changes
     /// nothing or is impossible.
-    pub(crate) fn replan_segment(&self, exit: f64) -> Option<Start> {
+    pub(crate) fn replan_segment(&self, exit: f64) -> Option<PlannedMotion> {
         let motion = self.motion.under_way.as_ref()?;
         let segment = self.motion.segment()?;
         // A segment that ends at a limit has no exit speed to change.
@@ -225,7 +228,7 @@ impl ArmView<'_> {
         let plan = plan.ok()??;
         let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
         let kind = MotionKind::Segment(segment);
-        Some(Start::of_arm(self, kind, plan.trajectory, alarm))
+        Some(PlannedMotion::of_arm(self, kind, plan.trajectory, alarm))
     }
 }
 

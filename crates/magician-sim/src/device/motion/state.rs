@@ -1,7 +1,7 @@
 //! State of the arm at rest or in motion, and the transitions between the two.
 //!
 //! In periods the commanded pose changes every 20 ms, but motors move smoothly. `sample` is the
-//! pose that the controller reports; `on_the_way` is the position of the motors between two
+//! pose that the controller reports; `motor_position` is the position of the motors between two
 //! periods, which the world sees. A command that arrives within a period acts with its end, so for
 //! the rest of that period the motors move from where they are onto the new trajectory.
 
@@ -20,7 +20,7 @@ pub(crate) struct Motion {
     /// Geometry for which `rest.pose` holds. Another tool bias gives another pose of the same
     /// joints.
     pub(super) measured: Geometry,
-    pub(super) under_way: Option<UnderWay>,
+    pub(super) under_way: Option<RunningMotion>,
     /// Offset of the true joints from the commanded ones: lost steps, and the base angle before
     /// homing.
     pub(super) slip: [f64; 4],
@@ -39,7 +39,7 @@ pub(crate) struct Motion {
 
 /// A motion planned from where the arm stands.
 #[derive(Clone, Debug)]
-pub(crate) struct Start {
+pub(crate) struct PlannedMotion {
     pub(crate) kind: MotionKind,
     pub(crate) trajectory: Trajectory,
     /// Path of the carriage; the motion lasts until both rest.
@@ -50,7 +50,7 @@ pub(crate) struct Start {
     pub(crate) outputs: Outputs,
 }
 
-impl Start {
+impl PlannedMotion {
     /// Duration of the motion of arm and carriage.
     pub(crate) fn duration(&self) -> Micros {
         self.trajectory.duration_us().max(self.rail.duration())
@@ -59,7 +59,7 @@ impl Start {
 
 /// Kind, alarm and speed of a motion that has ended.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ended {
+pub(crate) struct MotionEnd {
     pub(crate) kind: MotionKind,
     pub(crate) alarm: Option<u8>,
     /// Speed at its end, mm/s.
@@ -68,7 +68,7 @@ pub(crate) struct Ended {
 
 /// A running motion and its start.
 #[derive(Clone, Debug)]
-pub(super) struct UnderWay {
+pub(super) struct RunningMotion {
     pub(super) kind: MotionKind,
     pub(super) trajectory: Trajectory,
     /// Path of the carriage.
@@ -94,7 +94,7 @@ pub(super) struct UnderWay {
     pub(super) stalled: Option<(ArmInstant, [f64; 2])>,
 }
 
-impl UnderWay {
+impl RunningMotion {
     pub(super) fn elapsed(&self, now: ArmInstant) -> Micros {
         now.micros_since(self.started)
     }
@@ -108,7 +108,7 @@ impl UnderWay {
     }
 
     /// Position of the motors at an instant, between the ends of two periods, too.
-    fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
+    fn motor_position(&self, now: ArmInstant) -> (JointAngles, f64) {
         if now >= self.ends {
             return (self.trajectory.end().joints, self.rail.end());
         }
@@ -251,11 +251,11 @@ impl Motion {
     pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let motion = self.under_way.as_ref()?;
         let switches = motion.outputs.next_due();
-        let on_the_way = [
+        let motor_position = [
             motion.leaves_limit,
             switches.map(|at| motion.started.after_micros(at)),
         ];
-        let first = on_the_way.into_iter().flatten().min();
+        let first = motor_position.into_iter().flatten().min();
         Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
     }
 
@@ -265,9 +265,9 @@ impl Motion {
     }
 
     /// Position of the motors at an instant, between the ends of two periods, too.
-    pub(super) fn on_the_way(&self, now: ArmInstant) -> (JointAngles, f64) {
+    pub(super) fn motor_position(&self, now: ArmInstant) -> (JointAngles, f64) {
         match &self.under_way {
-            Some(motion) => motion.on_the_way(now),
+            Some(motion) => motion.motor_position(now),
             None => (self.rest.joints, self.rail.rest),
         }
     }
@@ -299,7 +299,7 @@ impl Motion {
     }
 
     /// Starts a motion. The previous one must have ended.
-    pub(crate) fn begin(&mut self, now: ArmInstant, law: MotionLaw, start: Start) {
+    pub(crate) fn begin(&mut self, now: ArmInstant, law: MotionLaw, start: PlannedMotion) {
         let lasting = start.duration();
         // In periods a motion begins with the current period, and the pose at its end is the first
         // that differs (model section 7).
@@ -307,7 +307,7 @@ impl Motion {
             0 => now,
             _ => ArmInstant::from_micros(law.period_start(now.as_micros())),
         };
-        let Start {
+        let PlannedMotion {
             kind,
             trajectory,
             rail,
@@ -334,7 +334,7 @@ impl Motion {
         // The rest of a motion keeps the tool bias with which it began.
         self.measured = *trajectory.geometry();
         self.rest = *trajectory.start();
-        self.under_way = Some(UnderWay {
+        self.under_way = Some(RunningMotion {
             kind,
             trajectory,
             rail,
@@ -366,9 +366,9 @@ impl Motion {
     }
 
     /// End of the running motion.
-    pub(crate) fn end(&self) -> Option<Ended> {
+    pub(crate) fn end(&self) -> Option<MotionEnd> {
         let motion = self.under_way.as_ref()?;
-        Some(Ended {
+        Some(MotionEnd {
             kind: motion.kind,
             alarm: motion.alarm,
             speed: match motion.alarm {
@@ -389,7 +389,7 @@ impl Motion {
         // A stalled arm keeps its true position: read it before the motion goes.
         let stalled = motion.stalled.map(|_| self.true_pose(now).joints);
         self.end_path(now, world);
-        let (joints, on_rail) = motion.on_the_way(now);
+        let (joints, on_rail) = motion.motor_position(now);
         self.left = Some((now, joints, on_rail));
         self.under_way = None;
         self.rest = state;

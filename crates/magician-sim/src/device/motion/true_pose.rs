@@ -12,7 +12,7 @@ use crate::world::{Drawing, JointState, TimedPath};
 use crate::{ArmInstant, World};
 
 /// Largest offset of a joint, deg: a full turn. It keeps repeated slips finite.
-const MOST_SLIP: f64 = 360.0;
+const MAX_SLIP: f64 = 360.0;
 
 impl Motion {
     /// True pose at an instant, as of the last period.
@@ -22,7 +22,7 @@ impl Motion {
 
     /// True pose of the motors, between the ends of two periods, too: the world's view.
     fn way(&self, now: ArmInstant) -> JointState {
-        let (joints, rail) = self.on_the_way(now);
+        let (joints, rail) = self.motor_position(now);
         JointState {
             rail: self.rail.true_place(rail),
             ..self.true_pose_of(now, joints)
@@ -106,7 +106,7 @@ impl Motion {
 
     /// Moves the arm by something other than its motors. Encoder and sensors follow; the base angle
     /// stays unknown.
-    pub(crate) fn be_moved(
+    pub(crate) fn move_by_hand(
         &mut self,
         now: ArmInstant,
         geometry: &Geometry,
@@ -152,7 +152,7 @@ impl Motion {
         self.end_path(now, world);
         let joint = usize::from(joint).checked_sub(1);
         if let Some(slip) = joint.and_then(|at| self.slip.get_mut(at)) {
-            *slip = (*slip + degrees).clamp(-MOST_SLIP, MOST_SLIP);
+            *slip = (*slip + degrees).clamp(-MAX_SLIP, MAX_SLIP);
         }
         self.show_path(now, world);
     }

@@ -68,12 +68,12 @@ pub(crate) struct Entry {
     pub(crate) id: u8,
     pub(crate) command: QueuedCommand,
     /// Line of a path segment, once its start is known.
-    pub(crate) way: Option<PathLine>,
+    pub(crate) path_line: Option<PathLine>,
 }
 
 /// Activity of the running command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Busy {
+pub(crate) enum Activity {
     /// A motion that the command started itself.
     Moving,
     /// A wait until an instant.
@@ -89,7 +89,7 @@ pub(crate) enum Busy {
 pub(crate) struct Running {
     pub(crate) index: u64,
     pub(crate) id: u8,
-    pub(crate) busy: Busy,
+    pub(crate) busy: Activity,
 }
 
 /// A queue of commands.
@@ -139,7 +139,7 @@ impl Queue {
     }
 
     /// Activity of the running command.
-    pub(crate) fn busy(&self) -> Option<Busy> {
+    pub(crate) fn busy(&self) -> Option<Activity> {
         self.running.map(|running| running.busy)
     }
 
@@ -179,7 +179,7 @@ impl Queue {
             index,
             id,
             command,
-            way: None,
+            path_line: None,
         });
         Some(index)
     }
@@ -226,13 +226,15 @@ impl Queue {
 /// Lines of the waiting segments of a continuous path.
 impl Queue {
     /// Lines of the segments at the head, as far as they are known.
-    pub(crate) fn ways(&self) -> impl Iterator<Item = &PathLine> {
-        self.waiting.iter().map_while(|entry| entry.way.as_ref())
+    pub(crate) fn path_lines(&self) -> impl Iterator<Item = &PathLine> {
+        self.waiting
+            .iter()
+            .map_while(|entry| entry.path_line.as_ref())
     }
 
     /// Resolves the lines of the segments at the head, the first of them from a point, up to one
     /// that is known already.
-    pub(crate) fn resolve_ways(
+    pub(crate) fn resolve_path_lines(
         &mut self,
         mut from: [f64; 3],
         way: impl Fn([f64; 3], PathPoint) -> PathLine,
@@ -241,24 +243,28 @@ impl Queue {
             let Some(point) = entry.command.path_point() else {
                 return;
             };
-            if entry.way.is_some() {
+            if entry.path_line.is_some() {
                 return;
             }
             let next = way(from, point);
             from = next.to();
-            entry.way = Some(next);
+            entry.path_line = Some(next);
         }
     }
 
-    pub(crate) fn forget_ways(&mut self) {
+    pub(crate) fn forget_path_lines(&mut self) {
         for entry in &mut self.waiting {
-            entry.way = None;
+            entry.path_line = None;
         }
     }
 
     /// Line of the command before the last one; the outer `None` if the last is the only one.
-    pub(crate) fn way_before_last(&self) -> Option<Option<PathLine>> {
-        self.waiting.iter().rev().nth(1).map(|entry| entry.way)
+    pub(crate) fn path_line_before_last(&self) -> Option<Option<PathLine>> {
+        self.waiting
+            .iter()
+            .rev()
+            .nth(1)
+            .map(|entry| entry.path_line)
     }
 
     /// Resolves the line of the last command. Returns true if it is a segment.
@@ -269,7 +275,7 @@ impl Queue {
         let Some(point) = entry.command.path_point() else {
             return false;
         };
-        entry.way = Some(way(point));
+        entry.path_line = Some(way(point));
         true
     }
 }

@@ -15,7 +15,7 @@ use crate::{ArmInstant, Profile};
 
 /// Number of program lines read ahead: as many as the hosts' queue has places, so that paths look
 /// equally far ahead.
-const AHEAD: usize = 32;
+const READ_AHEAD_LINES: usize = 32;
 
 /// A program being stored.
 #[derive(Clone, Debug)]
@@ -34,12 +34,12 @@ enum Run {
     /// Waits for the end of the running command of the hosts.
     Due,
     /// Running.
-    On(Box<Pass>),
+    On(Box<ProgramRun>),
 }
 
 /// Progress of a running program.
 #[derive(Clone, Debug)]
-struct Pass {
+struct ProgramRun {
     /// The hosts' queue, set aside.
     hosts: Queue,
     /// Number of lines read, over all passes.
@@ -51,7 +51,7 @@ struct Pass {
 
 /// Result of queueing a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Placed {
+pub(crate) enum QueueResult {
     /// Waiting in the queue, with this index.
     Queued(u64),
     /// Stored as a line of a program. No queued command gets this index; the current index skips
@@ -116,12 +116,12 @@ impl Queues {
     }
 
     /// Places a queued command of a host.
-    pub(crate) fn place(&mut self, id: u8, command: QueuedCommand) -> Placed {
+    pub(crate) fn place(&mut self, id: u8, command: QueuedCommand) -> QueueResult {
         if self.download.is_some() {
             return self.append_download(&command);
         }
         let index = self.hosts_mut().push(id, command);
-        index.map_or(Placed::Full, Placed::Queued)
+        index.map_or(QueueResult::Full, QueueResult::Queued)
     }
 }
 
@@ -160,19 +160,19 @@ impl Queues {
             .is_some_and(|download| u32::try_from(download.lines.len()) != Ok(download.announced))
     }
 
-    fn append_download(&mut self, command: &QueuedCommand) -> Placed {
+    fn append_download(&mut self, command: &QueuedCommand) -> QueueResult {
         let Some(download) = &mut self.download else {
-            return Placed::Full;
+            return QueueResult::Full;
         };
         // The flash is full: the host sees a full queue.
         if download.lines.len() >= self.capacity {
-            return Placed::Full;
+            return QueueResult::Full;
         }
         // An unreadable frame takes an index but no line: nothing could be stored of it.
         if let QueuedCommand::Set(set) = command {
             download.lines.push(*set);
         }
-        Placed::Stored(self.hosts_mut().allocate_index())
+        QueueResult::Stored(self.hosts_mut().allocate_index())
     }
 }
 
@@ -225,8 +225,8 @@ impl Queues {
             Run::Due => {
                 // Indices of the program's queue count lines from 1 and are never reported to
                 // hosts.
-                let program = Queue::new(AHEAD, 1, true);
-                self.run = Run::On(Box::new(Pass {
+                let program = Queue::new(READ_AHEAD_LINES, 1, true);
+                self.run = Run::On(Box::new(ProgramRun {
                     hosts: std::mem::replace(&mut self.active, program),
                     read: 0,
                     began: None,

@@ -31,7 +31,7 @@ impl Ids {
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
     /// Ids that were set or carried out since power-up.
-    pub(crate) told: Ids,
+    pub(crate) set_ids: Ids,
     /// `None` until a host sets it; homing then ends at the home joints of the profile.
     pub(crate) home: Option<HomeParams>,
     pub(crate) auto_leveling: SetAutoLeveling,
@@ -55,7 +55,7 @@ impl Settings {
     pub(crate) fn new(firmware: &Firmware) -> Self {
         let crate::profile::Defaults { cp, lost_step, .. } = &firmware.profile.defaults;
         Self {
-            told: Ids::default(),
+            set_ids: Ids::default(),
             home: None,
             auto_leveling: SetAutoLeveling {
                 is_auto_leveling: Flag::OFF,

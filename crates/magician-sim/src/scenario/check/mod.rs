@@ -5,7 +5,9 @@
 
 use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
-use super::setting::{Arm, Beam, Conveyor, FAR, Sensor, SensorKind, Table, Tool, ToolKind};
+use super::setting::{
+    Arm, Beam, Conveyor, MAX_DISTANCE, Sensor, SensorKind, Table, Tool, ToolKind,
+};
 use super::{Scenario, Script};
 
 mod objects;
@@ -79,7 +81,7 @@ fn check_table(table: &Table) -> Checked<()> {
     // Wider than the workspace (-147 to 173 mm), so that a table out of reach can be tried, too.
     at.number("height", table.height, -500.0..=500.0, "mm")?;
     for (name, [from, to]) in [("x", table.x), ("y", table.y)] {
-        at.numbers(name, &[from, to], -FAR..=FAR, "mm")?;
+        at.numbers(name, &[from, to], -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
         if from >= to {
             let message =
                 format!("{name} is [{from}, {to}], it must go from the smaller to the larger");
@@ -91,7 +93,7 @@ fn check_table(table: &Table) -> Checked<()> {
 
 fn check_conveyor(conveyor: &Conveyor) -> Checked<()> {
     let at = At::section("conveyor");
-    at.numbers("start", &conveyor.start, -FAR..=FAR, "mm")?;
+    at.numbers("start", &conveyor.start, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
     if conveyor.stepper > 1 {
         let message = format!(
             "stepper is {}, the arm has stepper outputs 0 and 1",
@@ -100,8 +102,8 @@ fn check_conveyor(conveyor: &Conveyor) -> Checked<()> {
         return at.diagnostic("stepper", message);
     }
     at.number("direction", conveyor.direction, -360.0..=360.0, "deg")?;
-    at.length("length", conveyor.length, FAR)?;
-    at.length("width", conveyor.width, FAR)?;
+    at.length("length", conveyor.length, MAX_DISTANCE)?;
+    at.length("width", conveyor.width, MAX_DISTANCE)?;
     at.number("height", conveyor.height, -500.0..=500.0, "mm")?;
     at.length("roller_diameter", conveyor.roller_diameter, 500.0)?;
     at.number("pulses_per_turn", conveyor.pulses_per_turn, 1.0..=1e9, "")?;
@@ -142,10 +144,10 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
 
 /// Line of sight of a sensor with its own position.
 fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
-    at.numbers("at", &from, -FAR..=FAR, "mm")?;
+    at.numbers("at", &from, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
     at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
     // 50 mm, and 5 mm above the belt further down, are choices that suit small cubes.
-    let range = at.length("range", sensor.range.unwrap_or(50.0), FAR)?;
+    let range = at.length("range", sensor.range.unwrap_or(50.0), MAX_DISTANCE)?;
     Ok(match sensor.facing.unwrap_or(Facing::Down) {
         Facing::Up => Beam::upright(from, range),
         Facing::Down => Beam::upright(from, -range),
@@ -184,7 +186,7 @@ fn belt_beam(
     match sensor.kind {
         SensorKind::Infrared => {
             let above = at.length("above", sensor.above.unwrap_or(5.0), 500.0)?;
-            let range = at.length("range", sensor.range.unwrap_or(belt.width), FAR)?;
+            let range = at.length("range", sensor.range.unwrap_or(belt.width), MAX_DISTANCE)?;
             // The sensor stands at the edge of the belt and looks to the opposite one.
             let side = belt.width / 2.0;
             Ok(Beam {
@@ -194,7 +196,7 @@ fn belt_beam(
         }
         SensorKind::Color => {
             let above = at.length("above", sensor.above.unwrap_or(50.0), 500.0)?;
-            let range = at.length("range", sensor.range.unwrap_or(above), FAR)?;
+            let range = at.length("range", sensor.range.unwrap_or(above), MAX_DISTANCE)?;
             Ok(Beam {
                 from: place(0.0, above),
                 to: place(0.0, above - range),

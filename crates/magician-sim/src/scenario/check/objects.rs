@@ -1,14 +1,14 @@
 //! Validation of the objects: each rests on something, and no two overlap.
 
 use super::rules::{At, Checked};
-use super::{FAR, file};
+use super::{MAX_DISTANCE, file};
 use crate::scenario::{Color, Conveyor, Object, On, Table};
 use crate::world::{Footprint, ObjectPose};
 
 /// Longest side of an object, mm. A choice: larger than anything that the arm lifts.
-const LONGEST: f64 = 1000.0;
+const MAX_SIDE: f64 = 1000.0;
 /// Most objects. The search for contacts looks at each of them for every motion.
-const MOST: usize = 1000;
+const MAX_OBJECTS: usize = 1000;
 /// Overlap up to which two objects count as touching, mm. It absorbs rounding.
 const CLEARANCE: f64 = 1e-6;
 
@@ -17,13 +17,13 @@ pub(super) fn objects(
     table: Option<&Table>,
     belt: Option<&Conveyor>,
 ) -> Checked<Vec<Object>> {
-    let mut checked: Vec<Object> = Vec::with_capacity(objects.len().min(MOST));
+    let mut checked: Vec<Object> = Vec::with_capacity(objects.len().min(MAX_OBJECTS));
     for (nth, object) in objects.iter().enumerate() {
         let at = At::entry("object", nth);
-        if nth >= MOST {
-            return at.diagnostic("", format!("more than {MOST} objects: remove some"));
+        if nth >= MAX_OBJECTS {
+            return at.diagnostic("", format!("more than {MAX_OBJECTS} objects: remove some"));
         }
-        let stage = Stage {
+        let stage = Supports {
             table,
             belt,
             others: &checked,
@@ -35,26 +35,26 @@ pub(super) fn objects(
 }
 
 /// Supports for an object.
-struct Stage<'a> {
+struct Supports<'a> {
     table: Option<&'a Table>,
     belt: Option<&'a Conveyor>,
     others: &'a [Object],
 }
 
-impl Stage<'_> {
+impl Supports<'_> {
     fn object(&self, at: &At, object: &file::Object) -> Checked<Object> {
         let name = self.name(at, &object.name)?;
         if let Some(side) = object
             .size
             .iter()
-            .find(|side| !(**side > 0.0 && **side <= LONGEST))
+            .find(|side| !(**side > 0.0 && **side <= MAX_SIDE))
         {
             let message = format!(
-                "a side of object '{name}' is {side}, it must be above 0 and at most {LONGEST} mm"
+                "a side of object '{name}' is {side}, it must be above 0 and at most {MAX_SIDE} mm"
             );
             return at.diagnostic("size", message);
         }
-        at.numbers("at", &object.at, -FAR..=FAR, "mm")?;
+        at.numbers("at", &object.at, -MAX_DISTANCE..=MAX_DISTANCE, "mm")?;
         let yaw = at.number("yaw", object.yaw.unwrap_or(0.0), -360.0..=360.0, "deg")?;
         let on = self.on(at, object)?;
         let [x, y] = object.at;

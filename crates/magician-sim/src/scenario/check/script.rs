@@ -191,7 +191,7 @@ impl Moment {
 pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()> {
     for (nth, fault) in faults.iter().enumerate() {
         let at = At::entry("fault", nth);
-        strangers(&at, fault)?;
+        check_foreign_keys(&at, fault)?;
         let moment = Moment::of(&at, fault)?;
         match fault.kind {
             FaultKind::Slip => moment.then(0, slip(&at, fault)?, script),
@@ -224,7 +224,7 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
 }
 
 /// Refuses values that belong to another kind of fault.
-fn strangers(at: &At, fault: &file::Fault) -> Checked<()> {
+fn check_foreign_keys(at: &At, fault: &file::Fault) -> Checked<()> {
     use FaultKind::{Alarm, Cable, Slip, Slow};
     let owned: [(&'static str, bool, &[FaultKind], &str); 5] = [
         (

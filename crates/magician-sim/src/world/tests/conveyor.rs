@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::{Arm, SECOND, near};
 use crate::Micros;
-use crate::world::{ExternalEvent, Rest, WorldEvent, WorldEventKind};
+use crate::world::{ExternalEvent, Support, WorldEvent, WorldEventKind};
 
 /// A belt along X at -50, 300 mm long. The light barrier crosses it at 200, the colour sensor is
 /// above 100.
@@ -149,7 +149,7 @@ fn the_belt_runs_a_cube_off_its_end() {
     let Some(WorldEvent { kind, .. }) = arm.world.poll_event() else {
         panic!("told")
     };
-    assert_eq!(kind, WorldEventKind::FellOffBelt(0, Rest::Table));
+    assert_eq!(kind, WorldEventKind::FellOffBelt(0, Support::Table));
     assert_eq!(arm.world.next_event(), None);
 }
 

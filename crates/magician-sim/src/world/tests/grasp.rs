@@ -1,7 +1,7 @@
 //! Picking, carrying and releasing objects.
 
 use super::{Arm, SECOND, near};
-use crate::world::{GripCount, Rest, WorldEvent, WorldEventKind};
+use crate::world::{GripCount, Support, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -55,7 +55,7 @@ fn a_cube_is_picked_carried_and_put_on_another() {
         events(&mut arm),
         [
             WorldEventKind::Picked(0),
-            WorldEventKind::Released(0, Rest::Object(1))
+            WorldEventKind::Released(0, Support::Object(1))
         ]
     );
 }

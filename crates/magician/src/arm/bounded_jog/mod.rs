@@ -6,9 +6,9 @@
 //! A bounded jog is a sequence of short pieces in the arm's queue. Along x, y and z they are path
 //! segments, which the arm passes without resting; for joints, r and the rail they are relative
 //! moves, with a rest at each end. The next piece is sent only if everything the arm has, with that
-//! piece, is done within the hold time plus [`AFTER`]. So whatever happens to this process, the arm
-//! is at rest by then. The pose, read before each piece, shows how much is left: a late answer
-//! slows the jog down and never lengthens it.
+//! piece, is done within the hold time plus [`REST_MARGIN`]. So whatever happens to this process,
+//! the arm is at rest by then. The pose, read before each piece, shows how much is left: a late
+//! answer slows the jog down and never lengthens it.
 //!
 //! The [`Gate`](crate::gate::Gate) has the deadline, as for any jog: the jog's task asks it before
 //! the first piece, and learns when to end. The task then stops the arm, waits for rest, and
@@ -30,8 +30,8 @@ use tokio::time::{Instant, sleep, timeout_at};
 use super::driver::{JogStart, Message};
 use super::fenced_jog::jog_of;
 use super::flow;
-use super::halt::APART;
-use super::jog::{Jog, Phase, Stands};
+use super::halt::REST_POLL_INTERVAL;
+use super::jog::{Jog, Phase, Standstill};
 use super::{Arm, Shared};
 use crate::build::{Axis, JogDirection};
 use crate::gate::{JogEnd, JogKind, JogRequest};
@@ -40,23 +40,23 @@ use crate::preflight::{Guards, state_at};
 use crate::{Error, ErrorCode, ErrorKind, Result};
 use pieces::{Pieces, piece};
 pub(super) use settings::BoundedJogs;
-use settings::Leads;
+use settings::JogControl;
 
 /// Longest time from the end of the hold time to rest. Choice, documented at
 /// [`Options::bounded_jogs`](super::Options::bounded_jogs).
-const AFTER: Duration = Duration::from_millis(50);
+const REST_MARGIN: Duration = Duration::from_millis(50);
 /// Part of it reserved for the arm, which looks at new commands only now and then. Choice.
-const SPARE: Duration = Duration::from_millis(10);
+const ARM_RESERVE: Duration = Duration::from_millis(10);
 /// Shortest interval of position reads. Choice, against a busy loop on a fast line.
-const PAUSE: Duration = Duration::from_millis(4);
+const MIN_READ_INTERVAL: Duration = Duration::from_millis(4);
 /// Time without motion after which an arm with a piece is blocked. Choice.
-const STUCK: Duration = Duration::from_millis(400);
+const BLOCKED_AFTER: Duration = Duration::from_millis(400);
 /// Longest time for an answer to a stop before it is repeated, and longest time of all repetitions.
 /// Choices, as for the arm's own jogs.
-const PATIENCE: Duration = Duration::from_millis(300);
-const BRAKING: Duration = Duration::from_secs(5);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(300);
+const MAX_BRAKING_TIME: Duration = Duration::from_secs(5);
 /// Tolerance of a position, mm or degrees: the resolution of a pose in binary32.
-const READ: f64 = 0.002;
+const POSITION_TOLERANCE: f64 = 0.002;
 
 /// Bounded jog, run by its own task.
 pub(super) struct BoundedJog {
@@ -133,7 +133,7 @@ impl BoundedJog {
         };
         // The pieces are not counted, so the next call reads the space again.
         flow.room = 0;
-        let leads = Leads::new(self.shared(), self.asks.id);
+        let leads = JogControl::new(self.shared(), self.asks.id);
         let ended = self.pieces().await;
         let why = match &ended {
             Ok(why) => *why,
@@ -145,7 +145,7 @@ impl BoundedJog {
         let stands = if self.has_sent {
             self.rest().await
         } else {
-            Stands::Seen
+            Standstill::Seen
         };
         let restored = arm.restore_settings().await;
         self.is_over(stands);
@@ -177,11 +177,11 @@ impl BoundedJog {
     }
 
     /// Reports to the gate that the arm is at rest and has its settings back.
-    fn is_over(&self, stands: Stands) {
+    fn is_over(&self, stands: Standstill) {
         {
             let mut gate = self.shared().gate();
             if gate.is_ending_jog(self.asks.id) {
-                gate.rested(stands == Stands::Seen);
+                gate.finish_stop(stands == Standstill::Seen);
             }
         }
         let _ = self.arm.inner.messages.try_send(Message::Wake);
@@ -213,7 +213,7 @@ impl BoundedJog {
         // The queue is empty, so starting it moves nothing.
         arm.queue().start_standing().await?;
         let keep = Duration::from_micros(self.asks.keep);
-        let within = (keep + AFTER - SPARE).as_secs_f64();
+        let within = (keep + REST_MARGIN - ARM_RESERVE).as_secs_f64();
         let (pace, settings) = settings::set_pace(&arm, direction, within).await?;
         for setting in &settings {
             course.check(setting)?;
@@ -221,7 +221,7 @@ impl BoundedJog {
         // From here on only this task checks against the fence.
         let mut turn = arm.fence_check().hold_run(true).await?;
         // The check of the run starts from `course` itself; only the exclusive right is needed.
-        let _ = turn.as_mut().map(super::fence::Turn::start);
+        let _ = turn.as_mut().map(super::fence::SendPermit::start);
         self.ask_gate().await?;
         let mut pieces = Pieces::new(direction, pace, course, from);
         self.go_on(&mut pieces).await
@@ -239,7 +239,7 @@ impl BoundedJog {
             return Err(stopped());
         };
         // The arm was just seen at rest, which settles any earlier doubt.
-        self.shared().gate().stands_still();
+        self.shared().gate().note_rest();
         let (reply, answer) = oneshot::channel();
         let start = JogStart {
             asks: self.asks,
@@ -281,9 +281,9 @@ impl BoundedJog {
             };
             let gone = pieces.saw(place);
             let left = pieces.sent - gone;
-            if gone > gone_before + READ || left <= READ {
+            if gone > gone_before + POSITION_TOLERANCE || left <= POSITION_TOLERANCE {
                 (moved, gone_before) = (Instant::now(), gone);
-            } else if moved.elapsed() > STUCK {
+            } else if moved.elapsed() > BLOCKED_AFTER {
                 let alarms = self.arm.alarms().await?;
                 return if alarms.blocking() {
                     Err(self.arm.stopped_by(alarms).await)
@@ -292,7 +292,7 @@ impl BoundedJog {
                 };
             }
             // The last piece is done, up to the resolution of a pose.
-            if at_limit && left <= READ {
+            if at_limit && left <= POSITION_TOLERANCE {
                 return Ok(JogEnd::Limit);
             }
             let pause = match pieces.next() {
@@ -318,11 +318,11 @@ impl BoundedJog {
                     Err(error) if self.begun.is_some() => return Err(error),
                     Err(_) => {
                         at_limit = true;
-                        PAUSE
+                        MIN_READ_INTERVAL
                     }
                 },
-                Ok(_) => PAUSE,
-                Err(pause) => Duration::from_secs_f64(pause).max(PAUSE),
+                Ok(_) => MIN_READ_INTERVAL,
+                Err(pause) => Duration::from_secs_f64(pause).max(MIN_READ_INTERVAL),
             };
             if let Err(why) = self.unless_over(sleep(pause)).await {
                 return Ok(why);
@@ -382,7 +382,7 @@ impl BoundedJog {
         self.arm.wait_still().await?;
         let mut before = self.place().await?;
         while self.axis() == Axis::L && Instant::now() < until {
-            sleep(2 * APART).await;
+            sleep(2 * REST_POLL_INTERVAL).await;
             let place = self.place().await?;
             if place == before {
                 break;
@@ -393,22 +393,22 @@ impl BoundedJog {
     }
 
     /// Stops the pieces in progress and waits for rest. The arm would also come to rest by itself.
-    async fn rest(&self) -> Stands {
-        let until = Instant::now() + BRAKING;
+    async fn rest(&self) -> Standstill {
+        let until = Instant::now() + MAX_BRAKING_TIME;
         loop {
             // The stop count is that of the start, so a stop by another caller is not taken for a
             // newer one.
-            let deadline = Instant::now() + PATIENCE;
+            let deadline = Instant::now() + ANSWER_TIMEOUT;
             let stopped = match self.arm.halted(deadline, self.stops).await {
                 Ok(()) => self.stands(until).await,
                 Err(error) => Err(error),
             };
             match stopped {
-                Ok(()) => return Stands::Seen,
-                Err(error) if error.kind() == ErrorKind::Port => return Stands::Unknown,
-                Err(_) if Instant::now() >= until => return Stands::Unknown,
+                Ok(()) => return Standstill::Seen,
+                Err(error) if error.kind() == ErrorKind::Port => return Standstill::Unknown,
+                Err(_) if Instant::now() >= until => return Standstill::Unknown,
                 // Lost frames are repeated until the deadline; a short pause avoids a busy loop.
-                Err(_) => sleep(PAUSE).await,
+                Err(_) => sleep(MIN_READ_INTERVAL).await,
             }
         }
     }

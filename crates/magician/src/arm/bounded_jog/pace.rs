@@ -18,7 +18,7 @@ const SLOWEST: f64 = 0.15;
 
 /// Behaviour of the arm at the end of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Joins {
+pub(super) enum PieceEnd {
     /// Path segments: it passes each and rests at the end of the last.
     Through,
     /// Moves: it rests at the end of each.
@@ -28,7 +28,7 @@ pub(super) enum Joins {
 /// Pace of a bounded jog.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pace {
-    joins: Joins,
+    joins: PieceEnd,
     /// Speed (mm/s or deg/s) and acceleration of the pieces.
     pub(super) rates: KinematicLimits,
     /// Time within which all queued pieces must be done, s.
@@ -53,7 +53,7 @@ impl Pace {
     /// Computes the pace closest to the rates of the arm's own jog that fits in the time, never
     /// faster. `ceilings` bound the planning of the pieces.
     pub(super) fn new(
-        joins: Joins,
+        joins: PieceEnd,
         jog: KinematicLimits,
         ceilings: KinematicLimits,
         within: f64,
@@ -63,10 +63,10 @@ impl Pace {
         let within = match joins {
             // Intermediate pieces take whole periods; only the last, which brakes, is rounded up by
             // one.
-            Joins::Through => within - period,
+            PieceEnd::Through => within - period,
             // A pose may already be the end one period before the move is over, and is up to a
             // period old.
-            Joins::AtRest => within - 1.5 * period,
+            PieceEnd::AtRest => within - 1.5 * period,
         };
         let within = within.max(period);
         let wanted = jog.velocity.min(ceilings.velocity).max(SLOWEST);
@@ -77,27 +77,29 @@ impl Pace {
         let (velocity, acceleration) = match joins {
             // From rest, `within` holds a ramp up, a ramp down and the distance between. Braking
             // from full speed takes half a ramp.
-            Joins::Through => {
+            PieceEnd::Through => {
                 let least = jog.acceleration.min(strongest);
                 let needed = 1.5 * wanted / (within - long);
                 let velocity = wanted.min(strongest * (within - short) / 1.5);
                 (velocity, needed.clamp(least, strongest))
             }
             // The end of one piece, and both ramps of the next.
-            Joins::AtRest => (wanted.min(strongest * (within - short) / 2.0), strongest),
+            PieceEnd::AtRest => (wanted.min(strongest * (within - short) / 2.0), strongest),
         };
         let ramp = velocity / acceleration;
         let most = match joins {
-            Joins::Through => velocity * (within - ramp),
-            Joins::AtRest => velocity * (whole_periods(within - short, period, f64::floor) - ramp),
+            PieceEnd::Through => velocity * (within - ramp),
+            PieceEnd::AtRest => {
+                velocity * (whole_periods(within - short, period, f64::floor) - ramp)
+            }
         };
         let least = match joins {
-            Joins::Through => {
+            PieceEnd::Through => {
                 let lasting = whole_periods(PIECE_S, period, f64::ceil);
                 (velocity * lasting).max(SHORTEST).min(most)
             }
             // Always the full length: a short move would be slow.
-            Joins::AtRest => most,
+            PieceEnd::AtRest => most,
         };
         Self {
             joins,
@@ -115,8 +117,8 @@ impl Pace {
     /// Returns the longest time the arm may need for these pieces, s.
     fn time(&self, pieces: impl Iterator<Item = Piece>) -> f64 {
         match self.joins {
-            Joins::Through => self.rest_to_rest(pieces.map(|piece| piece.left).sum()),
-            Joins::AtRest => pieces.map(|piece| self.rest_of(piece)).sum(),
+            PieceEnd::Through => self.rest_to_rest(pieces.map(|piece| piece.left).sum()),
+            PieceEnd::AtRest => pieces.map(|piece| self.rest_of(piece)).sum(),
         }
     }
 
@@ -150,7 +152,7 @@ impl Pace {
     fn evenly(&self, length: f64) -> f64 {
         let a_period = self.rates.velocity * self.period;
         match self.joins {
-            Joins::Through if a_period > 0.0 && length > a_period => {
+            PieceEnd::Through if a_period > 0.0 && length > a_period => {
                 a_period * (length / a_period + ROUNDING).floor()
             }
             // Moves rest at their end, and continuous time has no periods: any length will do.
@@ -161,11 +163,11 @@ impl Pace {
     /// Returns the length of the next piece behind these, or the time until the next look, s.
     pub(super) fn next(&self, pieces: impl Iterator<Item = Piece> + Clone) -> Result<f64, f64> {
         let (room, needed) = match self.joins {
-            Joins::Through => {
+            PieceEnd::Through => {
                 let left: f64 = pieces.map(|piece| piece.left).sum();
                 (self.most - left, self.least)
             }
-            Joins::AtRest => {
+            PieceEnd::AtRest => {
                 let free = self.within - self.time(pieces);
                 let needed = self.rest_to_rest(self.least);
                 if free >= needed {
@@ -217,8 +219,8 @@ mod tests {
     }
 
     #[test]
-    fn what_the_arm_has_is_never_longer_than_the_time() {
-        for joins in [Joins::Through, Joins::AtRest] {
+    fn pieces_never_exceed_the_stop_time() {
+        for joins in [PieceEnd::Through, PieceEnd::AtRest] {
             for within in [0.06, 0.14, 0.29, 1.04, 2.04] {
                 for velocity in [0.15, 0.5, 3.0, 7.5, 30.0, 60.0, 300.0] {
                     let pace = Pace::new(joins, jog(velocity), CEILINGS, within, LAW);
@@ -253,13 +255,13 @@ mod tests {
     #[test]
     fn a_usual_jog_keeps_its_speed() {
         for velocity in [7.5, 30.0, 50.0] {
-            let pace = Pace::new(Joins::Through, jog(velocity), CEILINGS, 0.29, LAW);
+            let pace = Pace::new(PieceEnd::Through, jog(velocity), CEILINGS, 0.29, LAW);
             assert_eq!(pace.rates.velocity, velocity);
             // Braking takes less than the queued pieces, by the time of two reads.
             let braking = velocity / pace.rates.acceleration / 2.0;
             assert!(pace.most / velocity - braking > 0.04, "{pace:?}");
         }
-        let fast = Pace::new(Joins::Through, jog(300.0), CEILINGS, 0.29, LAW);
+        let fast = Pace::new(PieceEnd::Through, jog(300.0), CEILINGS, 0.29, LAW);
         assert!(fast.rates.velocity > 50.0 && fast.rates.velocity < 60.0);
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use magician_protocol::Set;
 
-use super::READ;
+use super::POSITION_TOLERANCE;
 use super::pace::{Pace, Piece};
 use crate::Result;
 use crate::build::{self, Axis, JogDirection};
@@ -47,7 +47,7 @@ impl Pieces {
         let way = place - self.from;
         self.gone = if self.direction.forward { way } else { -way };
         while let Some((_, end)) = self.under_way.front()
-            && *end <= self.gone + READ
+            && *end <= self.gone + POSITION_TOLERANCE
         {
             self.under_way.pop_front();
         }

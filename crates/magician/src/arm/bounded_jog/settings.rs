@@ -13,7 +13,7 @@ use magician_protocol::commands::{PtpCommonParams, PtpJointParams};
 use magician_protocol::{Effect, FrameBuf, Row, Set};
 use tokio::time::{Instant, timeout_at};
 
-use super::pace::{Joins, Pace};
+use super::pace::{Pace, PieceEnd};
 use crate::arm::driver::sets_going;
 use crate::arm::fenced_jog::{jog_of, jog_rates};
 use crate::arm::link::Link;
@@ -68,12 +68,12 @@ impl Shared {
 }
 
 /// Time during which the task of a jog controls the arm or its settings.
-pub(super) struct Leads {
+pub(super) struct JogControl {
     shared: Arc<Shared>,
     jog: JogId,
 }
 
-impl Leads {
+impl JogControl {
     pub(super) fn new(shared: &Arc<Shared>, jog: JogId) -> Self {
         let led = Led { jog, ends: false };
         shared.bounded.send_modify(|jogs| jogs.led = Some(led));
@@ -107,7 +107,7 @@ impl Leads {
     }
 }
 
-impl Drop for Leads {
+impl Drop for JogControl {
     fn drop(&mut self) {
         self.shared.bounded.send_if_modified(|jogs| {
             let led = jogs.led.take_if(|led| led.jog == self.jog);
@@ -174,7 +174,7 @@ pub(super) async fn set_pace(
     let (pace, settings) = match jog_of(direction).map(|jog| jog.axis) {
         Some(axis @ (JogAxis::X | JogAxis::Y | JogAxis::Z)) => {
             let jog = jog_rates(arm, axis).await?;
-            let pace = Pace::new(Joins::Through, jog, ceilings.of_axis(axis), within, law);
+            let pace = Pace::new(PieceEnd::Through, jog, ceilings.of_axis(axis), within, law);
             let speed =
                 build::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
             (pace, vec![speed])
@@ -188,7 +188,13 @@ pub(super) async fn set_pace(
                 _ => (3, JogAxis::J4),
             };
             let jog = jog_rates(arm, axis).await?;
-            let pace = Pace::new(Joins::AtRest, jog, ceilings.of_axis(turning), within, law);
+            let pace = Pace::new(
+                PieceEnd::AtRest,
+                jog,
+                ceilings.of_axis(turning),
+                within,
+                law,
+            );
             let mut speeds: PtpJointParams = arm.known().setting().await?;
             speeds.velocity[joint] = pace.rates.velocity as f32;
             speeds.acceleration[joint] = pace.rates.acceleration as f32;
@@ -202,7 +208,7 @@ pub(super) async fn set_pace(
                 Error::invalid("speeds on the rail and their ratios must be above 0")
             })?;
             // The limits of a rail are unknown, so its jog speed is never exceeded.
-            let pace = Pace::new(Joins::AtRest, jog, jog, within, law);
+            let pace = Pace::new(PieceEnd::AtRest, jog, jog, within, law);
             let speed =
                 build::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
             (pace, vec![speed, whole])

@@ -5,7 +5,7 @@ use magician_host::picture::Origin;
 use magician_protocol::{FrameBuf, QueuedCmdIndex};
 
 use super::explain::explain;
-use super::{Driver, To, Waiting};
+use super::{Driver, ReplyTarget, Waiting};
 use crate::Result;
 use crate::arm::events;
 use crate::arm::shared::QueueFault;
@@ -44,7 +44,7 @@ impl Driver {
     fn note_surplus(&mut self, from: u64, to: u64) {
         let name = &self.shared.name;
         let program = self.program.as_mut();
-        if program.is_some_and(|program| program.stream.doubled(from, to)) {
+        if program.is_some_and(|program| program.stream.note_duplicate(from, to)) {
             tracing::info!(
                 from,
                 "{name}: the line duplicated a command, without effect"
@@ -102,15 +102,15 @@ impl Driver {
             failure => explain(&request, failure),
         });
         match done.to {
-            To::Caller(reply) => drop(reply.send(result)),
-            To::Halt(number) => self.halt_answered(number, result.map(drop)),
-            To::Settling => self.settles(result.map(drop)),
-            To::Poll => self.polled(),
-            To::Jog(reply, jog) => self.jog_began(result.map(drop), reply, jog),
-            To::JogStop => self.jog_stopped(result),
-            To::JogPose => self.jog_pose(result),
-            To::JogLook(jog, asked) => self.jog_seen(result, jog, asked),
-            To::Nobody => {}
+            ReplyTarget::Caller(reply) => drop(reply.send(result)),
+            ReplyTarget::Halt(number) => self.halt_answered(number, result.map(drop)),
+            ReplyTarget::Settling => self.settles(result.map(drop)),
+            ReplyTarget::Poll => self.polled(),
+            ReplyTarget::Jog(reply, jog) => self.jog_began(result.map(drop), reply, jog),
+            ReplyTarget::JogStop => self.jog_stopped(result),
+            ReplyTarget::JogPose => self.jog_pose(result),
+            ReplyTarget::JogLook(jog, asked) => self.jog_seen(result, jog, asked),
+            ReplyTarget::Discard => {}
         }
     }
 
@@ -123,7 +123,7 @@ impl Driver {
         match (done, result) {
             (Some(done), Ok(reply)) => {
                 let origin = match done.to {
-                    To::Caller(_) => Origin::Caller,
+                    ReplyTarget::Caller(_) => Origin::Caller,
                     // Including a caller that has gone: commands it left in a stopped queue must
                     // not be started by the next one.
                     _ => Origin::Run,

@@ -6,7 +6,7 @@ use magician_protocol::NoArgs;
 use magician_protocol::commands::Pose;
 use tokio::time::Instant;
 
-use super::{Driver, To};
+use super::{Driver, ReplyTarget};
 use crate::arm::gate::motors_off;
 use crate::arm::halt::Waiter;
 use crate::connection::Request;
@@ -14,7 +14,7 @@ use crate::{Error, Result};
 
 /// Time for which a stop is retransmitted on a lossy line, also after its caller has gone. Choice:
 /// as the default timeout of a call.
-const PATIENCE: Duration = Duration::from_secs(3);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// A stop in progress.
 pub(super) struct Halting {
@@ -46,23 +46,23 @@ impl Driver {
             outcome: Ok(()),
             waiters,
         });
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + ANSWER_TIMEOUT;
         for request in requests {
-            self.submit(request, deadline, To::Halt(self.halts));
+            self.submit(request, deadline, ReplyTarget::Halt(self.halts));
         }
         for (request, held) in motors {
             // The answer of a motor output that this connection did not start does not decide if
             // the arm has stopped.
             let to = if held {
-                To::Halt(self.halts)
+                ReplyTarget::Halt(self.halts)
             } else {
-                To::Nobody
+                ReplyTarget::Discard
             };
             self.submit(request, deadline, to);
         }
         // The pose shows where to resume a burn (`lights_out`).
         if let (true, Ok(look)) = (burns, Request::get::<Pose>(&NoArgs)) {
-            self.submit(look, deadline, To::Nobody);
+            self.submit(look, deadline, ReplyTarget::Discard);
         }
     }
 

@@ -12,17 +12,17 @@ use tokio::task::yield_now;
 use tokio::time::{Instant, advance, sleep};
 
 use crate::connection::Settings;
-use crate::transport::{Away, Line, Sim, Transport};
+use crate::transport::{Line, ReadGap, Sim, Transport};
 use crate::{Arm, Options, VirtualArm};
 
 /// A line whose reactor reports no bytes while `deaf` is set.
-struct Deaf {
+struct SilentReactor {
     sim: Sim,
-    away: Away,
+    away: ReadGap,
     deaf: Arc<AtomicBool>,
 }
 
-impl Transport for Deaf {
+impl Transport for SilentReactor {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
         let told = if self.deaf.load(Ordering::SeqCst) {
             Poll::Pending
@@ -43,14 +43,14 @@ impl Transport for Deaf {
 
 /// A datagram line whose reactor reports arrivals only after the next write; the system has them
 /// when asked.
-struct Tardy {
+struct LateReactor {
     sim: Sim,
-    away: Away,
+    away: ReadGap,
     come: Arc<Mutex<Vec<u8>>>,
     told: bool,
 }
 
-impl Transport for Tardy {
+impl Transport for LateReactor {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
         let mut take = || {
             let come = std::mem::take(&mut *self.come.lock().unwrap());
@@ -81,12 +81,12 @@ impl Transport for Tardy {
 
 /// A duplicate answer that arrived before a call is not taken for the answer to that call.
 #[tokio::test(start_paused = true)]
-async fn what_has_come_is_read_before_a_wish_is_taken_up() {
+async fn received_bytes_are_read_before_messages() {
     let come = Arc::new(Mutex::new(Vec::new()));
     let line = Line {
-        transport: Box::new(Tardy {
+        transport: Box::new(LateReactor {
             sim: Sim::new(VirtualArm::default()),
-            away: Away::default(),
+            away: ReadGap::default(),
             come: Arc::clone(&come),
             told: false,
         }),
@@ -112,9 +112,9 @@ async fn what_has_come_is_read_before_a_wish_is_taken_up() {
 async fn deaf(settings: Settings) -> (Arm, Arc<AtomicBool>) {
     let deaf = Arc::new(AtomicBool::new(false));
     let line = Line {
-        transport: Box::new(Deaf {
+        transport: Box::new(SilentReactor {
             sim: Sim::new(VirtualArm::default()),
-            away: Away::default(),
+            away: ReadGap::default(),
             deaf: Arc::clone(&deaf),
         }),
         settings,

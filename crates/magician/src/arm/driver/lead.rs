@@ -14,7 +14,7 @@ use crate::transport::{LeapTo, STEP};
 
 /// Time for which the arm's clock waits for a slow command source. Choice: a source that computes
 /// is given this long; afterwards time follows the wall clock.
-const PATIENCE: Micros = 1_000_000;
+const ANSWER_TIMEOUT: Micros = 1_000_000;
 
 /// State of the virtual clock's driver.
 #[derive(Debug, Default)]
@@ -42,7 +42,7 @@ impl Driver {
         let now = self.now();
         self.leading.leads = self.line.wire().is_some_and(|wire| wire.lead(true));
         if let (true, Some(program)) = (self.leading.leads, &mut self.program) {
-            program.stream.leapt(now, Duration::ZERO, false);
+            program.stream.leap_clock(now, Duration::ZERO, false);
         }
     }
 
@@ -65,8 +65,8 @@ impl Driver {
             self.leading.rest = None;
         }
         match (leap, &mut self.program) {
-            (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
-            (None, Some(program)) => program.stream.runs(now),
+            (Some(leap), Some(program)) => program.stream.leap_clock(now, leap.time, leap.news),
+            (None, Some(program)) => program.stream.run_clock(now),
             // The program has ended: the arm's clock becomes its own again.
             (_, None) => {
                 self.leading = VirtualTimeDriver::default();
@@ -83,9 +83,9 @@ impl Driver {
             // A source that has just supplied a command is not late any more, even if it is slow.
             self.leading.step = None;
         }
-        let slow = program.stream.starves();
+        let slow = program.stream.is_starving();
         if slow || !self.connection.is_idle() {
-            let patience = if slow { PATIENCE } else { micros(STEP) };
+            let patience = if slow { ANSWER_TIMEOUT } else { micros(STEP) };
             // The event that a slow program waits for may happen around an arm at rest: a belt, a
             // sensor.
             let to = if slow { LeapTo::Instant } else { LeapTo::Rest };
@@ -96,7 +96,7 @@ impl Driver {
             return comes.then_some((STEP, to));
         }
         let most = program.stream.patience(now).unwrap_or(Duration::MAX);
-        let ends = program.stream.wants_room() || program.stream.has_nothing();
+        let ends = program.stream.wants_room() || program.stream.is_out_of_commands();
         self.leading.step = None;
         if let Some(supply) = &program.supply {
             supply.set_stands(false);
@@ -107,7 +107,8 @@ impl Driver {
     /// True if the program has nothing to send for now, and nothing is in flight.
     fn rests_for_now(&self) -> bool {
         let stream = self.program.as_ref().map(|program| &program.stream);
-        let waits = stream.is_some_and(|stream| stream.has_nothing() && !stream.starves());
+        let waits =
+            stream.is_some_and(|stream| stream.is_out_of_commands() && !stream.is_starving());
         waits && !self.leaving && self.connection.is_idle()
     }
 }

@@ -1,9 +1,9 @@
 //! State of the line: up, lost, being searched for, found again.
 //!
 //! A reconnected line is not trusted at once. A separate connection identifies the arm
-//! (`search.rs`, `greeting.rs`). Only if it is the same arm, the line is handed to the connection
-//! that knows the indices, which then reads how far the arm has come. Until this is settled every
-//! call is refused. Nothing is retransmitted.
+//! (`search.rs`, `identification.rs`). Only if it is the same arm, the line is handed to the
+//! connection that knows the indices, which then reads how far the arm has come. Until this is
+//! settled every call is refused. Nothing is retransmitted.
 
 use std::future::Future;
 use std::io;
@@ -13,7 +13,7 @@ use std::task::Context;
 use tokio::time::Instant;
 
 use super::Driver;
-use super::greeting::Greeting;
+use super::identification::Identification;
 use super::wire::Wire;
 use crate::arm::events::Event;
 use crate::arm::homing::homes;
@@ -25,8 +25,8 @@ use crate::{Error, ErrorCode, Result};
 
 /// Delay from the loss to the first search, and interval of the searches. Choice: soon enough for a
 /// loose plug, rare enough for a missing adapter.
-const FIRST_LOOK: Micros = 100_000;
-pub(super) const LOOK: Micros = 250_000;
+const FIRST_RECONNECT_DELAY: Micros = 100_000;
+pub(super) const RECONNECT_INTERVAL: Micros = 250_000;
 
 /// Opens the line again.
 pub(in crate::arm) type Opener = Box<dyn FnMut() -> Opening + Send>;
@@ -51,7 +51,7 @@ pub(super) enum Stage {
         left: usize,
         reset: bool,
     },
-    Greeting(Greeting),
+    Identifying(Identification),
     Opening(Opening),
     /// Lost; the time of the next search, or `None` if it is not searched for.
     Lost(Option<Micros>),
@@ -60,20 +60,20 @@ pub(super) enum Stage {
 /// Cause of a loss.
 pub(super) struct Lost {
     since: Instant,
-    error: Broken,
+    error: StoredIoError,
     /// Description of another arm found in its place, if any.
     pub(super) stranger: Option<String>,
 }
 
 /// I/O error that can be recreated any number of times, which [`io::Error`] cannot.
-enum Broken {
+enum StoredIoError {
     System(i32),
     Kind(io::ErrorKind),
     /// Error of a stream supplied by the caller.
     Told(io::ErrorKind, String),
 }
 
-impl From<&io::Error> for Broken {
+impl From<&io::Error> for StoredIoError {
     fn from(error: &io::Error) -> Self {
         match (error.raw_os_error(), error.get_ref()) {
             // A system code recreates the error exactly; only custom errors need their text.
@@ -84,7 +84,7 @@ impl From<&io::Error> for Broken {
     }
 }
 
-impl Broken {
+impl StoredIoError {
     fn error(&self) -> io::Error {
         match self {
             Self::System(code) => io::Error::from_raw_os_error(*code),
@@ -110,7 +110,7 @@ impl State {
     pub(super) fn wire(&mut self) -> Option<&mut Wire> {
         match &mut self.stage {
             Stage::Up(wire) | Stage::Settling { wire, .. } => Some(wire),
-            Stage::Greeting(_) | Stage::Opening(_) | Stage::Lost(_) => None,
+            Stage::Identifying(_) | Stage::Opening(_) | Stage::Lost(_) => None,
         }
     }
 
@@ -123,14 +123,14 @@ impl State {
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         match &self.stage {
             Stage::Lost(look) => *look,
-            Stage::Greeting(greeting) => greeting.poll_timeout(),
+            Stage::Identifying(identification) => identification.poll_timeout(),
             Stage::Up(_) | Stage::Settling { .. } | Stage::Opening(_) => None,
         }
     }
 
     pub(super) fn let_time_pass(&mut self, now: Micros) {
-        if let Stage::Greeting(greeting) = &mut self.stage {
-            greeting.let_time_pass(now);
+        if let Stage::Identifying(identification) = &mut self.stage {
+            identification.let_time_pass(now);
         }
     }
 }
@@ -184,11 +184,15 @@ impl Driver {
         let first = self.line.lost.is_none();
         self.line.lost.get_or_insert_with(|| Lost {
             since: Instant::now(),
-            error: Broken::from(error),
+            error: StoredIoError::from(error),
             stranger: None,
         });
         // A line that breaks again before it has settled is searched for less eagerly.
-        self.look_again(if first { FIRST_LOOK } else { LOOK });
+        self.look_again(if first {
+            FIRST_RECONNECT_DELAY
+        } else {
+            RECONNECT_INTERVAL
+        });
         let under_way: Vec<_> = self.waiting.iter().map(|one| one.request).collect();
         under_way.iter().for_each(|one| self.owe(&one.frame()));
         self.interrupt_jog();

@@ -9,7 +9,7 @@ use tokio::time::Instant;
 
 use super::explain::{explain, halts, sets_going, stops_at_once};
 use super::jog::JogStart;
-use super::{Driver, Ended, Program, To, Waiting, micros};
+use super::{Driver, Program, ReplyTarget, RoundEnd, Waiting, micros};
 use crate::Result;
 use crate::arm::shared::QueueFault;
 use crate::connection::{Failure, Priority, Request, Stats, Ticket};
@@ -38,19 +38,19 @@ pub(in crate::arm) enum Message {
 
 impl Driver {
     /// Takes the messages of the handles; returns a reason if they end this round of the task.
-    pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Option<Ended> {
+    pub(super) fn take_messages(&mut self, cx: &mut Context<'_>) -> Option<RoundEnd> {
         loop {
             let message = match self.held.take() {
                 Some(held) => held,
                 None => match self.messages.poll_recv(cx) {
                     Poll::Pending => break,
-                    Poll::Ready(None | Some(Message::Close)) => return Some(Ended::Left),
+                    Poll::Ready(None | Some(Message::Close)) => return Some(RoundEnd::Left),
                     Poll::Ready(Some(message)) if self.may_be_preceded() => {
                         self.held = Some(message);
                         if let Some(wire) = self.line.wire() {
                             wire.ask();
                         }
-                        return Some(Ended::Away);
+                        return Some(RoundEnd::Away);
                     }
                     Poll::Ready(Some(message)) => message,
                 },
@@ -65,7 +65,7 @@ impl Driver {
     /// could be taken for the answer to that request. Replies that arrive after the request cannot
     /// be distinguished anyway.
     fn may_be_preceded(&self) -> bool {
-        self.link_is_up() && self.connection.is_owed() && self.connection.is_idle()
+        self.link_is_up() && self.connection.must_read_before_submit() && self.connection.is_idle()
     }
 
     fn take_message(&mut self, message: Message) {
@@ -106,7 +106,7 @@ impl Driver {
         } else {
             if frame_jogs(&frame) {
                 // Only handles that relay other programs send one.
-                self.shared.gate().passes();
+                self.shared.gate().note_foreign_jog();
                 self.carry_out_gate();
             }
             self.steer_program(&frame);
@@ -116,7 +116,7 @@ impl Driver {
             } else {
                 request
             };
-            self.submit(request, deadline, To::Caller(reply));
+            self.submit(request, deadline, ReplyTarget::Caller(reply));
         }
     }
 
@@ -156,10 +156,10 @@ impl Driver {
         }
     }
 
-    pub(super) fn submit(&mut self, request: Request, deadline: Instant, to: To) {
+    pub(super) fn submit(&mut self, request: Request, deadline: Instant, to: ReplyTarget) {
         let deadline = micros(deadline.saturating_duration_since(self.begun));
         let frame = *request.frame();
-        if halts(&frame.frame()) && !matches!(to, To::JogStop) {
+        if halts(&frame.frame()) && !matches!(to, ReplyTarget::JogStop) {
             self.stop_jogs();
         }
         let ticket = self.connection.submit(request.deadline(deadline));
@@ -167,7 +167,7 @@ impl Driver {
     }
 
     /// Registers a request whose answer is awaited.
-    pub(super) fn await_answer(&mut self, ticket: Ticket, request: FrameBuf, to: To) {
+    pub(super) fn await_answer(&mut self, ticket: Ticket, request: FrameBuf, to: ReplyTarget) {
         self.shared.picture().handed_over(&request.frame());
         self.waiting.push(Waiting {
             ticket,
@@ -179,10 +179,10 @@ impl Driver {
     /// Cancels requests whose caller has gone.
     pub(super) fn withdraw(&mut self, cx: &mut Context<'_>) {
         for one in &mut self.waiting {
-            if let To::Caller(reply) = &mut one.to
+            if let ReplyTarget::Caller(reply) = &mut one.to
                 && reply.poll_closed(cx).is_ready()
             {
-                one.to = To::Nobody;
+                one.to = ReplyTarget::Discard;
                 self.connection.cancel(one.ticket);
             }
         }

@@ -7,10 +7,10 @@
 
 mod answers;
 mod explain;
-mod greeting;
 mod halt;
 #[cfg(all(test, unix, feature = "sim"))]
 mod held_up;
+mod identification;
 mod jog;
 mod lead;
 mod line;
@@ -51,31 +51,31 @@ use line::State;
 pub(super) use messages::Message;
 use polls::Polls;
 pub(crate) use shutdown::SHUTDOWN;
-pub(super) use streaming::{End, Program, Reached};
+pub(super) use streaming::{Program, RunEnd, RunProgress};
 
 /// Rounds before other tasks get a turn. Choice: without a limit a run on a virtual arm, which is
 /// always ready, would starve them.
-const ROUNDS: usize = 64;
+const MAX_ROUNDS_PER_TURN: usize = 64;
 /// Time without being polled, us, after which bytes may have arrived unseen. Choice.
-const AWAY: Micros = 20_000;
+const UNPOLLED_THRESHOLD: Micros = 20_000;
 /// Delay of a timer, us, that means a suspended process (stopped, or the computer asleep). Choice:
 /// far above the delays of a busy machine.
-const SLEPT: Micros = 500_000;
+const SUSPEND_THRESHOLD: Micros = 500_000;
 /// Most reads in a row before timers are checked, on a line that never runs empty.
-const READS: usize = 256;
+const MAX_READS_PER_ROUND: usize = 256;
 /// Most writes in a row before the line is read again: one frame for each place of the widest
 /// window.
-const WRITES: usize = 8;
+const MAX_WRITES_PER_ROUND: usize = 8;
 
 /// Request in flight.
 struct Waiting {
     ticket: Ticket,
     request: FrameBuf,
-    to: To,
+    to: ReplyTarget,
 }
 
 /// Receiver of a reply.
-enum To {
+enum ReplyTarget {
     /// A handle.
     Caller(oneshot::Sender<Result<FrameBuf>>),
     /// A stop from outside of any task, by its number.
@@ -92,18 +92,18 @@ enum To {
     /// Position of a jog, and the time of the request.
     JogLook(JogId, Micros),
     /// No receiver; only the picture sees the answer.
-    Nobody,
+    Discard,
 }
 
 /// Reason for the end of a round.
-enum Ended {
+enum RoundEnd {
     /// The line was not read for a while, or not since a request arrived; the system has to be
     /// asked for new bytes.
     Away,
     /// All handles are gone.
     Left,
     /// The last frames of a shutdown are sent.
-    Farewell,
+    ShutdownSent,
 }
 
 pub(super) struct Driver {
@@ -136,7 +136,7 @@ pub(super) struct Driver {
     /// True if the line was read since.
     looked: bool,
     /// Time for which the timer is needed.
-    rings: Option<Micros>,
+    timer_due: Option<Micros>,
     /// Time to which the timer is set.
     set: Option<Micros>,
     /// Time of this round: everything in it happens then.
@@ -173,7 +173,7 @@ impl Driver {
             halting: Vec::new(),
             halts: 0,
             owes_halt: false,
-            introduction: introduce.then_some(search::INTRODUCTION),
+            introduction: introduce.then_some(search::IDENTITY_READ_DELAY),
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
@@ -181,7 +181,7 @@ impl Driver {
             events,
             served: 0,
             looked: false,
-            rings: None,
+            timer_due: None,
             set: None,
             now: 0,
         }
@@ -200,20 +200,20 @@ impl Driver {
         loop {
             match poll_fn(|cx| self.poll(cx)).await {
                 // This lets the runtime ask the system for new bytes.
-                Ended::Away => yield_now().await,
-                Ended::Left | Ended::Farewell => return,
+                RoundEnd::Away => yield_now().await,
+                RoundEnd::Left | RoundEnd::ShutdownSent => return,
             }
         }
     }
 
     /// Runs rounds until there is nothing to do. Bytes that arrive later wake the task.
-    fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
+    fn poll(&mut self, cx: &mut Context<'_>) -> Poll<RoundEnd> {
         self.look_at_clock();
         self.note_sleep();
         if self.was_away() {
-            return Poll::Ready(Ended::Away);
+            return Poll::Ready(RoundEnd::Away);
         }
-        for round in 0..ROUNDS {
+        for round in 0..MAX_ROUNDS_PER_TURN {
             if round > 0 {
                 self.look_at_clock();
             }
@@ -223,7 +223,7 @@ impl Driver {
             if !self.leaving
                 && let Some(ended) = self.take_messages(cx)
             {
-                // After an `Away` the system was asked, so the held message is taken once the line
+                // After `Away` the system was asked, so the held message is taken once the line
                 // was read.
                 self.looked = true;
                 return Poll::Ready(ended);
@@ -239,7 +239,7 @@ impl Driver {
             let wrote = self.write_all(cx);
             let told = self.tell();
             if self.leaving && (self.waiting.is_empty() || !self.link_is_up()) {
-                return Poll::Ready(Ended::Farewell);
+                return Poll::Ready(RoundEnd::ShutdownSent);
             }
             let busy = more || wrote || told || ended;
             if !busy && !self.go_on_in_time() && self.sleep(cx).is_pending() {
@@ -260,8 +260,8 @@ impl Driver {
         // Time without a poll: on a busy thread bytes may have arrived in it.
         let idle = now.saturating_sub(std::mem::replace(&mut self.served, now));
         let at_rest = self.connection.is_idle();
-        let owed = self.link_is_up() && self.connection.is_owed();
-        let away = !self.looked && owed && (at_rest || idle > AWAY);
+        let owed = self.link_is_up() && self.connection.must_read_before_submit();
+        let away = !self.looked && owed && (at_rest || idle > UNPOLLED_THRESHOLD);
         self.looked = true;
         away
     }
@@ -269,26 +269,31 @@ impl Driver {
     /// Reads until nothing is left; true if another round has to read, because more may come or the
     /// line has changed.
     fn read_all(&mut self, cx: &mut Context<'_>) -> bool {
-        let reads = (0..READS).take_while(|_| self.read(cx)).count();
-        reads == READS || reads > 0 && !self.link_is_up()
+        let reads = (0..MAX_READS_PER_ROUND)
+            .take_while(|_| self.read(cx))
+            .count();
+        reads == MAX_READS_PER_ROUND || reads > 0 && !self.link_is_up()
     }
 
     /// Writes everything that may be sent; true if anything was.
     fn write_all(&mut self, cx: &mut Context<'_>) -> bool {
-        (0..WRITES).take_while(|_| self.write(cx)).count() > 0
+        (0..MAX_WRITES_PER_ROUND)
+            .take_while(|_| self.write(cx))
+            .count()
+            > 0
     }
 
     /// Excludes the time of a suspended process from all deadlines.
     fn note_sleep(&mut self) {
         let (now, since) = (self.now(), self.served);
-        // The timer should have fired at `rings`; what it is late by is the suspension.
-        let late = self.rings.take().map_or(0, |at| now.saturating_sub(at));
-        if late < SLEPT {
+        // The timer should have fired at `timer_due`; what it is late by is the suspension.
+        let late = self.timer_due.take().map_or(0, |at| now.saturating_sub(at));
+        if late < SUSPEND_THRESHOLD {
             return;
         }
         let slept = now.saturating_sub(since);
         tracing::debug!(slept, "{}: this program was held up", self.shared.name);
-        self.connection.slept(since, now);
+        self.connection.note_suspension(since, now);
         self.shared.note_sleep(slept);
     }
 
@@ -334,8 +339,8 @@ impl Driver {
 
     /// Sets the timer and returns pending; ready if the deadline has passed.
     fn sleep(&mut self, cx: &mut Context<'_>) -> Poll<()> {
-        self.rings = self.next_timeout();
-        let Some(at) = self.rings else {
+        self.timer_due = self.next_timeout();
+        let Some(at) = self.timer_due else {
             return Poll::Pending;
         };
         // Resetting a timer costs a lock in tokio, and most rounds do not change it.

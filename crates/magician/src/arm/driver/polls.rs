@@ -12,21 +12,21 @@ use magician_protocol::commands::{
 };
 use tokio::time::Instant;
 
-use super::{Driver, To, micros};
+use super::{Driver, ReplyTarget, micros};
 use crate::Pin;
 use crate::arm::shared::held;
 use crate::connection::{Micros, Request};
 
 /// State reads that precede the pins.
-const READS: usize = 4;
+const STATE_READS: usize = 4;
 /// Reads that seldom change their answer (left space, alarms): while no command finishes, each
-/// round reads one of them in turn, as long as neither gets older than [`OLDEST`]. After a command
-/// has finished, the round reads both, so that its index is published with the free places and
-/// alarms read after it.
-const SELDOM: [usize; 2] = [2, 3];
-const OLDEST: Micros = 100_000;
+/// round reads one of them in turn, as long as neither gets older than [`MAX_READ_AGE`]. After a
+/// command has finished, the round reads both, so that its index is published with the free places
+/// and alarms read after it.
+const ALTERNATING_READS: [usize; 2] = [2, 3];
+const MAX_READ_AGE: Micros = 100_000;
 /// Longest time for an answer. No other state is read meanwhile.
-const PATIENCE: Micros = 1_000_000;
+const ANSWER_TIMEOUT: Micros = 1_000_000;
 
 /// Progress of the current round.
 #[derive(Debug, Default)]
@@ -61,8 +61,8 @@ impl Polls {
     /// last publication.
     fn advance(&mut self, period: Micros, ended: bool, end: usize) {
         self.turn += 1;
-        let spared = !ended && period.saturating_mul(2) <= OLDEST;
-        if spared && self.turn == SELDOM[self.rounds % SELDOM.len()] {
+        let spared = !ended && period.saturating_mul(2) <= MAX_READ_AGE;
+        if spared && self.turn == ALTERNATING_READS[self.rounds % ALTERNATING_READS.len()] {
             self.left_out = Some(self.turn);
             self.turn += 1;
         }
@@ -102,8 +102,8 @@ impl Driver {
             return;
         };
         self.polls.under_way = true;
-        let deadline: Instant = self.at(now.saturating_add(PATIENCE));
-        self.submit(request, deadline, To::Poll);
+        let deadline: Instant = self.at(now.saturating_add(ANSWER_TIMEOUT));
+        self.submit(request, deadline, ReplyTarget::Poll);
     }
 
     /// Handles the end of a state read; the picture has already seen the answer.
@@ -118,8 +118,8 @@ impl Driver {
         };
         let ended =
             self.polls.told.is_none() || self.polls.told != self.shared.picture().current_index();
-        self.polls.advance(period, ended, READS + pins);
-        if self.polls.turn >= READS + pins {
+        self.polls.advance(period, ended, STATE_READS + pins);
+        if self.polls.turn >= STATE_READS + pins {
             (self.polls.turn, self.polls.left_out) = (0, None);
             self.polls.rounds = self.polls.rounds.wrapping_add(1);
             self.polls.told = self.shared.picture().current_index();
@@ -129,7 +129,7 @@ impl Driver {
 }
 
 fn read(turn: usize, pins: &[Pin]) -> Result<Request, magician_protocol::EncodeError> {
-    let Some(pin) = turn.checked_sub(READS).and_then(|at| pins.get(at)) else {
+    let Some(pin) = turn.checked_sub(STATE_READS).and_then(|at| pins.get(at)) else {
         return match turn {
             1 => Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             2 => Request::get::<QueuedCmdLeftSpace>(&NoArgs),

@@ -1,7 +1,8 @@
 //! Reconnecting: opening the line again, and making sure that the same arm is on it.
 //!
-//! The stages are those of [`Stage`]: lost, opening, greeting (identify the arm), settling (read
-//! clock, index and places), up. Any failure leads back to lost and to another attempt.
+//! The stages are those of [`Stage`]: lost, opening, identifying (reads the identity of the arm),
+//! settling (read clock, index and places), up. Any failure leads back to lost and to another
+//! attempt.
 
 use std::io;
 use std::task::{Context, Poll};
@@ -13,9 +14,9 @@ use magician_protocol::commands::{
 };
 use tokio::time::Instant;
 
-use super::greeting::{Greeting, Met};
-use super::line::{LOOK, Stage};
-use super::{Driver, To};
+use super::identification::{Identification, Met};
+use super::line::{RECONNECT_INTERVAL, Stage};
+use super::{Driver, ReplyTarget};
 use crate::Result;
 use crate::arm::events::Event;
 use crate::arm::link::Link;
@@ -23,14 +24,14 @@ use crate::connection::{Micros, Request};
 
 /// Interval of the attempts after another arm was found. Choice: slower, since a person has to
 /// replug.
-const STRANGER: Micros = 1_000_000;
+const OTHER_ARM_RETRY_INTERVAL: Micros = 1_000_000;
 /// Delay after connecting before the identity is read, so that short programs do not pay for it.
 /// Choice.
-pub(super) const INTRODUCTION: Micros = 100_000;
+pub(super) const IDENTITY_READ_DELAY: Micros = 100_000;
 /// Longest time for non-urgent answers. Choice.
-const PATIENCE: Duration = Duration::from_millis(500);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(500);
 /// Longest time for the state reads on a reconnected line. Choice.
-const SETTLING: Duration = Duration::from_secs(1);
+const MAX_SETTLING_TIME: Duration = Duration::from_secs(1);
 
 impl Driver {
     /// Advances the search for the line; true if anything happened.
@@ -51,21 +52,21 @@ impl Driver {
                     Ok(line) => {
                         let dark = self.darkening();
                         let is_named = self.shared.picture().serial().is_some();
-                        let greeting = Greeting::new(now, line, is_named, dark);
-                        self.line.stage = Stage::Greeting(greeting);
+                        let identification = Identification::new(now, line, is_named, dark);
+                        self.line.stage = Stage::Identifying(identification);
                     }
                     Err(error) => {
                         tracing::debug!(%error, "{}: not found yet", self.shared.name);
-                        self.look_again(LOOK);
+                        self.look_again(RECONNECT_INTERVAL);
                     }
                 }
                 true
             }
-            Stage::Greeting(greeting) => {
+            Stage::Identifying(identification) => {
                 if self.owes_halt {
-                    greeting.stop_instead();
+                    identification.stop_instead();
                 }
-                let (busy, met) = greeting.go_on(cx, now);
+                let (busy, met) = identification.go_on(cx, now);
                 if let Some(met) = met {
                     self.meet(met);
                 }
@@ -80,7 +81,7 @@ impl Driver {
         match met {
             Err(why) => {
                 tracing::debug!("{}: {why}", self.shared.name);
-                self.look_again(LOOK);
+                self.look_again(RECONNECT_INTERVAL);
             }
             Ok(said) => {
                 let known = self.shared.picture().serial().map(str::to_owned);
@@ -108,7 +109,7 @@ impl Driver {
     }
 
     fn refuse_stranger(&mut self, stranger: String) {
-        self.look_again(STRANGER);
+        self.look_again(OTHER_ARM_RETRY_INTERVAL);
         if let Some(lost) = &mut self.line.lost
             && lost.stranger.as_ref() != Some(&stranger)
         {
@@ -122,7 +123,7 @@ impl Driver {
     fn settle(&mut self) {
         // Taken out of the state, because the wire moves on to the next stage.
         let stage = std::mem::replace(&mut self.line.stage, Stage::Lost(None));
-        let Stage::Greeting(greeting) = stage else {
+        let Stage::Identifying(identification) = stage else {
             return;
         };
         let requests = [
@@ -130,11 +131,11 @@ impl Driver {
             Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
             Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         ];
-        let darkened = greeting.darkens();
-        let still_moves = greeting.to_stop() && !self.owes_halt;
-        self.shared.picture().found_dark(greeting.darkness());
+        let darkened = identification.darkens();
+        let still_moves = identification.to_stop() && !self.owes_halt;
+        self.shared.picture().found_dark(identification.darkness());
         self.line.stage = Stage::Settling {
-            wire: greeting.into_wire(),
+            wire: identification.into_wire(),
             left: requests.len(),
             reset: false,
         };
@@ -158,9 +159,9 @@ impl Driver {
         if self.owes_halt || still_moves {
             self.halt(Vec::new());
         }
-        let deadline = Instant::now() + SETTLING;
+        let deadline = Instant::now() + MAX_SETTLING_TIME;
         for request in requests.into_iter().flatten() {
-            self.submit(request, deadline, To::Settling);
+            self.submit(request, deadline, ReplyTarget::Settling);
         }
     }
 
@@ -204,13 +205,13 @@ impl Driver {
         if self.introduction.take_if(|at| *at <= now).is_none() {
             return;
         }
-        let deadline = self.at(now) + PATIENCE;
+        let deadline = self.at(now) + ANSWER_TIMEOUT;
         let requests = [
             Request::get::<DeviceSn>(&NoArgs),
             Request::get::<DeviceTime>(&NoArgs),
         ];
         for request in requests.into_iter().flatten() {
-            self.submit(request, deadline, To::Nobody);
+            self.submit(request, deadline, ReplyTarget::Discard);
         }
     }
 }

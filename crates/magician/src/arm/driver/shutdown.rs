@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::{Driver, To, command_name};
+use super::{Driver, ReplyTarget, command_name};
 use crate::Error;
 use crate::arm::gate::motors_off;
 use crate::arm::link::Link;
@@ -35,7 +35,7 @@ impl Driver {
             return false;
         }
         for request in requests {
-            self.submit(request, deadline, To::Nobody);
+            self.submit(request, deadline, ReplyTarget::Discard);
         }
         !self.waiting.is_empty()
     }
@@ -56,7 +56,7 @@ impl Driver {
     fn leave_unanswered(&mut self) {
         for one in self.waiting.drain(..) {
             let request = one.request.frame();
-            if let (To::Caller(reply), true) = (one.to, request.ctrl().queued()) {
+            if let (ReplyTarget::Caller(reply), true) = (one.to, request.ctrl().queued()) {
                 let error = Error::uncertain(None, None);
                 // Only queued commands: an unanswered read or setting ends with the closed channel.
                 let _ = reply.send(Err(error.with_command(command_name(&request))));
@@ -96,7 +96,7 @@ impl Driver {
         if !self.shared.picture().may_be_lit() {
             return Vec::new();
         }
-        let dark = Request::dark().into_iter().flatten();
+        let dark = Request::laser_off().into_iter().flatten();
         dark.chain(self.shared.lowered_pins()).collect()
     }
 

@@ -8,9 +8,9 @@ use magician_protocol::{Frame, FrameBuf};
 use tokio::sync::{mpsc, oneshot, watch};
 
 use super::explain::{failed, holds};
-use super::{Driver, To};
+use super::{Driver, ReplyTarget};
 use crate::arm::run::Supply;
-use crate::connection::{Failure, Law, Ticket};
+use crate::connection::{Failure, IndexLaw, Ticket};
 use crate::message;
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
 use crate::{Error, ErrorCode, Result};
@@ -25,15 +25,15 @@ pub(in crate::arm) struct Program {
     pub(in crate::arm) supply: Option<Arc<Supply>>,
     /// Stops before the run began.
     pub(in crate::arm) stops: u64,
-    pub(in crate::arm) reached: watch::Sender<Reached>,
-    pub(in crate::arm) end: oneshot::Sender<End>,
+    pub(in crate::arm) reached: watch::Sender<RunProgress>,
+    pub(in crate::arm) end: oneshot::Sender<RunEnd>,
     /// Number of commands given to the stream.
     pub(in crate::arm) offered: u64,
 }
 
 /// Progress of a program.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::arm) struct Reached {
+pub(in crate::arm) struct RunProgress {
     /// Commands that the arm has accepted.
     pub(in crate::arm) accepted: u64,
     /// Indices of the first and last accepted command.
@@ -44,9 +44,9 @@ pub(in crate::arm) struct Reached {
 
 /// Outcome of a program.
 #[derive(Debug)]
-pub(in crate::arm) struct End {
+pub(in crate::arm) struct RunEnd {
     pub(in crate::arm) outcome: Result<()>,
-    pub(in crate::arm) reached: Reached,
+    pub(in crate::arm) reached: RunProgress,
     /// Unfinished commands, and the feed with those not taken yet.
     pub(in crate::arm) rest: Option<(Leftover, mpsc::Receiver<Item>)>,
 }
@@ -112,7 +112,7 @@ impl Driver {
 
     /// Refuses a window that this arm or line does not support.
     fn refuse_window(&self, stream: &Stream) -> Option<Error> {
-        let Law::Broken(breach) = self.connection.law() else {
+        let IndexLaw::Broken(breach) = self.connection.law() else {
             return None;
         };
         (stream.settings().window > 1).then(|| {
@@ -199,7 +199,7 @@ impl Driver {
                     if let Some(supply) = &program.supply {
                         supply.finished(program.stream.finished());
                     }
-                    program.reached.send_replace(Reached {
+                    program.reached.send_replace(RunProgress {
                         accepted,
                         indices: Some((first, last)),
                         current,
@@ -239,7 +239,7 @@ impl Driver {
         };
         // Their outcome still counts for the motion that this connection started.
         for (ticket, request) in program.stream.under_way() {
-            self.await_answer(ticket, request, To::Nobody);
+            self.await_answer(ticket, request, ReplyTarget::Discard);
         }
         self.shared.picture().program_runs(false);
         end(program, outcome);
@@ -261,7 +261,7 @@ impl Driver {
     pub(super) fn overhear(&mut self, reply: &FrameBuf) {
         let now = self.now();
         if let Some(program) = &mut self.program {
-            program.stream.overhear(now, reply);
+            program.stream.note_foreign_reply(now, reply);
         }
     }
 
@@ -299,7 +299,7 @@ fn end(program: Program, outcome: Result<()>) {
     let rest = outcome.is_err().then(|| (stream.leftover(), feed));
     let reached = *reached.borrow();
     // The handle may have dropped the run, and then wants nothing back.
-    let _ = end.send(End {
+    let _ = end.send(RunEnd {
         outcome,
         reached,
         rest,

@@ -5,10 +5,10 @@ use magician_protocol::commands::{Pose, QueuedCmdStartExec};
 use magician_protocol::{Frame, Row, Set, Writable};
 use tokio::time::{Instant, sleep, timeout_at};
 
-use super::{Held, Sort, Turn};
+use super::{FenceState, FrameClass, SendPermit};
 use crate::arm::Arm;
 use crate::arm::disruptions::Disruptions;
-use crate::arm::halt::APART;
+use crate::arm::halt::REST_POLL_INTERVAL;
 use crate::preflight::{Guards, Needs, Preflight, Readings};
 use crate::{Action, Error, ErrorCode, Result};
 
@@ -16,7 +16,7 @@ use crate::{Action, Error, ErrorCode, Result};
 #[derive(Clone, Copy)]
 pub(in crate::arm) struct FenceCheck<'a> {
     pub(super) arm: &'a Arm,
-    pub(super) held: &'a Held,
+    pub(super) held: &'a FenceState,
 }
 
 impl<'a> FenceCheck<'a> {
@@ -34,17 +34,17 @@ impl<'a> FenceCheck<'a> {
         self,
         frame: &Frame<'_>,
         deadline: Instant,
-    ) -> Result<Option<Turn<'a>>> {
-        let turn = match Sort::of(frame) {
-            Sort::Free => self.check_power(frame).map(|()| None),
-            Sort::Ends => {
+    ) -> Result<Option<SendPermit<'a>>> {
+        let turn = match FrameClass::of(frame) {
+            FrameClass::Free => self.check_power(frame).map(|()| None),
+            FrameClass::Ends => {
                 self.forget();
                 Ok(None)
             }
-            Sort::Unknown(_) | Sort::Releases if !self.held.bounds_motion() => Ok(None),
-            Sort::Unknown(why) => Err(refused(why)),
-            Sort::Releases => self.hold_release(frame, deadline).await.map(Some),
-            Sort::Governs(command) => {
+            FrameClass::Unknown(_) | FrameClass::Releases if !self.held.bounds_motion() => Ok(None),
+            FrameClass::Unknown(why) => Err(refused(why)),
+            FrameClass::Releases => self.hold_release(frame, deadline).await.map(Some),
+            FrameClass::Governs(command) => {
                 self.check_power(frame)?;
                 if self.held.bounds_motion() {
                     let queued = frame.ctrl().queued();
@@ -80,14 +80,14 @@ impl<'a> FenceCheck<'a> {
         }
     }
 
-    async fn take(self, deadline: Instant) -> Result<Turn<'a>> {
+    async fn take(self, deadline: Instant) -> Result<SendPermit<'a>> {
         let prediction = timeout_at(deadline, self.held.prediction.lock()).await;
         let prediction = prediction.map_err(|_| {
             let message =
                 "a run is under way, or another call is being checked against the arm's fence";
             Error::new(ErrorCode::NotSent, message)
         })?;
-        Ok(Turn {
+        Ok(SendPermit {
             disruptions: self.disruptions(),
             prediction,
             then: None,
@@ -102,7 +102,7 @@ impl<'a> FenceCheck<'a> {
         command: &Set,
         queued: bool,
         deadline: Instant,
-    ) -> Result<Turn<'a>> {
+    ) -> Result<SendPermit<'a>> {
         let mut turn = self.take(deadline).await?;
         let mut check = if queued {
             self.course_end(&mut turn).await?
@@ -120,7 +120,7 @@ impl<'a> FenceCheck<'a> {
     }
 
     /// Returns the check at the end of all waiting commands.
-    async fn course_end(self, turn: &mut Turn<'_>) -> Result<Preflight> {
+    async fn course_end(self, turn: &mut SendPermit<'_>) -> Result<Preflight> {
         if turn.prediction.breaks == turn.breaks
             && let Some(end) = turn.prediction.end.clone()
             && self.waits_in_order(turn).await?
@@ -131,7 +131,7 @@ impl<'a> FenceCheck<'a> {
     }
 
     /// True if the predicted commands still wait or run, and no others do.
-    async fn waits_in_order(self, turn: &mut Turn<'_>) -> Result<bool> {
+    async fn waits_in_order(self, turn: &mut SendPermit<'_>) -> Result<bool> {
         let waiting = u64::from(self.arm.queue().waiting().await?);
         let ours = turn
             .prediction
@@ -141,7 +141,7 @@ impl<'a> FenceCheck<'a> {
     }
 
     /// Reads everything a motion depends on, from an arm at rest with an empty queue.
-    async fn read_standing(self, turn: &mut Turn<'_>) -> Result<Preflight> {
+    async fn read_standing(self, turn: &mut SendPermit<'_>) -> Result<Preflight> {
         self.arm.come_to_rest().await?;
         let look = self.arm.known().read_queue().await?;
         if look.waiting() > 0 {
@@ -176,7 +176,7 @@ impl<'a> FenceCheck<'a> {
 
     /// Checks a frame that starts the queue: only commands checked from where the arm stands may
     /// wait in it.
-    async fn hold_release(self, frame: &Frame<'_>, deadline: Instant) -> Result<Turn<'a>> {
+    async fn hold_release(self, frame: &Frame<'_>, deadline: Instant) -> Result<SendPermit<'a>> {
         let turn = self.take(deadline).await?;
         let waiting = self.arm.queue().waiting().await?;
         if waiting == 0 {
@@ -215,7 +215,7 @@ impl<'a> FenceCheck<'a> {
         let before: Pose = self.arm.get().await?;
         // Twice the interval of rest reads, so that even a slow motion shows as two different
         // poses.
-        sleep(2 * APART).await;
+        sleep(2 * REST_POLL_INTERVAL).await;
         if self.arm.get::<Pose>().await? == before {
             self.stands_at_station(&turn, current).await?;
         }
@@ -223,7 +223,7 @@ impl<'a> FenceCheck<'a> {
     }
 
     /// Checks that an arm at rest was not moved since its last command.
-    async fn stands_at_station(self, turn: &Turn<'_>, current: u64) -> Result<()> {
+    async fn stands_at_station(self, turn: &SendPermit<'_>, current: u64) -> Result<()> {
         let mut stations = turn.prediction.stations.iter().rev();
         let station = stations.find(|(index, _)| *index <= current);
         let station = station.and_then(|(_, pose)| *pose);
@@ -241,7 +241,7 @@ impl<'a> FenceCheck<'a> {
     pub(in crate::arm) async fn hold_jog(
         self,
         deadline: Instant,
-    ) -> Result<Option<(Turn<'a>, Preflight)>> {
+    ) -> Result<Option<(SendPermit<'a>, Preflight)>> {
         if !self.held.bounds_motion() {
             return Ok(None);
         }
@@ -252,7 +252,7 @@ impl<'a> FenceCheck<'a> {
     }
 
     /// Acquires the right to run a program, with its start position.
-    pub(in crate::arm) async fn hold_run(self, begins: bool) -> Result<Option<Turn<'a>>> {
+    pub(in crate::arm) async fn hold_run(self, begins: bool) -> Result<Option<SendPermit<'a>>> {
         if !self.held.bounds_motion() {
             return Ok(None);
         }

@@ -27,7 +27,7 @@ use crate::preflight::{Preflight, governs_motion};
 
 /// Fence of a connection, if any, and the prediction for the commands that passed it.
 #[derive(Debug)]
-pub(super) struct Held {
+pub(super) struct FenceState {
     fence: RwLock<Option<Fence>>,
     prediction: Mutex<QueuePrediction>,
 }
@@ -45,7 +45,7 @@ pub(super) struct QueuePrediction {
 }
 
 /// Exclusive right to send the checked command.
-pub(super) struct Turn<'a> {
+pub(super) struct SendPermit<'a> {
     disruptions: &'a Disruptions,
     prediction: MutexGuard<'a, QueuePrediction>,
     /// Prediction after the command, if it is queued.
@@ -64,7 +64,7 @@ impl QueuePrediction {
 }
 
 /// Class of a frame with regard to the fence.
-enum Sort {
+enum FrameClass {
     /// Neither moves the arm nor changes anything a motion depends on.
     Free,
     /// Ends motions, or clears the queue.
@@ -77,7 +77,7 @@ enum Sort {
     Unknown(&'static str),
 }
 
-impl Sort {
+impl FrameClass {
     fn of(frame: &Frame<'_>) -> Self {
         let ctrl = frame.ctrl();
         if !ctrl.write() && !ctrl.queued() {
@@ -118,7 +118,7 @@ impl Sort {
     }
 }
 
-impl Held {
+impl FenceState {
     pub(super) fn new(fence: Option<Fence>) -> Self {
         Self {
             fence: RwLock::new(fence.filter(|fence| !fence.is_empty())),
@@ -142,7 +142,7 @@ impl Held {
     }
 }
 
-impl Turn<'_> {
+impl SendPermit<'_> {
     /// Updates the prediction with the answer to the sent command.
     pub(super) fn ends(mut self, answer: &Result<FrameBuf>) {
         let Some(then) = self.then.take() else {

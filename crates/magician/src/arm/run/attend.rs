@@ -13,33 +13,33 @@ use tokio::sync::{mpsc, oneshot, watch as cell};
 use tokio::time::{Instant, interval_at, sleep_until, timeout_at};
 
 use super::{CommandSource, Run};
-use crate::arm::driver::{End, Message, Program, Reached, micros};
+use crate::arm::driver::{Message, Program, RunEnd, RunProgress, micros};
 use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
 use crate::stream::{ArmPace, Item, Stream, StreamSettings};
 use crate::{Error, ErrorKind, Result};
 
 /// First poll for alarms, and longest interval, while a single command runs for its planned time.
 /// An alarm that refuses it is raised at once. Choices.
-const FIRST_LOOK: Duration = Duration::from_millis(60);
-const LOOK_PAUSE: Duration = Duration::from_millis(500);
+const FIRST_POLL_DELAY: Duration = Duration::from_millis(60);
+const MAX_PLANNED_POLL_INTERVAL: Duration = Duration::from_millis(500);
 /// Longest interval of polls otherwise. Choice.
-const SHORT_PAUSE: Duration = Duration::from_millis(100);
+const MAX_POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval of polls while commands flow. An alarm that holds the queue would soon end the flow,
 /// and a poll costs as much of the line as a command. Choice.
-const SELDOM: Duration = Duration::from_secs(1);
+const FLOWING_POLL_INTERVAL: Duration = Duration::from_secs(1);
 /// Interval of progress reports during silence. Choice: a user sees seconds count.
-const TELL: Duration = Duration::from_secs(1);
+const SILENCE_REPORT_INTERVAL: Duration = Duration::from_secs(1);
 /// Capacity of the channel to the task. Choice: two bursts.
-const FEED: usize = 64;
+const CHANNEL_CAPACITY: usize = 64;
 /// Commands handed on at once if the arm takes them as fast as they come: the task and its handle
 /// then wake each other once per burst. Choice.
-const BURST: u32 = 32;
+const BURST_SIZE: u32 = 32;
 /// Time per command below which the arm is in-process, so that bursts pay. A line takes
 /// milliseconds, and there each command is requested from the source when its turn comes.
-const QUICK: Duration = Duration::from_micros(100);
+const IN_PROCESS_COMMAND_TIME: Duration = Duration::from_micros(100);
 /// Longest time the caller's commands may block within a burst. Choice: the source shares the
 /// thread with the driver.
-const THINKS: Duration = Duration::from_millis(1);
+const MAX_SOURCE_BLOCKING: Duration = Duration::from_millis(1);
 
 impl<C: CommandSource> Run<C> {
     /// Submits the program to the task.
@@ -48,8 +48,8 @@ impl<C: CommandSource> Run<C> {
         stops: u64,
     ) -> Result<(
         Option<mpsc::Sender<Item>>,
-        cell::Receiver<Reached>,
-        oneshot::Receiver<End>,
+        cell::Receiver<RunProgress>,
+        oneshot::Receiver<RunEnd>,
     )> {
         let (running, pace) = {
             let picture = self.arm.picture();
@@ -87,7 +87,7 @@ impl<C: CommandSource> Run<C> {
             },
         };
         self.begun = Some(stops);
-        let (feed, inlet) = mpsc::channel(FEED);
+        let (feed, inlet) = mpsc::channel(CHANNEL_CAPACITY);
         let (show, reached) = cell::channel(self.reached());
         let (end, ending) = oneshot::channel();
         let program = Program {
@@ -107,16 +107,16 @@ impl<C: CommandSource> Run<C> {
     pub(super) async fn attend(
         &mut self,
         feed: &mut Option<mpsc::Sender<Item>>,
-        reached: &cell::Receiver<Reached>,
-        mut ending: oneshot::Receiver<End>,
+        reached: &cell::Receiver<RunProgress>,
+        mut ending: oneshot::Receiver<RunEnd>,
         watch: &mut Watch,
         progress: &mut impl FnMut(Progress),
-    ) -> Result<End> {
+    ) -> Result<RunEnd> {
         let on_time = self.on_time();
         let (mut pause, longest) = if on_time {
-            (FIRST_LOOK, LOOK_PAUSE)
+            (FIRST_POLL_DELAY, MAX_PLANNED_POLL_INTERVAL)
         } else {
-            (FIRST_PAUSE, SHORT_PAUSE)
+            (FIRST_PAUSE, MAX_POLL_INTERVAL)
         };
         let begun = Instant::now();
         let mut looked = begun;
@@ -143,17 +143,17 @@ impl<C: CommandSource> Run<C> {
                         watch.lasts(Duration::from_micros(self.lasts));
                     }
                     let flows = self.ran.commands > before;
-                    if flows && looked.elapsed() < SELDOM {
+                    if flows && looked.elapsed() < FLOWING_POLL_INTERVAL {
                         progress(watch.saw(seen.current));
                     } else {
                         let before = watch.progress();
                         let current = (flows || on_time).then_some(seen.current);
                         let looks = self.look(watch, begun, current);
-                        match told(looks, before, progress, &mut ending).await {
-                            Attended::Seen(None) => {}
-                            Attended::Seen(Some(seen)) => progress(seen),
-                            Attended::Failed(error) => return self.ends_too(error, ending).await,
-                            Attended::Over(end) => return end.map(|end| *end).ok_or_else(Error::closed),
+                        match report_while_waiting(looks, before, progress, &mut ending).await {
+                            PollOutcome::Seen(None) => {}
+                            PollOutcome::Seen(Some(seen)) => progress(seen),
+                            PollOutcome::Failed(error) => return self.ends_too(error, ending).await,
+                            PollOutcome::Over(end) => return end.map(|end| *end).ok_or_else(Error::closed),
                         }
                         looked = Instant::now();
                     }
@@ -166,14 +166,14 @@ impl<C: CommandSource> Run<C> {
                     let now = Instant::now();
                     // Averaged over the burst, because a wake-up is shared by all of its commands.
                     let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
-                    burst = if each < QUICK { BURST } else { 1 };
+                    burst = if each < IN_PROCESS_COMMAND_TIME { BURST_SIZE } else { 1 };
                 }
             }
         }
     }
 
     /// True if the commands ahead of the arm last long enough for now.
-    fn is_far_ahead(&mut self, reached: &mut cell::Receiver<Reached>) -> bool {
+    fn is_far_ahead(&mut self, reached: &mut cell::Receiver<RunProgress>) -> bool {
         let accepted = reached.borrow_and_update().accepted;
         let long = |lead| self.ahead.is_long(accepted, lead);
         self.options.lead.is_some_and(long)
@@ -185,7 +185,7 @@ impl<C: CommandSource> Run<C> {
         &mut self,
         feed: &mut Option<mpsc::Sender<Item>>,
         burst: u32,
-        reached: &cell::Receiver<Reached>,
+        reached: &cell::Receiver<RunProgress>,
     ) {
         let Some(sender) = feed else {
             return std::future::pending().await;
@@ -196,7 +196,7 @@ impl<C: CommandSource> Run<C> {
                 self.come().await;
                 let begun = Instant::now();
                 // A slow source must not block the thread.
-                let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
+                let mut in_time = permits.take_while(|_| begun.elapsed() < MAX_SOURCE_BLOCKING);
                 loop {
                     let Some(permit) = in_time.next() else {
                         break false;
@@ -249,7 +249,7 @@ impl<C: CommandSource> Run<C> {
 
     /// Handles a failed poll. A broken or silent line also ends the program, and the task then
     /// returns the rest of it.
-    async fn ends_too(&self, error: Error, ending: oneshot::Receiver<End>) -> Result<End> {
+    async fn ends_too(&self, error: Error, ending: oneshot::Receiver<RunEnd>) -> Result<RunEnd> {
         let line = matches!(error.kind(), ErrorKind::Port | ErrorKind::Timeout);
         if line
             && error.command().is_some()
@@ -262,29 +262,29 @@ impl<C: CommandSource> Run<C> {
 }
 
 /// Outcome of a poll.
-enum Attended {
+enum PollOutcome {
     Seen(Option<Progress>),
     Failed(Error),
     /// The run ended first.
-    Over(Option<Box<End>>),
+    Over(Option<Box<RunEnd>>),
 }
 
 /// Awaits a poll, and reports every second that it is not answered yet.
-async fn told(
+async fn report_while_waiting(
     look: impl Future<Output = Result<Option<Progress>>>,
     before: Progress,
     progress: &mut impl FnMut(Progress),
-    ending: &mut oneshot::Receiver<End>,
-) -> Attended {
+    ending: &mut oneshot::Receiver<RunEnd>,
+) -> PollOutcome {
     let begun = Instant::now();
-    let mut seconds = interval_at(begun + TELL, TELL);
+    let mut seconds = interval_at(begun + SILENCE_REPORT_INTERVAL, SILENCE_REPORT_INTERVAL);
     let mut look = pin!(look);
     loop {
         tokio::select! {
             // The result of the poll first: the end is not lost, the caller's loop finds it next.
             biased;
-            seen = &mut look => return seen.map_or_else(Attended::Failed, Attended::Seen),
-            end = &mut *ending => return Attended::Over(end.ok().map(Box::new)),
+            seen = &mut look => return seen.map_or_else(PollOutcome::Failed, PollOutcome::Seen),
+            end = &mut *ending => return PollOutcome::Over(end.ok().map(Box::new)),
             _ = seconds.tick() => progress(Progress { silent: begun.elapsed(), ..before }),
         }
     }

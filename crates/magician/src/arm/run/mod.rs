@@ -19,7 +19,7 @@ use magician_protocol::{QueuedCmdIndex, Set};
 use tokio::time::Instant;
 
 use super::Arm;
-use super::driver::Reached;
+use super::driver::RunProgress;
 use super::watch::{Progress, Watch};
 use crate::build;
 use crate::connection::Micros;
@@ -28,7 +28,7 @@ use crate::preflight::{CheckedProgram, Preflight};
 use crate::stream::Leftover;
 use crate::{Error, ErrorCode, Result};
 pub use options::{Ran, RunOptions};
-use plan::{Ahead, Light, Planned, Route};
+use plan::{Backlog, LaserTracker, Planned, Route};
 pub(in crate::arm) use source::Supply;
 pub use source::{CommandSource, Feeder};
 pub use streaming::Streaming;
@@ -93,12 +93,12 @@ pub struct Run<C> {
     /// Planned duration of the commands, us.
     lasts: Micros,
     /// Commands handed on since the submission.
-    ahead: Ahead,
+    ahead: Backlog,
     /// Stop count of the caller, if the arm was read before the start.
     stops: Option<u64>,
     ran: Ran,
     total: Option<u64>,
-    light: Light,
+    light: LaserTracker,
     /// Error of the command before which the run ends.
     refused: Option<Error>,
     /// Number of clears on reconnected lines at the last submission.
@@ -165,11 +165,11 @@ impl<C: CommandSource> Run<C> {
             begun: None,
             look: None,
             lasts: 0,
-            ahead: Ahead::default(),
+            ahead: Backlog::default(),
             stops: options.stops,
             ran: Ran::default(),
             total,
-            light: Light::default(),
+            light: LaserTracker::default(),
             refused: None,
             clears: 0,
         }
@@ -315,16 +315,16 @@ impl<C: CommandSource> Run<C> {
     }
 
     /// Returns the progress at an interruption.
-    fn reached(&self) -> Reached {
+    fn reached(&self) -> RunProgress {
         let indices = self.ran.first.zip(self.ran.last);
-        Reached {
+        RunProgress {
             accepted: self.ran.commands,
             indices: indices.map(|(first, last)| (first.0, last.0)),
             current: 0,
         }
     }
 
-    fn note(&mut self, reached: Reached) {
+    fn note(&mut self, reached: RunProgress) {
         self.ran.commands = reached.accepted;
         self.ran.first = reached.indices.map(|(first, _)| QueuedCmdIndex(first));
         self.ran.last = reached.indices.map(|(_, last)| QueuedCmdIndex(last));

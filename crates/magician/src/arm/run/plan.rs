@@ -17,7 +17,7 @@ use magician_protocol::Set;
 use super::{CommandSource, Run};
 use crate::arm::Arm;
 use crate::arm::driver::micros;
-use crate::arm::fence::Turn as FenceTurn;
+use crate::arm::fence::SendPermit as FenceTurn;
 use crate::connection::Micros;
 use crate::message;
 use crate::preflight::{CheckedProgram, Guards, Preflight, pose_of};
@@ -25,24 +25,24 @@ use crate::stream::{Beginning, Item};
 use crate::{Error, ErrorCode, Result};
 
 /// Commands always queued regardless of duration, so their durations are not computed.
-const ALWAYS: usize = 2;
+const MIN_QUEUED: usize = 2;
 /// Commands inspected in advance, to read only the settings they depend on. Choice: a full queue.
-const AHEAD: usize = 32;
+const INSPECTED_COMMANDS: usize = 32;
 /// Commands always handed on before the arm has taken them: a line carries several at once. Choice.
-const A_FEW: usize = 4;
+const MIN_BACKLOG: usize = 4;
 /// Upper bound of a duration in sums; unknown durations count as an hour.
-const UNKNOWN: Micros = 3_600_000_000;
+const MAX_COUNTED_DURATION: Micros = 3_600_000_000;
 
 /// Laser state left by a run.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Light {
+pub(super) struct LaserTracker {
     /// True if it has burnt.
     burnt: bool,
     /// True if the last laser command switched it on: the caller left it on deliberately.
     left_on: bool,
 }
 
-impl Light {
+impl LaserTracker {
     fn note(&mut self, command: &Set, burns: bool) {
         self.burnt |= burns;
         if let Set::SetEndEffectorLaser(_) = command {
@@ -59,7 +59,7 @@ impl Light {
 
 /// Commands handed on that the arm has not taken.
 #[derive(Debug, Default)]
-pub(super) struct Ahead {
+pub(super) struct Backlog {
     times: VecDeque<Micros>,
     /// Sum of `times`.
     lasts: Micros,
@@ -67,9 +67,9 @@ pub(super) struct Ahead {
     handed: u64,
 }
 
-impl Ahead {
+impl Backlog {
     fn note(&mut self, time: Micros) {
-        let time = time.min(UNKNOWN);
+        let time = time.min(MAX_COUNTED_DURATION);
         self.handed += 1;
         self.lasts += time;
         self.times.push_back(time);
@@ -82,7 +82,7 @@ impl Ahead {
         while self.times.len() > left {
             self.lasts -= self.times.pop_front().unwrap_or_default();
         }
-        self.times.len() >= A_FEW && self.lasts >= micros(lead)
+        self.times.len() >= MIN_BACKLOG && self.lasts >= micros(lead)
     }
 }
 
@@ -191,17 +191,17 @@ impl<C: CommandSource> Run<C> {
             }
             return Ok(());
         }
-        self.look_ahead(AHEAD);
+        self.look_ahead(INSPECTED_COMMANDS);
         let ahead: Vec<Set> = { self.pending.iter() }
             .map(|planned| planned.command)
             .collect();
         self.arm.permission().check(&ahead)?;
         // Burning commands are split by duration, so they need one however few there are.
         let burns = ahead.iter().any(|command| self.arm.laser().burns(command));
-        if self.pending.len() <= ALWAYS && !burns {
+        if self.pending.len() <= MIN_QUEUED && !burns {
             return Ok(());
         }
-        let course = if self.pending.len() < AHEAD {
+        let course = if self.pending.len() < INSPECTED_COMMANDS {
             self.arm.preflight_for(&ahead).await?
         } else {
             self.arm.preflight().await?
@@ -284,7 +284,7 @@ impl<C: CommandSource> Run<C> {
         let Some(fenced) = &mut self.fenced else {
             return Ok(());
         };
-        let first = self.pending.iter_mut().take(AHEAD);
+        let first = self.pending.iter_mut().take(INSPECTED_COMMANDS);
         for planned in first.filter(|planned| !planned.in_fence) {
             fenced.check(&planned.command)?;
             planned.in_fence = true;
@@ -314,7 +314,7 @@ impl<C: CommandSource> Run<C> {
     pub(super) fn may_move_arm(&mut self) -> bool {
         // A planned source keeps its commands: their speed may still change.
         if !self.planned {
-            self.look_ahead(AHEAD);
+            self.look_ahead(INSPECTED_COMMANDS);
         }
         let moves = |planned: &Planned| planned.command.row().effect.moves_arm();
         !self.ended || self.pending.is_empty() || self.pending.iter().any(moves)

@@ -16,7 +16,7 @@ use crate::stream::NextOffer;
 
 /// Interval at which a waiting source is polled again, unless the arm has finished a command
 /// before. Choice.
-const MOMENT: Duration = Duration::from_millis(10);
+const SOURCE_POLL_INTERVAL: Duration = Duration::from_millis(10);
 
 /// Source of commands for a [`Run`](crate::Run). Every iterator implements it.
 pub trait CommandSource {
@@ -123,15 +123,15 @@ impl Supply {
 
 /// Run's end of a supply.
 #[derive(Debug)]
-pub(in crate::arm) struct Fed(Arc<Supply>);
+pub(in crate::arm) struct RunSupply(Arc<Supply>);
 
-impl Fed {
+impl RunSupply {
     pub(super) fn supply(&self) -> Arc<Supply> {
         Arc::clone(&self.0)
     }
 }
 
-impl CommandSource for Fed {
+impl CommandSource for RunSupply {
     fn poll_next(&mut self, cx: &mut Context<'_>) -> Poll<Option<Set>> {
         let mut state = self.0.state();
         match state.waiting.pop_front() {
@@ -153,7 +153,7 @@ impl CommandSource for Fed {
     }
 }
 
-impl Drop for Fed {
+impl Drop for RunSupply {
     fn drop(&mut self) {
         self.close();
     }
@@ -169,14 +169,14 @@ pub struct Feeder {
 
 impl Feeder {
     /// Creates both ends, for up to `ahead` unfinished commands; at least one.
-    pub(super) fn new(arm: &Arm, ahead: usize) -> (Self, Fed) {
+    pub(super) fn new(arm: &Arm, ahead: usize) -> (Self, RunSupply) {
         let supply = Arc::new(Supply {
             ahead: ahead.max(1) as u64,
             state: Mutex::default(),
             changed: Notify::new(),
         });
         let arm = arm.clone();
-        let fed = Fed(Arc::clone(&supply));
+        let fed = RunSupply(Arc::clone(&supply));
         (Self { supply, arm }, fed)
     }
 
@@ -235,7 +235,7 @@ impl Feeder {
         // With a full inbox the task is awake anyway, and asks the supply.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
         // Either way the caller decides again; there is no outcome to report.
-        let _ = timeout(MOMENT, changed).await;
+        let _ = timeout(SOURCE_POLL_INTERVAL, changed).await;
         self.supply.change(|state| state.rests = false);
     }
 

@@ -1,6 +1,6 @@
 //! Streaming runs: commands pushed by a [`Feeder`] while they run.
 
-use super::source::Fed;
+use super::source::RunSupply;
 use super::{Feeder, Ran, Run, RunOptions};
 use crate::arm::Arm;
 use crate::preflight::Guards;
@@ -10,7 +10,7 @@ use crate::{Progress, Result};
 #[derive(Debug)]
 #[must_use = "it only runs while it is waited for"]
 pub struct Streaming {
-    run: Run<Fed>,
+    run: Run<RunSupply>,
     guards: Guards,
 }
 

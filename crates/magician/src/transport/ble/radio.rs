@@ -15,7 +15,7 @@ use super::trouble;
 use crate::Result;
 
 /// Longest time for the system's Bluetooth to answer. Choice.
-const PATIENCE: Duration = Duration::from_secs(5);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Session kept between lines. The library never closes its connection to the system, so a process
 /// that searches for a lost arm for hours must not make one each time.
@@ -44,12 +44,12 @@ fn kept() -> MutexGuard<'static, Kept> {
 /// Returns the first adapter that is switched on. None is switched on here: it may be off for a
 /// reason.
 pub(super) async fn adapter() -> Result<Adapter> {
-    match timeout(PATIENCE, choose()).await {
+    match timeout(ANSWER_TIMEOUT, choose()).await {
         Ok(chosen) => chosen,
         Err(_) => {
             // The service may have hung up on the session; the next attempt starts a new one.
             kept().session = None;
-            Err(trouble::silent(PATIENCE))
+            Err(trouble::silent(ANSWER_TIMEOUT))
         }
     }
 }

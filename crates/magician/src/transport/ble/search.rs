@@ -33,7 +33,7 @@ struct Seen {
 
 /// Result of matching a name.
 #[derive(Debug, PartialEq)]
-enum Meaning {
+enum NameMatch {
     /// Index of the only match.
     One(usize),
     /// No match yet.
@@ -46,21 +46,21 @@ enum Meaning {
 pub(super) async fn find(adapter: &Adapter, wanted: &str) -> Result<Peripheral> {
     let (mut devices, mut seen) = look(adapter, wanted).await?;
     let mut meaning = meaning(&seen, wanted, false);
-    if meaning == Meaning::None {
+    if meaning == NameMatch::None {
         let _scan = Scan::start(adapter).await?;
         let end = Instant::now() + SCAN;
-        while meaning == Meaning::None && Instant::now() < end {
+        while meaning == NameMatch::None && Instant::now() < end {
             sleep(LOOK).await;
             (devices, seen) = look(adapter, wanted).await?;
             meaning = self::meaning(&seen, wanted, false);
         }
     }
-    if meaning == Meaning::None {
+    if meaning == NameMatch::None {
         meaning = self::meaning(&seen, wanted, true);
     }
     match meaning {
-        Meaning::One(index) if index < devices.len() => Ok(devices.swap_remove(index)),
-        Meaning::Several(indices) => Err(several(wanted, &seen, &indices)),
+        NameMatch::One(index) if index < devices.len() => Ok(devices.swap_remove(index)),
+        NameMatch::Several(indices) => Err(several(wanted, &seen, &indices)),
         // No device, or an index that the list has lost meanwhile.
         _ => Err(not_found(wanted, &seen)),
     }
@@ -95,7 +95,7 @@ async fn look(adapter: &Adapter, wanted: &str) -> Result<(Vec<Peripheral>, Vec<S
 
 /// Matches a name. Devices that the system only remembers match if `absent` is set. Among several
 /// the last one used wins, then the only arm.
-fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> Meaning {
+fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> NameMatch {
     let fits = |one: &Seen| one.is(wanted) && (absent || one.present);
     let some = |also: &dyn Fn(&Seen) -> bool| -> Vec<usize> {
         let all = seen.iter().enumerate();
@@ -105,12 +105,12 @@ fn meaning(seen: &[Seen], wanted: &str, absent: bool) -> Meaning {
     let all = some(&|_| true);
     let narrower = [all.clone(), some(&|one| one.before), some(&|one| one.arm)];
     if all.is_empty() {
-        return Meaning::None;
+        return NameMatch::None;
     }
     let one = narrower.iter().find(|some| some.len() == 1);
     match one.and_then(|some| some.first()) {
-        Some(&index) => Meaning::One(index),
-        None => Meaning::Several(all),
+        Some(&index) => NameMatch::One(index),
+        None => NameMatch::Several(all),
     }
 }
 
@@ -220,10 +220,10 @@ mod tests {
             "c0:ff:ee:00:00:01",
             "c0-ff-ee-00-00-01",
         ] {
-            assert_eq!(meaning(&all, wanted, false), Meaning::One(1), "{wanted}");
+            assert_eq!(meaning(&all, wanted, false), NameMatch::One(1), "{wanted}");
         }
         for wanted in ["Magic", "Magician ", "C0:FF:EE:00:00:03"] {
-            assert_eq!(meaning(&all, wanted, false), Meaning::None, "{wanted}");
+            assert_eq!(meaning(&all, wanted, false), NameMatch::None, "{wanted}");
         }
     }
 
@@ -231,26 +231,26 @@ mod tests {
     fn what_is_only_remembered_counts_last() {
         let mut all = [seen("Magician", A), seen("Magician", B)];
         all[0].present = false;
-        assert_eq!(meaning(&all[..1], "Magician", false), Meaning::None);
-        assert_eq!(meaning(&all[..1], "Magician", true), Meaning::One(0));
-        assert_eq!(meaning(&all, "Magician", false), Meaning::One(1));
+        assert_eq!(meaning(&all[..1], "Magician", false), NameMatch::None);
+        assert_eq!(meaning(&all[..1], "Magician", true), NameMatch::One(0));
+        assert_eq!(meaning(&all, "Magician", false), NameMatch::One(1));
     }
 
     #[test]
-    fn of_several_the_one_of_before_or_the_only_arm_is_meant() {
+    fn ambiguous_name_prefers_last_used_then_only_arm() {
         let both = [seen("Magician", A), seen("Magician", B)];
         assert_eq!(
             meaning(&both, "Magician", false),
-            Meaning::Several(vec![0, 1])
+            NameMatch::Several(vec![0, 1])
         );
         let message = several("Magician", &both, &[0, 1]).to_string();
         assert!(message.contains(A) && message.contains(B), "{message}");
 
         let mut arm = both.clone();
         arm[1].arm = true;
-        assert_eq!(meaning(&arm, "Magician", false), Meaning::One(1));
+        assert_eq!(meaning(&arm, "Magician", false), NameMatch::One(1));
         arm[0].before = true;
-        assert_eq!(meaning(&arm, "Magician", false), Meaning::One(0));
+        assert_eq!(meaning(&arm, "Magician", false), NameMatch::One(0));
     }
 
     #[test]

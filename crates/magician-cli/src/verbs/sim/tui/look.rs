@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 use magician_sim::scenario::{Color, ToolKind};
-use magician_sim::world::{Drawing, ObjectPose, Rest};
+use magician_sim::world::{Drawing, ObjectPose, Support};
 use magician_sim::{ArmInstant, Controller, ControllerState, PinState};
 
 /// State of the arm and its world at an instant.
@@ -33,7 +33,7 @@ pub(super) struct Item {
     pub(super) size: [f64; 3],
     pub(super) color: Color,
     pub(super) place: ObjectPose,
-    pub(super) rest: Rest,
+    pub(super) rest: Support,
 }
 
 /// New corners of the drawing, by stroke, and the place at which the next view continues.
@@ -307,7 +307,7 @@ mod tests {
         let [cube] = &look.items[..] else {
             panic!("{:?}", look.items)
         };
-        assert_eq!((&cube.name[..], cube.rest), ("cube", Rest::Table));
+        assert_eq!((&cube.name[..], cube.rest), ("cube", Support::Table));
         assert_eq!(
             (cube.place.x, cube.place.y, cube.place.z),
             (220.0, 50.0, -70.0)

@@ -34,10 +34,10 @@ fn read(cx: &Context<'_>, address: Option<u8>) -> AssumptionSet {
 }
 
 impl Report for IoMultiplexing {
-    const RESTS_ON: Assumption = Assumption::IoFunctions;
+    const ASSUMPTION: Assumption = Assumption::IoFunctions;
 
     fn assumptions(_: &mut Context<'_>, query: &GetIoMultiplexing) -> AssumptionSet {
-        asked(<Self as Report>::RESTS_ON, query.address)
+        asked(<Self as Report>::ASSUMPTION, query.address)
     }
 
     fn report(cx: &mut Context<'_>, query: &GetIoMultiplexing) -> Self {
@@ -48,10 +48,10 @@ impl Report for IoMultiplexing {
 }
 
 impl Apply for IoMultiplexing {
-    const RESTS_ON: Assumption = Assumption::IoFunctions;
+    const ASSUMPTION: Assumption = Assumption::IoFunctions;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        told(<Self as Apply>::RESTS_ON, self.address)
+        told(<Self as Apply>::ASSUMPTION, self.address)
     }
 
     /// A function that the pin lacks is stored and read back without effect, unless the profile is
@@ -81,10 +81,10 @@ impl Apply for IoMultiplexing {
 }
 
 impl Report for IoDo {
-    const RESTS_ON: Assumption = Assumption::IoOutputs;
+    const ASSUMPTION: Assumption = Assumption::IoOutputs;
 
     fn assumptions(_: &mut Context<'_>, query: &GetIoDo) -> AssumptionSet {
-        asked(<Self as Report>::RESTS_ON, query.address)
+        asked(<Self as Report>::ASSUMPTION, query.address)
     }
 
     fn report(cx: &mut Context<'_>, query: &GetIoDo) -> Self {
@@ -95,10 +95,10 @@ impl Report for IoDo {
 }
 
 impl Apply for IoDo {
-    const RESTS_ON: Assumption = Assumption::IoOutputs;
+    const ASSUMPTION: Assumption = Assumption::IoOutputs;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        told(<Self as Apply>::RESTS_ON, self.address)
+        told(<Self as Apply>::ASSUMPTION, self.address)
     }
 
     /// Stored whatever the pin's function is; it shows while the pin is a digital output.
@@ -112,10 +112,10 @@ impl Apply for IoDo {
 }
 
 impl Report for IoPwm {
-    const RESTS_ON: Assumption = Assumption::IoOutputs;
+    const ASSUMPTION: Assumption = Assumption::IoOutputs;
 
     fn assumptions(_: &mut Context<'_>, query: &GetIoPwm) -> AssumptionSet {
-        asked(<Self as Report>::RESTS_ON, query.address)
+        asked(<Self as Report>::ASSUMPTION, query.address)
     }
 
     fn report(cx: &mut Context<'_>, query: &GetIoPwm) -> Self {
@@ -129,10 +129,10 @@ impl Report for IoPwm {
 }
 
 impl Apply for IoPwm {
-    const RESTS_ON: Assumption = Assumption::IoOutputs;
+    const ASSUMPTION: Assumption = Assumption::IoOutputs;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        told(<Self as Apply>::RESTS_ON, self.address)
+        told(<Self as Apply>::ASSUMPTION, self.address)
     }
 
     /// Stored whatever the pin's function is; it shows while the pin is a PWM output.
@@ -146,7 +146,7 @@ impl Apply for IoPwm {
 }
 
 impl Report for IoDi {
-    const RESTS_ON: Assumption = Assumption::IoInputs;
+    const ASSUMPTION: Assumption = Assumption::IoInputs;
 
     fn assumptions(cx: &mut Context<'_>, query: &GetIoDi) -> AssumptionSet {
         read(cx, query.address)
@@ -160,7 +160,7 @@ impl Report for IoDi {
 }
 
 impl Report for IoAdc {
-    const RESTS_ON: Assumption = Assumption::IoInputs;
+    const ASSUMPTION: Assumption = Assumption::IoInputs;
 
     fn assumptions(cx: &mut Context<'_>, query: &GetIoAdc) -> AssumptionSet {
         read(cx, query.address)

@@ -28,7 +28,7 @@ fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
 }
 
 impl Apply for EMotor {
-    const RESTS_ON: Assumption = Assumption::Steppers;
+    const ASSUMPTION: Assumption = Assumption::Steppers;
 
     /// Runs the motor until the next command. It has finished at once (model section 14).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -45,10 +45,10 @@ impl Apply for EMotor {
 }
 
 impl Apply for EMotorS {
-    const RESTS_ON: Assumption = Assumption::Steppers;
+    const ASSUMPTION: Assumption = Assumption::Steppers;
 
     fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and(Assumption::StepperDistance)
+        AssumptionSet::from(Self::ASSUMPTION).and(Assumption::StepperDistance)
     }
 
     /// Runs the motor for a number of pulses. In the queue it finishes with the motor, because

@@ -10,7 +10,7 @@ use crate::event::Refusal;
 use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for ColorSensor {
-    const RESTS_ON: Assumption = Assumption::Sensors;
+    const ASSUMPTION: Assumption = Assumption::Sensors;
 
     /// A sensor that is off reads 0.
     fn report(cx: &mut Context<'_>, query: &GetColorSensor) -> Self {
@@ -22,7 +22,7 @@ impl Report for ColorSensor {
 }
 
 impl Apply for SetColorSensor {
-    const RESTS_ON: Assumption = Assumption::Sensors;
+    const ASSUMPTION: Assumption = Assumption::Sensors;
 
     /// The version of the sensor has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -35,10 +35,10 @@ impl Apply for SetColorSensor {
 }
 
 impl Report for IrSwitch {
-    const RESTS_ON: Assumption = Assumption::Sensors;
+    const ASSUMPTION: Assumption = Assumption::Sensors;
 
     fn assumptions(_: &mut Context<'_>, query: &GetIrSwitch) -> AssumptionSet {
-        AssumptionSet::from(Self::RESTS_ON).and_if(query.port.is_none(), Assumption::InfraredPort)
+        AssumptionSet::from(Self::ASSUMPTION).and_if(query.port.is_none(), Assumption::InfraredPort)
     }
 
     /// A sensor that is off sees nothing.
@@ -52,7 +52,7 @@ impl Report for IrSwitch {
 }
 
 impl Apply for SetIrSwitch {
-    const RESTS_ON: Assumption = Assumption::Sensors;
+    const ASSUMPTION: Assumption = Assumption::Sensors;
 
     /// The version of the sensor has no effect here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {

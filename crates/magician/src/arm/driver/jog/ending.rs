@@ -8,20 +8,20 @@
 use magician_protocol::commands::{JogCmd, Pose, PoseL};
 use magician_protocol::{Flag, FrameBuf, JogCommand, Layout};
 
-use super::PATIENCE;
+use super::ANSWER_TIMEOUT;
 use super::looks::place_request;
-use crate::arm::driver::{Driver, To};
+use crate::arm::driver::{Driver, ReplyTarget};
 use crate::build::Axis;
 use crate::connection::{Micros, Priority, Request};
 use crate::{REST_READ_INTERVAL, RestDetector, Result};
 
 /// Pause after a request that failed immediately. Choice, against a busy loop.
-const PAUSE: Micros = 50_000;
+const RETRY_PAUSE: Micros = 50_000;
 /// Time after which an answered stop without effect is sent again.
-const AGAIN: Micros = 500_000;
+const STOP_REPEAT_INTERVAL: Micros = 500_000;
 /// Time after the first answer at which motion has another cause. Choice: as the braking time of
 /// any stop.
-const BRAKING: Micros = 5_000_000;
+const MAX_BRAKING_TIME: Micros = 5_000_000;
 
 /// Progress of ending a jog.
 #[derive(Default)]
@@ -55,7 +55,7 @@ impl Ending {
     }
 
     /// Forgets the answered stop, so that it is sent again.
-    fn unsay(&mut self) {
+    fn mark_unsent(&mut self) {
         *self = Self {
             rail: self.rail,
             first: self.first,
@@ -93,11 +93,11 @@ impl Driver {
         // After an unanswered stop too: see `unheard`.
         let look = ending.said.is_some() || ending.unheard;
         let rail = ending.rail;
-        let deadline = self.at(now.saturating_add(PATIENCE));
+        let deadline = self.at(now.saturating_add(ANSWER_TIMEOUT));
         let (request, to) = if look {
-            (place_request(rail), To::JogPose)
+            (place_request(rail), ReplyTarget::JogPose)
         } else {
-            (stop().ok(), To::JogStop)
+            (stop().ok(), ReplyTarget::JogStop)
         };
         if let Some(request) = request {
             self.submit(request, deadline, to);
@@ -120,7 +120,7 @@ impl Driver {
             // No answer: its reply may still come, and must not be taken for that of the next stop.
             Err(_) => {
                 ending.unheard = true;
-                ending.at = now.saturating_add(PAUSE);
+                ending.at = now.saturating_add(RETRY_PAUSE);
             }
         }
     }
@@ -135,7 +135,7 @@ impl Driver {
         let Some(pose) = ending.pose(answer) else {
             // The read failed as well, so skip it: perhaps the stop gets through.
             ending.unheard = false;
-            ending.at = now.saturating_add(PAUSE);
+            ending.at = now.saturating_add(RETRY_PAUSE);
             return;
         };
         if ending.said.is_none() {
@@ -146,7 +146,7 @@ impl Driver {
             return self.jog_is_over(true);
         }
         let since = |at: Option<Micros>| at.map_or(0, |at| now.saturating_sub(at));
-        if since(ending.first) >= BRAKING {
+        if since(ending.first) >= MAX_BRAKING_TIME {
             tracing::warn!(
                 "{}: the arm still moves after a jog was stopped",
                 self.shared.name
@@ -154,8 +154,8 @@ impl Driver {
             // The stop was answered; the motion belongs to another program or to a hand.
             return self.jog_is_over(false);
         }
-        if since(ending.said) >= AGAIN {
-            ending.unsay();
+        if since(ending.said) >= STOP_REPEAT_INTERVAL {
+            ending.mark_unsent();
         }
         ending.at = now.saturating_add(REST_READ_INTERVAL);
     }
@@ -165,7 +165,7 @@ impl Driver {
             let stops = self.shared.picture().motion().stops();
             self.shared.stood_after(stops);
         }
-        self.shared.gate().rested(seen);
+        self.shared.gate().finish_stop(seen);
         self.carry_out_gate();
     }
 }

@@ -4,9 +4,9 @@
 use magician_protocol::commands::{Pose, PoseL};
 use magician_protocol::{FrameBuf, Layout, NoArgs};
 
-use super::PATIENCE;
+use super::ANSWER_TIMEOUT;
 use crate::Result;
-use crate::arm::driver::{Driver, To};
+use crate::arm::driver::{Driver, ReplyTarget};
 use crate::arm::fenced_jog::FencedJog;
 use crate::connection::{Micros, Request};
 use crate::gate::{JogEnd, JogId};
@@ -136,9 +136,9 @@ impl Driver {
         };
         looks.at = None;
         let (jog, request) = (looks.jog, place_request(looks.rail));
-        let deadline = self.at(now.saturating_add(PATIENCE));
+        let deadline = self.at(now.saturating_add(ANSWER_TIMEOUT));
         if let Some(request) = request {
-            self.submit(request, deadline, To::JogLook(jog, now));
+            self.submit(request, deadline, ReplyTarget::JogLook(jog, now));
         }
     }
 

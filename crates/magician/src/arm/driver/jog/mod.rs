@@ -14,9 +14,9 @@ use tokio::time::Instant;
 use self::ending::Ending;
 use self::looks::Looks;
 use super::explain::explain;
-use super::{Driver, To};
+use super::{Driver, ReplyTarget};
 use crate::arm::fenced_jog::FencedJog;
-use crate::arm::jog::{Phase, Stands};
+use crate::arm::jog::{Phase, Standstill};
 use crate::build::Axis;
 use crate::connection::{Failure, Micros, Request};
 use crate::gate::{GateEffect, JogEnd, JogId, JogKind, JogRequest};
@@ -25,7 +25,7 @@ use crate::{Error, ErrorCode, Result};
 
 /// Longest time for an answer to the stop, or to a position read, before the driver repeats it.
 /// Choice: three repetitions a second, as for [`Arm::stop_jog`](crate::Arm::stop_jog).
-const PATIENCE: Micros = 300_000;
+const ANSWER_TIMEOUT: Micros = 300_000;
 /// Minimum hold time until the arm has answered the start of a jog, because its holder cannot renew
 /// it before. Choice: two retransmissions fit.
 const BEGIN_TIME: Micros = 600_000;
@@ -66,31 +66,31 @@ impl JogStart {
 /// Jogs that the gate knows, and the driver's work on them.
 #[derive(Default)]
 pub(super) struct Jogging {
-    known: Vec<Known>,
+    known: Vec<TrackedJog>,
     looks: Option<Looks>,
     ending: Option<Ending>,
 }
 
 /// Jog that has not been reported as over.
-struct Known {
+struct TrackedJog {
     asks: JogRequest,
     phase: watch::Sender<Phase>,
     /// Pending start; `None` once the command was sent.
     start: Option<Box<JogStart>>,
 }
 
-impl Known {
+impl TrackedJog {
     fn is_own(&self) -> bool {
         self.asks.kind == JogKind::Own
     }
 }
 
 impl Jogging {
-    fn known(&mut self, jog: JogId) -> Option<&mut Known> {
+    fn known(&mut self, jog: JogId) -> Option<&mut TrackedJog> {
         self.known.iter_mut().find(|known| known.asks.id == jog)
     }
 
-    fn forget(&mut self, jog: JogId) -> Option<Known> {
+    fn forget(&mut self, jog: JogId) -> Option<TrackedJog> {
         let at = self.known.iter().position(|known| known.asks.id == jog)?;
         Some(self.known.swap_remove(at))
     }
@@ -132,15 +132,15 @@ impl Driver {
             picture.motion().is_moving() || picture.motion().is_braking()
         };
         let asks = start.asks;
-        self.jogging.known.push(Known {
+        self.jogging.known.push(TrackedJog {
             asks,
             phase: start.phase.clone(),
             start: Some(start),
         });
         if moves {
-            self.shared.gate().moves();
+            self.shared.gate().note_motion();
         }
-        self.shared.gate().ask(asks);
+        self.shared.gate().request(asks);
         self.carry_out_gate();
     }
 
@@ -172,7 +172,11 @@ impl Driver {
                 GateEffect::Begin(jog) => self.begin_jog(jog),
                 GateEffect::End(jog, why) => self.end_motion(jog, why),
                 GateEffect::Over(jog, why, seen) => {
-                    let stands = if seen { Stands::Seen } else { Stands::Unknown };
+                    let stands = if seen {
+                        Standstill::Seen
+                    } else {
+                        Standstill::Unknown
+                    };
                     if let Some(known) = self.jogging.forget(jog) {
                         known.phase.send_replace(Phase::Over(why, stands));
                     }
@@ -262,7 +266,7 @@ impl Driver {
         }
         let rail = asks.direction.axis == Axis::L;
         self.jogging.looks = Some(Looks::new(jog, rail, fence, now));
-        self.submit(request, deadline, To::Jog(reply, jog));
+        self.submit(request, deadline, ReplyTarget::Jog(reply, jog));
     }
 
     /// Handles the answer to the start of a jog.

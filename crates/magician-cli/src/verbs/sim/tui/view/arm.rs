@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use magician_sim::scenario::Conveyor;
-use magician_sim::world::Rest;
+use magician_sim::world::Support;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
@@ -227,7 +227,7 @@ impl Above<'_, '_, '_> {
                 self.0.line(from, to, FAINT);
             }
         }
-        for item in look.items.iter().filter(|item| item.rest != Rest::Floor) {
+        for item in look.items.iter().filter(|item| item.rest != Support::Floor) {
             let (place, half) = (
                 [item.place.x, item.place.y],
                 [item.size[0] / 2.0, item.size[1] / 2.0],
@@ -327,7 +327,7 @@ impl Beside<'_, '_, '_> {
                 .filter(|r| on_belt(belt, figure.out(*r)));
             self.0.dots(cut.map(|r| [r, belt.height]), FAINT);
         }
-        for item in look.items.iter().filter(|item| item.rest != Rest::Floor) {
+        for item in look.items.iter().filter(|item| item.rest != Support::Floor) {
             self.item(item, &figure);
         }
         self.0.dots(app.trail.iter().map(|tip| tip.beside), TRAIL);

@@ -1,6 +1,6 @@
 //! Panels for the objects around the arm and for the log.
 
-use magician_sim::world::Rest;
+use magician_sim::world::Support;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
@@ -55,20 +55,20 @@ impl View<'_> {
 
     fn item(self, item: &Item, digits: Digits) -> Line<'static> {
         let rest = match item.rest {
-            Rest::Table => "on the table".to_owned(),
-            Rest::Belt => "on the belt".to_owned(),
-            Rest::Shelf => "on a shelf".to_owned(),
-            Rest::Tool => "held".to_owned(),
-            Rest::Floor => "on the floor".to_owned(),
-            Rest::Object(below) => {
+            Support::Table => "on the table".to_owned(),
+            Support::Belt => "on the belt".to_owned(),
+            Support::Shelf => "on a shelf".to_owned(),
+            Support::Tool => "held".to_owned(),
+            Support::Floor => "on the floor".to_owned(),
+            Support::Object(below) => {
                 let below = self.look.items.get(usize::from(below));
                 below.map_or_else(String::new, |below| format!("on {}", below.name))
             }
             _ => String::new(),
         };
         let style = match item.rest {
-            Rest::Tool => self.theme.good(),
-            Rest::Floor => self.theme.dim(),
+            Support::Tool => self.theme.good(),
+            Support::Floor => self.theme.dim(),
             _ => Style::new(),
         };
         let color = Style::new().fg(self.theme.ink(nearest(item.color)));

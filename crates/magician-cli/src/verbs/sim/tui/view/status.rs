@@ -1,7 +1,7 @@
 //! Panels for the arm itself: pose, tools, queue and alarms.
 
 use magician_protocol::Row;
-use magician_sim::world::Rest;
+use magician_sim::world::Support;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -74,7 +74,7 @@ impl View<'_> {
 
     pub(super) fn tool_lines(self) -> Vec<Line<'static>> {
         let state = &self.look.state;
-        let output = |name: &str, tool: magician_sim::Output| {
+        let output = |name: &str, tool: magician_sim::ToolOutput| {
             let style = match (tool.commanded, tool.reached) {
                 (true, true) => self.theme.good(),
                 (false, false) => self.theme.dim(),
@@ -95,7 +95,11 @@ impl View<'_> {
         } else {
             Span::styled(format!("{} laser  ", lamp(false)), self.theme.dim())
         };
-        let held = self.look.items.iter().find(|item| item.rest == Rest::Tool);
+        let held = self
+            .look
+            .items
+            .iter()
+            .find(|item| item.rest == Support::Tool);
         let holding = match (state.holding, held) {
             (true, Some(item)) => format!("has {}", item.name),
             (true, None) => "holding".to_owned(),

@@ -7,33 +7,33 @@ use magician_protocol::FrameBuf;
 
 use super::doubt::Doubt;
 use super::job::{Job, Purpose};
-use super::outstanding::{Copy, Key};
-use super::planted_bug::{PlantedBug, planted};
-use super::{Connection, Law, Micros, Priority};
+use super::outstanding::{Key, SentFrame};
+use super::planted_bug::{PlantedBug, is_planted};
+use super::{Connection, IndexLaw, Micros, Priority};
 
 /// Number of replies for which reads wait their turn after the first loss from a pair; doubled by
 /// each further loss.
 // A choice: a controller that takes one frame at a time then costs a few doubts.
 const FIRST_PAUSE: u64 = 256;
 /// Largest number of doublings: [`FIRST_PAUSE`] then is days of a full line.
-const MOST_DOUBLINGS: u32 = 20;
+const MAX_DOUBLINGS: u32 = 20;
 
 /// Tracks whether this controller accepts a read and a queued command at the same time. This
 /// is assumed until a frame of a pair is lost; then reads wait their turn for a while.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Pairs {
+pub(super) struct PairedReads {
     losses: u32,
     /// Number of received frames at which pairs are allowed again.
     resume_at: u64,
 }
 
-impl Pairs {
+impl PairedReads {
     fn are_allowed(self, frames: u64) -> bool {
-        frames >= self.resume_at || planted(PlantedBug::PairAfterLoss)
+        frames >= self.resume_at || is_planted(PlantedBug::PairAfterLoss)
     }
 
     fn lost(&mut self, frames: u64) {
-        let pause = FIRST_PAUSE << self.losses.min(MOST_DOUBLINGS);
+        let pause = FIRST_PAUSE << self.losses.min(MAX_DOUBLINGS);
         self.losses = self.losses.saturating_add(1);
         self.resume_at = frames.saturating_add(pause);
     }
@@ -46,7 +46,7 @@ impl Connection {
         self.settings.reads_beside
             && self.settings.ordered
             && self.window() == 1
-            && self.witness.law() == Law::Followed
+            && self.law_monitor.law() == IndexLaw::Followed
             && self.pairs.are_allowed(self.stats.frames)
     }
 
@@ -71,7 +71,7 @@ impl Connection {
         // Sent directly behind the command, the read is on the line while the controller answers
         // it.
         let [before, bytes] = [only, &job].map(|job| job.frame.bytes().len());
-        if !pairs || waits || !self.may_join(&job) || self.haunted(&job) {
+        if !pairs || waits || !self.may_join(&job) || self.must_wait_for_fence(&job) {
             return None;
         }
         if !self.pace.admits_behind(now, before, bytes) && !self.pace.admits(now) {
@@ -82,7 +82,9 @@ impl Connection {
 
     /// True if a retransmission must wait, because it would be in flight beside another frame.
     pub(super) fn waits_alone(&self, job: &Job) -> bool {
-        let beside = |other: &Job| other.in_window() && !other.due && other.ticket != job.ticket;
+        let beside = |other: &Job| {
+            other.in_window() && !other.needs_retransmit && other.ticket != job.ticket
+        };
         self.settings.window == 1
             && self.settings.reads_beside
             && self.flight.iter().any(beside)
@@ -116,13 +118,13 @@ impl Connection {
     pub(super) fn ends_doubt_late(&mut self, frame: &FrameBuf, index: u64, now: Micros) -> bool {
         let (key, next) = (Key::of(&frame.frame()), self.tracker.next());
         let answers = |doubt: &mut Doubt| doubt.job.paired && doubt.job.key == key;
-        if next != Some(index) || planted(PlantedBug::OneOrderOnly) {
+        if next != Some(index) || is_planted(PlantedBug::OneOrderOnly) {
             return false;
         }
         let Some(Doubt { job, .. }) = self.doubt.take_if(answers) else {
             return false;
         };
-        let copy = Copy {
+        let copy = SentFrame {
             key,
             ticket: job.ticket,
             at: job.since,

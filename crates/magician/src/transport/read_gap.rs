@@ -13,17 +13,17 @@ use tokio::time::Instant;
 
 /// Time without reads after which the line is read directly. Choice: longer than a busy scheduler's
 /// delay.
-const AWAY: Duration = Duration::from_millis(20);
+const MAX_READ_GAP: Duration = Duration::from_millis(20);
 
 /// State of the last read.
 #[derive(Debug, Default)]
-pub(crate) struct Away {
+pub(crate) struct ReadGap {
     looked: Option<Instant>,
     /// True if the line was not read for a while, and not seen empty since.
     asks: bool,
 }
 
-impl Away {
+impl ReadGap {
     /// Makes the next read direct, as after a long time without reads.
     pub(crate) fn ask(&mut self) {
         self.asks = true;
@@ -39,7 +39,8 @@ impl Away {
         let now = Instant::now();
         let before = self.looked.replace(now);
         // The first read counts as one after a long time: bytes may have arrived before.
-        self.asks |= before.is_none_or(|before| now.saturating_duration_since(before) > AWAY);
+        self.asks |=
+            before.is_none_or(|before| now.saturating_duration_since(before) > MAX_READ_GAP);
         if told.is_ready() || !self.asks {
             return told;
         }
@@ -62,7 +63,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn a_line_is_asked_when_nobody_looked_for_a_while_and_until_it_is_empty() {
-        let mut away = Away::default();
+        let mut away = ReadGap::default();
         let mut there = 0;
         let mut look = async |passed: Duration, came: usize| {
             tokio::time::advance(passed).await;
@@ -82,6 +83,6 @@ mod tests {
             "the reactor tells"
         );
         assert_eq!(look(Duration::from_secs(5), 1).await, 3);
-        assert_eq!(look(AWAY / 2, 1).await, 0);
+        assert_eq!(look(MAX_READ_GAP / 2, 1).await, 0);
     }
 }

@@ -7,7 +7,7 @@
 
 use std::task::Context;
 
-use magician_host::picture::{Darkness, serial_number};
+use magician_host::picture::{LaserOffTracker, serial_number};
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{DeviceSn, DeviceVersion, Pose, QueuedCmdClear};
 
@@ -18,7 +18,7 @@ use crate::{REST_READ_INTERVAL, RestDetector};
 
 /// Longest time for an answer during identification. Choice: afterwards the search opens the line
 /// again.
-const PATIENCE: Micros = 1_000_000;
+const ANSWER_TIMEOUT: Micros = 1_000_000;
 /// Longest wait for the motion in progress to end by itself; its laser may burn on that long. A
 /// piece of a burn lasts at most the laser horizon of its run (1 s by default); the rest is for
 /// slowing down and for seeing the arm at rest.
@@ -37,18 +37,18 @@ struct Clearing {
 
 /// Line on which the arm is being identified, over a separate connection: answers of another arm
 /// must not be attributed to the known one.
-pub(super) struct Greeting {
+pub(super) struct Identification {
     wire: Wire,
     connection: Connection,
     /// Unanswered requests that switch the laser off and clear the queue. They precede every
     /// question.
-    dark: Vec<Ticket>,
+    laser_off_requests: Vec<Ticket>,
     clearing: Option<Clearing>,
     /// True if a stop has to clear the queue, because the arm did not come to rest in time.
     to_stop: bool,
     darkens: bool,
     /// Pose at which the laser was switched off, and the request for it.
-    darkness: Option<Darkness>,
+    darkness: Option<LaserOffTracker>,
     pose: Option<Ticket>,
     /// Set until the identity was requested; true if the serial number is needed too.
     asks: Option<bool>,
@@ -63,22 +63,22 @@ pub(super) struct Greeting {
 /// An error is the reason why there is no arm.
 pub(super) type Met = Result<Option<String>, String>;
 
-impl Greeting {
+impl Identification {
     /// Starts identification on a line. With `ask_serial` the serial number is read, because one is
-    /// known to compare with. `dark` are the requests sent first.
+    /// known to compare with. `laser_off_requests` are the requests sent first.
     pub(super) fn new(now: Micros, line: Line, ask_serial: bool, dark: Vec<Request>) -> Self {
         let settings = Settings {
             // An unknown arm may not take requests back to back.
             window: 1,
             ..line.settings
         };
-        let mut greeting = Self {
+        let mut identification = Self {
             wire: Wire::new(line.transport),
             connection: Connection::new(settings),
             darkens: !dark.is_empty(),
-            darkness: (!dark.is_empty()).then(|| Darkness::with_pose_asked(now)),
+            darkness: (!dark.is_empty()).then(|| LaserOffTracker::with_pose_asked(now)),
             pose: None,
-            dark: Vec::new(),
+            laser_off_requests: Vec::new(),
             clearing: (!dark.is_empty()).then(|| Clearing {
                 rest: RestDetector::default(),
                 due: now,
@@ -90,23 +90,28 @@ impl Greeting {
             serial: None,
             said: None,
         };
-        greeting.dark = (dark.into_iter())
-            .map(|request| greeting.connection.submit(request.deadline(until(now))))
+        identification.laser_off_requests = (dark.into_iter())
+            .map(|request| {
+                identification
+                    .connection
+                    .submit(request.deadline(until(now)))
+            })
             .collect();
-        if greeting.darkens {
+        if identification.darkens {
             // Behind those requests, at stop priority: this lane waits for no other request.
             let pose = Request::get::<Pose>(&NoArgs).ok();
             let pose = pose.map(|pose| pose.priority(Priority::Stop));
-            greeting.pose = pose.map(|pose| greeting.connection.submit(pose.deadline(until(now))));
+            identification.pose =
+                pose.map(|pose| identification.connection.submit(pose.deadline(until(now))));
         }
-        greeting.ask(now);
-        greeting
+        identification.ask(now);
+        identification
     }
 
     /// Asks for the identity once the laser is off and the queue is cleared; true if anything was
     /// asked.
     fn ask(&mut self, now: Micros) -> bool {
-        if !self.dark.is_empty() {
+        if !self.laser_off_requests.is_empty() {
             return false;
         }
         if self.clearing.is_some() {
@@ -138,7 +143,7 @@ impl Greeting {
             let clear = Request::set(&QueuedCmdClear {}).ok();
             // At stop priority: the clear must not wait behind other questions.
             let clear = clear.map(|clear| clear.priority(Priority::Stop).deadline(until(now)));
-            self.dark = (clear.into_iter())
+            self.laser_off_requests = (clear.into_iter())
                 .map(|clear| self.connection.submit(clear))
                 .collect();
             return true;
@@ -166,7 +171,10 @@ impl Greeting {
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
-        let clearing = self.clearing.as_ref().filter(|_| self.dark.is_empty());
+        let clearing = self
+            .clearing
+            .as_ref()
+            .filter(|_| self.laser_off_requests.is_empty());
         let clearing = clearing.filter(|_| self.pose.is_none());
         let pose = clearing.map(|clearing| clearing.due);
         self.connection.poll_timeout().into_iter().chain(pose).min()
@@ -214,8 +222,12 @@ impl Greeting {
             let Ok(reply) = result else {
                 return Some(Err("a line is there but no arm answers yet".to_owned()));
             };
-            if let Some(at) = self.dark.iter().position(|said| *said == ticket) {
-                self.dark.swap_remove(at);
+            if let Some(at) = self
+                .laser_off_requests
+                .iter()
+                .position(|said| *said == ticket)
+            {
+                self.laser_off_requests.swap_remove(at);
             } else if self.version.take_if(|asked| *asked == ticket).is_none() {
                 self.serial = None;
                 self.said = serial_number(reply.frame().params());
@@ -237,7 +249,7 @@ impl Greeting {
     }
 
     /// Returns the pose at which the laser was switched off, as far as known.
-    pub(super) fn darkness(&self) -> Option<Darkness> {
+    pub(super) fn darkness(&self) -> Option<LaserOffTracker> {
         self.darkness
     }
 
@@ -248,5 +260,5 @@ impl Greeting {
 
 /// Returns the deadline of a request sent now.
 fn until(now: Micros) -> Micros {
-    now.saturating_add(PATIENCE)
+    now.saturating_add(ANSWER_TIMEOUT)
 }

@@ -11,7 +11,7 @@ use super::files::{FlashFileError, save_flash};
 const DELAY: Duration = Duration::from_millis(500);
 
 /// Flash file, and the state of the flash it contains.
-pub(super) struct Keeper {
+pub(super) struct FlashFile {
     path: PathBuf,
     written: u64,
     /// Time of the next write.
@@ -20,7 +20,7 @@ pub(super) struct Keeper {
     failed: bool,
 }
 
-impl Keeper {
+impl FlashFile {
     /// Creates a keeper; the file holds the flash at power-up, or will hold it.
     pub(super) fn new(path: PathBuf, controller: &Controller) -> Self {
         Self {
@@ -99,7 +99,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("flash");
         let mut arm = Controller::default();
-        let mut keeper = Keeper::new(path.clone(), &arm);
+        let mut keeper = FlashFile::new(path.clone(), &arm);
         keeper.keep(BEGIN, &arm).unwrap();
         keeper.finish(&arm).unwrap();
         assert_eq!((keeper.due(), name(&path)), (None, None), "nothing to keep");
@@ -125,7 +125,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("later/flash");
         let mut arm = Controller::default();
-        let mut keeper = Keeper::new(path.clone(), &arm);
+        let mut keeper = FlashFile::new(path.clone(), &arm);
         rename(&mut arm, b"one\0");
         keeper.keep(BEGIN, &arm).unwrap();
         assert!(keeper.keep(BEGIN + DELAY, &arm).is_err());
