@@ -1,5 +1,6 @@
-// What the page keeps of a person's work in the browser, as JSON: read back only if it has the shape that is wanted. What has not, damaged
-// or of another version of the page, is set aside under another name, and the page begins with nothing.
+// Storage of the user's work in the browser, as JSON. A value is read back only if it has the expected
+// shape; a damaged value, or one of another version of the page, is moved aside under another name,
+// and the page starts empty.
 import { t, told } from "./i18n";
 import { log } from "./log";
 import { remember, remembered, type Storage } from "./settings";
@@ -93,7 +94,7 @@ export class Document<T> {
     addEventListener("pagehide", () => {
       this.flush();
       if (this.now === null) return;
-      // What another tab has kept since then is not this tab's, and not what the person saw last.
+      // Later values of other tabs are not what the user of this tab saw last.
       keep("sessionStorage", this.name, this.now);
       if (!this.isEmpty(this.now)) keep("localStorage", this.name, this.now);
     });
@@ -106,7 +107,7 @@ export class Document<T> {
   write(value: T): void {
     const isFirst = this.now === null;
     this.now = value;
-    // What was read is kept already.
+    // A value just read need not be written.
     if (isFirst) return;
     clearTimeout(this.due);
     this.due = setTimeout(() => this.flush(), RESTS);

@@ -201,7 +201,7 @@ export function say(text: string, bad = false): void {
   noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
 }
 
-// What was said of an arm that could not be reached, or was frozen, holds no more when it can be moved.
+// Notices of an unreachable or frozen arm expire once it can be moved.
 const isHeld = computed(() => socket.value !== "up" || isFrozen.value);
 effect(() => {
   if (!isHeld.value && notice.peek()?.bad) notice.value = null;

@@ -1,6 +1,6 @@
 //! Long examinations as calls, each on a separate thread.
 //!
-//! Findings are reported as they come. When told to stop, an examination restores the arm as at its
+//! Findings are reported as they come. On request, an examination restores the arm as at its
 //! regular end, so that stopping is not immediate: a second call waits for that.
 
 use std::mem::take;
@@ -46,7 +46,7 @@ impl<T: Send + 'static> Teller<T> {
 
 /// Starts an examination. Returns the call itself, and a call for its end.
 ///
-/// Dropping the first tells the examination to stop. The second ends when the arm is restored and
+/// Dropping the first stops the examination. The second ends when the arm is restored and
 /// its port closed.
 pub(crate) fn calls<T, P, W, M>(
     py: Python<'_>,

@@ -67,7 +67,7 @@ fn raised(py: Python<'_>, error: RecordError) -> PyErr {
     }
 }
 
-/// Starts a recording, reports that, and continues until told to end or until it fails.
+/// Starts a recording, reports that, and continues until it is ended or fails.
 async fn record(
     arm: Arm,
     path: PathBuf,

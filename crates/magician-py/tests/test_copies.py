@@ -33,7 +33,7 @@ WAYS: list[Callable[[Any], Any]] = [copy.copy, copy.deepcopy, pickled, pickled_i
 
 def plans(samples: Path) -> Iterator[Plan]:
     for file in sorted(samples.iterdir()):
-        # Its plan has so many steps that copying it in four ways takes minutes.
+        # Its plan is too long: copying it in four ways takes minutes.
         if file.name == "landscape.png":
             continue
         try:

@@ -87,7 +87,7 @@ function Fields() {
     };
   }, []);
   const go = async () => {
-    // What stands in the fields now: the picture is drawn a moment later.
+    // Reads the fields themselves: the drawn target follows a moment later.
     const goal = goalOf(typed.peek());
     if (goal === null || isGoing.peek()) return;
     isGoing.value = true;

@@ -55,7 +55,7 @@ const own = (bench: Bench): Record<string, unknown> =>
 
 const keep = (bench: Bench, to: string, content: { setup: Record<string, unknown> } | { text: string }) =>
   tried(async () => {
-    // Nothing is kept without what was typed.
+    // Invalid fields prevent saving.
     vouch(bench.asked.value, bench.values.value);
     // Read again, because another page may have saved one since.
     await list();

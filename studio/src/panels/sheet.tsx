@@ -202,7 +202,7 @@ export function Sheet({ bench, hint }: { bench: Bench; hint: string }) {
   const report = bench.report.value;
   const isComplete = items.length > 0 && report !== null && !bench.isChecking.value && bench.isFound.value;
   const sheet = paper.corners();
-  // What is burnt, and a photo, would be its negative on dark paper.
+  // On dark paper an engraving or a photo would look like its negative.
   const isLight = bench.tool === "laser" || items.some(({ format }) => format === "image");
   const reach = outlines.value.map((outline) => `${pathOf(outline)}Z`).join("");
   /** Position on the sheet of a pointer event. */

@@ -166,7 +166,7 @@ export class Bench extends Shop {
   setValue(name: string, to: string): void {
     const item = this.item.value;
     if (item !== null && this.isOwn(name)) {
-      // Its parts are other ones then.
+      // Another division has other parts.
       const { only, ...rest } = item.values;
       const values = { ...rest, ...(only && name !== "parts" ? { only } : {}), [name]: to };
       this.doc.commit(changed(this.doc.now.value, item.id, { values }), `${name} ${item.id}`);
@@ -513,7 +513,7 @@ export class Bench extends Shop {
     if (store.arm.value?.virtual === true && world.value === null) await look();
     const around = [item.source, version, sheet.value, store.armName.value, corners()];
     const key = JSON.stringify([around, options, item.place]);
-    // How its file is divided moves nothing.
+    // The division of a file does not move its objects.
     const { parts: _, no_pause: _pause, ...lies } = options;
     const what = JSON.stringify([around, lies]);
     const known = this.found.value.get(item.id);

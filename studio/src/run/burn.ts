@@ -1,4 +1,5 @@
-// What burns, and whether a person has armed the laser for it: asked at every door by which a job begins or goes on.
+// Decides which jobs may burn, and refuses them until the user has armed the laser. Every start and
+// resume of a job asks here.
 import { signal } from "@preact/signals";
 import type { Key } from "../i18n";
 import { remember, remembered } from "../settings";

@@ -180,6 +180,6 @@ test("an object of which no colour is left is not drawn, and comes back with the
   expect(without.items.map(({ isOff }) => isOff === true)).toEqual([true, false]);
   const [off] = partRows(without.items, found, all);
   expect(drawnOf(ticked(without, found, off as never, true, true).items)).toHaveLength(2);
-  // What would leave nothing to draw leaves all.
+  // A choice of no colour counts as all colours.
   expect(drawnOf(doc.items.map((one) => ({ ...one, isOff: true })))).toHaveLength(2);
 });

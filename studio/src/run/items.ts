@@ -185,7 +185,7 @@ export function partRows(items: readonly Item[], found: Reports, together: Repor
       of,
     });
   }
-  // How long a colour takes is known of what is drawn.
+  // Durations are known only for colours that are drawn.
   return [...rows.values()].map((row) => {
     const part = row.isDrawn ? together.parts.find(({ color }) => color === row.color) : undefined;
     return part === undefined ? row : { ...row, drawn_mm: part.drawn_mm, seconds: part.seconds };

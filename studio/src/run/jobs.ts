@@ -64,7 +64,7 @@ function begin(): () => void {
   let known: string | null = null;
   const end = effect(() => {
     const arm = store.armName.value;
-    // What is not heard of any more may go on: its last word stays until there is another.
+    // While the station does not answer, a job may still be running: its last known state stays.
     if (arm === null || store.socket.value !== "up") return;
     if (arm !== known) jobs.value = [];
     known = arm;
@@ -103,7 +103,7 @@ export async function start(order: Order, title: string, about: string): Promise
     id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
     keep(id, order.setup);
     keepOrder(id, order, title);
-    // That the arm has stopped, say, is no news any more.
+    // Earlier notices, such as a stop, are obsolete.
     store.notice.value = null;
   });
   return id;

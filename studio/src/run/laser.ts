@@ -1,4 +1,4 @@
-// How long an armed laser stays so.
+// Arming of the laser, and when it expires.
 import { effect } from "@preact/signals";
 import { leaveWith } from "../session";
 import * as store from "../store";

@@ -233,7 +233,7 @@ export abstract class Shop {
       if (!isKnown && !(await this.check())) return;
       // The user has changed the selection meanwhile, and did not ask for the new one.
       if (this.mark() !== before) return;
-      // What the user saw is what runs, even if someone replaces the program meanwhile.
+      // Runs what the user saw, even if another client replaces the program meanwhile.
       const seen = this.report.value?.digest;
       const order = { ...this.source(), ...(seen === undefined ? {} : { digest: seen }) };
       // Without any setup a program runs unchanged.

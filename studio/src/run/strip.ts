@@ -43,7 +43,7 @@ export const took = ({ started, ended }: Job): number | null =>
 
 export const told = computed<Job | null>(() => {
   const job = jobs.job.value;
-  // One that is not heard of any more can be closed where the line was given up.
+  // A job without news can be dismissed once the page has given up the connection.
   if (store.socket.value === "closed" && job?.job === closed.value) return null;
   return job !== null && job.state !== "queued" && isTold(job, watched.value, closed.value) ? job : null;
 });

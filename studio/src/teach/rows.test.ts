@@ -39,7 +39,7 @@ async function beside() {
   };
 }
 beforeEach(() => {
-  // What is kept a moment later is of this test.
+  // Later writes belong to this test.
   vi.useFakeTimers();
   vi.clearAllTimers();
   leaving = [];

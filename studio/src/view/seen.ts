@@ -65,7 +65,7 @@ const SOON = 600;
 export async function begin(text: string, homes = true): Promise<string[]> {
   const wasHomed = store.isHomed.value === true;
   const { objects } = await call("world.scenario", { ...shown(), text });
-  // What was measured was the table, and the paper, of the world before.
+  // The measured table and paper belong to the former world.
   const { leave } = await import("../run/surface");
   await leave();
   void look();
