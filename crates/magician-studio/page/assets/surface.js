@@ -1,1 +1,1 @@
-import{c as e,t}from"./preact.js";import{I as n,c as r}from"./jobs.js";function i(){return e(n,[]),t(r,{})}export{i as Surface};
+import{c as e,t}from"./preact.js";import{l as n,q as r}from"./jobs.js";function i(){return e(r,[]),t(n,{})}export{i as Surface};
