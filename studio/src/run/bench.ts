@@ -336,7 +336,10 @@ export class Bench extends Shop {
     this.doc.commit(changed(this.doc.now.value, id, { color }));
   }
 
-  /** Moves, scales or turns the chosen object about the middle of what is drawn of it; changes of the same key in a row are undone together. */
+  /**
+   * Moves, scales or turns the selected object about the centre of its drawn colours. Consecutive
+   * changes with the same key are undone together.
+   */
   change(by: Partial<Place>, key: string | null = null): void {
     const [item, now] = [this.item.value, this.place.value];
     if (item === null || now === null) return;
@@ -395,7 +398,7 @@ export class Bench extends Shop {
 
   // Places of objects.
 
-  /** Where the middle of what is drawn of the chosen object lies, and how: as a person wants it, else as it was found. */
+  /** Centre, scale and turn of the drawn colours of the selected object: as chosen, else as found. */
   readonly place = computed<Place | null>(() => {
     const item = this.item.value;
     const place = item === null ? null : this.placeOf(item);
@@ -403,8 +406,12 @@ export class Bench extends Shop {
     const [dx, dy] = this.middleOf(item, place);
     return { ...place, at: [place.at[0] + dx, place.at[1] + dy] };
   });
-  /** From the place of an object, which is that of its whole file, to the middle of what is drawn of it. */
+  /**
+   * Offset from the place of an object to the centre of its drawn colours. The station places the
+   * centre of the whole file, after turning it, so there is none if all colours are drawn.
+   */
   private middleOf(item: Item, { scale, turn }: Place): Point {
+    if (!item.values.only) return [0, 0];
     const found = this.found.value.get(item.id);
     const [mx, my] = found?.middle ?? [0, 0];
     const by = scale / (found?.place?.scale ?? 1);
