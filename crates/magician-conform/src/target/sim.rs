@@ -43,7 +43,7 @@ impl SimTarget {
 
     fn advance(&mut self, span: Duration) {
         self.arm.advance(self.arm.now() + span);
-        // The controller has no clock of its own for the line: half a frame expires here.
+        // The controller has no separate clock for the line: half a frame expires here.
         if span >= Duration::from_millis(INTER_BYTE_TIMEOUT_MS) {
             self.arm.expire(self.link);
         }

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[float64]
 else:
-    # So that type hints can be evaluated without NumPy.
+    # Lets type hints be evaluated without NumPy.
     Floats = Any
 
 

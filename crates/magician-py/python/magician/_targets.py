@@ -45,7 +45,7 @@ def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[flo
     if isinstance(x, Pose) and y is None and z is None:
         given: Sequence[float] = x.position
     elif y is not None or z is not None or _is_one(x):
-        # One by one, so that an error names the argument that is missing or not a number.
+        # Separate conversions, so that an error names the argument that is missing or not a number.
         given = (number("x", _there("x", cast(Any, x))), number("y", _there("y", y)), number("z", _there("z", z)))
         return given[0], given[1], given[2], number("r", r, unit="deg")
     else:

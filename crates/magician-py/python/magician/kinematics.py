@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     Mask = NDArray[bool_]
 else:
-    # So that type hints can be evaluated without NumPy.
+    # Lets type hints be evaluated without NumPy.
     Mask = Any
 
 __all__ = ["AnyTool", "JointArray", "PoseArray", "Ring", "forward", "inverse", "is_reachable", "reach"]

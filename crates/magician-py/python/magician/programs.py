@@ -899,7 +899,7 @@ def testgrid(
     return load(io.BytesIO(json.dumps(grid).encode()), format="testgrid", **options)
 
 
-# Its name begins with `test`, so pytest would collect it in every module that imports it.
+# The name begins with `test`, so pytest would collect it in every module that imports it.
 vars(testgrid)["__test__"] = False
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     Image = NDArray[uint8]
     Mask = NDArray[bool_]
 else:
-    # So that type hints can be evaluated without NumPy.
+    # Lets type hints be evaluated without NumPy.
     Image = Any
     Mask = Any
 
