@@ -76,11 +76,15 @@ export async function follows(
   if (job()?.state !== "failed") leave(name, lines, bench.tool === "laser");
 }
 
-/** How far above its table a pen would draw, mm, as far as a virtual arm can say; null where it draws on it. */
+/**
+ * Height above the table at which a pen would draw, mm. Null if it draws on the table, on a real arm,
+ * and for programs in arm coordinates, whose heights are chosen by their author.
+ */
 export function inAir(report: Report | null, tool: string, around: typeof world.value): number | null {
   const table = around?.table?.height;
   if (table === undefined || around?.draws !== "pen" || tool !== "pen" || !isVirtual()) return null;
-  const heights = (report?.preview?.strokes ?? []).map(({ height }) => height);
+  if (report?.placed === undefined) return null;
+  const heights = (report.preview?.strokes ?? []).map(({ height }) => height);
   const above = Math.min(...heights) - table;
   return heights.length > 0 && above > TOUCHES ? above : null;
 }

@@ -51,12 +51,14 @@ test("an arm that was homed is homed again in another world, one that was not is
 });
 
 test("a pen that would not touch the table of a virtual arm draws in the air", () => {
-  const report = (height: number) => ({ preview: { strokes: [{ height }], travels: [] } }) as unknown as Report;
+  const report = (height: number) =>
+    ({ placed: {}, preview: { strokes: [{ height }], travels: [] } }) as unknown as Report;
   const around = { table: { height: -60 }, draws: "pen" } as never;
   expect(inAir(report(-45), "pen", around)).toBe(15);
   expect(inAir(report(-60), "pen", around)).toBe(null);
   expect(inAir(report(-45), "laser", around)).toBe(null);
   expect(inAir(report(-45), "pen", null)).toBe(null);
+  expect(inAir({ ...report(-45), placed: undefined } as unknown as Report, "pen", around)).toBe(null);
   store.arms.value = [{ name: "arm", virtual: false }] as unknown as ArmEntry[];
   expect(inAir(report(-45), "pen", around)).toBe(null);
 });
