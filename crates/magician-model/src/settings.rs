@@ -28,7 +28,7 @@ use crate::ceilings::as_stored;
 /// // The jog ratio at power-up is 50 %.
 /// assert_eq!(settings.jog(JogAxis::X, &model.ceilings)?.velocity, 30.0);
 ///
-/// assert!(settings.note(&Set::from(PtpJumpParams { jump_height: 15.0, z_limit: 90.0 })));
+/// assert!(settings.apply(&Set::from(PtpJumpParams { jump_height: 15.0, z_limit: 90.0 })));
 /// assert_eq!(settings.jump().end, 15.0);
 /// # Ok::<(), magician_motion::MotionError>(())
 /// ```

@@ -163,7 +163,7 @@ enum Motion {
 ///     keep: 300_000,
 ///     kind: JogKind::Own,
 /// };
-/// gate.ask(jog(1, Axis::X.plus()));
+/// gate.request(jog(1, Axis::X.plus()));
 /// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(1))));
 /// gate.hold(JogId(1), 600_000);
 /// // The holder keeps it up, but the fence is reached first.
@@ -171,10 +171,10 @@ enum Motion {
 /// gate.bound(JogId(1), 700_000, JogEnd::Fence);
 /// assert_eq!(gate.poll_timeout(), Some((700_000, JogEnd::Fence)));
 /// // Another axis must wait for the arm to come to rest.
-/// gate.ask(jog(2, Axis::Z.plus()));
+/// gate.request(jog(2, Axis::Z.plus()));
 /// assert!(matches!(gate.poll_effect(), Some(GateEffect::End(..))));
 /// assert_eq!(gate.poll_effect(), None);
-/// gate.rested(true);
+/// gate.finish_stop(true);
 /// assert!(matches!(gate.poll_effect(), Some(GateEffect::Over(JogId(1), _, true))));
 /// assert_eq!(gate.poll_effect(), Some(GateEffect::Begin(JogId(2))));
 /// ```

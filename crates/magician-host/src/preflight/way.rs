@@ -112,10 +112,10 @@ impl Preflight {
     ///
     /// let course = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     /// let from = ArmState::at_joints(&course.geometry(), &JointAngles::HOME);
-    /// let way = course.way(&from, &build::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
-    /// assert_eq!(way.end().pose.x, 200.0);
+    /// let motion = course.motion_of(&from, &build::jump_to(200.0, 100.0, 0.0, 0.0)).unwrap();
+    /// assert_eq!(motion.end().pose.x, 200.0);
     /// // Halfway it is raised.
-    /// assert!(way.sample(way.duration_us() / 2).pose.z > 10.0);
+    /// assert!(motion.sample(motion.duration_us() / 2).pose.z > 10.0);
     /// ```
     #[must_use]
     pub fn motion_of(&self, from: &ArmState, command: &Set) -> Option<Trajectory> {
