@@ -20,7 +20,8 @@ HEAD = """# Python: reference
 <!-- Written by crates/magician-py/tools/api.py of the package's docstrings. -->
 
 Every public name of `magician`, with its parameters and a summary. `help(magician.Arm.move_to)` prints the full text.
-[The guide](../guide/PYTHON.md) explains the package, [How do I ..](../guide/PYTHON-TASKS.md) has examples. `magician.aio` has the same `Arm`, with `await`.
+[The guide](../guide/PYTHON.md) explains the package,
+[How do I ..](../guide/PYTHON-TASKS.md) has examples. `magician.aio` has the same `Arm`, with `await`.
 Lengths are mm, angles degrees, times seconds.
 """
 # Defining file, importing module, and title of each section.

@@ -1,4 +1,4 @@
-"""Runs the notebooks of docs/guide/notebooks, and stores what they print and show: tools/notebooks.py [--check] [NAME..]
+"""Runs the notebooks of docs/guide/notebooks, and stores their output: tools/notebooks.py [--check] [NAME..]
 
 A notebook is its own source: edit it, in Jupyter or as text, and run this. With ``--check`` nothing is written: each
 must run, print what is stored, and show pictures where they are stored; those of the package must be the same, those of
