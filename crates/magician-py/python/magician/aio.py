@@ -370,8 +370,7 @@ class Arm(Bound):
 
     @property
     def link(self) -> Link:
-        """Current state of the line to the arm. A silent line counts as up; calls over it end by their deadlines.
-        """
+        """Current state of the line to the arm. A silent line counts as up; calls over it end by their deadlines."""
         return _told.link(self._core.link())
 
     @property

@@ -535,8 +535,7 @@ def wait(seconds: float) -> commands.WaitCmd:
 
 
 def wait_for_level(address: PinLike, high: bool) -> commands.TrigCmd:
-    """Holds the queue until a digital input (EIO address 1 to 20) has this level, without timeout (document 1.14.1).
-    """
+    """Holds the queue until a digital input (EIO address 1 to 20) has this level, without timeout (document 1.14.1)."""
     return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(flag("high", high)))
 
 
