@@ -128,3 +128,14 @@ test("a pupil is asked before what another one began goes on, and not about what
   expect(asked).toEqual(["job.resume", "job.resume"]);
   store.pupil.value = null;
 });
+
+test.each(["{}", "[1]", '[["one","often"]]', "[["])(
+  "damaged memory %s leaves the tool of the arm to decide",
+  async (text) => {
+    sessionStorage.setItem("magician.burns", text);
+    vi.resetModules();
+    const burn = await import("./burn");
+    (await import("../store")).state.value = { link: "up", tool: { name: "laser", laser: false } } as unknown as State;
+    expect(burn.jobBurns(job("one"))).toBe(true);
+  },
+);

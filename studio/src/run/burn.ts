@@ -2,46 +2,41 @@
 // resume of a job asks here.
 import { signal } from "@preact/signals";
 import type { Key } from "../i18n";
-import { remember, remembered } from "../settings";
+import * as shelf from "../shelf";
 import * as store from "../store";
 
-/** Whether the laser is armed: a person says so, for each job anew. */
+/** True while the user has armed the laser. Arming is for one job. */
 export const isArmed = signal(false);
 
 const KEPT = "burns";
-/** As many jobs are remembered. */
+/** Largest number of jobs remembered. */
 const MOST = 60;
-/** What a job of this page does with the laser: it goes round with the laser off, which takes no armed one. */
-type Kind = "burns" | "frame" | "dark";
-/** The jobs that this page has started: kept over a reload. */
-const known = new Map<string, Kind>(read());
+/** Use of the laser by a job of this page. A frame runs with the laser off and needs no arming. */
+const KINDS = ["burns", "frame", "dark"] as const;
+type Kind = (typeof KINDS)[number];
+const isPair = (value: unknown): boolean =>
+  shelf.isListOf(shelf.isText, 2)(value) && KINDS.includes((value as [string, Kind])[1]);
+/** Jobs started by this page; survives a reload. */
+const known = new Map<string, Kind>(shelf.kept("sessionStorage", KEPT, shelf.isListOf(isPair)) ?? []);
 
-function read(): [string, Kind][] {
-  try {
-    return JSON.parse(remembered("sessionStorage", KEPT) ?? "[]");
-  } catch {
-    return [];
-  }
-}
-
-/** Whether what has this setup may burn. What does not say its tool has that of the arm; a frame is gone round with the laser off. */
+/** True if a job with this setup may burn. Without a tool in the setup the tool of the arm counts. */
 export function mayBurn(setup: Readonly<Record<string, unknown>> | undefined): boolean {
   if (setup?.frame !== undefined) return false;
   const tool = setup?.tool;
   return (typeof tool === "string" ? tool : store.state.value?.tool.name) === "laser";
 }
 
-/** Remembers of a job with this setup what it does. */
+/** Remembers the kind of a job. */
 export function keep(job: string, setup: Readonly<Record<string, unknown>> | undefined): void {
   known.set(job, mayBurn(setup) ? "burns" : setup?.frame === undefined ? "dark" : "frame");
-  remember("sessionStorage", KEPT, JSON.stringify([...known].slice(-MOST)));
+  shelf.keep("sessionStorage", KEPT, [...known].slice(-MOST));
 }
 
-/** Whether a job may burn: of one that another page has started, as the tool of the arm says. */
+/** True if a job may burn. For jobs of other pages the tool of the arm decides. */
 export const jobBurns = ({ job }: { job: string }): boolean =>
   known.has(job) ? known.get(job) === "burns" : mayBurn(undefined);
-/** Whether a job of this page only goes round what would be burnt, or drawn. */
+/** True if a job of this page only traces the outline. */
 export const jobFrames = ({ job }: { job: string }): boolean => known.get(job) === "frame";
 
-/** Why something cannot begin, or go on, as far as the laser says. */
+/** Reason why a job may not start or resume because of the laser. */
 export const unarmed = (burns: boolean): Key | null => (burns && !isArmed.value ? "laser.unarmed" : null);
