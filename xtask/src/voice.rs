@@ -114,31 +114,42 @@ struct Line<'a> {
     is_first: bool,
 }
 
-/// Lines of comments of a source; `python` begins them with `#`.
+/// Returns the comment lines of a source. Blocks (`/** .. */`) count as doc comments; `python` has
+/// lines with `#` instead.
 fn comments(source: &str, python: bool) -> Vec<Line<'_>> {
     let markers: &[&str] = if python {
         &["#"]
     } else {
         &["///", "//!", "//"]
     };
-    let mut before = "";
+    // Marker of the comment that a line belongs to, and the number of its lines with text so far.
+    let (mut comment, mut count) = ("", 0);
+    let mut in_block = false;
     let mut lines = Vec::new();
     for (at, line) in source.lines().enumerate() {
         let line = line.trim();
-        let marker = markers.iter().find(|marker| line.starts_with(**marker));
-        let Some(marker) = marker.filter(|_| !(python && line.starts_with("#!"))) else {
-            before = "";
-            continue;
+        let begins_block = !python && !in_block && line.starts_with("/*");
+        let own = markers.iter().find(|marker| line.starts_with(**marker));
+        let own = own.filter(|_| !(python && line.starts_with("#!")));
+        let (marker, text) = if begins_block || in_block {
+            in_block = !line.ends_with("*/");
+            let text = line.trim_end_matches("*/").trim_start_matches(['/', '*']);
+            ("/**", text)
+        } else {
+            own.map_or(("", ""), |marker| (*marker, &line[marker.len()..]))
         };
-        let text = line[marker.len()..].trim_start();
+        if begins_block || marker != comment {
+            (comment, count) = (marker, 0);
+        }
+        let text = text.trim();
         if !text.is_empty() && !text.starts_with("```") {
+            count += 1;
             lines.push(Line {
                 number: at + 1,
                 text,
                 is_doc: marker.len() == 3,
-                is_first: before != *marker,
+                is_first: count == 1,
             });
-            before = marker;
         }
     }
     lines
@@ -312,6 +323,25 @@ mod tests {
             broken.is_empty(),
             "`cargo xtask voice --list` names the lines:\n{}",
             broken.join("\n")
+        );
+    }
+
+    #[test]
+    fn lines_of_blocks_are_comments() {
+        let source =
+            "/** What it is. */\nconst A = 1; /* no */\n/**\n * Size of it,\n * mm.\n */\n// why\n";
+        let lines: Vec<_> = comments(source, false)
+            .iter()
+            .map(|line| (line.number, line.text, line.is_doc, line.is_first))
+            .collect();
+        assert_eq!(
+            lines,
+            [
+                (1, "What it is.", true, true),
+                (4, "Size of it,", true, true),
+                (5, "mm.", true, false),
+                (7, "why", false, true),
+            ]
         );
     }
 
