@@ -4,15 +4,15 @@ import { RpcError } from "../client";
 import { hearRefusal, keepOrder, orderOf } from "./again";
 
 const job = (id: string) => ({ job: id }) as Job;
-const template = "nothing to resume: no journal says how far the job came; start it from the beginning";
+const code = "nothing-to-resume";
 
 test("a job that left no trace is offered from its beginning, by the page that started it", () => {
   keepOrder("one", { program: "a.svg" }, "a.svg");
   expect(orderOf(job("one"))).toBeNull();
-  hearRefusal("one", new RpcError(-32004, "the arm is busy", { template: "the arm is busy" }));
+  hearRefusal("one", new RpcError(-32004, "the arm is busy", { code: "busy" }));
   expect(orderOf(job("one"))).toBeNull();
-  hearRefusal("one", new RpcError(-32004, template, { template }));
+  hearRefusal("one", new RpcError(-32000, "nothing to resume", { code }));
   expect(orderOf(job("one"))).toEqual({ order: { program: "a.svg" }, title: "a.svg" });
-  hearRefusal("other", new RpcError(-32004, template, {}));
+  hearRefusal("other", new RpcError(-32000, "nothing to resume", { code }));
   expect(orderOf(job("other"))).toBeNull();
 });

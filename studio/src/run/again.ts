@@ -1,13 +1,13 @@
-// Jobs of this page that can only begin again: nothing says how far they came.
+// Jobs of this page that can only be restarted, because no journal has their progress.
 import { signal } from "@preact/signals";
 import type { Job } from "../api";
 import { RpcError } from "../client";
 import type { Order } from "./jobs";
 
-/** As many orders are kept. */
+/** Largest number of orders kept. */
 const MOST = 8;
-/** How the station begins to say that a job cannot go on. */
-const NOTHING = "nothing to resume";
+/** Code of the refusal to resume a job without a journal. */
+const NOTHING = "nothing-to-resume";
 
 interface Ordered {
   order: Order;
@@ -16,17 +16,16 @@ interface Ordered {
 const orders = new Map<string, Ordered>();
 const lost = signal<ReadonlySet<string>>(new Set());
 
-/** Keeps what a job was started with. */
+/** Stores the order of a job. */
 export function keepOrder(id: string, order: Order, title: string): void {
   orders.set(id, { order, title });
   for (const old of [...orders.keys()].slice(0, -MOST)) orders.delete(old);
 }
 
-/** Hears why a job was not resumed. */
+/** Notes why a resume was refused. */
 export function hearRefusal(id: string, error: unknown): void {
-  const said = error instanceof RpcError ? String(error.data.template ?? error.message) : "";
-  if (said.startsWith(NOTHING)) lost.value = new Set([...lost.peek(), id]);
+  if (error instanceof RpcError && error.data.code === NOTHING) lost.value = new Set([...lost.peek(), id]);
 }
 
-/** What a job was started with that cannot be resumed; null for one that can, or of another page. */
+/** Order of a job that cannot be resumed; null if it can, or if another page started it. */
 export const orderOf = ({ job }: Job): Ordered | null => (lost.value.has(job) ? (orders.get(job) ?? null) : null);

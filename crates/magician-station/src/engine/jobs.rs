@@ -14,8 +14,8 @@ use magician::{Action, Arm, ErrorCode, ErrorKind};
 use magician_job::beside::beside as in_turns;
 use magician_job::report::{self, CheckReport, Note};
 use magician_job::{
-    Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
-    ResumeError, Start,
+    Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal,
+    JournalError, PauseReason, ResumeError, Start,
 };
 use magician_program::{Diagnostic, DiagnosticCode, PreparedProgram, Tool};
 use serde_json::{Value, json};
@@ -110,8 +110,8 @@ pub(super) struct ReadProgram {
     report: Option<Value>,
 }
 
-/// Returns the report of a check as clients get it, with the digest of the program.
-fn told(report: &CheckReport, digest: &str) -> Result<Value, RpcError> {
+/// Returns the report of a check for clients, with the digest of the program.
+fn report_value(report: &CheckReport, digest: &str) -> Result<Value, RpcError> {
     let mut report = to_value(report)?;
     report["digest"] = json!(digest);
     Ok(report)
@@ -137,7 +137,7 @@ async fn reported(
     });
     let (program, report) =
         { checked.await }.map_err(|error| RpcError::internal(error.to_string()))?;
-    let report = Some(told(&report?, &digest)?);
+    let report = Some(report_value(&report?, &digest)?);
     Ok(ReadProgram {
         program,
         digest,
@@ -223,7 +223,9 @@ impl Work {
                     }
                 };
                 let checked =
-                    in_turns(async move { told(&job::check(&program, start).await?, &digest) });
+                    in_turns(
+                        async move { report_value(&job::check(&program, start).await?, &digest) },
+                    );
                 // Preview and check use a thread each, where there are threads.
                 let (shown, report) = tokio::join!(shown, checked);
                 let mut report = report??;
@@ -600,7 +602,7 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Error for a program that is another one than was checked.
+/// Error for a program that differs from the checked one.
 fn changed(digest: &str) -> RpcError {
     let why = message!("the program is another one than was checked; nothing was sent");
     RpcError::new(RpcError::CHANGED, why).with("digest", digest)
@@ -631,9 +633,10 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
         .with("pose", json!(reading::pose(&pose))))
 }
 
-/// Reads a program off the engine's task, and returns it with its digest. A program that depends on where the arm stands starts
-/// there, or at `begun` if it was started before. `runs_on` is the arm as it will run the program;
-/// `None` for a check.
+/// Reads a program off the engine's task, and returns it with its digest.
+///
+/// A program that depends on where the arm stands starts there, or at `begun` if it was started
+/// before. `runs_on` is the arm as it will run the program; `None` for a check.
 async fn read(
     arm: &Arm,
     runs_on: Option<&Arm>,
@@ -724,6 +727,9 @@ fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
     }
 }
 
+/// Code of the refusal to resume a job without a journal: a client may offer to start it again.
+const NOTHING_TO_RESUME: &str = "nothing-to-resume";
+
 fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcError {
     let message = error.to_string();
     match &error.fault {
@@ -731,7 +737,7 @@ fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcErr
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
             let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
-            match told(&job::check_report(program, rest, report), digest) {
+            match report_value(&job::check_report(program, rest, report), digest) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }
@@ -740,6 +746,11 @@ fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcErr
             .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
+        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+            RpcError::arm(ErrorKind::InvalidInput, message)
+                .said(&error.sentence())
+                .with("code", NOTHING_TO_RESUME)
+        }
         // Faults that are neither the arm's nor the program's.
         _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
     }

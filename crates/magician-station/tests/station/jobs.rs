@@ -313,7 +313,9 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
     ben.lease().await;
     // The progress of the job is unknown, so the station refuses, like `run --resume`.
     let refused = ben.call("job.resume", json!({"job": job})).await;
-    assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
+    let data = &refused.unwrap_err()["data"];
+    assert_eq!(data["kind"], json!("invalid-input"));
+    assert_eq!(data["code"], json!("nothing-to-resume"));
     let fresh = start(&mut ben, json!({})).await;
     assert_ne!(fresh, job);
     until(&mut ben, &fresh, "done").await;
