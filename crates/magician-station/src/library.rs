@@ -420,7 +420,7 @@ pub enum LibraryAct {
         setup: Option<Box<SetupOptions>>,
         /// Name of the preset.
         preset: Option<String>,
-        /// What happens to a program that has the name already.
+        /// Treatment of an existing program with this name.
         if_taken: IfTaken,
     },
     /// Operation on presets.
@@ -429,13 +429,13 @@ pub enum LibraryAct {
     Teach(TeachAct),
 }
 
-/// What happens to a program whose name a new one would get.
+/// Treatment of an existing program with the name of a new one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(clippy::exhaustive_enums, reason = "it stays or it goes")]
+#[allow(clippy::exhaustive_enums, reason = "there is no third treatment")]
 pub enum IfTaken {
-    /// It is replaced.
+    /// Replaces the existing program.
     Replace,
-    /// It stays, and the new one is refused.
+    /// Keeps the existing program and refuses the new one.
     Refuse,
 }
 
@@ -447,13 +447,16 @@ impl IfTaken {
         name: &ProgramName,
         param: &str,
     ) -> Result<(), RpcError> {
-        match (self, store.open(name)) {
-            (Self::Replace, _) | (_, Err(LibraryError::Unknown)) => Ok(()),
-            (Self::Refuse, Ok(_)) => {
+        if self == Self::Replace {
+            return Ok(());
+        }
+        match store.open(name) {
+            Err(LibraryError::Unknown) => Ok(()),
+            Ok(_) => {
                 let why = message!("there is a program {name} already", name = name.as_str());
                 Err(RpcError::param(param, why))
             }
-            (Self::Refuse, Err(error)) => Err(wrong(error)),
+            Err(error) => Err(wrong(error)),
         }
     }
 }
