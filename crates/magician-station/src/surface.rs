@@ -107,13 +107,15 @@ struct Measuring {
     corners: TouchedCorners,
 }
 
-/// Called with what is known of a surface, whenever that has changed.
+/// Called with the answer to `surface.get` whenever that has changed.
 type Listener = Arc<dyn Fn(Value) + Send + Sync>;
 
-/// Reason why a surface is shown.
+/// Cause of an answer about a surface.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Cause {
+    /// A client asked.
     Reading,
+    /// The surface was measured or forgotten.
     Change,
 }
 
@@ -164,7 +166,7 @@ impl ArmSurface {
     /// Returns the answer to `surface.get`.
     pub(crate) async fn shown(&self) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
-        Ok(self.told(known, Cause::Reading))
+        Ok(self.publish(known, Cause::Reading))
     }
 
     /// Takes a height from where the tool of the arm touches the surface, and stores the resulting
@@ -199,7 +201,7 @@ impl ArmSurface {
                 corners: measuring.corners,
             };
         });
-        Ok(self.told(KnownSurface::Measured(plane), Cause::Change))
+        Ok(self.publish(KnownSurface::Measured(plane), Cause::Change))
     }
 
     /// Takes a corner of a sheet from where the tool of the arm touches it. With the third corner
@@ -220,12 +222,12 @@ impl ArmSurface {
         let Some(sheet) = sheet else {
             self.with_measuring(|measuring| measuring.corners = corners);
             let known = self.known().await?;
-            return Ok(self.told(known, Cause::Change));
+            return Ok(self.publish(known, Cause::Change));
         };
         let sheet = WorkSurface::Sheet(sheet.rounded());
         self.keep(Some(sheet)).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
-        Ok(self.told(KnownSurface::Measured(sheet), Cause::Change))
+        Ok(self.publish(KnownSurface::Measured(sheet), Cause::Change))
     }
 
     /// Forgets all measurements.
@@ -233,7 +235,7 @@ impl ArmSurface {
         self.keep(None).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
         let known = self.known().await?;
-        Ok(self.told(known, Cause::Change))
+        Ok(self.publish(known, Cause::Change))
     }
 
     async fn keep(&self, surface: Option<WorkSurface>) -> std::result::Result<(), RpcError> {
@@ -261,16 +263,16 @@ impl ArmSurface {
 
     /// Returns the answer of all methods of the surface. Passes it to the listener if it differs
     /// from the one before.
-    fn told(&self, known: KnownSurface, cause: Cause) -> Value {
+    fn publish(&self, known: KnownSurface, cause: Cause) -> Value {
         let answer = self.answer(known);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let before = last.replace(answer.clone());
         let has_changed = match &before {
             Some(before) => *before != answer,
-            // Nobody was told anything, so a reading is no news.
+            // No session has seen an answer, so a first reading changes nothing for them.
             None => cause == Cause::Change,
         };
-        // Under the lock, so that two changes are told in their order.
+        // Under the lock, so that two changes are reported in order.
         if has_changed && let Some(listener) = &self.listener {
             listener(answer.clone());
         }
