@@ -63,7 +63,7 @@ impl Conveyor {
         let answer = match self.action {
             Action::Run { speed } => {
                 let speed = conveyor_speed(speed)?;
-                if speed != 0.0 && context.global.station.is_some() && !context.in_shell() {
+                if speed != 0.0 && context.lease_ends_at_once() {
                     let message = "a belt at a station stops with the lease, and this command's \
                         ends at once; nothing was sent";
                     return Err(Failure::usage(message).hint(

@@ -56,7 +56,7 @@ impl Laser {
                     terminal";
             return Err(Failure::usage(message).hint("give --for SECONDS, or --keep-on"));
         }
-        if self.keep_on && context.global.station.is_some() && !context.in_shell() {
+        if self.keep_on && context.lease_ends_at_once() {
             let message = "the laser at a station goes off with the lease, and this command's ends \
                 at once; nothing was sent";
             return Err(Failure::usage(message)
