@@ -11,7 +11,7 @@ use crate::code::{Code, Fault, Outcome};
 use crate::session::{self, Session};
 use crate::{notice, stand_in};
 
-/// One of the vendor's three incompatible libraries.
+/// Family of the vendor's libraries. The three families are incompatible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// Functions take no ids: there is one arm.

@@ -39,7 +39,7 @@ macro_rules! promised_to_any_thread {
 
 promised_to_any_thread!(In<T>, Out<T>, Text, Buffer);
 
-/// One or several memory locations for the results of a call.
+/// Memory locations, one or more, for the results of a call.
 pub trait Places: Copy {
     /// Values that belong there.
     type Values;

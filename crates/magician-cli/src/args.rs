@@ -269,7 +269,7 @@ fn asks_briefly(arguments: &[OsString]) -> bool {
     arguments.iter().any(|argument| argument == "-h")
 }
 
-/// What to do.
+/// Verb of the command line.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Verb {
     Ports(ports::Ports),

@@ -31,7 +31,7 @@ const LONG: Duration = Duration::from_secs(10);
 enum Met {
     /// An arm answered.
     Arm(Session),
-    /// Nothing known answered. Connected nevertheless, with an explanation.
+    /// No known device answered. Connected nevertheless, with an explanation.
     Silence(Session, String),
     /// Another firmware answered in text.
     Firmware(Firmware),

@@ -28,7 +28,7 @@ shape. Where the corners of the box, or the outline, are out of reach, it goes r
 pub(crate) struct Frame {
     #[command(flatten)]
     file: File,
-    /// What it follows: box, hull or outline
+    /// Outline to trace: box, hull or outline
     #[arg(long, value_name = "box|hull|outline", default_value = "box", value_parser = str::parse::<FrameShape>)]
     shape: FrameShape,
     /// Go round until Ctrl-C

@@ -55,7 +55,7 @@ enum Deed {
 pub(crate) struct Save {
     /// Name of the preset: letters, digits, - and _
     name: String,
-    /// What to tell people who use it
+    /// Note for users of the preset
     #[arg(long, value_name = "TEXT")]
     note: Option<String>,
     #[command(flatten)]

@@ -28,7 +28,7 @@ enum What {
     Pair(Pair),
     /// Pupils and their codes, turns, the schedule; freeze and free arms
     Class(Class),
-    /// What the pupils of a running station have made
+    /// Results of the pupils of a running station
     Results(Results),
 }
 

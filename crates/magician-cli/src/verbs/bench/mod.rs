@@ -35,7 +35,7 @@ For h2 to h5 and the segments of h1 the arm draws rings of 20 mm through its cur
 
 On an arm whose acceleration and queue allow fewer than 450 segments a second h3 and h5 stay open; a virtual arm takes more with `magician sim --speed 1.5`.")]
 pub(crate) struct Bench {
-    /// How long each measurement takes
+    /// Duration of each measurement, s
     #[arg(long, value_name = "N", default_value = "3", value_parser = seconds)]
     seconds: Duration,
     /// Turnaround of the arm in milliseconds, without the time of the bytes; default: measured

@@ -91,7 +91,7 @@ enum Deed {
     Studio(Box<Studio>),
     /// The class and the schedule, freeze and free arms: at all stations
     Class(SiteClass),
-    /// What the pupils of all stations have made
+    /// Results of the pupils of all stations
     Results(Results),
 }
 

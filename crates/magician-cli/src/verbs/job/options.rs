@@ -48,7 +48,7 @@ pub(crate) struct PreviewFlags {
     pub(super) list_parts: bool,
 }
 
-/// How it runs.
+/// Flags of a run.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunFlags {

@@ -10,7 +10,7 @@ use tokio::sync::watch;
 
 use crate::failure::Failure;
 
-/// What programs for DobotLink are answered.
+/// Flags of the protocol of DobotLink.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Programs for DobotLink")]
 pub(super) struct LinkFlags {

@@ -85,10 +85,10 @@ pub(crate) struct Serve {
     /// Serve the API alone: no page at /
     #[arg(long)]
     no_studio: bool,
-    /// Serve a class: pupils, their codes and rules (TOML); without it the class that was served last
+    /// Serve a class: pupils, their codes and rules (TOML); default: the last one
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     class: Option<PathBuf>,
-    /// Who may use which arm when (TOML); without it the schedule that held last
+    /// Schedule of the arms (TOML); default: the last one
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     schedule: Option<PathBuf>,
     #[command(flatten)]

@@ -81,7 +81,7 @@ struct Invite {
     /// The site, if several were made here
     #[arg(value_name = "NAME", env = "MAGICIAN_SITE", hide_env_values = true)]
     site: Option<String>,
-    /// How long the code is good, minutes
+    /// Validity of the code, minutes
     #[arg(long, value_name = "MINUTES", default_value = "10", value_parser = clap::value_parser!(u64).range(1..=1440))]
     minutes: u64,
     /// Number of machines that may join by it
