@@ -1,9 +1,9 @@
-// Numbers as people type them, for every field of the page.
+// Parsing of typed numbers, for all fields of the page.
 
-/** Nothing that is typed here is larger than this. */
+/** Largest magnitude that a field accepts. */
 const MOST = 1e9;
 
-/** A number with a point or a comma before its digits; null where it is none. */
+/** Parses a number with a decimal point or comma; null if the text is not a number. */
 export function numberOf(text: string): number | null {
   const plain = text.trim().replace(/[−–]/, "-").replace(",", ".");
   if (!/^[+-]?(\d+\.?\d*|\.\d+)$/.test(plain)) return null;
@@ -12,8 +12,8 @@ export function numberOf(text: string): number | null {
 }
 
 /**
- * So many numbers, parted by spaces, semicolons or commas; null where they are others, or not so many. A comma belongs to a
- * number where spaces or semicolons part them already.
+ * Parses `count` numbers separated by spaces, semicolons or commas; null otherwise. If spaces or
+ * semicolons separate them, a comma is a decimal comma.
  */
 export function numbersOf(text: string, count: number): number[] | null {
   const parts = text

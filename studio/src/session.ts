@@ -37,7 +37,7 @@ const RESUME = "resume";
 /** A token is kept until the tab is closed, since tablets are shared. */
 const TOKEN = "token";
 const PUPIL = "pupil";
-/** What secrets and names look like; a station closes the line on a message with anything else. */
+/** Patterns of secrets and names. The station closes the socket on other values. */
 const [SECRET, NAME] = [/^[\x21-\x7e]{1,300}$/, /^.{1,40}$/u];
 
 let client: Client | null = null;
@@ -90,7 +90,7 @@ export function signOut(): void {
 }
 
 /**
- * After this page has made a class: signs in with its PIN, unless the page has a token of its own,
+ * After this page has made a class: signs in with its PIN, unless the page has its own token,
  * so that it remains the teacher's page.
  */
 export function keepTeaching(pin: string | null): void {

@@ -21,7 +21,7 @@ export function remember(of: Storage, name: string, value: string | null): void 
   }
 }
 
-/** What is kept there under a name, if it looks so; what does not is of no use to anybody, and dropped. */
+/** Returns a stored value that matches a pattern. Other values are removed. */
 export function rememberedAs(of: Storage, name: string, shape: RegExp): string | null {
   const value = remembered(of, name);
   if (value === null || shape.test(value)) return value;

@@ -6,7 +6,7 @@ import { log } from "./log";
 import { remember, remembered, type Storage } from "./settings";
 import * as store from "./store";
 
-/** What is set aside is called so behind its name; the next one that is damaged takes its place. */
+/** Suffix of a value moved aside. A later damaged value replaces it. */
 const ASIDE = ".damaged";
 
 const isIt = (takes: (value: unknown) => boolean, value: unknown): boolean => {
@@ -17,7 +17,7 @@ const isIt = (takes: (value: unknown) => boolean, value: unknown): boolean => {
   }
 };
 
-/** Sets something aside that is not what it should be, and says so. */
+/** Moves a damaged value aside and reports it. */
 function setAside(of: Storage, name: string, text: string): void {
   remember(of, name + ASIDE, text);
   remember(of, name, null);
@@ -26,7 +26,7 @@ function setAside(of: Storage, name: string, text: string): void {
   store.say(said, true);
 }
 
-/** What is kept under a name, if it is what `takes` says; else null. */
+/** Returns the value stored under a name if `takes` accepts it, else null. */
 export function kept<T>(of: Storage, name: string, takes: (value: unknown) => boolean): T | null {
   const text = remembered(of, name);
   if (text === null) return null;
@@ -44,14 +44,14 @@ export function kept<T>(of: Storage, name: string, takes: (value: unknown) => bo
 export const keep = (of: Storage, name: string, value: unknown): void =>
   remember(of, name, value === null ? null : JSON.stringify(value));
 
-/** Those of a list that are what `takes` says. */
+/** Returns the elements of a list that `takes` accepts. */
 export function only<T>(name: string, all: readonly unknown[], takes: (value: unknown) => boolean): T[] {
   const good = all.filter((one) => isIt(takes, one));
   if (good.length < all.length) log(t("kept.damaged", { name }));
   return good as T[];
 }
 
-// Shapes, for what takes them.
+// Predicates for the shape of a value.
 type Shape = (value: unknown) => boolean;
 export const isText: Shape = (value) => typeof value === "string";
 export const isNumber: Shape = (value) => typeof value === "number" && Number.isFinite(value);
@@ -71,17 +71,20 @@ export const isOr =
     shapes.some((shape) => shape(value));
 export const isNull: Shape = (value) => value === null;
 export const isUnset: Shape = (value) => value === undefined;
-/** An object with these members, and perhaps with others. */
+/** Accepts an object with at least these members. */
 export const has =
   (members: Record<string, Shape>): Shape =>
   (value) =>
     isMap(value) && Object.entries(members).every(([name, shape]) => shape((value as Record<string, unknown>)[name]));
 
-/** How long after a change a document is kept, ms: a hand that drags changes it with every move. */
+/** Delay between a change and the write, ms: a drag changes the document with every move. */
 const RESTS = 250;
 
-/** A person's document, such as the rows of a program, over a reload of the tab and a closed browser. Each tab has its own: one that is
-    opened anew begins with what was left last, by whichever tab. `isEmpty` says of a document that there is nothing to leave. */
+/**
+ * A document of the user, such as the rows of a program, that survives a reload and a closed browser.
+ * Each tab has its own; a new tab starts with the last one left by any tab. Documents for which
+ * `isEmpty` is true are not left.
+ */
 export class Document<T> {
   private due: ReturnType<typeof setTimeout> | undefined;
   private now: T | null = null;

@@ -18,7 +18,7 @@ const SESSIONS = 65535;
 const OWN = 1;
 /** Id of the request that homes an arm after a scenario is loaded. Pages use no negative ids. */
 const HOMED = -1;
-/** Time for a virtual arm to be ready, homing included, ms of its own clock. */
+/** Time for a virtual arm to be ready, homing included, ms on its clock. */
 const READY = 120_000;
 /** Time for a real arm to answer, ms. The driver's own timeout is three seconds. */
 const ANSWERS = 15_000;

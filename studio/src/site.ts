@@ -36,7 +36,7 @@ const LIST = 1000;
 const TOGETHER = 50;
 const JOBS = 250;
 
-/** Values by arm, each a signal of its own, so that a change renders only the tile of its arm. */
+/** Values by arm, each a separate signal, so that a change renders only the tile of its arm. */
 class ByArm<T> {
   private readonly signals = new Map<string, Signal<T | undefined>>();
 

@@ -51,7 +51,7 @@ export const backend = signal<"none" | "sim" | "station" | "serial">("none");
 export const simSpeed = Math.max(1, Math.min(100, Number(new URLSearchParams(location.search).get("speed")) || 1));
 /** True if the page is served as static files, without a station. */
 export const isStatic = signal(false);
-/** Activates a newer build of the page; null if there is none. */
+/** Activates a newer build of the page; null without one. */
 export const update = signal<(() => void) | null>(null);
 /**
  * State of the connection. `lost`: a connection that is being restored; `closed`: no connection is
@@ -83,7 +83,7 @@ export const ownerName = signal("");
 /** Pupil who is signed in; null for everyone else. */
 export const pupil = signal<string | null>(null);
 /**
- * Users for whom the page is laid out: `door` for those who have not signed in to the class. Set by
+ * Users for whom the page is laid out: `door` for users not signed in to the class. Set by
  * `class.ts`.
  */
 export const audience = signal<"all" | "door" | "pupil">("all");
@@ -109,9 +109,9 @@ export const alarms = signal<Alarm[]>([]);
 /** Code of the alarm after power-on or a reset of the controller. It indicates no fault. */
 export const SWITCHED_ON = 0;
 export const fence = signal<Fence>(null);
-/** Whether a teacher has frozen the shown arm: `class.ts` says it. */
+/** True if a teacher has frozen the shown arm; set by `class.ts`. */
 export const isFrozen = signal(false);
-/** The arm that homes because this page has said so. */
+/** Arm that is homing at the request of this page. */
 export const homing = signal<string | null>(null);
 export const jobState = signal<string>("none");
 /** Session that requests control. */
@@ -137,7 +137,7 @@ export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_que
 const BUSY = ["checking", "running", "pausing", "stopping"];
 export const isBusy = computed(() => BUSY.includes(jobState.value));
 
-/** What an arm does that goes on by itself: its laser, by hand or in a job, and its way. */
+/** Activity of an arm that continues without the page: laser and motion. */
 interface Doing {
   arm: string;
   laser: boolean;
@@ -157,13 +157,13 @@ effect(() => {
   else if (before === null || before.arm !== arm || before.laser !== laser || before.moves !== moves)
     doing.value = { arm, laser, moves };
 });
-/** What the shown arm did by the last word of it, as long as nothing newer is heard: it may still do that. Null while it is heard. */
+/** Last known activity of the shown arm while it is unreachable; null while it is heard. */
 export const left = computed<Doing | null>(() => {
   const last = doing.value;
   if (isUp.value || last === null || !(last.laser || last.moves)) return null;
   return armName.value === null || armName.value === last.arm ? last : null;
 });
-/** `unknown`: it was on by the last word of it. */
+/** `unknown`: last known to be on, and the arm is unreachable. */
 export const laser = computed<"on" | "off" | "unknown">(() =>
   isUp.value ? (isLit.value ? "on" : "off") : left.value?.laser === true ? "unknown" : "off",
 );

@@ -7,7 +7,7 @@ import texts from "./armlaser.json";
 
 const w = sentencesOf(texts);
 
-/** Nothing where nothing burns. `why` is the id of what says why it is off. */
+/** Switch that arms the laser; hidden if the job does not burn. `why` is the id of the reason shown while it is off. */
 export function ArmLaser({ id, burns, why }: { id: string; burns: boolean; why: string }) {
   if (!burns) return null;
   return (

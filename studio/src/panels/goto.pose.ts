@@ -9,7 +9,7 @@ export const poseText = (pose: Record<(typeof AXES)[number], number>): string =>
   AXES.map((axis) => shown(pose[axis])).join(", ");
 
 /**
- * Parses a pasted pose; `null` if the text is none. Accepts two to five numbers, with or without
+ * Parses a pasted pose; `null` for other texts. Accepts two to five numbers, with or without
  * names, units and brackets. A fifth one, of the rail, is ignored. Decimals need a point, because
  * commas separate the numbers.
  */

@@ -58,7 +58,7 @@ function Sketch() {
   );
 }
 
-/** Whether the pen is still so near to the paper that it would draw on its way, mm. */
+/** True if the pen is so close to the paper that a move could draw. */
 export const isLow = (): boolean =>
   surface.height.value !== null && (store.state.value?.z ?? Infinity) - surface.height.value < LIFT / 2;
 

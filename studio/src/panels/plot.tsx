@@ -113,10 +113,10 @@ function csv(from: Readings): string {
   return `${rows.join("\n")}\n`;
 }
 
-/** The chart that is shown, or was shown last: one that is thrown away is never given back to the browser, with all that it knows. */
+/** Chart shown last. It is reused, because uPlot does not release the nodes of a discarded chart. */
 let kept: { key: string; chart: uPlot; draws: (chart: uPlot) => void } | null = null;
 
-/** A chart of these lines, in the colours of axes, grid and each line; `draws` is called when it is drawn. */
+/** Creates a chart of these lines, with the colours of axes, grid and lines. `draws` is called at each redraw. */
 function chartOf(names: readonly string[], colors: readonly string[], draws: (chart: uPlot) => void): uPlot {
   const key = JSON.stringify([names, colors, devicePixelRatio]);
   if (kept?.key === key) {

@@ -31,7 +31,7 @@ const toolOf = ({ gripper, suction }: program.Row) => {
   return found?.[0] ?? "both";
 };
 
-/** Text of a row that is not a plain move, in the terms of the plan. */
+/** Text of a row other than a plain move, in the terms of the plan. */
 function plain(motion: program.Motion): string {
   const { command, values, ...rest } = motion;
   const shown = typeof command === "string" ? { [command]: values } : rest;
@@ -76,7 +76,7 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
   );
 }
 
-/** Row of the table at a position of the page; null if there is none. */
+/** Row of the table at a position of the page; null elsewhere. */
 function rowAt(x: number, y: number): number | null {
   const found = document.elementFromPoint(x, y)?.closest<HTMLElement>("[data-nth]")?.dataset.nth;
   return found === undefined ? null : Number(found);

@@ -102,7 +102,7 @@ const isFirst = (one: actions.Remedy, nth: number, all: readonly actions.Remedy[
   all.findIndex((other) => keyOf(other) === keyOf(one)) === nth;
 
 /**
- * Order of remedies: those of one press first, then those that take a while, then those that need
+ * Order of remedies: one press first, then remedies that take a while, then remedies that need
  * typing.
  */
 const rank = ({ action, value, without }: actions.Remedy): number =>

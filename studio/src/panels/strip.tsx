@@ -15,10 +15,10 @@ import { ArmLaser } from "./armlaser";
 import { Remedies } from "./remedies";
 import "./strip.css";
 
-/** Whether it is under way by the last word of it, and no other comes. */
+/** True if the job was last known to be running and the arm is not heard now. */
 const isUnheard = (job: Job): boolean => !store.isUp.value && jobs.isUnderWay(job);
 
-/** What an arm that is not heard may still do. */
+/** Describes what an unreachable arm may still be doing. */
 function unheard(): string {
   const left = store.left.value;
   return left === null ? t("why.lost") : `${t(left.laser ? "left.laser" : "left.moves")} ${t("left.switch")}`;

@@ -140,7 +140,7 @@ function Filled({ bench }: { bench: Bench }) {
   );
 }
 
-/** That an object is not as large as its file says. */
+/** Note that an object was shrunk below the size of its file. */
 function Shrunk({ bench }: { bench: Bench }) {
   const shrunk = bench.shrunk.value;
   const item = bench.doc.now.value.items.find(({ id }) => id === shrunk?.id);
@@ -157,7 +157,7 @@ interface WorkshopProps {
   bench: Bench;
   name: string;
   hint: string;
-  /** Options that are not folded. */
+  /** Options outside the folded part. */
   first: readonly string[];
   /** Content before the start button, and below everything. */
   before?: ComponentChildren;

@@ -24,7 +24,7 @@ const w = sentencesOf(texts);
 const ABOVE = 300;
 const WHY = "world-why";
 
-/** Reason why nothing can be done by hand, as a key of the texts. An unplugged cable is none. */
+/** Reason why nothing can be done by hand, as a key of the texts. An unplugged cable does not count. */
 const why = () => store.barred(store.socket.value === "up");
 
 async function done(work: () => Promise<unknown>): Promise<void> {

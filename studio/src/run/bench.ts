@@ -66,7 +66,7 @@ const FILLS = ["text", "image"];
 const MOST: Record<string, Record<string, number>> = { pen: { image: 130 }, laser: { image: 50, text: 120 } };
 /** Share of the size on a blank sheet below which the sheet counts as full. */
 const CROWDED = 0.45;
-/** What becomes smaller than this share of itself is said to be. */
+/** An object shrunk below this share of its size gets a note. */
 const SHRUNK = 0.97;
 /** Smallest size, mm; below it an object has no room. */
 const LEAST = 12;
@@ -98,11 +98,11 @@ export class Bench extends Shop {
   private readonly spots = new Map<number, { key: string; place: Place | null }>();
   /** True if an object had little or no free room. */
   readonly isFull = signal(false);
-  /** What was made smaller than it is, so that it fits beside what lies there: its width, mm. */
+  /** Object shrunk to fit beside the others: widths before and after, mm. */
   readonly shrunk = signal<{ id: number; from: number; to: number } | null>(null);
-  /** The job that was begun here, and what was chosen and set then: its lines are on the sheet once it is done. */
+  /** Job started here, and the selection and options at its start. */
   private readonly begun = signal<{ job: string; mark: string } | null>(null);
-  /** Whether what is seen of the objects is about to be there, or is: `drawing` while the job goes on, `drawn` when it is done. */
+  /** Stage of the shown objects: `drawing` while their job runs, `drawn` once it is done. */
   readonly stage = computed<"planned" | "drawing" | "drawn">(() => {
     const begun = this.begun.value;
     const job = begun === null ? undefined : jobs.jobs.value.find((one) => one.job === begun.job);
@@ -113,7 +113,7 @@ export class Bench extends Shop {
   protected override began(job: string): void {
     this.begun.value = { job, mark: this.look() };
   }
-  /** What is seen of the objects: how their file is divided, and whether pens are changed, is not. */
+  /** Identifies the appearance of the objects. The division into parts and pen changes do not affect it. */
   private look(): string {
     const { no_pause: _, ...common } = this.common.value;
     const items = this.doc.now.value.items.map(({ name: _name, values: { parts: _parts, ...values }, ...item }) => ({
@@ -201,7 +201,7 @@ export class Bench extends Shop {
     this.doc.commit(ticked({ ...now, items }, this.found.value, row, is, this.isComposed.value));
   }
 
-  /** What was left has no options before the station is there, which says them. */
+  /** Objects restored from storage get their options once the station is connected. */
   override checkAlong(most?: number): () => void {
     const ends = [
       super.checkAlong(most),
@@ -254,7 +254,7 @@ export class Bench extends Shop {
     this.forFormat(of.format);
   }
 
-  /** Whether its pens are changed is of the drawing and not of the next. */
+  /** Resets the option for pen changes, which belongs to the former drawing. */
   private forgetParts(): void {
     const { no_pause: _, ...kept } = this.common.value;
     this.common.value = kept;
@@ -408,7 +408,7 @@ export class Bench extends Shop {
   });
   /**
    * Offset from the place of an object to the centre of its drawn colours. The station places the
-   * centre of the whole file, after turning it, so there is none if all colours are drawn.
+   * centre of the whole file, after turning it, so the offset is zero if all colours are drawn.
    */
   private middleOf(item: Item, { scale, turn }: Place): Point {
     if (!item.values.only) return [0, 0];

@@ -30,7 +30,7 @@ export const entry = of("entry");
 export const values = of("values");
 export const options = of("options");
 export const report = of("report");
-/** Problem that prevents a check; null if there is none. */
+/** Problem that prevents a check, or null. */
 export const problem = of("problem");
 export const isChecking = of("isChecking");
 export const isShown = of("isShown");

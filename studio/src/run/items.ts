@@ -24,9 +24,9 @@ export interface Item {
   shape?: Shape;
   /** Colour of its pen; null for its own colours. */
   color: string | null;
-  /** Its own options: how a text is written, an image drawn, a shape filled, and which of its parts are drawn. */
+  /** Options of the object: text, image, fill, and the parts to draw. */
   values: Values;
-  /** It lies there, and is not drawn: none of its colours is. */
+  /** True if none of its colours is drawn; the object stays on the sheet. */
   isOff?: boolean;
   /** Chosen place; null to place it where there is room. */
   place: Place | null;
@@ -59,17 +59,17 @@ export const moved = (doc: Doc, id: number, by: number): Doc => {
 
 /** Option groups that belong to an object instead of the job. */
 const OWN = ["fill", "text", "image"];
-/** Which of its parts are drawn, and what they are. */
+/** Options that divide an object into parts and select them. */
 const PARTS = ["only", "parts"];
 export const isOwn = ({ group, name }: { group: string; name: string }): boolean =>
   OWN.includes(group) || PARTS.includes(name);
-/** Those of an object that are not for another one of its kind; and the others. */
+/** Options tied to one object; `styleOf` returns the options for any object of its kind. */
 export const partsOf = (values: Values): Values =>
   Object.fromEntries(Object.entries(values).filter(([name]) => PARTS.includes(name)));
 export const styleOf = (values: Values): Values =>
   Object.fromEntries(Object.entries(values).filter(([name]) => !PARTS.includes(name) && name !== "crop"));
 
-/** What is drawn of the objects; of those that all are switched off, all. */
+/** Objects to draw; all if all are switched off. */
 export const drawnOf = (items: readonly Item[]): readonly Item[] => {
   const on = items.filter(({ isOff }) => isOff !== true);
   return on.length > 0 ? on : items;
@@ -133,7 +133,7 @@ export function inked({ parts, preview }: Report, color: string | null): Inked[]
   return [...all].map(([color, strokes]) => ({ color, strokes }));
 }
 
-/** One line of the table of parts: a part of the only object, or a colour of all of them. */
+/** Row of the table of parts: a part of a single object, or a colour of all objects. */
 export interface PartRow {
   name: string | null;
   color: string | null;

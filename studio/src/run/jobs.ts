@@ -24,18 +24,18 @@ export const busy = computed(() => job.value !== null && isUnderWay(job.value));
 export const startedBy = (job: Job): string | null =>
   job.holder === null || !isUnderWay(job) || job.holder.session === store.session.value ? null : job.holder.name;
 
-/** Reason why jobs can be neither started nor controlled; a running job is none. */
+/** Reason why jobs can be neither started nor controlled; a running job does not count. */
 export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
 /** Why a job cannot be started now. */
 export const whyNotStart = (setup?: Order["setup"]): Key | null =>
   why.value ?? (busy.value ? "why.busy.job" : unarmed(mayBurn(setup)));
-/** Whether somebody else began it than the pupil who is signed in here: the one who had the arm before, or the teacher. */
+/** True if someone other than the signed-in pupil started the job: the previous pupil or the teacher. */
 export const isTheirs = ({ holder }: Job): boolean =>
   store.pupil.value !== null && holder !== null && holder.name.toLowerCase() !== store.pupil.value.toLowerCase();
 /** Why a job cannot go on now. */
 export const whyNotResume = (of: Job): Key | null => why.value ?? unarmed(jobBurns(of));
 
-/** Whether nothing is in the way of the laser; else it is said. */
+/** True if the laser is armed or not needed. Otherwise shows the reason. */
 function isLet(burns: boolean): boolean {
   const reason = unarmed(burns);
   if (reason !== null) store.say(t(reason));
@@ -140,7 +140,7 @@ export const resume = (job: Job) =>
     });
   });
 
-/** How a job goes on: where it was, or from its beginning where nothing says how far it came. */
+/** Action that continues a job: resume, or restart if its progress is unknown. */
 export function goesOn(job: Job): { key: "run.resume" | "run.again"; press: () => Promise<unknown> } {
   const began = orderOf(job);
   if (began === null) return { key: "run.resume", press: () => resume(job) };

@@ -15,8 +15,10 @@ addEventListener("pagehide", () => {
   if (burning !== null && store.isBusy.value) leaveWith({ method: "job.stop", params: { job: burning } });
 });
 
-/** Disarms after each job, when the panel or the page is left or hidden, when control or the line is lost, when another arm is shown, when
-    what is to be burnt or its power becomes another, and when this is called. */
+/**
+ * Disarms after each job, and when the panel or page is left or hidden, control or the connection is
+ * lost, another arm is shown, or the drawing or its power changes. Also disarms when called.
+ */
 export function watchArmed(): () => void {
   const disarm = () => (isArmed.value = false);
   let [before, wasBusy] = ["", false];

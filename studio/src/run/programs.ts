@@ -49,7 +49,7 @@ export function nameOf(file: string): string {
   return behind(plain, isLost ? `-${signsOf(file.normalize("NFC"))}` : "");
 }
 
-/** A name near this one that no program of the library has. */
+/** Returns this name, numbered if the library has it already. */
 export async function unused(name: string): Promise<string> {
   await list();
   const taken = new Set(programs.value.map((program) => program.name));
@@ -58,7 +58,7 @@ export async function unused(name: string): Promise<string> {
   return made;
 }
 
-/** Keeps what the page brings along: under its name, or beside a person's own program of that name. Under which. */
+/** Stores a file that comes with the page, next to a program of the user with the same name. Returns the name. */
 export async function bring(name: string, content: Blob): Promise<string> {
   await list();
   const there = programs.value.find((program) => program.name === name);

@@ -127,7 +127,7 @@ class Grid {
     }
   }
 
-  /** Free place for a box of cells, closest to a point; null if there is none. */
+  /** Free place for a box of cells, closest to a point; null without one. */
   place(columns: number, rows: number, [nearX, nearY]: readonly number[]): [number, number] | null {
     const wide = this.rows + 1;
     let [found, least]: [[number, number] | null, number] = [null, Infinity];

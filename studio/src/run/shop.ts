@@ -40,7 +40,7 @@ export function optionsOf(format: string): Promise<Option[]> {
   return table;
 }
 
-/** What is typed for an option, as the station takes it; undefined where nothing is, null where that is not what it wants. */
+/** Value of an option for the station; undefined if empty, null if the text is invalid. */
 function taken({ name, kind, usual, choices }: Option, typed: string | undefined): unknown {
   const text = (typed ?? "").trim();
   if (kind === "choice" && usual) return text || choices[0];
@@ -57,13 +57,13 @@ function taken({ name, kind, usual, choices }: Option, typed: string | undefined
   return name === "power" ? text.replace(/(\d),(?=\d)/g, "$1.").replace(RANGE, "$1..$2") : text;
 }
 
-/** What is set of these options, as the station takes it, without what is no number. */
+/** Setup of these options for the station, without empty and invalid ones. */
 export function setupOf(options: readonly Option[], values: Values): Record<string, unknown> {
   const set = options.map((option) => [option.name, taken(option, values[option.name])] as const);
   return Object.fromEntries(set.filter(([, value]) => value != null));
 }
 
-/** Why what is typed for an option cannot be taken, or null. */
+/** Reason why the text of an option is invalid, or null. */
 export function faultOf(option: Option, typed: string | undefined): string | null {
   if (taken(option, typed) !== null) return null;
   const count = NUMBERS[option.kind] ?? 1;
@@ -72,7 +72,7 @@ export function faultOf(option: Option, typed: string | undefined): string | nul
   });
 }
 
-/** Refuses options of which one is no number: they would be left out. */
+/** Refuses options with an invalid number, which would be ignored. */
 export function vouch(options: readonly Option[], values: Values): void {
   for (const option of options) {
     const fault = faultOf(option, values[option.name]);
@@ -107,7 +107,7 @@ export abstract class Shop {
 
   readonly options = signal<Option[]>([]);
   readonly report = signal<Report | null>(null);
-  /** Problem that prevents a check; null if there is none. */
+  /** Problem that prevents a check, or null. */
   readonly problem = signal<Problem | null>(null);
   readonly isChecking = signal(false);
   readonly isShown = signal(false);
@@ -136,7 +136,7 @@ export abstract class Shop {
     return String(this.fixed[name] ?? (this.values.value[name] || (option?.default ?? "")));
   };
 
-  /** Options to ask for: relevant ones that the workshop does not determine. */
+  /** Options to ask for: relevant, and not determined by the workshop. */
   readonly asked = computed(() =>
     this.options.value.filter((option) => this.isOpen(option.name) && counts(option, this.options.value, this.valueOf)),
   );
@@ -276,7 +276,7 @@ export abstract class Shop {
     void this.values.value;
   }
 
-  /** Size of the largest selected program, bytes; null for one that the library does not know. */
+  /** Size of the largest selected program, bytes; null if the library does not know it. */
   protected bytes(): number | null {
     const found = this.entry.value;
     return found?.format === null ? null : (found?.bytes ?? 0);

@@ -7,14 +7,16 @@ import * as jobs from "./jobs";
 
 /** Time for which a successful job stays without user activity, ms. */
 const LINGERS = 10_000;
-/** Ends that a person has not seen: the server was away. */
+/** Ends that happened while the server was away. */
 const UNSEEN = ["interrupted"];
 const WATCHED = "watched";
-/** So many are remembered over a reload: of others it is known how they ended. */
+/** Number of jobs remembered over a reload. */
 const REMEMBERED = 8;
 
-/** Jobs that this tab saw under way and whose end was not closed, by their ids; also before the page was loaded again, which may have
-    ended one. */
+/**
+ * Ids of jobs that this tab saw running and whose end was not dismissed. Survives a reload, which may
+ * itself have ended a job.
+ */
 const watched = signal<ReadonlySet<string>>(
   new Set(
     kept("sessionStorage", WATCHED, (value) => Array.isArray(value) && value.every((id) => typeof id === "string")) ??

@@ -53,7 +53,7 @@ export const forget = () =>
     () => call("surface.touch", { ...shown(), forget: true }),
     () => w("touch.forgotten"),
   );
-/** Nothing is measured where nothing was: no sentence about it either. */
+/** Forgets the surface without a message if nothing was measured. */
 export async function leave(): Promise<void> {
   const found = await call("surface.get", shown()).catch(() => null);
   if (found === null || (found.plane === null && found.corners.length === 0)) return;

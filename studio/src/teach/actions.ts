@@ -148,7 +148,7 @@ export const play = (what: "all" | "from" | "one") =>
     await jobs.heard(job);
   });
 
-/** What this page has saved, and nobody has changed since, may be replaced by it without a question: when it was saved. */
+/** Times at which this page saved programs. It may replace those without a question if nobody has changed them since. */
 const own = new Map<string, number>();
 const savedAt = (name: string) => library.programs.value.find((one) => one.name === name)?.modified;
 const fileName = () => library.nameOf(program.taught.value.title || w("teach.untitled"));
@@ -181,7 +181,7 @@ export const save = () =>
     store.say(w("teach.saved", { name }));
   });
 
-/** A file that is no plan, as one: the station converts it beside what the library has, and keeps nothing of that. */
+/** Converts a file to a plan by the station, under unused names that are deleted afterwards. */
 async function converted(file: File): Promise<string | null> {
   const name = await library.unused(library.nameOf(file.name));
   const to = await library.unused(`${name.replace(/\.[^.]*$/, "").slice(0, 60)} opened.plan.json`);

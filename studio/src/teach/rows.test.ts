@@ -1,6 +1,6 @@
 import { beforeEach, expect, test, vi } from "vitest";
 
-/** What a page does when it is left: pages of earlier tests are gone. */
+/** Ends the pages of earlier tests. */
 let leaving: Array<() => void> = [];
 const listens = globalThis.addEventListener;
 globalThis.addEventListener = ((kind: string, listener: () => void) =>
@@ -17,7 +17,7 @@ async function opened() {
   vi.resetModules();
   return import("./rows");
 }
-/** As a tab that is opened beside the others. */
+/** Opens another tab. */
 async function beside() {
   vi.resetModules();
   const [ours, theirs] = [leaving, { ...sessionStorage }];

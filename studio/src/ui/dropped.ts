@@ -1,14 +1,15 @@
-// Files that are let go over the page: the open route takes them, wherever that is, and the browser never opens one in place of the page.
+// Files dropped anywhere on the page go to the open route, so that the browser never opens one in
+// place of the page.
 import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import * as store from "../store";
 
 type Opens = (files: File[]) => unknown;
 
-/** Those of the open route, the last one first. */
+/** Handlers of the open route; the last one counts. */
 const takers: Array<{ opens: () => Opens | null }> = [];
 
-/** Takes files that are dropped anywhere on the page as long as the part is there; null while it cannot. */
+/** Handles files dropped anywhere on the page while the component is mounted; null while it cannot. */
 export function useDropped(open: Opens | null): void {
   const now = useRef(open);
   now.current = open;

@@ -206,7 +206,7 @@ export function LinkLost() {
   );
 }
 
-/** What an arm that is not heard may still do, on a line that is lost or was given up. Of a job the strip says it. */
+/** Banner: what an unreachable arm may still be doing. During a job the strip says it instead. */
 export function Left() {
   const left = store.left.value;
   return left === null || store.isBusy.value ? null : (

@@ -297,7 +297,7 @@ interface NumberInputProps extends MayBeOff {
 }
 
 /**
- * Number field. Text being typed is kept while the value changes, and text that is not a number
+ * Number field. Text being typed is kept while the value changes, and text other than a number
  * changes nothing.
  */
 export function NumberInput({

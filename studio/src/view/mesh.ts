@@ -19,7 +19,7 @@ export function merged(parts: ReadonlyArray<Pick<Part, "color" | "solid">>): Buf
   return geometry;
 }
 
-/** Geometry of one solid, for a material with a colour of its own. */
+/** Geometry of one solid, for a material with a separate colour. */
 export function solidGeometry(solid: number[]): BufferGeometry {
   const geometry = new BufferGeometry();
   geometry.setAttribute("position", new Float32BufferAttribute(solid, 3));

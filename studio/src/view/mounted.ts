@@ -4,8 +4,8 @@ import type { ToolName } from "./body";
 
 /**
  * Mounted tool. A tool that draws in the world of a virtual arm is certain. Otherwise it is the
- * configured tool, except that cup and gripper share a mounting position, so the one that was
- * switched on is the mounted one.
+ * configured tool, except that cup and gripper share a mounting position, so the tool that was
+ * switched on counts as mounted.
  */
 export function mountedOf(tool: State["tool"] | undefined, draws: string | null | undefined): ToolName | null {
   if (draws === "pen" || draws === "laser") return draws;

@@ -55,12 +55,12 @@ export async function look(): Promise<void> {
     );
 }
 
-/** An arm that is switched on says that it is not homed within this, ms. */
+/** Time within which an arm reports after power-up that it is not homed, ms. */
 const SOON = 600;
 
 /**
- * Switches the arm on in the world of a scenario; the names of what stands in it. The page's own arm is homed at once, another
- * one that was homed is homed again where `homes` says so.
+ * Power-cycles the arm in the world of a scenario. Returns the names of its objects. The page's own
+ * arm is homed at once; another arm is homed again if it was homed and `homes` is true.
  */
 export async function begin(text: string, homes = true): Promise<string[]> {
   const wasHomed = store.isHomed.value === true;
