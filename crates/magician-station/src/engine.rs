@@ -16,6 +16,8 @@ mod guided;
 mod io;
 mod jobs;
 mod model;
+mod outcome;
+mod program;
 mod reads;
 mod world;
 
@@ -37,8 +39,9 @@ use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep;
 
 use self::guided::Guided;
-pub(crate) use self::jobs::beside;
 use self::jobs::{JobContext, RunningJob, Slot};
+use self::program::ReadProgram;
+pub(crate) use self::program::beside;
 use self::reads::Known;
 use crate::api::{ArmEvent, RpcError};
 use crate::control::{JobId, JogId, RequestId};
@@ -208,7 +211,7 @@ enum TaskResult {
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
     /// The program of a job was read.
-    Program(JobId, Result<Box<jobs::ReadProgram>, RpcError>),
+    Program(JobId, Result<Box<ReadProgram>, RpcError>),
     /// A job is over and its end was reported.
     JobOver(JobId),
     /// No effect.

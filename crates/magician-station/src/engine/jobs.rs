@@ -1,4 +1,4 @@
-//! Jobs of an arm: reading and checking the program, running it through `magician-job`, and
+//! Jobs of an arm: checking the program, running it through `magician-job`, and
 //! reporting.
 //!
 //! A job occupies the slot of its arm from the order to start to its end. Its program is read off
@@ -8,26 +8,27 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use magician::commands::{EndEffectorParams, Pose};
+use magician::commands::Pose;
 use magician::message;
-use magician::{Action, Arm, ErrorCode, ErrorKind};
+use magician::{Arm, ErrorKind};
 use magician_job::beside::beside as in_turns;
-use magician_job::report::{self, CheckReport, Note};
+use magician_job::report;
 use magician_job::{
-    Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal,
-    JournalError, PauseReason, ResumeError, Start,
+    Job, JobEvent, JobHandle, JobSpec, JobState, Journal, PauseReason, ResumeError, Start,
 };
-use magician_program::{Diagnostic, DiagnosticCode, PreparedProgram, Tool};
+use magician_program::PreparedProgram;
 use serde_json::{Value, json};
 use tokio::sync::Notify;
 
-use super::world::{self, GripCount};
+use super::outcome::{end_of, notes_of, over};
+use super::program::{ReadProgram, changed, read, report_value, reported};
+use super::world;
 use super::{TaskResult, Waiting, Work, switch_unheld_off};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
-use crate::job::{self, ProgramReading, Reader, ReadingArm, Source, Words};
-use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
-use crate::reading::{self, to_value};
+use crate::job::{self, Reader, Source};
+use crate::order::{ArmAct, ArmReport, JobNews, JobStart, Outcome};
+use crate::reading;
 use crate::surface::ArmSurface;
 
 /// Largest difference between the pose at the pause and the pose at a resume without approach, mm
@@ -102,49 +103,6 @@ impl Slot {
     }
 }
 
-/// Program that was read for a job.
-pub(super) struct ReadProgram {
-    program: PreparedProgram,
-    digest: String,
-    /// Report of its check, if it cannot be placed within reach.
-    report: Option<Value>,
-}
-
-/// Returns the report of a check for clients, with the digest of the program.
-fn report_value(report: &CheckReport, digest: &str) -> Result<Value, RpcError> {
-    let mut report = to_value(report)?;
-    report["digest"] = json!(digest);
-    Ok(report)
-}
-
-/// Checks a program that cannot be placed, because every refusal of a program carries a report.
-async fn reported(
-    arm: &Arm,
-    program: PreparedProgram,
-    digest: String,
-) -> Result<ReadProgram, RpcError> {
-    if program.misfit.is_none() {
-        return Ok(ReadProgram {
-            program,
-            digest,
-            report: None,
-        });
-    }
-    let start = arm.preflight_for(&program.program.kinds()).await?;
-    let checked = in_turns(async move {
-        let report = job::check(&program, start).await;
-        (program, report)
-    });
-    let (program, report) =
-        { checked.await }.map_err(|error| RpcError::internal(error.to_string()))?;
-    let report = Some(report_value(&report?, &digest)?);
-    Ok(ReadProgram {
-        program,
-        digest,
-        report,
-    })
-}
-
 /// Switches off what a job left on without an end of its own, if no session holds the arm.
 async fn end_owed(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
@@ -152,53 +110,6 @@ async fn end_owed(arm: &Arm, owes: &AtomicBool) {
     {
         tracing::warn!(%error, "a motor or the laser may stay on after the job");
     }
-}
-
-/// Notes for the holder at the end of a job: outputs left switched on, and grips that picked
-/// nothing since `before`.
-fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
-    let mut left = left_on(arm);
-    let now = world::grip_count(arm);
-    let before = before.unwrap_or(now);
-    // Loading a scenario resets the counters, so they may be lower than before.
-    let begun = now.begun.saturating_sub(before.begun);
-    // A grip that failed began without taking anything.
-    let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
-    if missed > 0 {
-        let what = if begun == 1 {
-            message!(
-                "nothing was picked: no object was at the tool when it gripped, or the arm went on \
-                    before it held it"
-            )
-        } else {
-            message!(
-                "nothing was picked {missed} times of {begun}: no object was at the tool when it \
-                    gripped, or the arm went on before it held it",
-                missed,
-                begun
-            )
-        };
-        let note =
-            Diagnostic::of_file(what).help(message!("set the point lower, or let it wait longer"));
-        left.push(note.coded(DiagnosticCode::NothingPicked));
-    }
-    let notes = Note::all(&Words, &left).into_iter();
-    notes.filter_map(|note| to_value(&note).ok()).collect()
-}
-
-/// Returns a note for each output that is switched on at the end of a job.
-fn left_on(arm: &Arm) -> Vec<Diagnostic> {
-    let motors = arm.motors().running().into_iter().map(|motor| {
-        let motor = u8::from(motor) + 1;
-        let note = message!(
-            "motor {motor} runs on until it is stopped, or the lease ends",
-            motor
-        );
-        Diagnostic::of_file(note)
-            .remedy(Action::Stop, "stops it")
-            .coded(DiagnosticCode::LeftOn)
-    });
-    motors.chain(report::left_on(&arm.outputs())).collect()
 }
 
 impl Work {
@@ -602,13 +513,7 @@ fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
         .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Error for a program that differs from the checked one.
-fn changed(digest: &str) -> RpcError {
-    let why = message!("the program is another one than was checked; nothing was sent");
-    RpcError::new(RpcError::CHANGED, why).with("digest", digest)
-}
-
-fn refused(why: impl Into<magician::Message>) -> RpcError {
+pub(super) fn refused(why: impl Into<magician::Message>) -> RpcError {
     RpcError::arm(ErrorKind::InvalidInput, why)
 }
 
@@ -631,127 +536,4 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
     Err(error
         .with("expected", json!(expected))
         .with("pose", json!(reading::pose(&pose))))
-}
-
-/// Reads a program off the engine's task, and returns it with its digest.
-///
-/// A program that depends on where the arm stands starts there, or at `begun` if it was started
-/// before. `runs_on` is the arm as it will run the program; `None` for a check.
-async fn read(
-    arm: &Arm,
-    runs_on: Option<&Arm>,
-    reader: Arc<dyn Reader>,
-    surface: &ArmSurface,
-    source: Source,
-    begun: Option<[f64; 3]>,
-    gives_up: &Notify,
-) -> Result<(PreparedProgram, String), RpcError> {
-    let mut here = ReadingArm {
-        is_virtual: arm.is_virtual(),
-        fence: arm.fence(),
-        begun,
-        surface: surface.known().await?,
-        ..ReadingArm::default()
-    };
-    // A frame is traced with the tool in force, unless the options name the tool.
-    if { source.setup.as_ref() }.is_some_and(|options| options.needs_tool_in_force()) {
-        here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
-    }
-    loop {
-        let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
-        let mut read = beside(move || with.read(&source, &arm_here)).await??;
-        while let ProgramReading::ToCome(to_come) = read {
-            read = tokio::select! {
-                read = to_come => read?,
-                () = gives_up.notified() => return Err(refused(message!("the job is over"))),
-            };
-        }
-        match read {
-            ProgramReading::Done(program, digest) => return Ok((*program, digest)),
-            // Not possible after the loop above.
-            ProgramReading::ToCome(_) => {}
-            ProgramReading::LacksSurface(error) => {
-                // Measuring the surface needs a homed arm, so an arm not homed gets the error about
-                // homing first.
-                if let Some(arm) = runs_on {
-                    arm.homing().check().await?;
-                }
-                return Err(error);
-            }
-            // At most one second reading: with the start known, the program must be readable.
-            ProgramReading::NeedsStart if here.stands.is_none() => {
-                here.stands = Some(arm.preflight_for(&[]).await?);
-            }
-            ProgramReading::NeedsStart => {
-                return Err(refused(message!("it is not known where the arm stands")));
-            }
-        }
-    }
-}
-
-/// Runs a computation off the tasks of the runtime, where there are threads.
-pub(crate) async fn beside<T: Send + 'static>(
-    compute: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, RpcError> {
-    let computed = in_turns(async move { compute() }).await;
-    computed.map_err(|error| RpcError::internal(error.to_string()))
-}
-
-/// Returns the end of a job from its outcome.
-fn end_of(outcome: &JobOutcome, program: &PreparedProgram, digest: &str) -> JobEnd {
-    let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
-    match outcome {
-        Ok(done) => JobEnd {
-            state: "done",
-            error: None,
-            lengths: Some([done.report.drawn, done.report.travelled].map(rounded)),
-            notes: Vec::new(),
-        },
-        Err(error) if error.is_stop() => over("stopped", None),
-        Err(error) => match &error.fault {
-            Fault::Arm(fault) if fault.code() == ErrorCode::Stopped => over("stopped", None),
-            // A lost line is not a fault of the program, so the job counts as interrupted.
-            Fault::Arm(fault) if fault.kind() == ErrorKind::Port => {
-                over("interrupted", Some(RpcError::from(&**fault)))
-            }
-            // Everything that is neither a stop nor a broken line.
-            _ => over("failed", Some(fault_of(error, program, digest))),
-        },
-    }
-}
-
-fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
-    JobEnd {
-        error,
-        ..JobEnd::new(state)
-    }
-}
-
-/// Code of the refusal to resume a job without a journal: a client may offer to start it again.
-const NOTHING_TO_RESUME: &str = "nothing-to-resume";
-
-fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcError {
-    let message = error.to_string();
-    match &error.fault {
-        Fault::Arm(error) => RpcError::from(&**error),
-        Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
-        Fault::Refused { report, rest } => {
-            let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
-            match report_value(&job::check_report(program, rest, report), digest) {
-                Ok(report) => failed.with("report", report),
-                Err(_) => failed,
-            }
-        }
-        Fault::Doubt { span, .. } => RpcError::arm(ErrorKind::Uncertain, message)
-            .said(&error.sentence())
-            .with("from", span.least + 1)
-            .with("to", span.most),
-        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
-            RpcError::arm(ErrorKind::InvalidInput, message)
-                .said(&error.sentence())
-                .with("code", NOTHING_TO_RESUME)
-        }
-        // Faults that are neither the arm's nor the program's.
-        _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
-    }
 }

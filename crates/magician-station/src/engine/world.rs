@@ -167,7 +167,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
         return Ok(seen);
     }
     // Off the arm's task: the arm goes on while the picture is drawn.
-    let (svg, strokes) = super::jobs::beside(move || {
+    let (svg, strokes) = super::beside(move || {
         let strokes: Vec<_> = { drawing.strokes().iter() }
             .map(|stroke| stroke_of(stroke, points.div_ceil(MOST_POINTS)))
             .collect();
