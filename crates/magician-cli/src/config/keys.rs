@@ -92,7 +92,7 @@ pub(crate) const KEYS: [Key; 19] = [
         name: "park",
         about: "parking position of the tip of the tool at the end of a file: X,Y,Z in mm",
         variable: None,
-        default: "nowhere",
+        default: "not parked",
         kind: Kind::Place,
     },
     Key {
