@@ -12,16 +12,17 @@ use magician_protocol::Alarm;
 const INTRODUCTION: &str = "\
 # The Magician's alarms on the virtual arm
 
-How each alarm arises on the virtual arm, whether the queue waits, and how the alarm is cleared. Each row is a case of the conformance
-suite, which `magician conform --only alarm --list -v` shows step by step. `cargo xtask alarms` writes this page.
+How each alarm arises on the virtual arm, whether the queue waits, and how the alarm is cleared. A
+row is a case of the conformance suite; `magician conform --only alarm --list -v` shows its steps.
+`cargo xtask alarms` writes this page.
 
-For every alarm, whatever its cause (`alarm.injected-*`):
+For every alarm (`alarm.injected-*`):
 
-* It can be injected by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected alarm has no lasting
-  cause, so the first ClearAllAlarmsState (id 20 or 21) clears it.
+* A scenario or `Controller::inject(ExternalEvent::Alarm(code))` can inject it. Without a lasting
+  cause, the first ClearAllAlarmsState (id 20 or 21) clears it.
 * The running motion continues to its end.
-* A waiting queue waits for ClearAllAlarmsState, even if the alarm has already cleared by itself. Homing still runs when it is
-  next, and clears no alarm. Immediate commands are carried out.
+* A waiting queue waits for ClearAllAlarmsState, even if the alarm has already cleared by itself.
+  Homing still runs when it is next, and clears no alarm. Immediate commands are carried out.
 * No alarm clears by waiting. A reset clears all alarms and raises 0x00.
 
 | alarm | how it arises | queue | how it is cleared | case |

@@ -17,12 +17,15 @@ use crate::options;
 const INTRODUCTION: &str = "\
 # The API of a station
 
-What `magician serve` answers: [how to use it](STATION.md). `cargo xtask station` writes this page from the tables that the station itself works by;
-`/api/v1/openrpc.json` of a running station has the same as an OpenRPC document, with notifications in `x-notifications`, events in `x-events` and the frame in `x-frame`.
+Methods, notifications and types of `magician serve` ([how to use it](STATION.md)), written by
+`cargo xtask station` from the station's own tables. `/api/v1/openrpc.json` of a running station has
+the same as an OpenRPC document, with notifications in `x-notifications`, events in `x-events` and
+the frame in `x-frame`.
 
-Lengths are mm, angles deg, times s unless a name says otherwise. `arm` may be left out while a station has one arm. *lease*: the method needs the lease of the
-arm. *socket*: it is for sessions of a WebSocket, not for single requests. A role may do what the roles before it may: viewer, student, teacher. `-->` is sent and
-`<--` is answered, without `jsonrpc` and `id`; a test makes these calls.
+Lengths are mm, angles deg, times s unless a name says otherwise. `arm` may be left out while a
+station has one arm. *lease*: the method needs the lease of the arm. *socket*: for sessions of a
+WebSocket, not for single requests. A role may do what the roles before it may: viewer, student,
+teacher. `-->` is sent and `<--` is answered, without `jsonrpc` and `id`; a test makes these calls.
 
 ## Routes
 

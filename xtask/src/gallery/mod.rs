@@ -14,10 +14,10 @@ use modes::MODES;
 const INTRODUCTION: &str = "\
 # How the arm moves
 
-Each picture is one run of the virtual arm: the commands below it were sent as frames, and the pose was read every
-2 ms. Left: the tool from above, x to the right and y up, J1's axis at the origin. Middle: the tool from the side, distance from that
-axis against height. Right: the speeds of the four joints over time. A dot is the start, a ring the end; grey is what the
-arm can reach.
+Each picture is one run of the virtual arm: the commands below it were sent as frames, and the pose
+was read every 2 ms. Left: the tool from above, x to the right, y up, J1's axis at the origin.
+Middle: its height against the distance from that axis. Right: speeds of the four joints over time.
+Dot: start; ring: end; grey: reach.
 
 `cargo xtask gallery` draws them all again.
 ";

@@ -11,43 +11,61 @@ use serde_json::json;
 const MESSAGES: &str = "
 ## How a session goes
 
-1. Open a WebSocket at `/api/v1/ws`. Each text message is one object of JSON-RPC 2.0; arrays of requests are refused.
-2. Say `session.hello` within 5 s, from another machine 2 s, before anything else. Its `resume` is a secret that is *another one after each hello*: given in the hello
-   of a new socket, within 5 s after the old one ended, it gives session and lease back (`resumed` true), with the same ids.
-   Give `token` or `pupil` again, as before. A secret that is unknown, used, late or of another token begins a new session (`resumed`
-   false). An old socket that is still open, as after a lost network, is closed with 4409. What the arm was told to do goes on meanwhile
-   (a job that burns pauses), and its answers are lost: ask `job.get` and `arm.state`, and send `job.start` again with its `key`. A wait for a lease ends with
-   the socket, and so do jogs. Subscriptions are made anew.
-3. Answer pings. The station sends one every 2 s, with an empty payload; libraries and browsers answer by themselves, a client that writes its own frames sends a
-   pong (opcode 10, masked, the same payload). Who says nothing for 5 s, neither a message nor a pong, loses the lease: what it moves is stopped.
-4. Requests have an `id`, a text or a whole number, and are answered as they end, *not in order*. Notifications of the station have none; they come between the answers:
-   `job.changed` tells of a job before `job.start` is answered.
-   Ignore notifications, members and events that you do not know: more may come.
-5. `arm.stop`, `job.stop`, `jog.stop` and `jog.keep` are obeyed without an `id` as well, and in any number; nothing is answered then. Anything else without an `id` is -32600.
+1. Open a WebSocket at `/api/v1/ws`. Each text message is one object of JSON-RPC 2.0; arrays of
+   requests are refused.
+2. Send `session.hello` first, within 5 s, from another machine 2 s. Its `resume` is a secret,
+   *another one after each hello*: in the hello of a new socket, with the same `token` or `pupil`,
+   within 5 s after the old one ended, it returns session and lease (`resumed` true) with the same
+   ids. An unknown, used or late secret, or one of another token, begins a new session (`resumed`
+   false). An old socket that is still open, as after a lost network, is closed with 4409. Meanwhile
+   the arm continues (a job that burns pauses), and answers are lost: ask `job.get` and `arm.state`,
+   and send `job.start` again with its `key`. Jogs and waits for a lease end with the socket.
+   Subscribe anew.
+3. Answer pings, which the station sends every 2 s with an empty payload. Libraries and browsers do;
+   a client that writes its own frames sends a pong (opcode 10, masked, the same payload). A client
+   that sends neither message nor pong for 5 s loses the lease: what it moves is stopped.
+4. Requests have an `id`, a text or a whole number, and are answered as they end, *not in order*.
+   Notifications have none and come between the answers: `job.changed` reports a job before
+   `job.start` is answered. Ignore unknown notifications, members and events: more may come.
+5. `arm.stop`, `job.stop`, `jog.stop` and `jog.keep` are obeyed without an `id` as well, in any
+   number and without an answer. Anything else without an `id` is -32600.
 
-**To jog** a client has the lease, calls `jog.start`, and from its answer on sends `jog.keep` *without an id* every `keep_ms` / 4: 62 ms for the usual 250. When no keep came for
-`keep_ms` the arm is stopped. It ends by `jog.stop`; `jog.ended` says why it is over, whoever ended it.
+**To jog** a client with the lease calls `jog.start`, and from its answer on sends `jog.keep`
+*without an id* every `keep_ms` / 4: 62 ms for the usual 250. Without a keep for `keep_ms` the arm
+is stopped. `jog.stop` ends the jog; `jog.ended` gives the reason of any end.
 
-**To run a program** it calls `job.start`, and follows `job.changed` until `state` is `done`, `stopped`, `failed` or `interrupted`. With `\"queue\": true` it needs no lease and waits (`state` `queued`,
-`place`) until the arm is free of jobs and of others' turns; then it is checked again and begins by itself. The feature `job-queue` says whether a station has that queue.
+**To run a program** it calls `job.start`, and follows `job.changed` until `state` is `done`,
+`stopped`, `failed` or `interrupted`. With `\"queue\": true` (feature `job-queue`) it needs no lease:
+the job waits (`state` `queued`, `place`) until the arm is free of jobs and of others' turns, is
+checked again and begins.
 
-[Clients in Python, Node and a browser](../guide/STATION-CLIENTS.md) do all of this in 80 lines each. `openrpc.json` has the types of everything on this page; `studio/src/api.ts` (TypeScript) and `magician/station_types.py` (Python) are made of it.
+[Clients in Python, Node and a browser](../guide/STATION-CLIENTS.md) do all of this in 80 lines
+each. `openrpc.json` has the types of this page; `studio/src/api.ts` (TypeScript) and
+`magician/station_types.py` (Python) are made of it.
 ";
 
 const DELTAS: &str = "
 ## States that come by themselves
 
-`arm.subscribe` is answered with the id of a subscription. Then come notifications `arm.state {subscription, state}`:
+`arm.subscribe` returns the id of a subscription. Then come notifications
+`arm.state {subscription, state}`:
 
-* The first has a whole [State](#state), and so has every 100th state (counted as the sequence numbers of frames are; one that is dropped is not sent later). Each other has `t` and the members that differ from
-  the last one *sent for this subscription*.
-* Merge: each member takes the place of the one before, whole. `tool`, `holder`, `alarms` and `pins` are never sent in part, and null is a value: `Object.assign(state, change)` in JavaScript,
-  `state.update(change)` in Python.
-* Newest wins: a state that was not sent when a newer one is due is never sent. The rate is kept within 10 %.
-* When the line to the arm is lost one change comes, `{\"link\": \"lost\", \"t\": ..}`, and nothing until it is found. What is known of before is stale meanwhile. Then the next change has `\"link\": \"up\"` and all that differs.
+* The first and every 100th (counted as the sequence numbers of frames; a dropped one is not sent
+  later) has a whole [State](#state). Others have `t` and the members that differ from the last one
+  *sent for this subscription*.
+* Merge: a member replaces the former one. `tool`, `holder`, `alarms` and `pins` are never sent in
+  part, and null is a value: `Object.assign(state, change)` in JavaScript, `state.update(change)` in
+  Python.
+* Newest wins: a state that was not sent when a newer one is due is dropped. The rate is kept within
+  10 %.
+* When the line to the arm is lost, one change comes, `{\"link\": \"lost\", \"t\": ..}`, and nothing until
+  it is found; other members are stale. Then the next change has `\"link\": \"up\"` and all that
+  differs.
 
-With `\"frame\": \"binary\"` each state is a binary message, laid out below. What has no place in it comes as `arm.state` in text when it changes: right behind the frame, first a whole State, then
-`alarms`, `link`, `moving`, `homed`, `tool`, `speed`, `pins`, `job`, `jog`, `holder`, each with `t`. A lost line is told in text alone.
+With `\"frame\": \"binary\"` each state is a binary message, laid out below. Members without a place in
+it come as `arm.state` in text when they change, right behind the frame: first a whole State, then
+`alarms`, `link`, `moving`, `homed`, `tool`, `speed`, `pins`, `job`, `jog`, `holder`, each with `t`.
+A lost line is reported in text alone.
 
 ### The frame
 
@@ -103,13 +121,15 @@ pub(super) fn errors() -> String {
     let mut page = "
 ## Errors
 
-An error has a `code`, a sentence as `message`, and `data`. Codes from -32700 to -32600 are JSON-RPC's own. Decide by `code`, then by `data.kind`, of the driver's errors by `data.code`; never by the message.
-[ErrorData](#errordata) says what the members of `data` are.
+An error has a `code`, a sentence as `message`, and `data` ([ErrorData](#errordata)). Codes from
+-32700 to -32600 are JSON-RPC's own. Decide by `code`, then by `data.kind`, for errors of the driver
+by `data.code`; never by the message.
 
-A client that says it in another language, or calls options by its own names, does so by two further members: `template` is the English
-sentence with the names of its `values` in braces, and stays the same whatever the values are. Notes, complaints and the error of a job
-have them too. A value is a `text` (a number or a quotation, as it is printed), an `option` by its name, or has a `template` of its own.
-A sentence whose template is not known is shown in English: the template with its values.
+For clients with their own language or names of options, errors, notes, complaints and the error of
+a job also have `template`, the English sentence with the names of its `values` in braces, which
+does not depend on the values. A value is a `text` (a number or a quotation, as printed), an
+`option` by its name, or has a `template` of its own. Show a sentence with an unknown template in
+English.
 
 | code | `data.kind` | meaning | further `data`, where it applies |
 |---|---|---|---|

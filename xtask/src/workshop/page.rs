@@ -9,17 +9,21 @@ use super::run::Made;
 pub(super) const INTRODUCTION: &str = "\
 # The workshop
 
-Pieces made with pen and laser, each by the two commands above its pictures. The first looks and moves nothing; the second makes the piece, here on
-a virtual arm, which replies byte for byte and moves like the real one. For your arm leave out `--port sim` and `--picture`, and give the
-[height of the paper](../recipes/draw.md#draw). **A laser blinds and starts fires**: read [Engrave with the laser](../recipes/engrave.md) first.
+Pieces made with pen and laser, each by the two commands above its pictures. The first moves
+nothing; the second makes the piece, here on a virtual arm. For your arm leave out `--port sim` and
+`--picture`, and give the [height of the paper](../recipes/draw.md#draw). **A laser blinds and
+starts fires**: read [Engrave with the laser](../recipes/engrave.md) first.
 
-On the left is the file, in the middle the preview, on the right what pen or laser left. The figures below say how well they match. Preview and
-result are compared as lines, and the position of the result with the estimate's; dots, where the pen only touches the paper, are markers in a preview. Some files are compared with the result too, read by code that
-shares nothing with our readers except the SVG parser. File and result match where they are within 0.1 mm of each other, preview and result within
-0.2 mm: a preview leaves out corners of curves.
+Left: the file; middle: the preview; right: the result. The figures below compare preview and result
+as lines, and the end position with the estimate's; dots, where the pen only touches the paper, are
+markers in a preview. Some files are compared with the result too, read by code that shares only the
+SVG parser with our readers. A match of file and result is within 0.1 mm, of preview and result
+within 0.2 mm, because a preview leaves out corners of curves.
 
-`cargo xtask workshop` makes all of it again. The files were made for this project, most of them by [make.py](workshop/files/make.py), the photo by
-[landscape.py](../recipes/landscape.py); they are in `docs/evidence/workshop/files` and `crates/magician-program/samples`. The font is Roboto (Apache License 2.0).
+`cargo xtask workshop` makes all of it again. The files, made for this project, most by
+[make.py](workshop/files/make.py), the photo by [landscape.py](../recipes/landscape.py), are in
+`docs/evidence/workshop/files` and `crates/magician-program/samples`. The font is Roboto (Apache
+License 2.0).
 ";
 
 /// Returns the part of an entry that does not depend on the run.

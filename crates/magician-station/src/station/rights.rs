@@ -3,6 +3,7 @@
 //!
 //! Each rule is written once, here, and every path to the laser asks it.
 
+#[cfg(feature = "class")]
 use magician::message;
 use magician::{Set, burns};
 
