@@ -43,7 +43,7 @@ const WORKS_WITH_AN_ARM: &[&str] = &[
     "sensor", "rail", "conveyor", "alarms", "queue", "get", "set", "enqueue", "shell", "demo",
 ];
 
-/// Control a Dobot Magician arm, or a virtual one.
+/// Control a Dobot Magician arm or a virtual one
 #[derive(Debug, Parser)]
 #[command(
     name = "magician",
@@ -54,8 +54,8 @@ const WORKS_WITH_AN_ARM: &[&str] = &[
     arg_required_else_help = true,
     subcommand_value_name = "VERB",
     subcommand_help_heading = "Verbs",
-    after_help = "Lengths are mm, angles degrees, times seconds. `magician help NAME` explains a \
-        verb or a protocol command."
+    after_help = "Lengths are in mm, angles in degrees, times in seconds. `magician help NAME` \
+        explains a verb, a protocol command or a topic."
 )]
 pub(crate) struct Cli {
     #[command(flatten)]
@@ -194,7 +194,7 @@ fn follow_in_shell(
         cli.verb,
         Some(Verb::Shell(_) | Verb::Sim(_) | Verb::Demo(_))
     ) {
-        return Err(Failure::usage("this verb does not work within a shell"));
+        return Err(Failure::usage("this verb is not available in the shell"));
     }
     cli.global = cli.global.within(session)?;
     cli.follow(context)
@@ -230,8 +230,8 @@ fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
         .collect();
     if let Some((last, others)) = verbs.split_last() {
         let told = match others {
-            [] => format!("{last} has it"),
-            _ => format!("{} and {last} have it", others.join(", ")),
+            [] => format!("{last} accepts it"),
+            _ => format!("{} and {last} accept it", others.join(", ")),
         };
         error.remove(ContextKind::SuggestedArg);
         error.insert(
@@ -353,7 +353,7 @@ impl Verb {
     /// Runs the verb.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if context.global.station.is_some() && self.needs_a_line() {
-            let message = "this works at the line to an arm itself: --station does not go with it";
+            let message = "this verb works on the line to an arm: it cannot be used with --station";
             return Err(Failure::usage(message));
         }
         match self {

@@ -26,7 +26,7 @@ const OF_FILES: &str = "speed_ratio";
 /// Global option that is shown for every verb, with its help text here.
 const PORT: (&str, &str) = (
     "port",
-    "Where the arm is: a port, an address, or sim for a virtual arm",
+    "Port or address of the arm, or sim for a virtual arm",
 );
 /// Longest placeholder of a value, in characters. A longer list of choices is replaced by `WORD`,
 /// since it would leave no room for the help text.

@@ -18,7 +18,7 @@ use crate::voice::Command;
 
 /// Safety advice that precedes every question about the laser.
 pub(crate) const GOGGLES: &str =
-    "wear goggles for its wavelength, clear away what must not burn, and stay with it";
+    "wear goggles for its wavelength, remove anything that must not burn, and never leave it";
 
 /// Kind of failure. Decides the exit status and the name in JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -268,7 +268,7 @@ impl From<RecordError> for Failure {
             RecordError::Program(problem) => magician::Error::from(problem).into(),
             RecordError::Arm(error) => error.into(),
             RecordError::Lost { readings, .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
-                .hint(format!("the {readings} readings before that are kept")),
+                .hint(format!("the {readings} readings before that are saved")),
             RecordError::Died(_) => Self::new(Kind::Bug, message),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),

@@ -78,7 +78,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     };
     log::begin(&cli.global, cli.serves());
     if let Err(error) = interrupt::survive_file_limit() {
-        tracing::warn!(%error, "a limit for the size of files will end this process");
+        tracing::warn!(%error, "reaching the file size limit will end this process");
     }
     let mut context = Context::new(cli.global.clone(), output, COMMAND_LINE);
     cli.run(&mut context)

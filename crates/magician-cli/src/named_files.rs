@@ -90,8 +90,7 @@ impl NamedFiles {
         let [inputs, outputs] =
             [&self.inputs, &self.outputs].map(|paths| paths.iter().map(PathBuf::as_path));
         check_distinct(inputs, outputs.chain(trace)).map_err(|same| {
-            Failure::usage(same.to_string())
-                .hint("give each file that is written a name of its own")
+            Failure::usage(same.to_string()).hint("give each output file a different name")
         })
     }
 }

@@ -8,7 +8,7 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
         .filter(|all| all.iter().all(|number| number.is_finite()));
     parsed
         .and_then(|all| all.try_into().ok())
-        .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+        .ok_or_else(|| format!("expected {N} comma-separated numbers"))
 }
 
 /// Parses a finite number above 0.

@@ -17,11 +17,11 @@ pub(crate) const TOOL: &str = "NAME|X,Y,Z";
 
 /// Options of every verb.
 #[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Options of every verb")]
+#[command(next_help_heading = "Global options")]
 pub(crate) struct Global {
     /// Port of the arm: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; default: the port of `magician config`,
-    /// else the only arm found
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm [default: the port in
+    /// `magician config`, else the only arm found]
     #[arg(
         short,
         long,
@@ -32,11 +32,12 @@ pub(crate) struct Global {
     )]
     pub(crate) port: Option<String>,
 
-    /// Go through a station instead of a port: `http://HOST:PORT`, or `http://HOST:PORT/ARM`, https where it encrypts; a token is taken from MAGICIAN_TOKEN
+    /// Connect through a station instead of a port: `http://HOST:PORT` or `http://HOST:PORT/ARM`,
+    /// with https if it is encrypted; the token is read from MAGICIAN_TOKEN
     #[arg(long, global = true, value_name = "URL")]
     pub(crate) station: Option<String>,
 
-    /// Trust the certificates of this file (PEM) at an https station, instead of the system's
+    /// Trust the certificates in this PEM file for https stations, instead of the system's
     #[arg(
         long,
         global = true,
@@ -46,19 +47,20 @@ pub(crate) struct Global {
     )]
     pub(crate) station_ca: Option<PathBuf>,
 
-    /// Print JSON: one object, or one per line
+    /// Print JSON: one object, or one object per line
     #[arg(long, global = true)]
     pub(crate) json: bool,
 
-    /// Do dangerous things without asking
+    /// Allow dangerous actions without asking
     #[arg(long, global = true)]
     pub(crate) yes: bool,
 
-    /// Seconds to wait for each reply of the arm
+    /// Timeout for each reply of the arm, in seconds [default: 3, or 5 through a station]
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
 
-    /// Requests in flight at once, 1 to 8; more than 1 only where `magician doctor` has confirmed it
+    /// Number of requests in flight at once, 1 to 8; use more than 1 only if `magician doctor` has
+    /// confirmed it [default: 1]
     #[arg(
         long,
         global = true,
@@ -69,12 +71,13 @@ pub(crate) struct Global {
     )]
     pub(crate) window: Option<u8>,
 
-    /// Write the traffic with the arm to a pcapng file, to inspect or to attach to a bug report; if writing fails, the
-    /// work goes on and the exit status is 4
+    /// Write the traffic with the arm to a pcapng file, for inspection or a bug report; if writing
+    /// fails, the work continues and the exit status is 4
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
 
-    /// Inject faults into the line to the arm, for tests; rates: `magician proxy --help`
+    /// Inject faults into the line to the arm, for tests; `magician proxy --help` lists the
+    /// rates
     #[arg(long, global = true, value_name = "SPEC", hide = true)]
     pub(crate) faults: Option<Faults>,
 
@@ -145,8 +148,8 @@ impl Global {
             ("--tool", virtual_tool.is_some()),
         ] {
             if is_given {
-                let hint = format!("give {name} to `magician shell` itself");
-                return Err(Failure::usage("a shell has one connection").hint(hint));
+                let hint = format!("pass {name} to `magician shell`");
+                return Err(Failure::usage("all verbs of a shell share one connection").hint(hint));
             }
         }
         Ok(Self {
@@ -173,7 +176,7 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
 pub(crate) fn seconds_from_zero(text: &str) -> Result<Duration, String> {
     match text.strip_suffix('s').unwrap_or(text).parse::<f64>() {
         Ok(0.0) => Ok(Duration::ZERO),
-        _ => seconds(text).map_err(|_| "expected seconds from 0 on, such as 0.5".to_owned()),
+        _ => seconds(text).map_err(|_| "expected 0 or more seconds, such as 0.5".to_owned()),
     }
 }
 

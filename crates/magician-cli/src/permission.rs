@@ -80,8 +80,7 @@ impl Context {
             }
         })?;
         if refused {
-            let what = "commands of another program wait in the queue and could light the \
-                    laser of the arm";
+            let what = "commands of another program wait in the queue and could light the laser of the arm";
             self.ask_for_laser(Asks::AtTheTerminal, what)
         } else {
             Ok(())
@@ -110,7 +109,7 @@ impl Context {
         if self.global.yes || self.may_ask(asks) && says_yes(what)? {
             return Ok(());
         }
-        Err(Failure::usage(format!("{what}; nothing was sent")).hint("give --yes to go on"))
+        Err(Failure::usage(format!("{what}; nothing was sent")).hint("--yes continues"))
     }
 
     /// True if a user is at the terminal to answer.
@@ -123,7 +122,7 @@ impl Context {
 /// Asks a question on stderr; true if the answer is yes.
 fn says_yes(what: &str) -> io::Result<bool> {
     let mut stderr = io::stderr();
-    write!(stderr, "{what}. Go on? y/n ")?;
+    write!(stderr, "{what}. Continue? y/n ")?;
     stderr.flush()?;
     let mut line = String::new();
     io::stdin().read_line(&mut line)?;

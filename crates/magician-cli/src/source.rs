@@ -94,7 +94,7 @@ impl Source {
             let endings = Format::ALL.iter().flat_map(|format| format.endings());
             let endings: Vec<_> = endings.copied().collect();
             let hint = format!(
-                "known endings: {}; for any other, name the type with `--format`",
+                "known extensions: {}; otherwise give the type with `--format`",
                 endings.join(" ")
             );
             Failure::invalid(message).hint(hint)

@@ -166,6 +166,6 @@ mod tests {
         let error = Cli::read(&words).map(drop).expect_err("a mistake");
         let hints = Found(&error).hints().join("; ");
         assert!(hints.contains("`magician draw`"), "{hints}");
-        assert!(hints.ends_with(" have it"), "{hints}");
+        assert!(hints.ends_with(" accept it"), "{hints}");
     }
 }

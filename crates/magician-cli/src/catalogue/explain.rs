@@ -80,13 +80,13 @@ fn effect(row: &Row) -> &'static str {
         Effect::Look | Effect::Consume => "",
         Effect::Setting if row.may_burn => "sets a value; can light the laser",
         Effect::Setting => "sets a value",
-        Effect::Store => "changes a value that is kept without power",
+        Effect::Store => "changes a value in non-volatile memory",
         Effect::Motion if row.may_burn => "moves the arm; can light the laser",
         Effect::Motion => "moves the arm",
         Effect::Jog => "moves the arm until it is stopped",
         Effect::Motor => "runs an external motor",
         Effect::Laser => "switches the laser",
-        Effect::Wait => "makes the queue wait",
+        Effect::Wait => "pauses the queue",
         Effect::Queue => "controls the queue",
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
@@ -96,9 +96,11 @@ fn effect(row: &Row) -> &'static str {
 fn queue(row: &Row) -> &'static str {
     match (row.set, row.queueable) {
         (None, _) => "no: read-only",
-        (Some(_), _) if row.steers_queue() => "no: it acts at once, whatever the bit isQueued says",
+        (Some(_), _) if row.steers_queue() => {
+            "no: it takes effect at once, regardless of the bit isQueued"
+        }
         (Some(_), true) => "a set may be queued",
-        (Some(_), false) => "no: a set acts at once",
+        (Some(_), false) => "no: a set takes effect at once",
     }
 }
 

@@ -18,16 +18,16 @@ pub(crate) use record::{Entry, chapter_name};
 /// The command that a verb is for, and its fields.
 #[derive(Args, Debug)]
 pub(crate) struct Wanted {
-    /// Command: its name as in the vendor's document or in Rust, or its id
+    /// Command: its name (as in the vendor's document or in Rust) or its id
     #[arg(required_unless_present_any = ["help", "short_help"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
-    /// Fields; for a get, those of the request
+    /// Fields of the command; for a get, fields of the request
     #[arg(value_name = "KEY=VALUE")]
     pub(crate) fields: Vec<String>,
-    /// Explain the command, or this verb
+    /// Explain the command if one is given, otherwise this verb
     #[arg(long)]
     help: bool,
-    /// The same in short
+    /// Explain the same, more briefly for this verb
     #[arg(short = 'h')]
     short_help: bool,
 }

@@ -77,7 +77,7 @@ impl Connected {
         };
         let seconds = free.as_secs_f64().ceil();
         let what = format!(
-            "waiting for the lease of {}, which is gone, for up to {seconds:.0} s",
+            "waiting up to {seconds:.0} s for the lease of {}, which has disconnected, to expire",
             visible(holder)
         );
         attended(json, &what, lease.take(free + LEASE_MARGIN)).await?;
@@ -259,7 +259,9 @@ impl Context {
             ("--tool", self.global.virtual_tool.is_some()),
         ];
         if let Some((name, _)) = unusual.iter().find(|(_, given)| *given) {
-            return Err(Failure::usage(format!("{name} does not go with --station")));
+            return Err(Failure::usage(format!(
+                "{name} cannot be used with --station"
+            )));
         }
         let address: StationAddress = url.parse().map_err(Failure::invalid)?;
         let token = self.global.token_for(url);
@@ -343,7 +345,7 @@ impl Context {
         }
         // A trace that cannot be written (a full disk) does not stop the work that is traced.
         let tracer = Tracer::new(grow(path)?).map_err(|error| {
-            tracing::warn!(%error, "the trace cannot be written and stops here");
+            tracing::warn!(%error, "the trace cannot be written and ends here");
             error.to_string()
         });
         self.trace = Some((path.clone(), tracer.clone()));
@@ -372,7 +374,7 @@ impl Context {
     pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
         self.settle()?;
         if self.global.station.is_some() {
-            let message = "this needs the port of the arm itself: --station does not go with it";
+            let message = "this needs the port of the arm: it cannot be used with --station";
             return Err(Failure::usage(message));
         }
         let given = self.global.port.as_deref().filter(|port| !port.is_empty());
@@ -385,7 +387,7 @@ impl Context {
                     if error.code() == ErrorCode::NoArm
                         && sim.is_some_and(|sim| sim.taken == Taken::IfAlone) =>
                 {
-                    tell(format_args!("{error}; here is a virtual one"));
+                    tell(format_args!("{error}; using a virtual arm"));
                     Target::Sim(speed)
                 }
                 found => found?,
@@ -407,11 +409,11 @@ impl From<ClientError> for Failure {
         let failure = Self::new(Kind::Driver(kind), error.to_string());
         match error {
             ClientError::Untrusted(_) => {
-                failure.hint("--station-ca FILE names the certificates to trust")
+                failure.hint("--station-ca FILE gives the certificates to trust")
             }
             ClientError::Refused { data, .. } => match data["holder"]["name"].as_str() {
                 Some(holder) => failure.hint(format!(
-                    "try again when {} is done with the arm",
+                    "try again when {} has released the arm",
                     visible(holder)
                 )),
                 None => failure,

@@ -100,8 +100,8 @@ impl Context {
         self.in_shell
     }
 
-    /// True if the lease at a station ends with this command, and with it whatever has no end of its
-    /// own: a belt, the laser. A shell keeps its lease.
+    /// True if the lease at a station ends with this command, and with it whatever has no end of
+    /// its own: a belt, the laser. A shell keeps its lease.
     pub(crate) fn lease_ends_at_once(&self) -> bool {
         self.global.station.is_some() && !self.in_shell
     }

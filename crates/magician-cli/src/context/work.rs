@@ -317,7 +317,7 @@ fn note_running_motors(arm: &Arm, at_station: bool) {
         let output = u8::from(motor) + 1;
         if at_station {
             tell(format_args!(
-                "note: motor {output} stops: at a station none runs on without the lease"
+                "note: motor {output} stops: at a station a motor runs only while its program holds the lease"
             ));
             continue;
         }
@@ -326,7 +326,7 @@ fn note_running_motors(arm: &Arm, at_station: bool) {
             output => format!("`magician conveyor stop --motor {output}`"),
         };
         tell(format_args!(
-            "note: motor {output} runs on; {stops} or `magician stop` stops it"
+            "note: motor {output} keeps running; {stops} or `magician stop` stops it"
         ));
     }
 }

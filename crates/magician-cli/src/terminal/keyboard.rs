@@ -8,7 +8,7 @@ use ratatui::crossterm::event::{self, Event};
 
 /// Source of keys: stdin if it is a terminal, otherwise the controlling terminal.
 pub(crate) struct Keyboard {
-    #[cfg_attr(not(unix), expect(dead_code, reason = "there is no other"))]
+    #[cfg_attr(not(unix), expect(dead_code, reason = "only on Unix"))]
     other: Option<File>,
 }
 
@@ -90,7 +90,10 @@ impl Keyboard {
 
 /// State of the terminal's line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(not(unix), expect(dead_code, reason = "nothing tells there"))]
+#[cfg_attr(
+    not(unix),
+    expect(dead_code, reason = "other systems do not report it")
+)]
 enum TerminalInput {
     Ready,
     Silent,

@@ -63,7 +63,7 @@ impl Seen {
                 format!(" NO ANSWER for {} s ", self.arm.age().as_secs())
             }
             Some(Link::Up) => format!(" link up {:.0}/s ", self.arm.rate),
-            Some(Link::Lost { sought: true, .. }) => " LINK LOST, looking for it ".to_owned(),
+            Some(Link::Lost { sought: true, .. }) => " LINK LOST, reconnecting ".to_owned(),
             Some(Link::Lost { .. }) => " LINK LOST ".to_owned(),
             Some(_) => " closed ".to_owned(),
         };

@@ -12,7 +12,7 @@ use crate::output::Output;
 /// Show the alarms with cause and remedy, or clear them
 #[derive(Args, Debug)]
 pub(crate) struct Alarms {
-    /// Clear the alarms, which also releases the queue
+    /// Clear the alarms and release the queue
     #[arg(long)]
     clear: bool,
 }
@@ -37,10 +37,7 @@ impl Alarms {
             if homed {
                 Ok(())
             } else {
-                note(
-                    "the arm still does not know where it is: `magician home` homes it",
-                    out,
-                )
+                note("the arm is still not homed: `magician home` homes it", out)
             }
         })
     }

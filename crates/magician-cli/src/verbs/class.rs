@@ -34,60 +34,68 @@ pub(super) struct SiteClass {
 enum AtStation {
     #[command(flatten)]
     Anywhere(Anywhere),
-    /// Make new codes, for these pupils or for all: pupils who signed in with an old code have to sign in again
+    /// Generate new codes for these pupils, or for all; pupils signed in with an old code must sign
+    /// in again
     Codes {
+        /// Names of pupils [default: all]
         #[arg(value_name = "NAME")]
         pupils: Vec<String>,
     },
-    /// End the turns at these arms, or at all: the next who waits gets the arm
+    /// End the turns at these arms, or at all; the next in the queue gets the arm
     End {
+        /// Names of arms [default: all]
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
-    /// Pass the turns at these arms, or at all, to the next who waits: whoever had it waits behind all others
+    /// Pass the turns at these arms, or at all, to the next in the queue; the previous holders go
+    /// to its end
     Next {
+        /// Names of arms [default: all]
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
-    /// Print whose turn it is and who waits
+    /// Print the current turns and the queue
     Turns,
 }
 
 #[derive(Debug, Subcommand)]
 enum Anywhere {
-    /// Make codes for the pupils of a class file that have none, write them into it, and print the list
+    /// Generate missing codes for the pupils in a class file, save them in it, and print the list
     New {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: PathBuf,
-        /// Write the codes as a page to print and cut up
+        /// Write the codes to an HTML page to print and cut up
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
     /// Print the pupils and their codes
     List {
-        /// Write the codes as a page to print and cut up
+        /// Write the codes to an HTML page to print and cut up
         #[arg(long, value_name = "FILE")]
         html: Option<PathBuf>,
     },
-    /// Give another class file; without FILE the class ends
+    /// Set the class from a file; without FILE, end the class
     Set {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: Option<PathBuf>,
-        /// Take the codes and the PIN of the file where pupils have others already
+        /// Use the codes and the PIN of the file even for pupils who already have other codes
         #[arg(long, requires = "file")]
         use_codes: bool,
     },
-    /// Stop these arms, or all, until they are freed: jobs pause, the laser is off, pupils move nothing
+    /// Stop these arms, or all, until they are freed: jobs pause, the laser goes off, pupils cannot
+    /// move them
     Freeze {
+        /// Names of arms [default: all]
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
-    /// Let pupils move these arms again, or all
+    /// Let pupils move these arms, or all, again
     Free {
+        /// Names of arms [default: all]
         #[arg(value_name = "ARM")]
         arms: Vec<String>,
     },
-    /// Print the schedule, or give the one of FILE
+    /// Print the schedule, or set it from FILE
     Schedule {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
         file: Option<PathBuf>,
@@ -96,7 +104,7 @@ enum Anywhere {
 
 #[derive(Args, Debug)]
 pub(super) struct Results {
-    /// Write one page with the pictures: it needs nothing else, and prints well
+    /// Write one self-contained, printable HTML page with the pictures
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     out: Option<PathBuf>,
 }
@@ -118,7 +126,7 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
     }
     context.show(class, |out| {
         if class.get("class").is_some_and(Value::is_null) {
-            return out.line("there is no class: `class set FILE` gives one");
+            return out.line("there is no class: `class set FILE` sets one");
         }
         let pupils = class["pupils"].as_array().map_or(&[][..], Vec::as_slice);
         if pupils.is_empty() {
@@ -135,12 +143,13 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
         if !kept.is_empty() {
             let kept = kept.join(", ");
             out.line(format_args!(
-                "the file has other codes for {kept}: those above stay good, and --use-codes takes the file's"
+                "the file has other codes for {kept}: the codes above remain valid; --use-codes \
+                    replaces them by those of the file"
             ))?;
         }
         match class["pin"].as_str() {
             Some(pin) => out.line(format_args!(
-                "the teacher's PIN, at the arms' computer: {pin}"
+                "the teacher's PIN, for use at the station's computer: {pin}"
             )),
             None => Ok(()),
         }
@@ -188,7 +197,7 @@ fn alike(shown: &Value) -> Result<(), Failure> {
     if flaws.is_empty() {
         return Ok(());
     }
-    let message = format!("not the same at all stations: {}", flaws.join("; "));
+    let message = format!("the stations differ: {}", flaws.join("; "));
     let timeout = Kind::Driver(magician::ErrorKind::Timeout);
     Err(Failure::new(timeout, message))
 }
@@ -247,7 +256,7 @@ impl AtStation {
             }
             Self::Next { arms: names } => {
                 let done = call(context, "turn.next", arms(&names))?;
-                let nobody = "no turn is passed on: nobody who is there waits";
+                let nobody = "no turn is passed on: no one present is waiting";
                 context.show(&done, |out| say(out, &done, "turn passed on", nobody))
             }
             Self::Turns => {
@@ -355,9 +364,9 @@ fn show_turns(out: &mut Output, turns: &Value) -> Result<(), Failure> {
     columns.write(out)?;
     for place in turns["queue"].as_array().into_iter().flatten() {
         let absent = match place["reason"].as_str() {
-            Some("away") => ", not there",
-            Some("schedule") => ", until the schedule has a slot",
-            Some("frozen") => ", until an arm is freed",
+            Some("away") => ", absent",
+            Some("schedule") => ", waits for a slot in the schedule",
+            Some("frozen") => ", waits until an arm is freed",
             _ => "",
         };
         out.line(format_args!(
@@ -382,7 +391,7 @@ impl Results {
         context.show(&results, |out| {
             let items = results["results"].as_array().map_or(&[][..], Vec::as_slice);
             if items.is_empty() {
-                return out.line("nothing yet: a pupil's job that is done comes here");
+                return out.line("no results yet: finished jobs of pupils are listed here");
             }
             let mut columns = Columns::default();
             for item in items {

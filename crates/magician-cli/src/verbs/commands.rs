@@ -13,14 +13,14 @@ use crate::output::Output;
 /// List or explain the commands of the protocol
 #[derive(Args, Debug)]
 pub(crate) struct Commands {
-    /// Command to explain: its name as in the vendor's document or in Rust, or its id
+    /// Command to explain: its name (as in the vendor's document or in Rust) or its id
     #[arg(conflicts_with_all = ["chapter", "word"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
-    /// Only commands of a chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp, arc, wait, trigger, io,
-    /// calibration, wifi, lost-step, queue
+    /// List only the commands of one chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp,
+    /// arc, wait, trigger, io, calibration, wifi, lost-step, queue
     #[arg(long)]
     chapter: Option<String>,
-    /// Only commands with this word in their name or description
+    /// List only commands with this word in their name or description
     #[arg(long)]
     word: Option<String>,
 }

@@ -15,7 +15,7 @@ use crate::output::Text;
     after_help = "For bash: magician completions bash > ~/.local/share/bash-completion/completions/magician"
 )]
 pub(crate) struct Completions {
-    /// Shell
+    /// Shell to print the script for
     shell: Shell,
 }
 

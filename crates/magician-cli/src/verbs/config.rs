@@ -22,7 +22,8 @@ Examples:
   magician config set arms.white.port /dev/ttyUSB0
   magician config set arms.white.fence.floor -60
 
-An option overrides its environment variable (MAGICIAN_PORT, MAGICIAN_TOOL, MAGICIAN_WINDOW), which overrides the file. MAGICIAN_CONFIG names another file.")]
+An option overrides its environment variable (MAGICIAN_PORT, MAGICIAN_TOOL, MAGICIAN_WINDOW), which \
+overrides the settings file. MAGICIAN_CONFIG sets the path of that file.")]
 pub(crate) struct Show {
     #[command(subcommand)]
     deed: Option<Deed>,
@@ -48,7 +49,7 @@ enum Deed {
         /// Name of the setting
         key: String,
     },
-    /// Print the path of the file
+    /// Print the path of the settings file
     Path,
 }
 

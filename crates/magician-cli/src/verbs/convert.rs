@@ -19,13 +19,14 @@ use crate::voice::Command;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician convert pick.playback pick.plan.json    a plan that people can read, change and compare
+  magician convert pick.playback pick.plan.json    a readable plan to edit and compare
   magician convert pick.plan.json pick.playback    for DobotStudio
-  magician convert part.gcode part.svg             the lines that it draws, in true size
+  magician convert part.gcode part.svg             the drawn lines, true to size
   magician convert house.svg house.csv             every step with its target point
   magician convert photo.jpg photo.svg --image hatch --width 120
 
-The ending of the second name selects the output format: .plan.json (or .json), .playback, .svg, .png, .csv. A drawing is placed in front of the arm first.")]
+The extension of the second name selects the output format: .plan.json (or .json), .playback, .svg, \
+.png, .csv. A drawing is first placed in front of the arm.")]
 pub(crate) struct Convert {
     #[command(flatten)]
     file: File,
@@ -101,8 +102,7 @@ fn refused(error: ConversionError, source: &Source) -> Failure {
         ConversionError::Refused(problem) => source.failure(&problem),
         ConversionError::Rehearsal(error) => Failure::from(&error),
         ConversionError::OutOfReach => empty("none of its lines is within reach").hint(
-            "`magician run --check` shows how far out of reach it is, `--fit` makes \
-                it fit",
+            "`magician run --check` shows how far out of reach it is, `--fit` shrinks it to fit",
         ),
         ConversionError::DrawsNothing => empty("it draws and burns nothing")
             .hint("`magician run --preview` shows the path of the tool"),

@@ -15,13 +15,13 @@ use crate::progress::attended;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician conveyor run 50          50 mm/s until it is stopped; -50 the other way
-  magician conveyor by 120          forward by 120 mm, and wait until the belt stands
+  magician conveyor run 50          50 mm/s until stopped; -50 runs backwards
+  magician conveyor by 120          120 mm forward, and wait until the belt has stopped
   magician conveyor stop")]
 pub(crate) struct Conveyor {
     #[command(subcommand)]
     action: Action,
-    /// Motor output that drives it, 1 or 2
+    /// Motor output of the conveyor, 1 or 2
     #[arg(long, global = true, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
     motor: u8,
 }
@@ -30,16 +30,16 @@ pub(crate) struct Conveyor {
 enum Action {
     /// Run the belt until it is stopped
     Run {
-        /// Speed, mm/s, to 120; its sign is the direction
+        /// Speed in mm/s, -120 to 120; the sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         speed: f32,
     },
-    /// Move the belt by a distance and wait until it stands
+    /// Move the belt by a distance and wait until it has stopped
     By {
-        /// Distance, mm; its sign is the direction
+        /// Distance in mm; the sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
-        /// Speed, mm/s, to 120
+        /// Speed in mm/s, up to 120
         #[arg(long, value_name = "MM/S", default_value_t = 50.0, value_parser = number::<f32>)]
         speed: f32,
     },
@@ -64,8 +64,8 @@ impl Conveyor {
             Action::Run { speed } => {
                 let speed = conveyor_speed(speed)?;
                 if speed != 0.0 && context.lease_ends_at_once() {
-                    let message = "a belt at a station stops with the lease, and this command's \
-                        ends at once; nothing was sent";
+                    let message = "at a station a belt stops when the lease ends, and the lease of \
+                        this command ends at once; nothing was sent";
                     return Err(Failure::usage(message).hint(
                         "`magician shell` keeps the lease; `magician conveyor by` ends by itself",
                     ));
@@ -75,7 +75,7 @@ impl Conveyor {
             Action::Stop => turn(context, motor, output, 0.0)?,
             Action::By { distance, speed } => {
                 if conveyor_speed(speed)? <= 0.0 {
-                    let message = format!("the speed is {speed} mm/s, it must be above 0");
+                    let message = format!("the speed is {speed} mm/s, but must be above 0");
                     return Err(Failure::invalid(message));
                 }
                 let command = build::conveyor_by(output, within(distance)?, speed);
@@ -92,7 +92,7 @@ impl Conveyor {
         };
         context.show(&answer, |out| match (answer.speed, answer.distance) {
             (Some(speed), _) if speed != 0.0 => {
-                out.line(format_args!("conveyor {motor}: runs at {speed} mm/s"))
+                out.line(format_args!("conveyor {motor}: running at {speed} mm/s"))
             }
             (_, Some(distance)) => {
                 out.line(format_args!("conveyor {motor}: moved by {distance} mm"))

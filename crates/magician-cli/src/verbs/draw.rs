@@ -12,14 +12,15 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician draw house.svg --preview out.svg        what will be drawn, and where
+  magician draw house.svg --preview out.svg        preview the drawing and its position
   magician draw house.svg --surface -58.5          the paper is at z -58.5
   magician draw house.svg --fit --speed 30
   magician draw logo.png --width 80 --threshold 100
   magician draw sketch.jpg --image centerline --width 150
   magician draw photo.jpg --image hatch --width 120 --pen-width 0.4
 
-`magician calibrate` measures the position of the paper once and for all. A drawing keeps its true size; if it does not fit it is refused, unless --fit makes it smaller.")]
+`magician calibrate` measures and saves the position of the paper. A drawing keeps its true size; if \
+it does not fit, it is refused unless --fit shrinks it.")]
 pub(crate) struct Draw {
     #[command(flatten)]
     file: File,

@@ -13,18 +13,19 @@ use crate::failure::Failure;
 #[command(after_help = "\
 Examples:
   magician engrave photo.png --width 60 --preview out.png
-  magician engrave --frame photo.png --width 60    go round it first, with the laser off
+  magician engrave --frame photo.png --width 60    trace its outline first, laser off
   magician engrave photo.png --width 60 --power 5..70 --yes
   magician engrave logo.svg --power 80 --speed 10 --yes
   magician engrave job.gcode --power 50 --check
   magician engrave photo.png --mode dither --spacing 0.25 --port sim --picture out.png
 
-A laser blinds and starts fires: wear goggles for its wavelength, keep the space behind the work clear, and never leave it alone. On a real arm \
-nothing burns without --yes; --check, --estimate and --preview move nothing.")]
+A laser blinds and starts fires: wear goggles for its wavelength, keep the space behind the work \
+clear, and never leave it unattended. On a real arm nothing burns without --yes; --check, --estimate \
+and --preview move nothing.")]
 pub(crate) struct Verb {
     #[command(flatten)]
     file: File,
-    /// With --frame: go round until Ctrl-C
+    /// With --frame: repeat until Ctrl-C
     #[arg(long, requires = "frame", conflicts_with = "loops")]
     repeat: bool,
     #[command(flatten)]

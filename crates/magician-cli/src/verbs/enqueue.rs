@@ -20,7 +20,7 @@ Examples:
   magician enqueue PTPCmd ptp_mode=movl-xyz x=220 y=40 z=30 r=0 --start
   magician enqueue --help PTPCmd     explains the command
 
-Prints the queue index that the arm assigned. The queue is started only with --start."
+Prints the queue index assigned by the arm. The queue is started only with --start."
 )]
 pub(crate) struct Enqueue {
     #[command(flatten)]

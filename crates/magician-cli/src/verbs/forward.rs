@@ -12,16 +12,16 @@ use crate::options::{ToolOption, number};
 /// Compute the tool's pose from four joint angles
 #[derive(Args, Debug)]
 pub(crate) struct Forward {
-    /// Base, degrees
+    /// Base (J1), degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j1: f64,
-    /// Rear arm, degrees from the vertical
+    /// Rear arm (J2), degrees from the vertical
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j2: f64,
-    /// Forearm, degrees below the horizontal
+    /// Forearm (J3), degrees below the horizontal
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j3: f64,
-    /// End servo, degrees
+    /// End servo (J4), degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     j4: f64,
     #[command(flatten)]

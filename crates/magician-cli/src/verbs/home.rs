@@ -9,7 +9,7 @@ use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::progress::attended;
 
-/// Home the arm: find its reference, go to the home point, clear the alarms
+/// Home the arm: find its reference, move to the home point, clear alarms
 #[derive(Args, Debug)]
 pub(crate) struct Home {
     /// First run the commands that an earlier program left in the queue

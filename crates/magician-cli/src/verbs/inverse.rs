@@ -12,16 +12,16 @@ use crate::options::{ToolOption, number};
 /// Compute the joint angles of a pose
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
-    /// Forward, mm
+    /// x (forward), mm
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     x: f64,
-    /// To the left, mm
+    /// y (to the left), mm
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     y: f64,
-    /// Up, mm
+    /// z (up), mm
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     z: f64,
-    /// Rotation of the tool, degrees
+    /// r (rotation of the tool), degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f64>)]
     r: f64,
     #[command(flatten)]

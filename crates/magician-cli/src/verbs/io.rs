@@ -19,7 +19,7 @@ use crate::output::Output;
 /// Highest address of a pin (document 1.15.1).
 pub(super) const PINS: u8 = 20;
 
-/// Read and drive the pins of the arm's connectors
+/// Read and set the pins of the arm's connectors
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -35,13 +35,13 @@ pub(crate) struct Io {
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Show what the pins do
+    /// List the pins with function and state
     List {
         /// Also show pins without a function
         #[arg(long)]
         all: bool,
     },
-    /// Read a pin, as its function says
+    /// Read a pin according to its function
     Get {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
@@ -62,7 +62,7 @@ enum Action {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
         pin: u8,
-        /// Function
+        /// Function: one of these names or numbers
         #[arg(value_parser = function)]
         function: IoFunction,
     },
@@ -71,10 +71,10 @@ enum Action {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
         pin: u8,
-        /// Frequency, Hz, 10 to 1000000
+        /// Frequency in Hz, 10 to 1000000
         #[arg(value_parser = number::<f32>)]
         hertz: f32,
-        /// Duty cycle, percent, 0 to 100
+        /// Duty cycle in percent, 0 to 100
         #[arg(value_parser = number::<f32>)]
         percent: f32,
     },

@@ -32,15 +32,15 @@ Examples:
   magician laser on --for 0.5    for half a second
   magician laser off
 
-Wear goggles for the laser's wavelength before you switch it on. It burns only while this command runs; --keep-on leaves it \
-on. In `magician shell` it burns until `laser off`, or until the shell ends. On a real arm it \
-    asks first, or needs --yes.")]
+Wear goggles for the laser's wavelength before switching it on. The laser burns only while this \
+command runs; --keep-on leaves it on. In `magician shell` it burns until `laser off`, or until the \
+shell ends. On a real arm the command asks first, or needs --yes.")]
 pub(crate) struct Laser {
     state: Switch,
-    /// Switch it off after SECONDS
+    /// Switch the laser off after SECONDS
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     time: Option<Duration>,
-    /// Leave it on when this command ends
+    /// Leave the laser on when this command ends
     #[arg(long, conflicts_with = "time")]
     keep_on: bool,
 }
@@ -57,8 +57,8 @@ impl Laser {
             return Err(Failure::usage(message).hint("give --for SECONDS, or --keep-on"));
         }
         if self.keep_on && context.lease_ends_at_once() {
-            let message = "the laser at a station goes off with the lease, and this command's ends \
-                at once; nothing was sent";
+            let message = "at a station the laser goes off when the lease ends, and the lease of \
+                this command ends at once; nothing was sent";
             return Err(Failure::usage(message)
                 .hint("give --for SECONDS, or use `magician shell`, which keeps the lease"));
         }
@@ -160,7 +160,7 @@ async fn lost(arm: &Arm, quiet: bool) -> Failure {
     }
     let back = attended(
         quiet,
-        "the line broke: waiting to switch the laser off when it is back",
+        "line lost: waiting to switch the laser off when it is back",
         timeout(BACK, arm.reconnected()),
     );
     let message = match back.await {

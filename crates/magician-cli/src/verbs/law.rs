@@ -16,21 +16,25 @@ pub(super) fn show(report: &LawReport, out: &mut Output) -> Result<(), Failure> 
 fn lines(report: &LawReport) -> Vec<String> {
     let mut lines = Vec::new();
     let by = match report.basis {
-        Basis::Commands => "by the commands of the log",
-        Basis::Readings => "by poses alone",
+        Basis::Commands => "based on the commands in the log",
+        Basis::Readings => "based on poses only",
     };
     let (poses, moving) = (report.poses, report.moving);
-    lines.push(format!("law: {poses} poses, {moving} on the way, {by}"));
+    lines.push(format!("law: {poses} poses, {moving} in motion, {by}"));
     for (nth, residue) in report.residues.iter().enumerate() {
         let best = nth == 0 && report.profile.is_some();
-        let verdict = if best { "fits best, off by" } else { "off by" };
+        let verdict = if best {
+            "best fit, deviation"
+        } else {
+            "deviation"
+        };
         let ProfileResidue {
             profile, mm, deg, ..
         } = residue;
         let same = if residue.same.is_empty() {
             String::new()
         } else {
-            format!(" ({} move alike)", residue.same.join(", "))
+            format!(" ({} move identically)", residue.same.join(", "))
         };
         lines.push(format!(
             "  profile {profile}{same}: {verdict} {mm:.4} mm, {deg:.4} deg at most"
@@ -43,7 +47,7 @@ fn lines(report: &LawReport) -> Vec<String> {
     }
     lines.extend(report.speeds.iter().map(told));
     let untold = report.untold.iter();
-    lines.extend(untold.map(|what| format!("  not told, {}: {what}", what.about())));
+    lines.extend(untold.map(|what| format!("  not determined, {}: {what}", what.about())));
     lines
 }
 

@@ -11,7 +11,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
 
-/// Print the manual page, or write one for each verb
+/// Print the manual page, or write one page for each verb
 #[derive(Args, Debug)]
 #[command(after_help = "To view it: magician man | man -l -")]
 pub(crate) struct Man {

@@ -18,11 +18,11 @@ Examples:
   magician play pick.playback
   magician play pick.playback --loops 10 --speed-ratio 80
   magician play pick.playback --loops 0 --pause 2     until Ctrl-C, with pauses of 2 s
-  magician play drop.playback --grid 2x3:40x30        at each place of a pallet")]
+  magician play drop.playback --grid 2x3:40x30        at each position of a pallet")]
 pub(crate) struct Play {
     #[command(flatten)]
     file: File,
-    /// Pause at the end of each loop, seconds
+    /// Pause at the end of each loop, in seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pause: Option<Duration>,
     #[command(flatten)]

@@ -21,10 +21,10 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// `:SERIAL` if there are several), or by the serial number of the arm behind it (`--port arm:SERIAL`).
 #[derive(Args, Debug)]
 pub(crate) struct Ports {
-    /// Search the local networks for arms too, or ask one host, which may be in another network
+    /// Also search the local networks for arms, or query one host, which may be in another network
     #[arg(long, value_name = "HOST", num_args = 0..=1)]
     wifi: Option<Option<String>>,
-    /// List what this computer has, and ask no network: stations of others are not searched
+    /// List only the ports and stations of this computer, without searching the network
     #[arg(long, conflicts_with = "wifi")]
     local: bool,
 }
@@ -167,8 +167,8 @@ fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<OnWifi>, Failure
     Ok(found.into_iter().map(OnWifi::from).collect())
 }
 
-const NOBODY_ON_WIFI: &str = "no arm answered on Wi-Fi; is its module plugged in and its light \
-        green? Networks behind a router are not searched: `magician ports --wifi HOST` asks one \
+const NOBODY_ON_WIFI: &str = "no arm replied on Wi-Fi; is its module plugged in and its light \
+    green? Networks behind a router are not searched: `magician ports --wifi HOST` queries one \
     address there";
 
 /// Returns the advice for a user without an arm.
@@ -179,7 +179,8 @@ fn nobody(no_ports: bool) -> String {
         "none of these looks like an arm"
     };
     format!(
-        "{found}; is it switched on and plugged in? `magician ports --wifi` looks for an arm on Wi-Fi, --port sim is a virtual one"
+        "{found}; is it switched on and plugged in? `magician ports --wifi` searches for an arm on \
+            Wi-Fi, --port sim is a virtual arm"
     )
 }
 

@@ -17,10 +17,10 @@ use crate::paint::obeys;
 /// Show the pose: tool position and joint angles
 #[derive(Args, Debug)]
 pub(crate) struct Pose {
-    /// Keep showing it until Ctrl-C
+    /// Show the pose continuously until Ctrl-C
     #[arg(long)]
     watch: bool,
-    /// Readings per second, with --watch
+    /// With --watch: readings per second, 0.01 to 1000
     #[arg(long, value_name = "HZ", default_value_t = 10.0, requires = "watch", value_parser = rate)]
     rate: f64,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Pose {
 pub(super) fn rate(text: &str) -> Result<f64, String> {
     let rate = text.parse::<f64>().ok();
     rate.filter(|rate| (0.01..=1000.0).contains(rate))
-        .ok_or_else(|| "expected 0.01 to 1000 times a second".to_owned())
+        .ok_or_else(|| "expected 0.01 to 1000 per second".to_owned())
 }
 
 impl Pose {

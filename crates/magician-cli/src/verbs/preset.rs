@@ -10,7 +10,7 @@ use crate::context::Context;
 use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
 
-/// Show or change presets: flags of a pen, a laser, a material, under a name
+/// Show or change presets: named sets of flags for a pen, laser or material
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -20,11 +20,12 @@ Examples:
   magician engrave photo.png --width 60 --preset birch --yes
   magician preset remove birch
 
-A flag overrides the preset, which overrides the settings of `magician config`. A preset is a file, NAME.toml in the folder presets beside the file of \
-settings (`magician config path`), whose keys are the names of flags: `travel_speed = 90`, `order = false` for --no-order. A file of the same name as a \
-preset that comes with this program goes before it.
+Flags override the preset; the preset overrides the settings of `magician config`. A preset is a \
+file NAME.toml in the folder presets next to the settings file (`magician config path`); its keys \
+are the names of flags: `travel_speed = 90`, `order = false` for --no-order. A file overrides a \
+built-in preset of the same name.
 
-The presets that come with this program were not tried on a real arm: begin with a `magician testgrid` on a piece of the material.")]
+The built-in presets have not been tried on a real arm: start with a `magician testgrid` on a piece of the material.")]
 pub(crate) struct Verb {
     #[command(subcommand)]
     deed: Deed,
@@ -34,13 +35,13 @@ pub(crate) struct Verb {
 enum Deed {
     /// List all presets
     List,
-    /// Print what a preset says
+    /// Print the flags of a preset
     Show {
         /// Name of the preset
         #[arg(value_parser = PresetName, hide_possible_values = true)]
         name: String,
     },
-    /// Save these flags under a name, in the place of what was saved under it
+    /// Save these flags as a preset, replacing one of the same name
     Save(Box<Save>),
     /// Remove the file of a preset
     Remove {
@@ -50,7 +51,7 @@ enum Deed {
     },
 }
 
-/// Save these flags under a name, in the place of what was saved under it
+/// Save these flags as a preset, replacing one of the same name
 #[derive(Args, Debug)]
 pub(crate) struct Save {
     /// Name of the preset: letters, digits, - and _
@@ -116,7 +117,7 @@ fn failure(error: PresetError) -> Failure {
     let hint = match &error {
         PresetError::Homeless => Some("set MAGICIAN_CONFIG to the path of the file of settings"),
         PresetError::Unknown(..) => Some("`magician preset list` lists them"),
-        PresetError::Shipped(_) => Some("`magician preset save` with the same name goes before it"),
+        PresetError::Shipped(_) => Some("`magician preset save` with the same name overrides it"),
         _ => None,
     };
     let drawn = match &error {

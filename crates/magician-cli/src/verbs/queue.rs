@@ -20,9 +20,9 @@ enum Action {
     Status,
     /// Start the queue
     Start,
-    /// Finish the command under way and hold the rest
+    /// Finish the current command and hold the rest
     Stop,
-    /// Drop the waiting commands; the motion under way may end where it is
+    /// Drop the waiting commands; the current motion may stop midway
     Clear,
 }
 

@@ -12,13 +12,13 @@ use crate::options::number;
 use crate::progress::attended;
 use crate::saved::SavedSettings;
 
-/// Use the sliding rail: set it up, read it, move along it
+/// Enable the sliding rail, show its position, or move along it
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
     after_help = "\
 Examples:
-  magician rail on               tell the arm that it is on a rail
+  magician rail on               enable the rail on the arm
   magician rail to 350           along the rail to 350 mm; the joints do not move
   magician rail by -50 --speed 80"
 )]
@@ -29,25 +29,25 @@ pub(crate) struct Rail {
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Tell the arm that it is on a rail
+    /// Enable the rail on the arm
     On {
         /// Generation of the rail, 1 or 2
         #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
         version: u8,
     },
-    /// Tell the arm that it is not on a rail
+    /// Disable the rail on the arm
     Off,
-    /// Move to a position on the rail and wait until the arm is there
+    /// Move to a position on the rail and wait for arrival
     To {
-        /// Position, mm, 0 to 1000
+        /// Position in mm, 0 to 1000
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         place: f32,
         #[command(flatten)]
         how: How,
     },
-    /// Move along the rail by a distance
+    /// Move along the rail by a distance and wait for arrival
     By {
-        /// Distance, mm
+        /// Distance in mm
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
         #[command(flatten)]
@@ -57,7 +57,7 @@ enum Action {
 
 #[derive(Args, Clone, Copy, Debug)]
 struct How {
-    /// Speed on the rail for this move, mm/s
+    /// Rail speed in mm/s for this move [default: the arm's setting]
     #[arg(long, value_name = "MM/S", value_parser = number::<f32>)]
     speed: Option<f32>,
 }

@@ -28,35 +28,38 @@ const FRAME: Duration = Duration::from_millis(100);
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician record day.mcap                  until Ctrl-C; Foxglove opens it
+  magician record day.mcap                  until Ctrl-C; opens in Foxglove
   magician record day.csv --rate 50 --for 60
   magician record lead.plan.json            guide the arm by hand (its unlock button), then Ctrl-C
   magician run lead.plan.json               repeat the motion
-  magician record day.csv --rate 23 --law   how far from the law of motion the arm was; of an older file: magician replay day.csv --law
+  magician record day.csv --rate 23 --law   with the deviation from the law of motion
+  magician replay day.csv --law             the same for an existing recording
 
-The ending of the name selects the format: .mcap, .csv and .jsonl are readings (time, seconds, pose and joints in mm and deg, queue index \
-and space, alarms; .mcap and .jsonl also have alarms and breaks of the line); .plan.json is a \
-    program that repeats the motion at its own speed and with its pauses, .playback the same for \
-    DobotStudio, with a stop at each point.
+The extension selects the format. .mcap, .csv and .jsonl contain readings: time, seconds, pose and \
+joints in mm and deg, queue index and free space, alarms; .mcap and .jsonl also contain events of \
+alarms and of the line. .plan.json is a program that repeats the motion at its own speed and \
+with its pauses. .playback is the same for DobotStudio, with a stop at each point.
 
-It only reads: move the arm by hand, by its own keys, or from another program through `magician proxy`. A recording that is killed lacks its last second at most. One that replaces a file (--yes) grows in FILE.partial until its end.")]
+Recording only reads: move the arm by hand, with its own keys, or from another program through \
+`magician proxy`. A recording that is killed lacks at most its last second. With --yes an existing \
+file is replaced; until the end the new recording is in FILE.partial.")]
 pub(crate) struct Record {
     /// File to write
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Readings per second; a line at 115200 baud carries about 50
+    /// Readings per second, 0.01 to 1000; a line at 115200 baud allows about 50
     #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
     rate: f64,
-    /// In a .csv file, write the units into a second line
+    /// Write the units into the second line of a .csv file
     #[arg(long)]
     units: bool,
-    /// Duration; default: until Ctrl-C
+    /// Duration in seconds [default: until Ctrl-C]
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     lasting: Option<Duration>,
-    /// Largest distance of a program from the motion that it repeats, mm
+    /// Largest deviation of a program from the recorded motion in mm, 0.01 to 100
     #[arg(long, value_name = "MM", default_value_t = 0.5, value_parser = tolerance)]
     tolerance: f64,
-    /// Print how far the readings are from the law of motion (see magician replay --help)
+    /// Print the deviation of the readings from the law of motion (see `magician replay --help`)
     #[arg(long)]
     law: bool,
 }

@@ -14,13 +14,16 @@ use crate::failure::Failure;
 Examples:
   magician run pick.playback                       a program taught in DobotStudio
   magician run drawing.svg --check                 check it, without an arm
-  magician run drawing.svg --preview out.svg       what will be drawn, and where
+  magician run drawing.svg --preview out.svg       preview the drawing and its position
   magician run part.gcode --port sim --picture out.png
   magician run part.gcode --resume                 resume after Ctrl-C or a pulled cable
 
-While it runs at a terminal, p pauses and resumes, space and s stop like Ctrl-C, + and - change the speed, and Ctrl-Z pauses it before this program is suspended. --tui shows the sheet as it fills up.
+During a run at a terminal, p pauses and resumes, space and s stop like Ctrl-C, + and - change the \
+speed, and Ctrl-Z pauses the run before it suspends this program. --tui shows the drawing as it \
+progresses.
 
-Everything is checked before the first byte is sent. Drawings are drawn with the pen (more options: `magician draw`), images are engraved (`magician engrave`). Burning with a real arm needs --yes.")]
+Everything is checked before the first byte is sent. Drawings are drawn with the pen (more options: \
+`magician draw`), images are engraved (`magician engrave`). Burning with a real arm needs --yes.")]
 pub(crate) struct Run {
     #[command(flatten)]
     file: File,

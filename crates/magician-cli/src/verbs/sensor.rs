@@ -14,25 +14,25 @@ use super::pose::rate;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 
-/// Read a sensor, switching it on first
+/// Switch a sensor on and read it
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   magician sensor color gp2
   magician sensor infrared gp4 --watch
-Levels and voltages at pins: `magician io`.")]
+Levels and voltages of pins: `magician io`.")]
 pub(crate) struct Sensor {
     /// Kind of sensor
     kind: Kind,
-    /// Connector that it is plugged into
+    /// Connector that the sensor is plugged into
     connector: Connector,
-    /// Keep showing it until Ctrl-C
+    /// Read the sensor continuously until Ctrl-C
     #[arg(long)]
     watch: bool,
-    /// Readings per second, with --watch
+    /// With --watch: readings per second, 0.01 to 1000
     #[arg(long, value_name = "HZ", default_value_t = 5.0, requires = "watch", value_parser = rate)]
     rate: f64,
-    /// Switch the sensor off instead
+    /// Switch the sensor off instead of reading it
     #[arg(long, conflicts_with = "watch")]
     off: bool,
     /// Generation of the sensor, 1 or 2
@@ -42,7 +42,7 @@ pub(crate) struct Sensor {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// Tells red, green and blue apart
+    /// Distinguishes red, green and blue
     #[value(alias = "colour")]
     Color,
     /// Detects an object in front of it

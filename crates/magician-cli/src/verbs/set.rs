@@ -11,7 +11,7 @@ use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::values;
 
-/// Set any value of the protocol, or do any of its commands, at once
+/// Set any value of the protocol, or run any of its commands, at once
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
@@ -79,5 +79,5 @@ pub(crate) fn refuse_danger(row: &Row, context: &Context) -> Result<(), Failure>
         return Ok(());
     };
     let message = format!("{} {danger}; nothing was sent", row.set_name);
-    Err(Failure::usage(message).hint("--yes sends it all the same"))
+    Err(Failure::usage(message).hint("--yes sends it anyway"))
 }

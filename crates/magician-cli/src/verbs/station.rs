@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::serving::unix_time;
 use magician::stations::{folder, stations};
 
-/// Tokens for a station, codes for tokens, and the class of a station
+/// Manage tokens, pairing codes and the class of a station
 #[derive(Args, Debug)]
 pub(crate) struct Station {
     #[command(subcommand)]
@@ -22,28 +22,28 @@ pub(crate) struct Station {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Make a token and print it, once; list them, or revoke one
+    /// Create a token and print it once; list tokens, or revoke one
     Token(Token),
-    /// Print a code of six digits, good for one token within two minutes
+    /// Print a six-digit pairing code, valid for one token within two minutes
     Pair(Pair),
-    /// Pupils and their codes, turns, the schedule; freeze and free arms
+    /// Manage pupils, codes, turns and the schedule; freeze and free arms
     Class(Class),
-    /// Results of the pupils of a running station
+    /// Print the results of the pupils of a running station
     Results(Results),
 }
 
 #[derive(Args, Debug)]
 struct Token {
-    /// Name of the new token; token-N by default
+    /// Name of the new token [default: token-N]
     #[arg(long, value_name = "NAME")]
     new: Option<String>,
     /// Role of the token: viewer, student or teacher
     #[arg(long, value_name = "ROLE", default_value = "student", value_parser = role)]
     role: Role,
-    /// List the tokens: name, role, when they were made and used last
+    /// List the tokens: name, role, creation and last use
     #[arg(long, conflicts_with_all = ["new", "revoke"])]
     list: bool,
-    /// End a token: a running station closes its sessions within a second
+    /// Revoke a token; a running station closes its sessions within a second
     #[arg(long, value_name = "NAME", conflicts_with = "new")]
     revoke: Option<String>,
 }
@@ -62,7 +62,7 @@ fn role(text: &str) -> Result<Role, String> {
 /// Opens the store of tokens for this machine's stations.
 pub(crate) fn tokens() -> Result<TokenStore, Failure> {
     let folder = folder().ok_or_else(|| {
-        Failure::invalid("there is no place for tokens: neither XDG_STATE_HOME nor HOME is set")
+        Failure::invalid("no folder for tokens: neither XDG_STATE_HOME nor HOME is set")
     })?;
     Ok(TokenStore::at(folder.join("tokens.toml")))
 }
@@ -106,12 +106,14 @@ fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Fai
             match running.len() {
                 1 => running.remove(0),
                 0 => {
-                    let hint = "start one with `magician serve --class FILE`, or say where it is: --station URL";
-                    return Err(Failure::invalid("no station runs on this machine").hint(hint));
+                    let hint = "start one with `magician serve --class FILE`, or give its address: --station URL";
+                    return Err(
+                        Failure::invalid("no station is running on this machine").hint(hint)
+                    );
                 }
                 _ => {
-                    let message = format!("{} run on this machine", running.join(" and "));
-                    return Err(Failure::invalid(message).hint("say which: --station URL"));
+                    let message = format!("{} are running on this machine", running.join(" and "));
+                    return Err(Failure::invalid(message).hint("select one: --station URL"));
                 }
             }
         }

@@ -19,16 +19,18 @@ use crate::output::Output;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Stops the motion, drops the waiting commands, switches the laser and both motor outputs off, and \
-    checks that the arm has stopped. Suction cup and gripper stay as they are, so that nothing falls: a note says what is still on. This is not a safety function: in an emergency use the arm's power switch.")]
+checks that the arm has stopped. Suction cup and gripper keep their state, so that nothing falls; a \
+note lists outputs that are still on. This is not a safety function: in an emergency use the arm's \
+power switch.")]
 pub(crate) struct Stop {
-    /// Finish the command under way and hold the rest of the queue
+    /// Finish the current command and hold the rest of the queue
     #[arg(long)]
     gentle: bool,
 }
 
 /// Note of a stop that opened no session.
 const UNREAD: &str =
-    "the station gave no session: whether suction cup or gripper are still on is not known";
+    "no session at the station: it is unknown if the suction cup or the gripper are still on";
 
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {

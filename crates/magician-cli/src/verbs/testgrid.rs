@@ -12,19 +12,21 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::numbers::positive;
 
-/// Burn squares with many powers and speeds, to find those for a material
+/// Burn squares at many powers and speeds, to find settings for a material
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician testgrid --preview grid.png                    what will be burnt, and where
+  magician testgrid --preview grid.png                    preview the grid and its position
   magician testgrid --power 20:80:4 --speed 10:30:3 --yes
   magician testgrid grid.plan.json                        a plan, to run later
   magician testgrid --port sim --picture grid.png
 
-Columns are powers in percent, rows speeds in mm/s: FROM:TO:COUNT. Each cell is burnt as `magician engrave` burns a black image with that power and speed, \
-at full speed all over: the laser is dark while the arm gets up to speed. Labels are burnt with the weakest power at the highest speed.
+Columns are powers in percent, rows are speeds in mm/s: FROM:TO:COUNT. Each cell is burnt as \
+`magician engrave` burns a black image at that power and speed, at full speed throughout: the laser \
+is off while the arm accelerates. Labels are burnt at the lowest power and the highest speed.
 
-It is placed as drawings are. Its powers are its own: `engrave.power` of `magician config` does not change them. On a real arm nothing burns without --yes.")]
+The grid is placed like a drawing. `engrave.power` of `magician config` does not affect its powers. \
+On a real arm nothing burns without --yes.")]
 pub(crate) struct TestGrid {
     /// Write the plan to this file instead of running it: .plan.json, .playback, .svg, .png, .csv
     #[arg(value_hint = ValueHint::FilePath)]
@@ -35,13 +37,13 @@ pub(crate) struct TestGrid {
     /// Speeds of the rows, mm/s
     #[arg(long, value_name = "FROM:TO:COUNT", default_value = "5:40:5", value_parser = str::parse::<Series>)]
     speed: Series,
-    /// Side of a cell, mm; a quarter of it is between them
+    /// Side of a cell; the gap between cells is a quarter of it
     #[arg(long, value_name = "MM", default_value = "8", value_parser = positive)]
     cell: f64,
-    /// Distance between the lines of a cell, mm
+    /// Distance between the lines of a cell
     #[arg(long, value_name = "MM", default_value = "0.2", value_parser = positive)]
     spacing: f64,
-    /// Burn no labels
+    /// Do not burn labels
     #[arg(long)]
     no_labels: bool,
     #[command(flatten)]

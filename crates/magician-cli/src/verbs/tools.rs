@@ -31,11 +31,11 @@ pub(super) enum Switch {
 #[derive(Clone, Copy, Debug, Serialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 enum Grip {
-    /// Let go
+    /// Open the gripper
     Open,
-    /// Hold
+    /// Close the gripper
     Close,
-    /// Switch the pump off: the gripper goes limp
+    /// Switch the pump off; the gripper goes limp
     Off,
 }
 

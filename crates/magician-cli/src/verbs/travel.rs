@@ -20,12 +20,12 @@ use crate::saved::SavedSettings;
 /// Largest deviation from the target of an arm that counts as there, mm and deg.
 const REACHED: f64 = 0.1;
 
-/// Move to a pose and wait until the arm is there
+/// Move to a pose and wait for arrival
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   magician move 220 40 30              all joints together, rotation unchanged
-  magician move 220 40 30 0 --linear   on a straight line
+  magician move 220 40 30 0 --linear   in a straight line
   magician move --relative 0 0 -10     down by 10 mm
   magician move --joints 0 45 45 0     joint angles J1 J2 J3 J4
 
@@ -43,22 +43,23 @@ pub(crate) struct Move {
     /// Rotation in degrees, or J4; unchanged if omitted
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     r: Option<f32>,
-    /// Move on a straight line
+    /// Move in a straight line
     #[arg(long)]
     linear: bool,
     /// Jump: up, across and down
     #[arg(long, conflicts_with_all = ["linear", "relative"])]
     jump: bool,
-    /// Take the numbers as joint angles
+    /// Interpret the numbers as joint angles
     #[arg(long)]
     joints: bool,
-    /// Take the numbers as offsets from the current position
+    /// Interpret the numbers as offsets from the current position
     #[arg(long)]
     relative: bool,
-    /// Speed ratio of this move, percent
+    /// Speed ratio of this move in percent, 1 to 100 [default: the arm's setting]
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     speed_ratio: Option<f32>,
-    /// Tool that the pose is for: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
+    /// Tool that the pose refers to: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm;
+    /// it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
     /// Return as soon as the arm has queued the command
@@ -84,7 +85,7 @@ struct Taken {
 impl Move {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if self.joints && self.relative && self.linear {
-            let message = "the arm has no straight move by relative joint angles";
+            let message = "the arm has no linear move by relative joint angles";
             return Err(Failure::usage(message));
         }
         if self.keep {
@@ -129,8 +130,8 @@ impl Move {
             Some(end) if (0..3).any(|at| (found[at] - end[at]).abs() > REACHED) => {
                 let [x, y, z] = found;
                 Err(Failure::unexpected(format!(
-                    "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: the move ended \
-                     early, stopped by another program or by the arm"
+                    "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: another \
+                        program or the arm stopped the move early"
                 )))
             }
             _ => Ok(pose),

@@ -16,20 +16,21 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician write Anna --preview out.svg                  what will be written, and where
+  magician write Anna --preview out.svg                  preview the text and its position
   magician write Happy birthday --font script --size 15
   magician write \"$(date +%F)\" --size 5 --at 220,60
   magician write - --wrap 120 --align center < poem.txt
-  magician write 東京 --font 中.json                      in the order of the strokes
-  magician write --fonts                                 the fonts that are built in
+  magician write 東京 --font 中.json                      in stroke order
+  magician write --fonts                                 list the built-in fonts
 
-A font of a file is a TrueType or OpenType font, whose letters are outlined; an SVG font, whose lines are drawn as they are; or a stroke-order file for Chinese and \
-Japanese from KanjiVG or hanzi-writer. `magician engrave - --format text` burns text.")]
+A font file is a TrueType or OpenType font, whose letters are drawn as outlines; an SVG font, whose \
+lines are drawn as they are; or a stroke-order file for Chinese and Japanese from KanjiVG or \
+hanzi-writer. `magician engrave - --format text` burns text.")]
 pub(crate) struct Write {
-    /// Text to write; several are joined by a space; `-` reads stdin
+    /// Text to write; several words are joined by spaces; `-` reads stdin
     #[arg(required_unless_present = "fonts")]
     text: Vec<String>,
-    /// List the fonts that are built in
+    /// List the built-in fonts
     #[arg(long, conflicts_with = "text")]
     fonts: bool,
     #[command(flatten)]

@@ -119,8 +119,7 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let (arm, trace) = (path("arm"), path("trace.pcapng"));
     let _arm = Served::start(&["--pty", &arm, "--speed", "max"], 1);
     let begun = run(&["--port", &arm, "conveyor", "run", "50", "--motor", "2"]);
-    let note =
-        "note: motor 2 runs on; `magician conveyor stop --motor 2` or `magician stop` stops it";
+    let note = "note: motor 2 keeps running; `magician conveyor stop --motor 2` or `magician stop` stops it";
     assert_eq!((begun.status, begun.err.trim()), (0, note), "{begun:?}");
     let stop = run(&["--port", &arm, "stop", "--trace", &trace]);
     assert_eq!((stop.status, stop.err.as_str()), (0, ""), "{stop:?}");
@@ -141,7 +140,7 @@ fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
     let text = format!(r#"{{"format":"magician-plan","version":1,"steps":[{step}]}}"#);
     std::fs::write(&plan, text).expect("a plan");
     let ran = run(&["--port", &arm, "run", &plan]);
-    let note = "note: motor 1 runs on; `magician conveyor stop` or `magician stop` stops it";
+    let note = "note: motor 1 keeps running; `magician conveyor stop` or `magician stop` stops it";
     assert!(ran.status == 0 && ran.err.contains(note), "{ran:?}");
     // A program that stops its motors prints no note.
     let both = run_with(

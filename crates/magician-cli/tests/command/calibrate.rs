@@ -177,7 +177,7 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
         assert_eq!(text.matches("[sheet]").count(), 1, "{text}");
     }
     let beside = place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
-    assert!(!beside.out.contains("take it as the height"), "{beside:?}");
+    assert!(!beside.out.contains("use it as the height"), "{beside:?}");
     assert!(
         beside
             .out
@@ -197,7 +197,7 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
             .contains("deleted: sheet")
     );
     let alone = place.run(&["calibrate", "surface", "--height", "-60.5", "--yes"]);
-    assert!(alone.out.contains("take it as the height"), "{alone:?}");
+    assert!(alone.out.contains("use it as the height"), "{alone:?}");
     let ran = place.run(&["calibrate", "forget"]);
     assert_eq!(ran.out, "deleted: surface\n");
     assert_eq!(place.text("config.toml").trim_end(), mine.trim_end());

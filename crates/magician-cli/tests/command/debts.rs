@@ -291,12 +291,9 @@ fn killed_run_that_is_begun_anew_names_the_way_to_go_on() {
     let mut stderr = child.stderr.take().expect("piped");
     std::io::Read::read_to_string(&mut stderr, &mut err).expect("UTF-8");
     child.wait().expect("it ends");
-    let said = "an earlier run of this was cut off after at least";
+    let said = "an earlier run of this file was interrupted after at least";
     assert!(err.contains(said), "{err}");
-    assert!(
-        err.contains("--resume goes on where that one ended"),
-        "{err}"
-    );
+    assert!(err.contains("--resume continues where it ended"), "{err}");
     // The interrupted run has printed how to resume.
     let (_, err) = place.run(&door, &["run", &program, "--from", "80"]);
     assert!(!err.contains(said), "{err}");

@@ -447,10 +447,7 @@ fn output_that_is_an_input_or_another_output_is_refused_and_nothing_is_touched()
             (2, ""),
             "{words:?}: {done:?}"
         );
-        assert!(
-            done.err.contains("a name of its own"),
-            "{words:?}: {done:?}"
-        );
+        assert!(done.err.contains("a different name"), "{words:?}: {done:?}");
         assert!(contents() == before && names() == count, "{words:?}");
     }
 }

@@ -49,7 +49,7 @@ fn a_recording_on_a_full_disk_leaves_the_drawing_whole() {
         let (done, drawn) = place.draws(&format!("{name}.svg"), &["--record", &file]);
         assert_eq!(done.status, 4, "{done:?}");
         assert!(done.out.contains("done in"), "{done:?}");
-        assert!(done.err.contains("the work goes on"), "{done:?}");
+        assert!(done.err.contains("the run continues"), "{done:?}");
         assert!(
             done.err.contains("error: the recording is incomplete: "),
             "{done:?}"

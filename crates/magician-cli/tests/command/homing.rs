@@ -211,10 +211,7 @@ fn nothing_is_drawn_burnt_or_played_on_an_arm_that_is_not_known_to_be_homed() {
     for cleared in [false, true] {
         if cleared {
             let told = place.does(&["alarms", "--clear"]);
-            assert!(
-                told.out.contains("still does not know where it is"),
-                "{told:?}"
-            );
+            assert!(told.out.contains("is still not homed"), "{told:?}");
         }
         for verb in RUNS {
             place.refuses(verb);

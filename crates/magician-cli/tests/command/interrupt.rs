@@ -213,7 +213,7 @@ fn signal_switches_off_the_belt_that_a_shell_started() {
     let mut said = BufReader::new(child.stdout.take().expect("piped"));
     let mut line = String::new();
     said.read_line(&mut line).expect("text");
-    assert_eq!(line.trim(), "conveyor 1: runs at 50 mm/s");
+    assert_eq!(line.trim(), "conveyor 1: running at 50 mm/s");
     assert!(signal("-TERM", child.id()));
     let ended = child.wait().expect("it ends");
     assert_eq!(ended.code(), Some(130));

@@ -98,7 +98,7 @@ fn mistakes_of_usage_exit_2_and_are_json_when_asked() {
     }
     let bare = run(&[]);
     assert_eq!(bare.status, 2);
-    assert!(bare.err.contains("Find and look:") && bare.err.contains("Settings:"));
+    assert!(bare.err.contains("Find and inspect:") && bare.err.contains("Settings:"));
 }
 
 #[test]

@@ -208,7 +208,7 @@ fn an_arm_that_goes_away_is_said_and_can_be_left() {
     let mut place = Place::at(&["jog"], "x 259.10");
     place.served.child.kill().expect("it lives");
     place.terminal.until_drawn("the line broke");
-    place.shows("", "LINK LOST, looking for it");
+    place.shows("", "LINK LOST, reconnecting");
     place.terminal.types("\x03");
     place.terminal.until("\x1b[?1049l");
     place.ends_with(130);

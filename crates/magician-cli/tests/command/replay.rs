@@ -450,7 +450,7 @@ fn law_of_the_recorded_jogs_is_period_acceleration_and_ratio_and_continuous_is_f
     let told = replay(&["--law"], &path);
     assert!(
         told.out
-            .contains("profile 3.6.14 (3.7.0, 4.0.3 move alike): fits best, off by 0.001")
+            .contains("profile 3.6.14 (3.7.0, 4.0.3 move identically): best fit, deviation 0.001")
             && told.out.contains("\n  period 20 ms\n")
             && told
                 .out

@@ -95,7 +95,7 @@ fn address_in_use_names_the_station_that_has_it() {
         second.args([verb, "--port", "sim", "--listen", &station.address]);
         let refused = crate::magician::Run::of(&mut second, b"");
         assert_eq!(refused.status, 4, "{refused:?}");
-        for told in ["a station runs there, of arm", &url, "--listen"] {
+        for told in ["a station of arm is running there", &url, "--listen"] {
             assert!(refused.err.contains(told), "{told}: {refused:?}");
         }
     }
@@ -104,7 +104,9 @@ fn address_in_use_names_the_station_that_has_it() {
     let refused = run(&["serve", "--port", "sim", "--listen", &address]);
     assert_eq!(refused.status, 4, "{refused:?}");
     assert!(
-        refused.err.contains("another program listens there"),
+        refused
+            .err
+            .contains("another program is using that address"),
         "{refused:?}"
     );
 }

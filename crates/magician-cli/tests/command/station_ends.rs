@@ -188,7 +188,7 @@ fn station_stops_the_arm_of_a_program_that_hangs_and_says_what_is_left() {
     let (status, _, told) = served.end_telling("-TERM");
     assert_eq!(status.code(), Some(0));
     let said =
-        "arm was stopped while magician had it, which did not stop it itself: a pen may be down";
+        "arm was stopped while magician held it and did not stop it in time: a pen may be down";
     assert!(told.contains(said), "{told}");
     assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
     let stands = last(&place.run(&["pose"]));
@@ -216,10 +216,7 @@ fn program_whose_station_is_killed_does_not_claim_to_know_the_arm() {
         said.contains("the connection to the station broke"),
         "{said}"
     );
-    assert!(
-        said.contains("what the arm does now is not known"),
-        "{said}"
-    );
+    assert!(said.contains("the state of the arm is unknown"), "{said}");
 }
 
 #[test]
@@ -309,7 +306,7 @@ fn drawing_of_a_client_that_was_killed_is_resumed_once_its_lease_is_free() {
     let said = String::from_utf8_lossy(&again.stderr);
     assert!(again.status.success(), "{again:?}");
     assert!(
-        said.contains("waiting for the lease of magician, which is gone, for up to "),
+        said.contains(" s for the lease of magician, which has disconnected, to expire"),
         "{said}"
     );
 }

@@ -623,7 +623,7 @@ fn who_has_the_arm_is_said_once() {
     );
     assert!(!refused.err.contains("lease.ask"), "{refused:?}");
     let refused = run(&["--station", &url, "suction", "on"]);
-    let next = "hint: try again when magician is done with the arm";
+    let next = "hint: try again when magician has released the arm";
     assert!(refused.err.contains(next), "{refused:?}");
     assert!(!refused.err.contains("cable"), "{refused:?}");
     assert_eq!(run(&["--station", &url, "stop"]).status, 0);
@@ -656,7 +656,7 @@ fn stop_is_carried_out_by_a_station_that_gives_no_session() {
     let stop = run(&["--station", &url, "stop"]);
     assert_eq!(stop.status, 0, "{stop:?}");
     assert!(stop.out.starts_with("stopped: x  259.10"), "{stop:?}");
-    assert!(stop.err.contains("the station gave no session"), "{stop:?}");
+    assert!(stop.err.contains("no session at the station"), "{stop:?}");
     let gentle = run(&["--station", &url, "stop", "--gentle"]);
     assert_eq!(gentle.status, 4, "{gentle:?}");
 }

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::options::seconds;
 use figures::Figures;
 
-/// Measure the line and the driver, and compare with the computed rates
+/// Measure the line to the arm and the driver, and compare with computed rates
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -24,27 +24,34 @@ Examples:
   magician bench --port /dev/ttyUSB0 --yes           also measurements with motion
   magician bench --port ./arm --window 4 --yes --seconds 60 --only h2,h3
 
-h1  replies per second to GetPose and to the current index; path segments (17-byte CP) per second, alone and with pose, current index and left space read 20 times a second; each beside the rate computed from the turnaround
-h2  the last of these with a window of 4 or more
-h3  whether the queue runs dry: 0.2 mm segments at 450 a second with pauses of 10 ms, 0.5 mm at 100 mm/s with pauses of 50 ms
-h4  time from a stop to its first byte on the line and to its reply, while segments fill the line
-h5  processor time of this process at 450 segments a second and 50 poses
-h7  time that the driver adds to a bare round trip over a pseudo-terminal; needs no arm
+h1  replies per second to GetPose and to the current index; path segments (17-byte CP) per second, \
+alone and with pose, current index and free space read 20 times a second; each next to the rate \
+computed from the turnaround
+h2  segments per second with those reads, with a window of 4 or more
+h3  queue underruns: 0.2 mm segments at 450 per second with pauses of 10 ms, 0.5 mm segments at 100 \
+mm/s with pauses of 50 ms
+h4  time from a stop to its first byte on the line and to its reply, while segments saturate the line
+h5  CPU time of this process at 450 segments and 50 poses per second
+h7  latency that the driver adds to a bare round trip over a pseudo-terminal; needs no arm
 
-For h2 to h5 and the segments of h1 the arm draws rings of 20 mm through its current position, away from the limits of its reach, at up to 100 mm/s. A real arm does that only with --yes: keep its way clear. Its path speeds are restored at the end. `sim` needs no --yes, but h5 then includes the work of the virtual arm. Values that were not measured are null.
+For h2 to h5 and the segments of h1 the arm draws rings of 20 mm through its current position, away \
+from the limits of its reach, at up to 100 mm/s. A real arm does so only with --yes: keep its \
+surroundings clear. Its path speeds are restored at the end. `sim` needs no --yes, but h5 then \
+includes the CPU time of the virtual arm. Values that were not measured are null.
 
-On an arm whose acceleration and queue allow fewer than 450 segments a second h3 and h5 stay open; a virtual arm takes more with `magician sim --speed 1.5`.")]
+If the arm's acceleration and queue allow fewer than 450 segments per second, h3 and h5 remain \
+undecided; a virtual arm reaches more with `magician sim --speed 1.5`.")]
 pub(crate) struct Bench {
-    /// Duration of each measurement, s
+    /// Duration of each measurement, in seconds
     #[arg(long, value_name = "N", default_value = "3", value_parser = seconds)]
     seconds: Duration,
-    /// Turnaround of the arm in milliseconds, without the time of the bytes; default: measured
+    /// Turnaround of the arm in ms, without the transmission time of the bytes [default: measured]
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     turnaround: Option<Duration>,
-    /// Stops to time for h4
+    /// Number of stops to time for h4, 1 to 10000
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     stops: u32,
-    /// Only these measurements, separated by commas
+    /// Run only these measurements, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     only: Vec<Which>,
 }

@@ -18,7 +18,7 @@ pub(super) async fn measure(
     quiet: bool,
     figures: &mut Figures,
 ) -> Result<(), Failure> {
-    let bar = Bar::begin(quiet, "timing answers", 2 * ANSWERS);
+    let bar = Bar::begin(quiet, "timing replies", 2 * ANSWERS);
     let pose = round_trips::<Pose>(arm, ANSWERS, |done| bar.at(done)).await?;
     let index = round_trips::<QueuedCmdCurrentIndex>(arm, ANSWERS, |done| bar.at(ANSWERS + done));
     let index = index.await?;

@@ -22,7 +22,7 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     }
     row(
         &mut table,
-        "segments, the line full",
+        "segments, line saturated",
         figures.h2.as_ref().map(full_line),
     );
     match &figures.h3 {
@@ -91,7 +91,7 @@ fn rate(one: Compared) -> String {
     let measured = format!("{:.1} /s", one.per_s);
     match (one.computed_per_s, one.ratio) {
         (Some(computed), Some(ratio)) => format!(
-            "{measured}, {:.1} % of the {computed:.1} /s that the line carries",
+            "{measured}, {:.1} % of the {computed:.1} /s that the line allows",
             100.0 * ratio
         ),
         _ => measured,
@@ -105,7 +105,7 @@ fn full_line(h2: &H2) -> String {
         "with gaps"
     };
     format!(
-        "{:.1} /s of the {:.1} /s that the line carries, {gap}",
+        "{:.1} /s of the {:.1} /s that the line allows, {gap}",
         h2.enqueue_polled_per_s, h2.bound_per_s
     )
 }

@@ -103,8 +103,9 @@ impl CalibrationReport {
                     "saved in {file}, but the sheet's height takes precedence"
                 ))?;
                 out.line(
-                    "drawings lie on the calibrated sheet: `magician calibrate sheet` measures it \
-                        again, `magician calibrate forget sheet` makes this height count",
+                    "drawings are placed on the calibrated sheet: `magician calibrate sheet` \
+                        measures it again, after `magician calibrate forget sheet` this height is \
+                        used",
                 )
             }
             (Some(file), true) => out.line(format_args!("saved in {file}: {}", subject.used_by())),

@@ -38,13 +38,14 @@ pub(super) use view::tests::examples;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician calibrate sheet             touch three corners of the paper; drawings then lie on it
-  magician calibrate surface           touch the table once: only its height
+  magician calibrate sheet             touch three corners of the paper; drawings are placed on it
+  magician calibrate surface           touch the table once: measures only its height
   magician calibrate tool              touch one point twice, turning the tool in between: its bias
   magician calibrate show              show the calibration; `forget` deletes it
   magician calibrate sheet --points 180,-60,-61 300,-60,-61 180,60,-61 --yes
 
-Move the arm to the points by hand, with its unlock button, or with the keys of `magician jog`. The result is saved in the settings file, where `draw`, `engrave` and `run` find it.")]
+Move the arm to the points by hand with its unlock button, or with the keys of `magician jog`. The \
+result is saved in the settings file, which `draw`, `engrave` and `run` read.")]
 pub(crate) struct Calibrate {
     #[command(subcommand)]
     deed: Deed,
@@ -52,28 +53,29 @@ pub(crate) struct Calibrate {
 
 #[derive(Debug, Subcommand)]
 enum Deed {
-    /// Find the sheet: touch its lower left, lower right and upper left corner, with the arm's X to the right
+    /// Measure the sheet: touch its lower left, lower right and upper left corners, seen with the
+    /// arm's X axis pointing right
     Sheet {
-        /// Take these three points, x, y, z of the tool, instead of touching
+        /// Use these three corners (x, y, z of the tool in mm) instead of touching
         #[arg(long, num_args = 3, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
         points: Option<Vec<[f64; 3]>>,
         #[command(flatten)]
         mounted: Mounted,
     },
-    /// Find the height of a level surface: touch it once
+    /// Measure the height of a level surface: touch it once
     Surface {
-        /// Take this height, z of the tool in mm, instead of touching
+        /// Use this height (z of the tool in mm) instead of touching
         #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
         height: Option<f64>,
         #[command(flatten)]
         mounted: Mounted,
     },
-    /// Find the tip of the tool: touch one point twice, turning the tool in between
+    /// Measure the bias of the tool: touch one point twice, turning the tool in between
     Tool {
-        /// Take these two touches, x, y, r of the tool, instead of touching
+        /// Use these two poses (x, y in mm and r in degrees) instead of touching
         #[arg(long, num_args = 2, value_name = "X,Y,R", allow_hyphen_values = true, value_parser = numbers::<3>)]
         poses: Option<Vec<[f64; 3]>>,
-        /// Set the new bias on the arm at once
+        /// Also set the new bias on the arm
         #[arg(long)]
         tell: bool,
         #[command(flatten)]
@@ -83,6 +85,7 @@ enum Deed {
     Show,
     /// Delete the calibration, or one part of it
     Forget {
+        /// Part to delete [default: all]
         #[arg(value_enum)]
         part: Option<Part>,
     },
@@ -91,11 +94,11 @@ enum Deed {
 /// The tool that touches.
 #[derive(Args, Clone, Copy, Debug)]
 struct Mounted {
-    /// Tool that touches, and draws later: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on
-    /// the arm
+    /// Mounted tool, for touching and drawing: none, suction, gripper, pen, laser, or its bias
+    /// X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<Tool>,
-    /// Touch even if the arm is not known to be homed: what is measured may be wrong
+    /// Measure even if the arm is not known to be homed; the result may be wrong
     #[arg(long)]
     unhomed: bool,
 }

@@ -158,7 +158,7 @@ fn take(console: &mut Console, touched: &mut Touched) {
     if console.pad.pendant.activity.is_some() || !console.seen.arm.stands() {
         console.pad.say(
             Tone::Bad,
-            "the arm is moving: take the point when it has stopped",
+            "the arm is moving: take the point after it has stopped",
         );
         return;
     }

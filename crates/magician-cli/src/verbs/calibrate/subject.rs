@@ -101,9 +101,11 @@ impl Subject {
     /// Returns a sentence about the verbs that use the result.
     pub(super) fn used_by(self) -> &'static str {
         match self {
-            Self::Sheet => "`magician draw` and `engrave` lay a page on it, corner on corner",
-            Self::Surface => "`magician draw` and `engrave` take it as the height of the paper",
-            Self::Tool => "`magician draw`, `engrave` and `run` use its tip",
+            Self::Sheet => {
+                "`magician draw` and `engrave` place a page on it, aligned with its corners"
+            }
+            Self::Surface => "`magician draw` and `engrave` use it as the height of the paper",
+            Self::Tool => "`magician draw`, `engrave` and `run` use this bias",
         }
     }
 

@@ -30,21 +30,23 @@ Examples:
   magician conform --list --only queue            list the cases with source and confidence
   magician conform --port /dev/ttyUSB0 --skip moves
 
-A PATTERN is a chapter (ptp, queue, framing), a name in which * stands for anything, a tag (moves, exact, hurts, sim-only, \
-power-up), or a confidence: M measured on real arms, V the vendor's word, VL the vendor's code \
-    for the sibling arm, T third parties, G our assumption.
+A PATTERN is a chapter (ptp, queue, framing), a name with * as a wildcard, a tag (moves, exact, \
+hurts, sim-only, power-up), or a confidence: M measured on real arms, V the vendor's document or \
+code for this arm, VL the vendor's code for the sibling arm, T third parties, G our assumption.
 
-A real arm moves only after a confirmation at the terminal, or with --yes: take its tool off and clear its reach. Cases that could harm or uncalibrate it are left out. Its parameters are saved first and restored at the end; its queue and its alarms are cleared.
+A real arm moves only after confirmation at the terminal, or with --yes: remove its tool and clear \
+its reach. Cases that could damage or uncalibrate it are skipped. Its parameters are saved first and \
+restored at the end; its queue and its alarms are cleared.
 
 Exit status 10 if a case fails.")]
 pub(crate) struct Conform {
-    /// Only cases that match PATTERN (repeatable)
+    /// Run only cases that match PATTERN (repeatable)
     #[arg(long, value_name = "PATTERN")]
     only: Vec<String>,
-    /// Leave out cases that match PATTERN (repeatable)
+    /// Skip cases that match PATTERN (repeatable)
     #[arg(long, value_name = "PATTERN")]
     skip: Vec<String>,
-    /// Only list the cases as a Markdown table; -v adds their steps
+    /// List the cases as a Markdown table instead of running them; -v adds their steps
     #[arg(long)]
     list: bool,
 }

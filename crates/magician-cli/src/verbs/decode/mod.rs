@@ -16,24 +16,24 @@ use crate::failure::{Failure, Kind};
 use crate::output::Output;
 pub(crate) use record::hex;
 
-/// Explain bytes of the protocol: hex, a file, or stdin
+/// Decode protocol bytes from hex text, a file, or stdin
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Text is read as hex if it has only hex digits, spaces, commas and 0x; a file may hold bytes, hex \
-    text or a pcapng capture.
+Text that consists of hex digits, spaces, commas and 0x is read as hex; a file may contain bytes, \
+hex text or a pcapng capture.
 
   magician decode AA AA 02 0A 00 F6
   magician decode --from arm --json capture.bin
   cat /dev/ttyUSB0 | magician decode -
 
-A capture knows the direction of each packet; offsets count separately for each direction of each link.
+A capture contains the direction of each packet; offsets are counted separately for each direction of each link.
 
 Exit status 10 if bytes are not a frame, or a frame cannot be decoded.")]
 pub(crate) struct Decode {
-    /// Sender of the bytes, where the input does not say
+    /// Sender of the bytes, if the input does not contain it
     #[arg(long, value_name = "SIDE", default_value = "auto")]
     from: From,
-    /// Bytes in hex, or a file, or - for stdin
+    /// Bytes in hex, a file, or - for stdin
     #[arg(required = true, value_name = "HEX|FILE|-")]
     input: Vec<OsString>,
 }
@@ -41,11 +41,11 @@ pub(crate) struct Decode {
 /// The sender of the bytes.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum From {
-    /// The host
+    /// Host
     Host,
-    /// The arm
+    /// Arm
     Arm,
-    /// The side whose layout fits; the host if both fit
+    /// Side whose layout fits; host if both fit
     Auto,
 }
 

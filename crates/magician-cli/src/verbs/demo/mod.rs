@@ -30,14 +30,14 @@ use scene::CUBES;
 
 /// Default speed of the virtual arm's clock, as a factor of real time.
 const SPEED: f64 = 5.0;
-/// Pick and place six cubes, and draw a picture of it
+/// Pick and place six cubes, and write a picture of the motion
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Without --port it uses a virtual arm inside this process. A real arm moves only with --yes: mount \
-    a suction cup, and leave nothing within its reach but six cubes of 25 mm in a row, or nothing \
-    at all.")]
+Without --port it uses a virtual arm inside this process. A real arm moves only with --yes: mount a \
+suction cup, and leave nothing within its reach except six cubes of 25 mm in a row, or nothing at \
+all.")]
 pub(crate) struct Demo {
-    /// Speed of the virtual arm: arm seconds per second, or `max` [default: 5]
+    /// Speed of the virtual arm as a multiple of real time, or `max` [default: 5]
     #[arg(long, value_name = "X|max", value_parser = speed)]
     speed: Option<SimSpeed>,
     /// Picture to write

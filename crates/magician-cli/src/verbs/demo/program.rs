@@ -68,7 +68,7 @@ pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(),
     if ran.commands != commands as u64 || indices != commands as u64 {
         let took = ran.commands;
         return failed(format!(
-            "the arm took {took} of {commands} commands in {indices} indices"
+            "the arm accepted {took} of {commands} commands in {indices} queue indices"
         ));
     }
     let alarms = arm.alarms().await?;

@@ -19,22 +19,25 @@ use report::{Shown, write_json};
 /// Longest time for the test of the queue to end after an interruption. A choice.
 const LEAVING: Duration = Duration::from_secs(3);
 
-/// Find the arm, check it, and explain how to fix what is wrong
+/// Find the arm, check it, and explain how to fix problems
 #[derive(Args, Debug)]
 #[command(after_help = "\
-It checks the port, its permissions and the program that holds it, tells an arm from other \
-    devices, sends reads back to back, times replies, and checks alarms and queue. All of this \
-    only reads.
+Checks the port, its permissions and the program that holds it, distinguishes an arm from other \
+devices, sends back-to-back reads, times replies, and checks alarms and queue. All of this only \
+reads.
 
-With --yes it also tests the queue: it stops the queue, puts 15 waits of 0 ms into it, checks the counters and drops the waits. Nothing moves. A queue with waiting commands is left alone; an empty one stays stopped until a program starts it.
+With --yes it also tests the queue: it stops the queue, adds 15 waits of 0 ms, checks the counters \
+and drops the waits. Nothing moves. A queue with waiting commands is left alone; an empty one stays \
+stopped until a program starts it.
 
-With --station it looks at a station instead: whether it answers, its certificate and version, what the token allows, how fast it answers, and the line, lease and alarms of each arm. That only reads, too.
+With --station it checks a station instead: reachability, certificate and version, permissions of \
+the token, response time, and the line, lease and alarms of each arm. This also only reads.
 
-Nothing is saved: set the window that it finds with --window or MAGICIAN_WINDOW, or in a program with Options::window.
+Nothing is saved: pass the window that it finds as --window or MAGICIAN_WINDOW, or in a program with Options::window.
 
 Exit status 10 if a check fails, 4 to 6 if there is no arm or no station.")]
 pub(crate) struct Doctor {
-    /// Replies to time, of each of two kinds
+    /// Number of replies to time for each of two reads, 1 to 100000
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     count: u64,
 }

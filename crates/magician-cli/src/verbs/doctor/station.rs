@@ -41,7 +41,7 @@ pub(super) async fn examine(
         asked.token.as_deref(),
         &asked.trust,
     );
-    let station = match to.attend("asking the station", connecting).await {
+    let station = match to.attend("connecting to the station", connecting).await {
         Ok(station) => station,
         Err(error) => return not_let_in(found, &address, error, to),
     };
@@ -61,7 +61,7 @@ pub(super) async fn examine(
     let meant: Vec<_> = arms.iter().filter(meant).collect();
     if meant.is_empty() {
         let names: Vec<_> = arms.iter().filter_map(|arm| arm["name"].as_str()).collect();
-        let text = format!("there is no such arm: the station has {}", names.join(", "));
+        let text = format!("no such arm: the station has {}", names.join(", "));
         found.add(Finding::bad("arm", text), to)?;
     }
     for arm in meant {
@@ -80,13 +80,14 @@ fn not_let_in(
     let text = error.to_string();
     let finding = match &error {
         ClientError::Untrusted(_) => Finding::bad("certificate", text)
-            .cure("--station-ca FILE names the certificates to trust; the name in the URL has to be one of the certificate's"),
+            .cure("--station-ca FILE gives the certificates to trust; the host name in the URL \
+                must be one of the certificate's names"),
         ClientError::Refused { .. } => Finding::bad("token", text)
-            .cure("`magician station token` on the station's computer makes one; it is taken from MAGICIAN_TOKEN"),
+            .cure("`magician station token` on the station's computer creates one; set MAGICIAN_TOKEN to it"),
         _ => Finding::bad("station", text).cure(if address.encrypted {
             "is `magician serve` running there, with --listen and the port of the URL?"
         } else {
-            "is `magician serve` running there, with --listen and the port of the URL? One that encrypts is https://"
+            "is `magician serve` running there, with --listen and the port of the URL? An encrypted one needs https://"
         }),
     };
     found.add(finding, to)?;
@@ -104,11 +105,11 @@ fn encryption(found: &mut Diagnosis, address: &StationAddress, to: &mut Shown<'_
         ),
         (false, true) => Finding::note(
             "encryption",
-            "not encrypted; it does not leave this computer",
+            "not encrypted, but the connection stays within this computer",
         ),
         (false, false) => Finding::note(
             "encryption",
-            "not encrypted: others in the network can read the token",
+            "not encrypted: others on the network can read the token",
         )
         .cure("`magician serve --tls-cert FILE --tls-key FILE` encrypts"),
     };
@@ -121,13 +122,13 @@ fn versions(found: &mut Diagnosis, hello: &Value, to: &mut Shown<'_>) -> Outcome
         env!("CARGO_PKG_VERSION"),
     );
     let finding = match (hello["api"] == json!(1), version == own) {
-        (true, true) => Finding::good("version", format!("{version}, as here")),
+        (true, true) => Finding::good("version", format!("{version}, same as here")),
         (true, false) => {
             Finding::note("version", format!("{version}, here {own}: both know API 1"))
         }
         (false, _) => Finding::bad(
             "version",
-            format!("{version} has API {}, here is API 1", hello["api"]),
+            format!("{version} has API {}, this program API 1", hello["api"]),
         ),
     };
     found.add(finding.value(version), to)
@@ -141,8 +142,14 @@ fn role(found: &mut Diagnosis, hello: &Value, by_token: bool, to: &mut Shown<'_>
         "without a token"
     };
     let finding = match role {
-        "viewer" => Finding::note("role", format!("viewer, {right}: looks and stops, moves nothing"))
-            .cure("`magician station token --role student` makes a token that moves, unless the station was started with --read-only"),
+        "viewer" => Finding::note(
+            "role",
+            format!("viewer, {right}: may watch and stop, but not move"),
+        )
+        .cure(
+            "`magician station token --role student` creates a token that may move the arm, \
+                unless the station was started with --read-only",
+        ),
         role => Finding::good("role", format!("{role}, {right}")),
     };
     found.add(finding.value(role), to)
@@ -160,7 +167,7 @@ async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<
     // The median ignores single delays, such as that of the first request.
     let median = times.get(TIMED / 2).copied().unwrap_or_default();
     let median = (median.as_secs_f64() * 1e5).round() / 100.0;
-    let text = format!("median {median} ms from request to answer");
+    let text = format!("median {median} ms from request to response");
     found.add(Finding::good("answers", text).value(median).unit("ms"), to)
 }
 
@@ -182,17 +189,18 @@ async fn arm_of(
         Finding::good("arm", format!("{name}: {kind} at {port}"))
     } else {
         Finding::bad("arm", format!("{name}: the line to {port} is lost"))
-            .cure("is the arm switched on and plugged in? The station looks for it all the time")
+            .cure("is the arm switched on and plugged in? The station keeps trying to reconnect")
     };
     found.add(finding.value(name), to)?;
     let (holder, job) = (&arm["holder"]["name"], arm["job"].as_str());
     let lease = match (holder.as_str(), job) {
         (None, None) => Finding::good("lease", format!("{name}: free")),
-        (None, Some(job)) => Finding::note("lease", format!("{name}: free; job {job} runs")),
-        (Some(holder), None) => Finding::note("lease", format!("{name}: {holder} has it")),
-        (Some(holder), Some(job)) => {
-            Finding::note("lease", format!("{name}: {holder} has it; job {job} runs"))
-        }
+        (None, Some(job)) => Finding::note("lease", format!("{name}: free; running job {job}")),
+        (Some(holder), None) => Finding::note("lease", format!("{name}: held by {holder}")),
+        (Some(holder), Some(job)) => Finding::note(
+            "lease",
+            format!("{name}: held by {holder}; running job {job}"),
+        ),
     };
     found.add(lease.value(holder.as_str().unwrap_or_default()), to)?;
     if !up {
@@ -214,9 +222,9 @@ async fn arm_of(
         };
         let code = alarm["code"].as_u64().unwrap_or_default();
         let cure = if code == u64::from(Alarm::ResetOccurred) {
-            "`magician home` through the station homes it"
+            "`magician home` with this --station homes it"
         } else {
-            "`magician alarms --clear` through the station clears it"
+            "`magician alarms --clear` with this --station clears it"
         };
         let finding = finding.value(code).cure(cure);
         found.add(finding, to)?;
@@ -242,12 +250,12 @@ fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
     let here = SystemTime::now().duration_since(UNIX_EPOCH);
     let ahead = there - here.map_or(0.0, |here| here.as_secs_f64());
     let finding = if ahead.abs() <= APART {
-        Finding::good("clock", "as the one of this computer")
+        Finding::good("clock", "same time as this computer")
     } else {
         let side = if ahead > 0.0 { "ahead of" } else { "behind" };
-        let text = format!("{:.0} s {side} the one of this computer", ahead.abs());
+        let text = format!("{:.0} s {side} this computer", ahead.abs());
         Finding::note("clock", text)
-            .cure("times of states and events are by the station's clock: set both by the network")
+            .cure("states and events carry the time of the station's clock: synchronise both clocks (NTP)")
     };
     found.add(finding.value((ahead * 10.0).round() / 10.0).unit("s"), to)
 }

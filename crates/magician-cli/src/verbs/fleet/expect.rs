@@ -68,7 +68,7 @@ impl Expect {
         let missing = missing.iter().map(|(arm, place)| format!("{arm}{place}"));
         let missing: Vec<_> = missing.collect();
         Err(absent(format!(
-            "expected and not on the site: {}",
+            "expected but not on the site: {}",
             missing.join(", ")
         )))
     }
@@ -100,7 +100,7 @@ pub(super) fn missing(site: &ZenohSite, expected: &Roster) -> Vec<(String, Strin
 
 /// Returns the sentence about an absent arm. `place` comes from [`missing`].
 pub(super) fn why_missing(place: &str) -> String {
-    format!("it is expected{place} and is not on the site")
+    format!("expected{place}, but not on the site")
 }
 
 /// Gives expected arms time to appear.

@@ -33,8 +33,9 @@ use crate::options::seconds_from_zero;
 /// List, watch, stop and run the arms of all stations of a site
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Stations join a site with `magician serve --site NAME`; on a local network they find each other. What does more than to look needs a token of the \
-stations, in MAGICIAN_TOKEN; `magician station token` makes one.
+Stations join a site with `magician serve --site NAME`; on a local network they find each other. \
+Everything beyond viewing needs a token of the stations in MAGICIAN_TOKEN; `magician station token` \
+creates one.
 
   magician fleet --site lab list
   magician fleet --site lab watch
@@ -46,10 +47,10 @@ stations, in MAGICIAN_TOKEN; `magician station token` makes one.
   magician fleet --site lab class set class.toml
   magician fleet --site lab class freeze")]
 pub(crate) struct Fleet {
-    /// The site
+    /// Name of the site
     #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_or_nothing)]
     site: Option<String>,
-    /// Settings of Zenoh for the site, JSON5
+    /// Zenoh configuration for the site, a JSON5 file
     #[arg(long, global = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     site_config: Option<PathBuf>,
     #[command(subcommand)]
@@ -79,31 +80,34 @@ impl Deed {
 enum Deed {
     /// List the arms: name, station, machine, port, state, holder, job
     List,
-    /// Watch the arms until Ctrl-C: a table on a terminal, else a line for each change
+    /// Watch the arms until Ctrl-C: a table on a terminal, otherwise one line per change
     Watch,
-    /// Stop arms, all at once
+    /// Stop the named arms, or all, at the same time
     Stop(Stop),
-    /// Expect the arms that are on the site now: `stop --all` and `class` then name those that are missing
+    /// Store the arms now on the site as expected: `stop --all` and `class` then report missing
+    /// ones
     Expect(Expect),
     /// Run a file on several arms
     Run(Box<Run>),
-    /// See and move all arms in the browser, as those of one station
+    /// View and move all arms in the browser, as if they were at one station
     Studio(Box<Studio>),
-    /// The class and the schedule, freeze and free arms: at all stations
+    /// Manage class and schedule, freeze and free arms, at all stations
     Class(SiteClass),
-    /// Results of the pupils of all stations
+    /// Print the results of the pupils of all stations
     Results(Results),
 }
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-The page is that of `magician studio`: its view of all arms shows those of every station, as they come and go. Opened on this machine it acts \
-at the stations by the token in MAGICIAN_TOKEN, without which it does not start; from another machine it needs a token that is valid here and at the stations. Leases stay with the stations: \
-when this program ends, jogs and moves stop, and jobs go on or pause as they were started. Ends with Ctrl-C.")]
+Serves the page of `magician studio`; its overview shows the arms of every station as they come and \
+go. Opened on this machine, the page uses the token in MAGICIAN_TOKEN, without which this command \
+does not start; opened on another machine, it needs a token that is valid here and at the stations. \
+Leases stay with the stations: when this program ends, jogs and moves stop, and jobs continue or \
+pause as chosen at their start. Ends with Ctrl-C.")]
 struct Studio {
     #[command(flatten)]
     front: FrontFlags,
-    /// Open no browser
+    /// Do not open a browser
     #[arg(long)]
     no_open: bool,
 }
@@ -111,23 +115,23 @@ struct Studio {
 #[derive(Args, Debug)]
 #[group(required = true, multiple = false)]
 struct Stop {
-    /// The arms
+    /// Names of the arms
     #[arg(value_name = "NAME")]
     names: Vec<String>,
-    /// Every arm of the site
+    /// Stop every arm of the site
     #[arg(long)]
     all: bool,
 }
 
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Each station keeps the list; `class set` adds the arms that are there. An arm that a station expects is named as missing until it comes, or until \
-that station is told again what to expect.")]
+Each station stores the list; `class set` adds the arms that are present. An arm that a station \
+expects is reported as missing until it appears, or until that station gets a new list.")]
 struct Expect {
-    /// Print the arms that are expected, and which of them are missing
+    /// Print the expected arms and mark missing ones
     #[arg(long, conflicts_with = "none")]
     show: bool,
-    /// Expect no arms any more
+    /// Clear the list of expected arms
     #[arg(long)]
     none: bool,
 }
@@ -135,31 +139,32 @@ struct Expect {
 #[derive(Args, Debug)]
 #[group(id = "where", required = true, multiple = false, args = ["on", "any"])]
 #[command(after_help = "\
-The file is checked at each arm first; nothing starts unless it can be done by all of them. Each arm does it as a job of its own, which goes on whatever \
-becomes of this program or of the network; Ctrl-C stops the jobs that were started here, --detach leaves them to the stations at once.")]
+The file is checked for every arm first; nothing starts unless all arms can do it. Each arm runs it \
+as a job of its own, which continues if this program or the network fails; Ctrl-C stops the jobs \
+that this command started, --detach leaves them to the stations at once.")]
 struct Run {
     /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// File type, if neither name nor content shows it, as `magician run` takes it
+    /// File type, if neither name nor content shows it; values as for `magician run`
     #[arg(long, value_name = "FORMAT")]
     format: Option<Format>,
-    /// On these arms
+    /// Names of the arms to use
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',')]
     on: Vec<String>,
-    /// On so many arms that are free, homed and without alarm, in the order of their names
+    /// Use N arms that are free, homed and without alarms, in the order of their names
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     any: Option<u64>,
-    /// Seconds from the start of one arm to that of the next
+    /// Delay from the start of one arm to the start of the next, in seconds
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds_from_zero)]
     stagger: std::time::Duration,
-    /// Start the jobs, and leave them to the stations
+    /// Exit after starting the jobs, which continue at the stations
     #[arg(long)]
     detach: bool,
-    /// Run even where an arm is not known to be homed since power-up: it may go to the wrong place
+    /// Run even if an arm is not known to be homed since power-up; positions may be wrong
     #[arg(long)]
     unhomed: bool,
-    /// Take flags that are not given from this preset of the stations
+    /// Preset of the stations for flags that are not given
     #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
     preset: Option<String>,
     #[command(flatten)]
@@ -225,8 +230,9 @@ mod with {
             let only_looks = self.deed.only_looks();
             let join = async || {
                 let Some(name) = name else {
-                    return Err(Failure::usage("which site is not said")
-                        .hint("give --site NAME, as the stations have it, or set MAGICIAN_SITE"));
+                    return Err(Failure::usage("no site given").hint(
+                        "give --site NAME, the name used by the stations, or set MAGICIAN_SITE",
+                    ));
                 };
                 let name: SiteName = name.parse().map_err(Failure::usage)?;
                 let identity = identity(&name)?;
@@ -236,7 +242,7 @@ mod with {
                 tell_flaw();
                 if identity.is_none() {
                     tell(format_args!(
-                        "nothing of this is proved: this machine has no certificate of the site {name}"
+                        "this information is not authenticated: this machine has no certificate of the site {name}"
                     ));
                 }
                 Ok::<_, Failure>(ZenohSite::join(name, config, identity).await?)
@@ -258,11 +264,11 @@ mod with {
     /// certificate.
     fn no_certificate(site: &SiteName) -> Failure {
         let message = format!(
-            "this machine has no certificate of the site {site}: its stations are shown, and told nothing"
+            "this machine has no certificate of the site {site}: its stations can be viewed, but not controlled"
         );
         Failure::new(Kind::Driver(ErrorKind::Timeout), message).hint(format!(
-            "`magician site init {site}` makes a site's first; others get theirs by `magician site invite` \
-             there and `magician site join CODE` here"
+            "`magician site init {site}` creates the first certificate of a site; other machines \
+                get theirs with `magician site invite` there and `magician site join CODE` here"
         ))
     }
 

@@ -80,7 +80,7 @@ impl Run {
         if bytes.len() > LARGEST {
             let message = format!("{} is larger than {} KiB", source.name, LARGEST / 1024);
             return Err(Failure::invalid(message)
-                .hint("put it into the library of each station, and start it there"));
+                .hint("save it in the library of each station, and start it there"));
         }
         let mut params = Map::new();
         match std::str::from_utf8(&bytes) {
@@ -113,10 +113,10 @@ impl Run {
                 .and_then(Option::as_ref)
                 .map(|news| &news.state);
             let Some(state) = state.filter(|state| state["link"] == "up") else {
-                return Err(format!("{} has no line to its arm", at.arm));
+                return Err(format!("{} is not connected to its arm", at.arm));
             };
             match (&state["job"], &state["holder"]["name"]) {
-                (Value::String(job), _) => Err(format!("{} has the job {job}", at.arm)),
+                (Value::String(job), _) => Err(format!("{} is running the job {job}", at.arm)),
                 (_, Value::String(holder)) => Err(format!("{} is held by {holder}", at.arm)),
                 _ => Ok(state),
             }
@@ -135,9 +135,11 @@ impl Run {
             let count = able.len() as u64;
             if count < wanted {
                 let message = format!(
-                    "{wanted} arms are wanted, and {count} are free, homed and without alarm"
+                    "{wanted} arms requested, but only {count} are free, homed and without alarms"
                 );
-                return Err(refuse(message).hint("`magician fleet list` says what the others do"));
+                return Err(
+                    refuse(message).hint("`magician fleet list` shows the state of all arms")
+                );
             }
             return Ok(able.into_iter().take(wanted as usize).collect());
         }
@@ -244,7 +246,7 @@ impl Fleet {
         let started = self.ask(at, "job.start", &Value::Object(params)).await?;
         let job = started["job"].as_str();
         job.map(str::to_owned).ok_or_else(|| Why {
-            text: "it has not named its job".to_owned(),
+            text: "the station did not report the job".to_owned(),
             kind: Kind::Driver(ErrorKind::Uncertain),
         })
     }
@@ -256,7 +258,7 @@ fn refusal(report: &Value) -> Option<String> {
         return None;
     }
     let first = report["complaints"][0]["message"].as_str();
-    Some(first.unwrap_or("the check refuses it").to_owned())
+    Some(first.unwrap_or("refused by the check").to_owned())
 }
 
 /// State of the job on one arm.
@@ -294,7 +296,7 @@ impl Part {
             line.push_str(&format!(": {error}"));
         }
         if self.is_gone && !self.is_over() {
-            line.push_str("; its station cannot be reached, the job goes on there");
+            line.push_str("; its station cannot be reached, the job continues there");
         }
         line
     }
@@ -546,17 +548,18 @@ impl Jobs {
         match ended {
             (false, unstopped) if unstopped.is_empty() => Failure::new(
                 Kind::Interrupted,
-                "interrupted; the jobs that were started here are stopped",
+                "interrupted; the jobs started by this command are stopped",
             ),
             (_, unstopped) => {
                 let names = unstopped.join(", ");
                 let message = if names.is_empty() {
-                    "interrupted; a job that was being started may run".to_owned()
+                    "interrupted; a job that was being started may be running".to_owned()
                 } else {
-                    format!("interrupted; not stopped for certain: {names}")
+                    format!("interrupted; may not have stopped: {names}")
                 };
-                Failure::new(Kind::Interrupted, message)
-                    .hint("`magician fleet list` says what runs, `magician fleet stop` stops arms")
+                Failure::new(Kind::Interrupted, message).hint(
+                    "`magician fleet list` shows running jobs, `magician fleet stop` stops arms",
+                )
             }
         }
     }

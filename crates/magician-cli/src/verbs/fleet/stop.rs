@@ -87,9 +87,9 @@ impl Stop {
             if failed.is_empty() {
                 return Ok(());
             }
-            let message = format!("not stopped for certain: {}", failed.join(", "));
+            let message = format!("may not have stopped: {}", failed.join(", "));
             Err(Failure::new(Kind::Driver(ErrorKind::Timeout), message)
-                .hint("stop them where they are: the arm has a power switch"))
+                .hint("stop them on site: each arm has a power switch"))
         })
     }
 }
@@ -140,7 +140,7 @@ async fn stop(
         if told.any(|told| told["arm"] == at.arm.as_str() && told["stood"] == true) {
             return None;
         }
-        let unsaid = "it was told to stop, and has not said that it stands";
+        let unsaid = "a stop was requested, but not confirmed";
         Some(error["message"].as_str().unwrap_or(unsaid).to_owned())
     };
     let outcome: Vec<_> = arms.iter().map(why).collect();
@@ -148,8 +148,8 @@ async fn stop(
 }
 
 pub(super) fn no_token() -> Failure {
-    Failure::usage("a token is needed")
-        .hint(
-            "set MAGICIAN_TOKEN to a token that all stations know: a line of the file that each has as `serve --token-file`",
-        )
+    Failure::usage("a token is needed").hint(
+        "set MAGICIAN_TOKEN to a token that all stations accept: a token in the file of each \
+                station's `serve --token-file`",
+    )
 }

@@ -84,7 +84,9 @@ impl Studio {
                 )),
             }
             if exposed {
-                tell(format_args!("other computers reach it: each needs a token"));
+                tell(format_args!(
+                    "other computers can connect, each with a token"
+                ));
             }
             self.front.tell_code(&store)?;
             if !self.no_open {

@@ -104,6 +104,6 @@ fn as_line(
             shown.insert(at.clone(), line.clone());
             is_new.then(|| format!("{}: {line}", at.arm))
         }
-        SiteEvent::Missed => Some("some of what happened was missed".to_owned()),
+        SiteEvent::Missed => Some("some events were missed".to_owned()),
     }
 }

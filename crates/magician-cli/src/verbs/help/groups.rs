@@ -7,7 +7,7 @@ use clap::Command;
 /// Headings with their verbs, in the order of the list.
 const GROUPS: [(&str, &[&str]); 7] = [
     (
-        "Find and look",
+        "Find and inspect",
         &[
             "ports", "info", "pose", "watch", "alarms", "doctor", "sensor", "record",
         ],
@@ -19,7 +19,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
         ],
     ),
     (
-        "Make",
+        "Draw, engrave and run",
         &[
             "draw",
             "write",

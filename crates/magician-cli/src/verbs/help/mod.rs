@@ -17,7 +17,7 @@ use topics::{TOPICS, Topic};
 /// Explain a verb, a command of the protocol, or a topic
 #[derive(Args, Debug)]
 pub(crate) struct Help {
-    /// A verb, a command, a verb and a command (`get PTPJointParams`), or a topic
+    /// Verb, protocol command, verb and command (`get PTPJointParams`), or topic
     words: Vec<String>,
 }
 

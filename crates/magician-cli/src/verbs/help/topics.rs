@@ -20,7 +20,7 @@ pub(super) const TOPICS: [Topic; 10] = [
     Topic {
         name: "units",
         aliases: &["axes", "coordinates"],
-        about: "units, axes, and how numbers are written",
+        about: "units, axes and number formats",
         text: UNITS,
     },
     Topic {
@@ -56,7 +56,7 @@ pub(super) const TOPICS: [Topic; 10] = [
     Topic {
         name: "laser",
         aliases: &["burn", "burning", "engraving"],
-        about: "safety, permission, power, and what switches it off",
+        about: "laser safety, permission, power and switching off",
         text: LASER,
     },
     Topic {
@@ -74,15 +74,15 @@ pub(super) const TOPICS: [Topic; 10] = [
     Topic {
         name: "exit-status",
         aliases: &["exit", "errors"],
-        about: "exit statuses and kinds of errors",
+        about: "exit statuses and error kinds",
         text: EXIT_STATUS,
     },
 ];
 
 const UNITS: &str = "\
-Units, in every verb, in our own files and in JSON:
+Units of all verbs, of files of this program and of JSON:
     lengths mm, angles degrees, times seconds, speeds mm/s and deg/s,
-    power and shares percent
+    power and fractions in percent
 
 Axes of the arm:
     x  ahead            the base axis is at x = 0, y = 0
@@ -90,37 +90,37 @@ Axes of the arm:
     z  up               0 is the height of joint 2
     r  rotation of the tool, counter-clockwise seen from above
     J1 base, J2 rear arm and J3 forearm (J3 from the horizontal), J4 tool
-x, y and z are those of the tool's tip, as far as the arm knows the tool:
-`magician pose` shows them, `--tool` and `magician calibrate tool` set it.
+x, y and z are those of the tip of the tool that is set on the arm.
+`magician pose` shows them; `--tool` and `magician calibrate tool` set the tool.
 
 Files:
-    G-code: mm, or inches after G20; F in mm or inches a minute
-    SVG: the size that the file gives; without one a unit is 1/96 inch
-    DXF: its own unit, mm if it has none; HPGL: 40 units to the mm
+    G-code: mm, or inches after G20; F in mm or inches per minute
+    SVG: the size in the file; without a size one unit is 1/96 inch
+    DXF: the unit in the file, or mm; HPGL: 40 units per mm
 
 Commands of the protocol (`get`, `set`, `enqueue`) have their own units:
-`magician help PTPJointParams` shows those of each field.
+`magician help PTPJointParams` shows the unit of each field.
 
 Negative numbers are written as usual: magician move 220 -40 30";
 
 const PEN: &str = "\
 Draw with a pen:
     1. Mount the pen, switch the arm on, and home it: magician home
-    2. Measure the paper's height: magician calibrate surface --tool pen
-       (or give it each time: --surface Z, the z that `magician pose` shows
+    2. Measure the height of the paper: magician calibrate surface --tool pen
+       (or give it each time as --surface Z: the z that `magician pose` shows
        when the tip touches the paper)
-    3. Look first: magician draw FILE --preview where.svg
-       and check that the arm can do all of it: magician draw FILE --check
+    3. Preview the drawing: magician draw FILE --preview where.svg
+       and check that the arm can draw all of it: magician draw FILE --check
     4. Draw: magician draw FILE
 
 Position and size: --at X,Y, --page a4, --fit, --scale, --rotate, --mirror.
-Content: --clip-page clips at the page, --white draw keeps white on white.
+Content: --clip-page clips at the page, --white draw also draws white lines.
 Motion: --speed MM/S, --lift MM between lines, --no-order.
 
-The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down), one
-at least half a second later moves nothing more. A closed terminal counts as
-the first. `magician help resume` says how to resume.
---park X,Y,Z takes the pen there when all is done.
+The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down). A
+second one, at least half a second later, stops the arm without lifting. A
+closed terminal counts as the first. To resume, see `magician help resume`.
+--park X,Y,Z parks the pen at that position at the end.
 
 Without an arm: magician draw FILE --port sim --picture drawn.svg";
 
@@ -195,17 +195,18 @@ The laser blinds at any distance, also by reflection, and starts fires. Everyone
 in the room wears goggles for its wavelength (405 nm). Remove shiny objects,
 ventilate the room, and never leave the laser alone.
 
-Nothing burns on a real arm without --yes, or `y` at the terminal: no file, no
-`laser on`, no `set`, `enqueue` or `io` that lights it. Every arm but
-`--port sim` counts as real.
+On a real arm nothing burns without --yes, or `y` at the terminal: no file, no
+`laser on`, and no `set`, `enqueue` or `io` that lights the laser. Every arm
+except `--port sim` counts as real.
 
-Power: --power P makes full power P percent; --power 10..60 maps the weakest to
-10 and the strongest to 60 percent. For G-code, --s-max N is the S of full
-power. --check and --estimate show the power: burns with 12 to 60 %.
+Power: --power P sets full power to P percent; --power 10..60 maps the weakest
+to 10 and the strongest to 60 percent. For G-code, --s-max N is the S value of
+full power. --check and --estimate show the power: burns with 12 to 60 %.
 
-It goes out however a run ends: done, stop, Ctrl-C, an error, a closed terminal.
-After kill -9, or while the cable is out, nothing can be sent: the arm has at
-most one second of burning and the segment under way. Keep a hand at its switch.
+However a run ends, the laser is switched off: at its end, on a stop, on Ctrl-C,
+on an error, when the terminal is closed. After kill -9, or while the cable is
+unplugged, nothing can be sent: the arm then burns for at most one second, plus
+the current segment. Keep a hand at its power switch.
 
 `magician info` shows `laser  ON` while it is on; `magician laser off` needs
 no confirmation.";
@@ -214,17 +215,17 @@ const RESUME: &str = "\
 Resume a run that was interrupted (Ctrl-C, an alarm, a pulled cable):
     repeat the command with --resume
 
-The file, the flags and the arm have to be the same; otherwise it is refused.
+The file, the flags and the arm must be the same; otherwise it is refused.
 
-    After Ctrl-C or an error   it continues the step that was cut short
-    After a pulled cable       plug it in, touch nothing: it asks the arm
-                               how far it came
-    After the power            home the arm first; it is no longer certain
+    After Ctrl-C or an error   continues the interrupted step
+    After a pulled cable       plug it in and touch nothing: the progress is
+                               read from the arm
+    After a power failure      home the arm first; it is no longer certain
                                which steps are done (exit status 9)
 
---from STEP starts at any step, from 1; --dry-run -v lists them.
-A straight line goes on where it stopped, within 0.2 mm; an arc, or anything
-else that is not straight, is repeated as a whole.";
+--from STEP starts at any step, counted from 1; --dry-run -v lists the steps.
+A straight line continues within 0.2 mm of where it stopped; an arc or other
+curve is repeated as a whole.";
 
 const CLASS: &str = "\
 One computer with several arms, and pupils at its page:
@@ -237,27 +238,26 @@ turns, and draw; *Freeze all* stops every arm.
 With virtual arms: --scenario drawing --arm a1=sim --arm a2=sim";
 
 const EXIT_STATUS: &str = "\
-Exit status, and the kind of the error object that --json writes to stderr:
+Exit status, and kind of the error object that --json writes to stderr:
     0  done
     1  bug            an internal error
     2  usage          invalid command line, or --yes is missing
     3  invalid-input  invalid value
-       unreachable    the arm cannot get there
-    4  port           the port is not there, not allowed, in use, or gone
+       unreachable    position out of reach
+    4  port           the port is missing, not permitted, in use, or disconnected
        closed         the connection was closed, or a stop came first
-    5  timeout        no answer by the deadline
+    5  timeout        no reply by the deadline
     6  unexpected     invalid reply from the peer
-       unsupported    this build or this arm cannot do it
+       unsupported    not supported by this build or this arm
     7  queue-full     the arm's queue has no room
     8  alarm          an alarm holds the arm's queue
-    9  uncertain      the arm may or may not have the command: look at the arm
+    9  uncertain      the arm may or may not have received the command: look at it
    10  check-failed   a check failed
   130  interrupted    Ctrl-C
 
-The error object has kind and message, and what applies of: code (which
-error it is, finer than the kind: stopped, not-homed, foreign-commands),
-command, step, value, limit, unit, fence, from and to (queue indices in
-doubt), and remedies: what to do, each with its effect, as an action
-(home, clear-alarms), an option with its value, an option to leave out
-(without), or a command of the system. Programs decide by kind and code,
-never by the message.";
+The error object has kind and message and, where they apply: code (more
+specific than the kind: stopped, not-homed, foreign-commands), command,
+step, value, limit, unit, fence, from and to (queue indices in doubt), and
+remedies. Each remedy has its effect and is an action (home, clear-alarms),
+an option with its value, an option to omit (without), or a command of the
+system. Programs should evaluate kind and code, never the message.";

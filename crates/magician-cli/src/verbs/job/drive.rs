@@ -244,7 +244,7 @@ impl Drive<'_> {
             ProgressReporter::new(out, self.json, self.made.prepared.program.steps(), screen);
         if let Some(from @ 1..) = from {
             teller.say(&format!(
-                "beginning at step {}{}",
+                "starting at step {}{}",
                 from + 1,
                 self.wording().of()
             ));
@@ -365,31 +365,33 @@ impl Drive<'_> {
         let within = starts.within && self.resume;
         let text = match (starts.again, within, twice >= NOTICEABLE) {
             (true, _, false) => {
-                format!("step {step} was cut short, or its end is unknown: it is repeated")
+                format!("step {step} was interrupted, or its end is unknown: it is repeated")
             }
             (true, _, true) => format!(
-                "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
+                "step {step} was interrupted, or its end is unknown: it is repeated, and up to \
+                    {twice:.1} mm are burnt twice"
             ),
             (false, _, true) if starts.at_most => {
                 format!(
-                    "it is not known exactly where the light went out: it continues in step {step}, before where it \
-                     stopped, and up to {twice:.1} mm are burnt twice"
+                    "the point where the laser went out is not known exactly: the run continues in \
+                        step {step}, before where it stopped, and up to {twice:.1} mm are burnt \
+                        twice"
                 )
             }
             (false, _, true) => {
                 format!(
-                    "it continues in step {step}, before where the light went out: {twice:.1} mm are burnt twice"
+                    "the run continues in step {step}, before where the laser went out: {twice:.1} mm are burnt twice"
                 )
             }
             (false, true, false) if burns => {
-                format!("step {step} was cut short: it continues where the light went out")
+                format!("step {step} was interrupted: the run continues where the laser went out")
             }
             (false, true, false) => {
-                format!("step {step} was cut short: it continues where it stopped")
+                format!("step {step} was interrupted: the run continues where it stopped")
             }
             (false, false, false) if starts.nothing_queued => {
                 format!(
-                    "nothing was queued yet when the last run ended: it begins with step {step}"
+                    "nothing was queued yet when the last run ended: the run starts with step {step}"
                 )
             }
             (false, false, false) => return,
@@ -534,7 +536,7 @@ fn as_fast_as_before(error: SpeedError) -> String {
 fn says_unrecorded(failure: &Failure) -> String {
     let warning = Paint::for_stderr().note("warning:").to_string();
     format!(
-        "{warning} the recording stops here, the work goes on: {}",
+        "{warning} the recording ends here, the run continues: {}",
         failure.message
     )
 }

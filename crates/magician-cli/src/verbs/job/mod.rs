@@ -203,7 +203,7 @@ impl Job {
         }
         let text = visible_lines(&pause.text);
         let message = format!(
-            "the job would pause at step {} ({text}), and nobody can resume it",
+            "the job would pause at step {} ({text}), but could not be resumed without a terminal",
             step + 1
         );
         Err(Failure::usage(message).hint("run it at a terminal or with --json, or add --no-pause"))
@@ -473,8 +473,8 @@ impl PreparedJob {
 
 /// Failure of a resumed program that depends on its start position, if that is lost.
 fn needs_start() -> Failure {
-    let message = "this program depends on where the tool was when it began, and the tool has \
-        moved since";
+    let message =
+        "this program depends on the start position of the tool, and the tool has moved since";
     Failure::usage(message).hint("add --start X,Y,Z as printed by the interrupted run")
 }
 

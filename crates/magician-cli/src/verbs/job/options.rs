@@ -22,28 +22,30 @@ pub(crate) struct File {
     /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, testgrid, plan
+    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl,
+    /// blockly, points, text, testgrid, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
 }
 
 /// Looks at what would come, without a move.
 #[derive(Args, Debug, Default)]
-#[command(next_help_heading = "Look first, move nothing")]
+#[command(next_help_heading = "Check and preview, without motion")]
 pub(crate) struct PreviewFlags {
-    /// Only check: exit status 10 if the arm cannot do all of it
+    /// Only check the file; exit status 10 if the arm cannot do all of it
     #[arg(long)]
     pub(super) check: bool,
     /// Only estimate time and lengths
     #[arg(long)]
     pub(super) estimate: bool,
-    /// Only draw a preview: a .svg or .png file
+    /// Only write a preview to a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) preview: Option<PathBuf>,
-    /// Do everything but send; -v or --json prints the commands
+    /// Do everything except sending; -v or --json prints the commands
     #[arg(long)]
     pub(super) dry_run: bool,
-    /// Only list the parts that --parts divides it into (layers unless given): name, colour, lines, length, time
+    /// Only list the parts into which --parts divides the file (default: layers), with name,
+    /// colour, lines, length and time
     #[arg(long, conflicts_with_all = ["check", "estimate", "preview", "dry_run"])]
     pub(super) list_parts: bool,
 }
@@ -52,7 +54,7 @@ pub(crate) struct PreviewFlags {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunFlags {
-    /// Take flags that are not given from this preset; `magician preset list` lists them
+    /// Preset for flags that are not given; `magician preset list` lists presets
     #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
     pub(super) preset: Option<String>,
     /// Repeat N times (0: until Ctrl-C)
@@ -64,35 +66,38 @@ pub(crate) struct RunFlags {
     /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// With --resume: begin MM before the place where the light of a burn went out, along its line [default: 0]
+    /// With --resume: restart a burn this far before the point where the laser went out, along its
+    /// line [default: 0]
     #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
     pub(super) overlap: Option<f64>,
-    /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes
-    /// on and the exit status is 4
+    /// Record the run to a .mcap, .csv or .jsonl file (see `magician record --help`); if writing
+    /// fails, the run continues and the exit status is 4
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
-    /// With --record: readings per second of the arm's clock [default: 20]
+    /// With --record: readings per second of the arm's clock, 1 to 50 [default: 20]
     #[arg(long, value_name = "HZ", requires = "record", value_parser = sample_rate)]
     pub(super) rate: Option<f64>,
-    /// With --record: in a .csv file, write the units into a second line
+    /// With --record: write the units into the second line of a .csv file
     #[arg(long, requires = "record")]
     pub(super) units: bool,
-    /// On a virtual arm: write the lines of pen or laser, and the sheet if known, to a .svg or .png file
+    /// On a virtual arm: write the lines of pen or laser, and the sheet if known, to a .svg or .png
+    /// file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) picture: Option<PathBuf>,
-    /// With --picture: show the arm's base too
+    /// With --picture: also show the arm's base
     #[arg(long, requires = "picture")]
     pub(super) whole: bool,
     /// First run the commands that an earlier program left in the queue
     #[arg(long)]
     pub(super) keep: bool,
-    /// Refuse an arm that was not homed since power-up
+    /// Refuse to run if the arm was not homed since power-up
     #[arg(long, conflicts_with = "unhomed")]
     pub(super) require_homed: bool,
-    /// Run even if the arm is not known to be homed since power-up: it may go to the wrong place
+    /// Run even if the arm is not known to be homed since power-up; positions may be wrong
     #[arg(long)]
     pub(super) unhomed: bool,
-    /// Full-screen display during the run: the sheet as it fills up, time left, queue, line
+    /// Show a full-screen display during the run: drawing progress, time left, queue, line to the
+    /// arm
     #[arg(long)]
     pub(super) tui: bool,
 }

@@ -84,7 +84,7 @@ impl Job {
         let prepared = match preparation {
             Ok(Preparation::Done(prepared)) => *prepared,
             Ok(Preparation::NeedsStart) => {
-                return Err(Failure::invalid("it is not known where the arm stands"));
+                return Err(Failure::invalid("the position of the arm is unknown"));
             }
             Err(error) => {
                 let is_run = matches!(place, Where::Arm) && !self.look.is_wanted();

@@ -140,9 +140,9 @@ pub(super) fn failure(
         *first = { first.clone() }
             .remedy(
                 (Setting::Place, Given::On),
-                "lays it where the arm reaches, if it is small enough",
+                "places it within the arm's reach, if it is small enough",
             )
-            .remedy((Setting::Fit, Given::On), "chooses its size as well");
+            .remedy((Setting::Fit, Given::On), "also shrinks it to fit");
     }
     let shown = if made.verbose { problems.len() } else { 1 };
     let drawn = problems.iter().take(shown);

@@ -300,13 +300,10 @@ impl UnderWay<'_> {
     pub(super) fn hears(&mut self, event: &JobEvent) {
         match event {
             JobEvent::Waits(Waits::Queue) => {
-                self.waits = Some("waiting for the commands left in the arm")
+                self.waits = Some("waiting for commands left in the arm's queue")
             }
             JobEvent::Waits(Waits::Line) => {
-                self.waits = Some(
-                    "the line broke: waiting to switch the laser off when it is \
-                    back",
-                );
+                self.waits = Some("line lost: waiting to switch the laser off when it is back");
             }
             JobEvent::Waits(_) => self.waits = None,
             _ => {}

@@ -28,7 +28,7 @@ impl PreparedJob {
             .collect();
         let beside = self.prepared.placed.and_then(|placed| placed.beside);
         let beside = beside
-            .map(|side| format!("it does not fit in front of the arm, and lies at its {side}"));
+            .map(|side| format!("it does not fit in front of the arm and is placed at its {side}"));
         let warnings: Vec<String> = beside.into_iter().chain(warnings).collect();
         if warnings.is_empty() {
             return Ok(());

@@ -32,7 +32,7 @@ impl Wording<'_> {
     pub(super) fn failure(&self, error: &JobError) -> Failure {
         let mut failure = self.fault(error);
         if error.all_done {
-            failure.message = format!("all steps are done, and then: {}", failure.message);
+            failure.message = format!("all steps are done, but then: {}", failure.message);
         }
         if let Some(said) = lifted(&error.lift) {
             failure.message = format!("{}; {said}", failure.message);
@@ -44,9 +44,10 @@ impl Wording<'_> {
     pub(super) fn unfinished(&self, finished: u64, resumable: bool) -> Diagnostic {
         let of = self.of();
         let text = format!(
-            "an earlier run of this was cut off after at least {finished}{of} steps; this one begins anew"
+            "an earlier run of this file was interrupted after at least {finished}{of} steps; this \
+                run starts from the beginning"
         );
-        let goes_on = "goes on where that one ended";
+        let goes_on = "continues where it ended";
         let note = Diagnostic::new(Origin::NONE, text);
         if resumable {
             note.remedy((Setting::Resume, Given::On), goes_on)
@@ -75,11 +76,11 @@ impl Wording<'_> {
                 (message, true)
             }
             (None, None) if error.line_ends && error.left.is_none() => (
-                format!("{cause} before the arm had got anything of this"),
+                format!("{cause} before the arm received a command of this job"),
                 true,
             ),
             _ if error.line_ends => (
-                format!("{cause} before the arm confirmed that it stands: look at it"),
+                format!("{cause} before the arm confirmed that it has stopped: look at the arm"),
                 false,
             ),
             (_, Some(why)) => (not_confirmed(cause, &why.to_string()), false),
@@ -102,7 +103,7 @@ impl Wording<'_> {
     }
 
     fn fault(&self, error: &JobError) -> Failure {
-        let from_step = "--from STEP begins at any step";
+        let from_step = "--from STEP starts at any step";
         match &error.fault {
             Fault::Arm(error) => Failure::from(&**error),
             Fault::Program(problem) => self.made.source.failure(problem),
@@ -133,7 +134,8 @@ impl Wording<'_> {
                     "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
                 );
                 Failure::invalid(message).hint(
-                    "`magician alarms` shows what may hold it; `magician stop` drops them, then --resume goes on",
+                    "`magician alarms` shows alarms that may hold it; `magician stop` drops the \
+                        commands, then --resume continues",
                 )
             }
             Fault::BeginsElsewhere => needs_start(),
@@ -152,8 +154,8 @@ impl Wording<'_> {
             minutes => format!("{} h ago", minutes / 60),
         };
         Some(format!(
-            "no run of {title} with these flags was interrupted; one with other flags was, {age}, after at least \
-                {} steps",
+            "no run of {title} with these flags was interrupted, but one with other flags was, \
+                {age}, after at least {} steps",
             job.finished
         ))
     }
@@ -165,11 +167,11 @@ impl Wording<'_> {
             Some(left) if error.unkept.is_some() => self.advice_unkept(left),
             None => return failure,
             Some(Left::NotAsked) if self.at_station => format!(
-                "what the arm does now is not known from here: look at it; once a station has the arm again and \
-                    it stands, {command} goes on"
+                "the state of the arm is unknown: look at the arm; when a station serves it again \
+                    and it has stopped, {command} continues"
             ),
             Some(Left::NotAsked) => {
-                format!("the arm finishes its queue; {command} goes on after that")
+                format!("the arm finishes its queue; after that, {command} continues")
             }
             Some(Left::Known {
                 resume_point,
@@ -191,19 +193,19 @@ impl Wording<'_> {
 
     /// Returns the advice for a job whose progress was not saved.
     fn advice_unkept(&self, left: Left) -> String {
-        let lost = "the progress could not be kept";
+        let lost = "the progress could not be saved";
         let steps = match left {
             Left::Known { resume_point, .. } => match resume_point {
                 ResumePoint::After(steps) | ResumePoint::Again(steps) => steps,
                 ResumePoint::Doubt(span) => return format!("{lost}: {}", self.in_doubt(span)),
             },
             Left::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
-            Left::NotAsked => return format!("{lost}: the same command begins anew"),
+            Left::NotAsked => return format!("{lost}: the same command starts from the beginning"),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         };
         let (of, start, next) = (self.of(), self.with_start(), steps + 1);
-        format!("{steps}{of} steps are done; {lost}: {start}--from {next} begins with step {next}")
+        format!("{steps}{of} steps are done; {lost}: {start}--from {next} starts with step {next}")
     }
 
     fn advice(
@@ -223,13 +225,13 @@ impl Wording<'_> {
             }
             ResumePoint::Again(steps) if within => {
                 let place = if self.made.prepared.program.plan().burns() {
-                    "the light went out"
+                    "the laser went out"
                 } else {
                     "it stopped"
                 };
                 format!(
-                    "{steps}{of} steps are done and the next was cut short; {command} continues where \
-                        {place}, in step {}",
+                    "{steps}{of} steps are done and the next was interrupted; {command} continues \
+                        where {place}, in step {}",
                     steps + 1
                 )
             }
@@ -238,8 +240,7 @@ impl Wording<'_> {
                 steps + 1
             ),
             ResumePoint::Again(steps) => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} continues with \
-                    step {}",
+                "{steps}{of} steps are done and the next was interrupted; {command} continues with step {}",
                 steps + 1
             ),
             ResumePoint::Doubt(span) => self.in_doubt(span),

@@ -33,20 +33,25 @@ pub(super) use tests::examples;
 use view::Model;
 pub(super) use view::{MOVES, alarm_panel, foot, joint_bars, log_panel, tool_lines};
 
-/// Move the arm by keys, or by one step: `jog x 10`
+/// Move the arm with keys, or by one step: `jog x 10`
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician jog             a pad: arrows move the arm, ? lists the keys
-  magician jog z 10        up by 10 mm, straight, and wait until it is there
-  magician jog j1 -5       the base by 5 deg
+  magician jog             interactive: arrows move the arm, ? lists the keys
+  magician jog z 10        10 mm straight up, and wait for arrival
+  magician jog j1 -5       turn the base by -5 degrees
 
-On the pad a key press is a checked step; `m` changes to hold mode: the arm moves while a key is held and stops when it is released, when the terminal loses the focus or is closed, and when this program ends, unless it is killed (`kill -9`) or the computer or the cable fails: then the arm moves on to the end of its axis. Most terminals report no key releases, only repeats: there a tap moves the arm briefly, and a held key moves it until 0.3 s after the last repeat. This is not a safety function: in an emergency use the arm's power switch.")]
+In the interactive display a key press is a checked step; `m` switches to hold mode: the arm moves \
+while a key is held. It stops when the key is released, when the terminal loses the focus or is \
+closed, and when this program ends. But if the program is killed (`kill -9`), or the computer or the \
+cable fails, the arm moves on to the end of its axis. Most terminals report no key releases, only \
+repeats: there a tap moves the arm briefly, and a held key moves it until 0.3 s after the last \
+repeat. This is not a safety function: in an emergency use the arm's power switch.")]
 pub(crate) struct Jog {
     /// Axis: x, y, z, r, j1 to j4, or l for the rail
     #[arg(requires = "distance")]
     axis: Option<Axis>,
-    /// Distance, mm or degrees
+    /// Distance in mm or degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     distance: Option<f32>,
 }

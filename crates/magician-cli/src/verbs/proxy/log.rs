@@ -248,7 +248,7 @@ impl ProxyObserver for Log {
             ProxyNotice::LineLost(why) => {
                 let object = json!({"event": "line-lost", "message": why.to_string()});
                 self.say(object, || {
-                    format!("{why}; looking for the line, no replies until it is back")
+                    format!("{why}; reconnecting, no replies until the line is back")
                 });
             }
             ProxyNotice::LineFound => self.say(json!({"event": "line-found"}), || {

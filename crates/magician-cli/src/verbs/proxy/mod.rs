@@ -20,27 +20,37 @@ use crate::serving::{DOORS, grow, pty, say_ready};
 
 use log::{Log, Style};
 
-/// Share one arm between programs, and watch the traffic
+/// Share one arm between programs, and show the traffic
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Prints the one line `ready` when every endpoint accepts connections; the traffic is shown on \
-    stderr. Ends with Ctrl-C or SIGTERM.
+Prints the single line `ready` when every endpoint accepts connections; the traffic is shown on \
+stderr. Ends with Ctrl-C or SIGTERM.
 
   magician proxy --port /dev/ttyUSB0 --pty ./A --pty ./B
   magician proxy --port /dev/ttyUSB0 --pty ./A --trace session.pcapng --quiet
   magician proxy --port udp:192.168.1.5 --tcp 127.0.0.1:9000 --only PTPCmd,GetPose
   magician proxy --port sim --pty ./A --faults drop=1e-3,seed=7
 
-Every program sees an arm of its own: each of its requests gets one reply, in order, and never a reply to another program. The arm gets one request at a time and programs take turns; a stop (ForceStop, StopExec, Clear, the end of a jog) overtakes all waiting requests, and drops those that the same program sent before it. Equal reads share a reply: one younger than --fresh serves another program too, unless something was sent meanwhile that may change the arm.
+Every program sees an arm of its own: each request gets one reply, in order, and never the reply to \
+another program. The arm gets one request at a time and programs take turns. A stop (ForceStop, \
+StopExec, Clear, the end of a jog) overtakes all waiting requests, and drops earlier requests of the \
+same program. Equal reads share a reply: one younger than --fresh is also given to another program, \
+unless something that may change the arm was sent in between.
 
-Nothing is sent twice. If the arm does not reply, neither does the proxy; repeating the request is up to the program. Bytes that are not a frame, such as a frame with a wrong checksum, are shown and dropped, because they would disturb the others; --transparent passes them on. Frames with unknown ids are always passed on.
+Nothing is sent twice. If the arm does not reply, neither does the proxy; retries are up to the \
+program. Bytes that are not a frame, such as a frame with a wrong checksum, are shown and dropped, \
+because they would disturb the other programs; --transparent forwards them. Frames with unknown ids \
+are always forwarded.
 
-When a program disconnects, its waiting requests are dropped and its jog ends; its queued commands go on. If the line to the arm is lost, programs stay connected and get no replies until it is back; requests sent meanwhile are dropped.
+When a program disconnects, its waiting requests are dropped and its jog ends; its queued commands \
+continue. If the line to the arm is lost, programs stay connected and get no replies until it \
+is back; requests sent meanwhile are dropped.
 
---faults injects faults into the line to the arm: rates between 0 and 1 for bytes (flip, replace, drop, insert, duplicate, swap), for \
-chunks (drop-chunk, duplicate-chunk, swap-chunk, stall, rechunk, unplug), seed=N.")]
+--faults injects faults into the line to the arm: rates between 0 and 1 for bytes (flip, \
+replace, drop, insert, duplicate, swap) and for chunks (drop-chunk, duplicate-chunk, swap-chunk, \
+stall, rechunk, unplug), and seed=N.")]
 pub(crate) struct Proxy {
-    /// Serve a new pseudo-terminal and make PATH a symlink to it; one for each program
+    /// Serve a new pseudo-terminal with PATH as a symlink to it; repeat it for each program
     #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Vec<PathBuf>,
     /// Serve UDP; the default port is 8899
@@ -49,25 +59,26 @@ pub(crate) struct Proxy {
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Vec<String>,
-    /// Write the traffic to a pcapng file: an interface for each program, and one for the arm
+    /// Write the traffic to a pcapng file: one interface for each program, and one for the arm
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Inject faults into the line to the arm, from a seed: flip=1e-4,drop=1e-5,seed=7
+    /// Inject reproducible faults into the line to the arm: flip=1e-4,drop=1e-5,seed=7
     #[arg(long, value_name = "SPEC")]
     faults: Option<Faults>,
-    /// Maximum age of a reply that another program may get too; 0: every read goes to the arm
+    /// Maximum age in ms, 0 to 10000, of a reply shared with another program; 0: every read goes to
+    /// the arm
     #[arg(long, value_name = "MS", default_value = "20", value_parser = milliseconds)]
     fresh: Duration,
-    /// Show these commands only
+    /// Show only these commands
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = command)]
     only: Vec<u8>,
     /// Do not show the traffic
     #[arg(short, long)]
     quiet: bool,
-    /// Pass bytes that are not frames on to the arm
+    /// Forward bytes that are not frames to the arm
     #[arg(long)]
     transparent: bool,
-    /// Let a jog go on when the program that started it disconnects
+    /// Let a jog continue when the program that started it disconnects
     #[arg(long)]
     keep_going: bool,
 }

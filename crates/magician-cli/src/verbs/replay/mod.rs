@@ -30,54 +30,71 @@ type Saved = ReplayWriter<Box<dyn Write + Send>>;
 /// no trace.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Replay a recorded session on a virtual arm and compare the answers
+/// Replay a recorded session on a virtual arm and compare the replies
 #[derive(Args, Debug)]
 #[command(after_help = "\
-A TRACE is the file that `magician sim`, `magician proxy` and every other verb write with \
-    --trace (pcapng, link type USER0), or a recording with frames: the .mcap of `magician sim --record` or of a station.
+A TRACE is a file that `magician sim`, `magician proxy` or any other verb wrote with --trace \
+(pcapng, link type USER0), or a recording with frames: the .mcap of `magician sim --record` or of a \
+station.
 
   magician replay session.pcapng
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
   magician replay session.pcapng --to decode --speed 1
   magician replay day.csv --law
 
-The virtual arm starts as after power-up, at the first pose of the trace if that was read before anything was set, and runs in the trace's time, which passes at once unless --speed is given. It computes in periods of 20 ms, whose begin no trace shows: the replay tries each millisecond and takes the best. A pose of the period before or after counts as the same if it was asked for within 5 ms of its end, and as a difference at any other time; both are counted. Queue indices are compared relative to the first, the arm's clock by the time between two readings (--time-tolerance); read-only floats, such as a pose, may be off by --tolerance; everything else must be equal bit for bit. --ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply later than 3 s counts as missing.
+The virtual arm starts in its state after power-up, at the first pose of the trace if that was read \
+before anything was set. It follows the trace's clock, without waiting unless --speed is given. It \
+computes in periods of 20 ms whose start no trace shows: the replay tries every millisecond and uses \
+the best. A pose of the previous or next period counts as equal if it was requested within 5 ms of \
+its end, otherwise as a difference; both are counted. Queue indices are compared relative to the \
+first, the arm's clock by the time between two readings (--time-tolerance). Read-only floats, such \
+as a pose, may differ by --tolerance; everything else must be equal bit for bit. --ignore skips a \
+command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply \
+later than 3 s counts as missing.
 
-A session that was recorded from its middle differs by the settings made before. A trace is never sent to a real arm: it would repeat another arm's moves from an unknown position.
+A session that was not recorded from its start differs by the settings made before. A trace is never \
+sent to a real arm: it would repeat another arm's moves from an unknown position.
 
---law prints how far the poses are from the law of motion (docs/reference/MODEL.md, section 7): period, accelerations and ratio, and the profile of a virtual arm that fits best. A log with commands (a trace, an .mcap with frames) is replayed on each profile; readings alone (.csv, .jsonl, .mcap of `magician record`) tell of motions from rest to rest along a straight line or in the joints. Times are the computer's, which jitter: a pose may be up to 5 ms early or late, a command half a period, and only what is then left counts. At least 10 poses a second are needed; 23 tell more than 20 or 25, because they do not come at whole periods. What the log does not tell is listed.
+--law prints the deviation of the poses from the law of motion (docs/reference/MODEL.md, section 7): \
+period, accelerations and ratio, and the best-fitting profile of a virtual arm. A log with commands \
+(a trace, an .mcap with frames) is replayed on each profile; from readings alone (.csv, .jsonl, \
+.mcap of `magician record`) only motions from rest to rest along a straight line or in the joints \
+are evaluated. Timestamps come from the computer's clock and jitter: a pose may be up to 5 ms early \
+or late, a command half a period; only the deviation beyond that counts. At least 10 poses a second \
+are needed; 23 show more than 20 or 25, because they are not at whole periods. Quantities that the \
+log does not show are listed.
 
 Exit status 10 if a reply differs (with --to decode: if a frame cannot be decoded).")]
 pub(crate) struct Replay {
-    /// The trace; with --law also a .csv, .jsonl or .mcap file of readings
+    /// Trace file; with --law also a .csv, .jsonl or .mcap file of readings
     #[arg(value_name = "TRACE")]
     session: PathBuf,
-    /// Print how far the poses are from the law of motion, and nothing else
+    /// Print only the deviation of the poses from the law of motion
     #[arg(long, conflicts_with_all = ["to", "speed", "clock", "ignore", "tolerance", "time_tolerance", "scenario", "save"])]
     law: bool,
     /// Target of the replay
     #[arg(long, value_name = "WHERE", default_value = "sim")]
     to: To,
-    /// Only this link, by name or number; default: the arm's own line in a trace of `magician proxy`, all links of any
-    /// other trace, sent to the one arm
+    /// Replay only this link, by name or number [default: the link to the arm in a trace of
+    /// `magician proxy`; in other traces all links, sent to the one arm]
     #[arg(long, value_name = "NAME")]
     link: Option<String>,
-    /// Trace seconds per second, or `max`
+    /// Playback speed: trace seconds per second, or `max`
     #[arg(long, value_name = "X|max", default_value = "max")]
     speed: Speed,
-    /// Arm seconds per trace second, or `max`: the --speed of the arm that was recorded
+    /// Speed of the recorded arm (its --speed): arm seconds per trace second, or `max`
     #[arg(long, value_name = "X|max", default_value = "1")]
     clock: Speed,
-    /// Ignore a COMMAND, a COMMAND.FIELD or a FIELD (repeatable)
+    /// Ignore a COMMAND, COMMAND.FIELD or FIELD (repeatable)
     #[arg(long, value_name = "NAME")]
     ignore: Vec<String>,
-    /// Tolerance of measured values, in their unit
+    /// Tolerance of measured values, in the unit of each
     #[arg(long, value_name = "X", default_value_t = Tolerances::default().measured, value_parser = tolerance)]
     tolerance: f32,
-    /// Tolerance of the arm's clock between two readings
+    /// Tolerance of the arm's clock between two readings, in ms
     #[arg(long, value_name = "MS", default_value_t = Tolerances::default().time_ms)]
     time_tolerance: u32,
-    /// The world around the arm, in TOML
+    /// World around the arm, a TOML file
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
     /// Firmware profile: a name (3.6.14, 3.7.0, 4.0.3, continuous) or a file in TOML
@@ -90,9 +107,9 @@ pub(crate) struct Replay {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum To {
-    /// A virtual arm
+    /// Virtual arm
     Sim,
-    /// The decoder
+    /// Decoder
     Decode,
 }
 

@@ -125,7 +125,7 @@ fn in_words(summary: &Summary) -> String {
         several(summary.answers, "answer"),
         several(summary.fields, "field"),
         match summary.differences {
-            0 => "all the same".to_owned(),
+            0 => "no differences".to_owned(),
             count => several(count, "difference"),
         }
     );
@@ -137,7 +137,7 @@ fn in_words(summary: &Summary) -> String {
         ),
         (
             summary.late,
-            "poses of the period beside, asked for within 5 ms of it",
+            "poses of the adjacent period, requested within 5 ms of it",
         ),
         (summary.undirected, "packets of unknown direction left out"),
     ];

@@ -20,31 +20,32 @@ use magician::stations::{LocalStation, stations};
 
 #[derive(Args, Debug)]
 pub(crate) struct FrontFlags {
-    /// Listen at this address; by default at port 8910 of this machine's own
+    /// Listen at this address [default: localhost:8910, reachable only from this machine]
     #[arg(long, value_name = "HOST:PORT")]
     pub(super) listen: Option<String>,
-    /// Print a code of six digits, good for one token within two minutes
+    /// Print a six-digit pairing code, valid for one token within two minutes
     #[arg(long)]
     pair: bool,
-    /// Take the tokens of this file as well: TOKEN ROLE [NAME] a line
+    /// Also accept the tokens in this file, one `TOKEN ROLE [NAME]` per line
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
-    /// Let pages of another site use the station, such as https://example.org
+    /// Let web pages of this origin use the station, such as https://example.org (repeatable)
     #[arg(long, value_name = "ORIGIN")]
     allow_origin: Vec<String>,
-    /// Answer to another host name as well
+    /// Also answer requests for this host name (repeatable)
     #[arg(long, value_name = "HOST[:PORT]")]
     allow_host: Vec<String>,
-    /// Encrypt connections: the certificate as PEM, followed by those that signed it; wants --tls-key
+    /// Encrypt connections with this certificate (PEM), followed by the certificates that signed
+    /// it; needs --tls-key
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     tls_cert: Option<PathBuf>,
-    /// Key of the certificate as PEM
+    /// Private key of the certificate (PEM)
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
-    /// Let everybody look and stop, and nobody move
+    /// Let everyone watch and stop, and no one move
     #[arg(long)]
     pub(crate) read_only: bool,
-    /// Folder of the programs that are kept; by default `programs` in the user's data of magician
+    /// Folder of the program library [default: `programs` in magician's user data folder]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     programs: Option<PathBuf>,
 }
@@ -100,7 +101,7 @@ impl FrontFlags {
             return Ok(None);
         };
         if folder.exists() && !folder.is_dir() {
-            let message = format!("{} is no folder", folder.display());
+            let message = format!("{} is not a folder", folder.display());
             return Err(Failure::invalid(message));
         }
         let folder = std::path::absolute(&folder).unwrap_or(folder);
@@ -130,7 +131,7 @@ impl FrontFlags {
         if self.pair {
             let code = tokens.pair(magician_station::Role::Student)?;
             tell(format_args!(
-                "code {code}, good for one token within two minutes"
+                "code {code}, valid for one token within two minutes"
             ));
         }
         Ok(())
@@ -149,10 +150,9 @@ fn taken(error: ListenError) -> Failure {
     let station = stations().into_iter().find(|known| is_there(&known.url));
     failure.hint(match station {
         Some(LocalStation { url, arms, .. }) => format!(
-            "a station runs there, of {}: open {url}, or give this one another port: --listen 127.0.0.1:0 takes a \
-             free one",
+            "a station of {} is running there: open {url}, or use another port: --listen 127.0.0.1:0 takes a free one",
             arms.join(", ")
         ),
-        None => "another program listens there: --listen 127.0.0.1:0 takes a free port".to_owned(),
+        None => "another program is using that address: --listen 127.0.0.1:0 takes a free port".to_owned(),
     })
 }

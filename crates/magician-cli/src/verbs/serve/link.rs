@@ -14,22 +14,23 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Programs for DobotLink")]
 pub(super) struct LinkFlags {
-    /// Answer programs for DobotLink (DobotLab's scripts, DobotEDU, dobotkit) at port 9090 of this machine, or at another of its own addresses
+    /// Serve programs for DobotLink (DobotLab's scripts, DobotEDU, dobotkit) at localhost:9090, or
+    /// at another address reachable only from this machine
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
     link: Option<Option<String>>,
-    /// Answer ConnectDobot with empty texts, as DobotLink does
+    /// Answer ConnectDobot with empty strings, as DobotLink does
     #[arg(long)]
     link_empty_connect: bool,
-    /// Refuse parameters that a call does not have, instead of only counting them
+    /// Reject parameters unknown to a call, instead of only counting them
     #[arg(long)]
     link_strict: bool,
     /// Let programs write serial numbers, calibrations and Wi-Fi settings
     #[arg(long)]
     link_dangerous: bool,
-    /// Let programs switch the laser of a real arm on
+    /// Let programs switch on the laser of a real arm
     #[arg(long)]
     link_laser: bool,
-    /// Accept at port 10001, for which DobotEDU waits when it is imported
+    /// Accept connections at port 10001, which DobotEDU waits for when it is imported
     #[arg(long)]
     link_image: bool,
 }
@@ -58,7 +59,7 @@ impl LinkFlags {
         ];
         match { given.iter() }.find(|(given, _)| *given && self.link.is_none()) {
             Some((_, flag)) => Err(Failure::usage(format!(
-                "{flag} is for programs for DobotLink, and none are answered"
+                "{flag} needs --link: programs for DobotLink are not served"
             ))
             .hint("add --link, or set serve.link")),
             None => Ok(()),
@@ -73,7 +74,7 @@ impl LinkFlags {
         let listener = match LinkListener::bind(address.as_deref()).await {
             Err(error @ ListenError::Beyond(_)) => {
                 return Err(Failure::usage(error.to_string()).hint(
-                    "DobotLink's protocol has no login: --link is for programs of this machine",
+                    "DobotLink's protocol has no login: --link serves only programs on this machine",
                 ));
             }
             listener => listener?,

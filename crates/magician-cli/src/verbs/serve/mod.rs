@@ -59,43 +59,48 @@ pub(crate) use window::is_started_by_hand;
 /// Longest wait for listeners and a site to close at the end. A choice.
 const STOPPING: Duration = Duration::from_secs(2);
 
-/// Share arms on the network: many look, one moves, anybody stops
+/// Share arms on the network: many watch, one moves, anyone stops
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Prints the one line `ready` (with --json an object with its addresses) when everything accepts connections. Ends with Ctrl-C or SIGTERM: what \
-moves is stopped, the laser is off, jobs lift their pen. Programs that run something over an arm are told, and have a few seconds to lift their pen and \
-restore settings; a second Ctrl-C ends that.
+Prints the single line `ready` (with --json an object with the addresses) when everything accepts \
+connections. Ends with Ctrl-C or SIGTERM: motion stops, the laser is switched off, jobs lift their \
+pen. Clients that run something on an arm are notified and have a few seconds to lift their pen and \
+restore settings; a second Ctrl-C ends this wait.
 
   magician serve --port sim
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
-  magician serve                       every arm of the settings ([arms.NAME]), else the one that is found
+  magician serve                       every arm in the settings ([arms.NAME]), else the only arm found
 
-Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
-this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]
+Programs use JSON-RPC at ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; \
+/api/v1/openrpc.json lists the methods. Without --listen only this machine can connect, without a \
+token. Other machines need a token: `magician station token` creates one, `magician station pair` a \
+code for one.")]
 pub(crate) struct Serve {
-    /// Serve this arm under a name, instead of --port; repeat it for more
+    /// Serve this arm under a name, instead of --port (repeatable)
     #[arg(long, value_name = "NAME=PORT", value_parser = named)]
     arm: Vec<(String, String)>,
     #[command(flatten)]
     front: FrontFlags,
-    /// Do not announce the station on the local network, where it listens to others
+    /// Do not announce the station on the local network (one that only this machine can reach is
+    /// never announced)
     #[arg(long)]
     no_announce: bool,
-    /// Serve the API alone: no page at /
+    /// Serve only the API, without the page at /
     #[arg(long)]
     no_studio: bool,
-    /// Serve a class: pupils, their codes and rules (TOML); default: the last one
+    /// Class to serve, a TOML file of pupils, codes and rules [default: the last class]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     class: Option<PathBuf>,
-    /// Schedule of the arms (TOML); default: the last one
+    /// Schedule of the arms, a TOML file [default: the last schedule]
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     schedule: Option<PathBuf>,
     #[command(flatten)]
     link: LinkFlags,
     #[command(flatten)]
     site: SiteFlags,
-    /// World of the virtual arms: a TOML file, or cubes, drawing, pick_and_sort, faults or engraving, which are built in
+    /// World of the virtual arms: a TOML file, or a built-in one (cubes, drawing, pick_and_sort,
+    /// faults, engraving)
     #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
     #[arg(skip)]
@@ -158,14 +163,14 @@ fn named(text: &str) -> Result<(String, String), String> {
 }
 
 const NAME_RULE: &str =
-    "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
+    "a name has up to 32 of a-z, 0-9, _ and -, and begins with a letter or a digit";
 
 /// Fails if this is no valid name for an arm.
 fn check_name(name: &str) -> Result<(), Failure> {
     if magician_station::is_name(name) {
         Ok(())
     } else {
-        let message = format!("`{name}` is no name for an arm");
+        let message = format!("`{name}` is not a valid name for an arm");
         Err(Failure::invalid(message).hint(NAME_RULE))
     }
 }
@@ -230,9 +235,8 @@ impl Serve {
             if let Some(arm) = read.arms().find(|arm| !known(arm)) {
                 let message =
                     format!("the schedule has slots of an arm {arm}, which is not served");
-                return Err(
-                    Failure::invalid(message).hint("arms have the names of --arm NAME=PORT")
-                );
+                return Err(Failure::invalid(message)
+                    .hint("the names of arms are those of --arm NAME=PORT"));
             }
         }
         let presets = Presets::of_user();
@@ -317,8 +321,9 @@ impl Serve {
             return Ok(vec![(name, context.target(Some(sim))?)]);
         }
         if context.global.port.is_some() {
-            return Err(Failure::usage("--arm and --port contradict each other")
-                .hint("name all arms by --arm"));
+            return Err(
+                Failure::usage("--arm cannot be used with --port").hint("name all arms by --arm")
+            );
         }
         let mut names = BTreeSet::new();
         let mut targets = Vec::new();
@@ -415,7 +420,7 @@ impl Serve {
         tell(format_args!("serving {url}"));
         if let Some(pin) = station.pin() {
             tell(format_args!(
-                "the class has the teacher's PIN {pin}: without it pages of this computer look on and stop"
+                "the teacher's PIN of the class is {pin}: without it, pages on this computer can only watch and stop"
             ));
         }
         if let Some(joined) = &joined {
@@ -429,7 +434,9 @@ impl Serve {
             tell(format_args!("programs for DobotLink at {linked}"));
         }
         if exposed {
-            tell(format_args!("other computers reach it: each needs a token"));
+            tell(format_args!(
+                "other computers can connect, each with a token"
+            ));
         }
         if let Some(Err(error)) = &announced {
             tell(format_args!("not announced on the local network: {error}"));
@@ -455,7 +462,7 @@ impl Serve {
             let ended = station.end_runs().await;
             for CutOff { arm, holder, .. } in ended.cut_off {
                 tell(format_args!(
-                    "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
+                    "{arm} was stopped while {holder} held it and did not stop it in time: a pen may be down"
                 ));
             }
             // The arms stand from here on, so errors and timeouts of the cleanup are ignored.
@@ -524,7 +531,7 @@ fn not_stopped(unconfirmed: &[(String, String)]) -> Option<Failure> {
     });
     let said = arms.collect::<Vec<_>>().join("; ");
     let failure = Failure::new(Kind::Driver(ErrorKind::Timeout), said);
-    Some(failure.hint("look at it: its power switch stops it"))
+    Some(failure.hint("look at the arm: its power switch stops it"))
 }
 
 fn say_addresses(
@@ -567,11 +574,12 @@ impl From<JobStoreError> for Failure {
         let message = error.to_string();
         match error {
             JobStoreError::Unreadable(..) => Self::invalid(message).hint(
-                "nothing was changed: move the file away, and the station begins a new one; one of a later version is read by that",
+                "nothing was changed: move the file away, and the station starts a new one; a file \
+                    of a later version needs that version",
             ),
-            JobStoreError::Io(..) => Self::invalid(message).hint("serve must be allowed to read it"),
+            JobStoreError::Io(..) => Self::invalid(message).hint("`serve` needs permission to read it"),
             _ => Self::new(Kind::Driver(ErrorKind::Port), message)
-                .hint("end the other one first, or give this one a place of its own: XDG_STATE_HOME"),
+                .hint("end the other station first, or set XDG_STATE_HOME to a separate folder for this one"),
         }
     }
 }
@@ -579,11 +587,13 @@ impl From<JobStoreError> for Failure {
 impl From<TlsError> for Failure {
     fn from(error: TlsError) -> Self {
         let hint = match error {
-            TlsError::Read(..) => "serve must be allowed to read both files",
+            TlsError::Read(..) => "`serve` needs permission to read both files",
             TlsError::Content(..) => {
                 "--tls-cert takes `-----BEGIN CERTIFICATE-----`, --tls-key `-----BEGIN PRIVATE KEY-----`"
             }
-            _ => "give the two that were made together, and a certificate for servers",
+            _ => {
+                "use a matching pair of key and certificate; the certificate must be valid for servers"
+            }
         };
         Self::invalid(error.to_string()).hint(hint)
     }

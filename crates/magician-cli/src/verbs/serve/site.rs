@@ -10,10 +10,11 @@ use crate::failure::Failure;
 
 #[derive(Args, Debug)]
 pub(crate) struct SiteFlags {
-    /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms: their names are needed once each
+    /// Join a site, so that `magician fleet --site NAME` on other machines sees the arms; arm names
+    /// must be unique on the site
     #[arg(long, value_name = "NAME", value_parser = name_of_site, hide = cfg!(not(feature = "site")))]
     pub(super) site: Option<String>,
-    /// Settings of Zenoh for the site, JSON5: where to listen, whom to connect to
+    /// Zenoh configuration for the site, a JSON5 file: listen addresses and peers
     #[arg(long, value_name = "FILE", requires = "site", value_hint = ValueHint::FilePath, hide = cfg!(not(feature = "site")))]
     site_config: Option<PathBuf>,
 }
@@ -46,7 +47,7 @@ mod without {
     pub(crate) fn unsupported() -> Failure {
         let message = "this build of magician cannot join sites";
         Failure::new(Kind::Driver(ErrorKind::Unsupported), message)
-            .hint("that of a release can, and one that is built with `--features site`")
+            .hint("release builds can, and builds with `--features site`")
     }
 }
 
@@ -142,8 +143,9 @@ impl SiteFlags {
         tell_flaw();
         if !is_proved {
             crate::paint::tell(format_args!(
-                "this machine has no certificate of the site {name}: the site sees states, and can stop nothing here. \
-                 `magician site init {name}` makes a site's first, `magician site join CODE` gets one from there"
+                "this machine has no certificate of the site {name}: the site sees its arms, but \
+                    cannot stop them. `magician site init {name}` creates the first certificate of \
+                    a site, `magician site join CODE` gets one from that machine"
             ));
         }
         Ok(Some(Joined {
@@ -186,12 +188,13 @@ impl From<magician_site::carrier::CarrierError> for Failure {
 
         let message = error.to_string();
         match error {
-            CarrierError::Config(_) => Self::invalid(message)
-                .hint("the file has Zenoh's own settings, as the examples in docs/guide/site"),
+            CarrierError::Config(_) => Self::invalid(message).hint(
+                "the file contains Zenoh's own settings, like the examples in docs/guide/site",
+            ),
             CarrierError::Certificate(_) => Self::new(Kind::Driver(ErrorKind::Port), message)
                 .hint("`magician site list` shows the certificate of this machine"),
             CarrierError::Taken { .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
-                .hint("name the arm otherwise: --arm NAME=PORT"),
+                .hint("give the arm another name: --arm NAME=PORT"),
             _ => Self::new(Kind::Driver(ErrorKind::Port), message),
         }
     }

@@ -19,36 +19,37 @@ use crate::paint::tell;
 use magician::stations::{LocalStation, stations};
 
 /// Limits of a page that was built without its WebAssembly modules.
-const NO_MODULES: &str = "this build has no WebAssembly modules: its page works over a station, but has no virtual arm of its own and no Web Serial";
+const NO_MODULES: &str = "this build has no WebAssembly modules: its page works with a station, \
+    but without a virtual arm in the page and without Web Serial";
 /// File that a web server shows for a folder.
 const START_PAGE: &str = "index.html";
 const BUILD_MODULES: &str =
-    "run `cargo xtask generate modules` in a checkout and build again, or take a release";
+    "run `cargo xtask generate modules` in a checkout and build again, or use a release";
 
-/// See and move an arm in the browser
+/// View and move an arm in the browser
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Serves like `magician serve`, prints the address, and opens it in the browser. Ends with Ctrl-C: what moves is stopped where it is, the laser is off. \
-A double click on `magician` is `magician studio --app`.
+Serves like `magician serve`, prints the address, and opens it in the browser. Ends with Ctrl-C: \
+motion stops, the laser is switched off. A double click on `magician` runs `magician studio --app`.
 
-  magician studio                      the arm that is found
+  magician studio                      the only arm found
   magician studio --port sim           a virtual arm
-  magician studio --app                in a window of its own; closing it ends all
+  magician studio --app                in a separate window; closing it ends the program
   magician studio --listen 0.0.0.0:8910 --pair
-                                       for tablets, too: with a code for their cameras
+                                       also for tablets: with a code for their cameras
   magician studio --no-open            for a browser of your choice
-  magician studio --export site        its files, for any web server: a virtual arm in the
-                                       page, or a real one over Web Serial")]
+  magician studio --export site        write its files for any web server: with a virtual arm
+                                       in the page, or a real one over Web Serial")]
 pub(crate) struct Studio {
     #[command(flatten)]
     serve: Serve,
-    /// Open no browser
+    /// Do not open a browser
     #[arg(long)]
     no_open: bool,
-    /// Open a window of its own, and end when it is closed; a virtual arm where none is found
+    /// Open a separate window and end when it is closed; uses a virtual arm if none is found
     #[arg(long, conflicts_with = "no_open")]
     app: bool,
-    /// Serve nothing: write the page's files to a new folder, for a web server of yours
+    /// Only write the page's files to a new folder, for your own web server
     #[arg(long, value_name = "FOLDER", value_hint = ValueHint::DirPath,
         conflicts_with_all = ["no_open", "app", "arm", "listen", "pair"])]
     export: Option<PathBuf>,
@@ -75,7 +76,7 @@ impl Studio {
         if self.serve.is_as_usual(context)
             && let Some(LocalStation { url, .. }) = stations().into_iter().next()
         {
-            tell(format_args!("a station runs already: {url}"));
+            tell(format_args!("a station is already running: {url}"));
             show(Shown::InWindow, &url);
             return Ok(());
         }

@@ -195,7 +195,7 @@ fn failure_page(failure: &Failure) -> String {
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>The studio did not start</title>\
          <style>:root{{color-scheme:light dark}}body{{font:1.1rem/1.5 system-ui;max-width:40rem;margin:4rem auto;padding:0 1rem}}\
          pre{{white-space:pre-wrap}}</style><h1>The studio did not start</h1><pre>{harmless}</pre>\
-         <p>Mend that and start it again. Nothing has moved.</p></html>\n"
+         <p>Fix the problem and start it again. Nothing has moved.</p></html>\n"
     )
 }
 
@@ -216,7 +216,7 @@ impl Audience {
         }
         self.empty += 1;
         if visits == 0 && self.empty >= FIRST {
-            let message = "no browser has shown the studio within a minute";
+            let message = "no browser showed the studio within a minute";
             return Err(Failure::new(
                 Kind::Driver(magician::ErrorKind::Timeout),
                 message,

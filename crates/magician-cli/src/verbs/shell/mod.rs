@@ -21,9 +21,8 @@ use input::{Input, Lines};
 #[derive(Args, Debug)]
 #[command(after_help = "\
 A line is a verb with its arguments, as on the command line but without `magician`; # starts a \
-    comment, `exit` ends. \
-On a terminal Tab completes, the arrow keys bring earlier lines back, Ctrl-C stops the running \
-    verb, and Ctrl-D ends.
+comment, `exit` ends the shell. On a terminal Tab completes, the arrow keys recall earlier lines, \
+Ctrl-C stops the running verb, and Ctrl-D ends the shell.
 
   magician --port ./arm shell < script
   echo 'pose' | magician shell

@@ -36,8 +36,8 @@ type Recordings = Vec<(PathBuf, WholeFile)>;
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Prints the one line `ready` when every endpoint accepts connections; everything else goes to \
-    stderr. Ends with Ctrl-C or SIGTERM.
+Prints the single line `ready` when every endpoint accepts connections; all other output goes to \
+stderr. Ends with Ctrl-C or SIGTERM.
 
   magician sim --pty ./arm --udp 127.0.0.1
   magician sim --tcp 127.0.0.1:9000 --speed max
@@ -45,31 +45,40 @@ Prints the one line `ready` when every endpoint accepts connections; everything 
   magician sim --arms 3 --pty ./arm --tcp 127.0.0.1:9000
   magician sim --pty ./arm --tui
 
-Programs discover an arm by a broadcast to UDP port 48899 and then use port 8899 of the address in the reply. So an arm on UDP port 8899 answers these broadcasts too, on the same HOST; if port 48899 is taken, perhaps by another arm, it is served without discovery and says so on stderr. A broadcast reaches only a HOST of all addresses (0.0.0.0).
+Programs discover an arm by a broadcast to UDP port 48899 and then use port 8899 of the replying \
+address. An arm on UDP port 8899 therefore also answers these broadcasts, on the same HOST. If port \
+48899 is in use, perhaps by another arm, the arm is served without discovery and a note on stderr \
+says so. Broadcasts arrive only if HOST is 0.0.0.0 (all addresses).
 
---arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and on N consecutive ports; port 0 is any free port for each. A trace, a recording or a flash becomes N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Discovery finds the arm on port 8899.
+--arms N serves N arms with different names, serial numbers and device ids, at PATH.1 to PATH.N and \
+on N consecutive ports; port 0 is any free port for each. A trace, recording or flash becomes N \
+files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Discovery finds the arm on port 8899.
 
-The serial number follows from the first path or address that the arm is served at, so that what programs keep of it (settings to be restored, runs to be resumed) is of this arm; one in --profile or --flash stays.
+The serial number is derived from the first path or address that the arm is served at, so that data \
+which programs store for the arm (settings to restore, runs to resume) belongs to this arm. A serial \
+number in --profile or --flash takes precedence.
 
---speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
-before the next request is read. While the arm is idle its clock runs at the usual speed, with \
-    belts and the events of a scenario.
+--speed scales only the arm's clock. At `max`, motion, WAIT and homing take no time: a queued \
+command has finished before the next request is read. While the arm is idle, its clock runs at the \
+usual speed, and so do belts and the events of a scenario.
 
 Scenarios: docs/guide/SCENARIOS.md.
 
-A recording uses the arm's clock: a sample every 20 ms of it, whatever the speed, about 110 MB an hour, 140 MB if the arm never rests. Foxglove and other programs for MCAP open it. If writing fails, the arm is still served and the exit status is 4.
+A recording uses the arm's clock: one sample per 20 ms at any speed, about 110 MB an hour, 140 MB if \
+the arm never rests. It opens in Foxglove and other programs for MCAP. If writing fails, the arm is \
+still served and the exit status is 4.
 
---tui draws the arm from above and from the side with its queue, pins, alarms, objects and log on the terminal of stderr. \
-Its keys press the arm's buttons, guide it by hand, pull the cable, drive inputs, raise alarms; \
-    `?` lists them, `q` ends.")]
+--tui shows the arm from above and from the side, with its queue, pins, alarms, objects and log, on \
+the terminal of stderr. Keys press the arm's buttons, guide it by hand, pull the cable, drive inputs \
+and raise alarms; `?` lists them, `q` quits.")]
 pub(crate) struct Sim {
-    /// Serve a new pseudo-terminal and make PATH a symlink to it
+    /// Serve a new pseudo-terminal with PATH as a symlink to it
     #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Option<PathBuf>,
     /// Serve UDP; the default port is 8899
     #[arg(long, value_name = "HOST[:PORT]")]
     udp: Option<String>,
-    /// Address at which programs discover the arm; `auto` is HOST:48899 if --udp is on port 8899
+    /// Address at which programs discover the arm; `auto` is HOST:48899 if --udp uses port 8899
     #[arg(
         long, value_name = "HOST[:PORT]|auto|off", default_value = "auto", requires = "udp",
         value_parser = NonEmptyStringValueParser::new().map(discovery)
@@ -78,16 +87,16 @@ pub(crate) struct Sim {
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Option<String>,
-    /// Serve N arms: .1 to .N is appended to their paths, and their ports count up
+    /// Serve N arms, 1 to 1000: .1 to .N is appended to their paths, and their ports count up
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     arms: Option<u32>,
-    /// Arm seconds per second, or `max`
+    /// Speed of the arm's clock as a multiple of real time, or `max`
     #[arg(long, value_name = "X|max", default_value = "1")]
     speed: Speed,
-    /// Pace the bytes as a serial line of this speed does; default: no pacing
+    /// Pace the bytes like a serial line of this baud rate [default: no pacing]
     #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
-    /// Milliseconds from a request's last byte to its reply's first
+    /// Delay in ms, 0 to 60000, from the last byte of a request to the first byte of its reply
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = milliseconds)]
     turnaround: f64,
     /// Write the traffic to a pcapng file
@@ -96,33 +105,37 @@ pub(crate) struct Sim {
     /// Record the arm to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Keep the arm's flash in FILE: name, serial number, Wi-Fi, calibration, program
+    /// Store the arm's flash memory in FILE: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// World around the arm: a table, objects, a conveyor, sensors, inputs, faults. A TOML file, or cubes, drawing, pick_and_sort, faults or engraving, which are built in
+    /// World around the arm (table, objects, conveyor, sensors, inputs, faults): a TOML file, or a
+    /// built-in one (cubes, drawing, pick_and_sort, faults, engraving)
     #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
-    /// At the end, write the lines of pen and laser: .svg in true size, or .png. Needs a --scenario with a table
+    /// At the end, write the lines of pen and laser to a .svg (true to size) or .png file; needs a
+    /// --scenario with a table
     #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
-    /// With --picture: show the arm's base too
+    /// With --picture: also show the arm's base
     #[arg(long, requires = "picture")]
     whole: bool,
-    /// Tool that is set at power-up: none (no tool was ever set), suction, gripper, pen, laser, or its bias X,Y,Z in mm;
-    /// default: that of the scenario or the profile, else suction
+    /// Tool set at power-up: none (no tool was ever set), suction, gripper, pen, laser, or its bias
+    /// X,Y,Z in mm [default: the tool of the scenario or the profile, else suction]
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
-    /// Firmware profile: 3.6.14 (the usual one), 3.7.0, 4.0.3, continuous (without the 20 ms periods of real arms), or a file
-    /// in TOML; `--profile -` prints the usual one as a template
+    /// Firmware profile: 3.6.14 (default), 3.7.0, 4.0.3, continuous (without the 20 ms periods of
+    /// real arms), or a TOML file; `--profile -` prints the default as a template
     #[arg(long, value_name = "NAME|FILE")]
     profile: Option<PathBuf>,
-    /// Refuse behaviour that is only assumed, where the real arm's is unknown; see docs/reference/FIDELITY.md
+    /// Refuse requests for which the behaviour of the real arm is only assumed; see
+    /// docs/reference/FIDELITY.md
     #[arg(long)]
     strict: bool,
     /// At the end, list the facts and assumptions behind the replies
     #[arg(long)]
     fidelity: bool,
-    /// Show the arm on the terminal of stderr, with keys to press its buttons, guide it and disturb it
+    /// Show the arm on the terminal of stderr, with keys to press its buttons, guide it and disturb
+    /// it
     #[arg(long)]
     tui: bool,
 }

@@ -5,7 +5,7 @@ use magician_site::certificates::{CertificateError, JoinError, Refusal};
 
 use crate::failure::{Failure, Kind};
 
-const OTHER_NAME: &str = "choose another one: --name MACHINE";
+const OTHER_NAME: &str = "choose another name: --name MACHINE";
 
 impl From<CertificateError> for Failure {
     fn from(error: CertificateError) -> Self {
@@ -19,16 +19,19 @@ impl From<CertificateError> for Failure {
             Exists(_) => {
                 "`magician site invite` lets machines join it; a new site needs another name"
             }
-            Incomplete(..) => "put the file back from a copy, or make a new site of another name",
+            Incomplete(..) => {
+                "restore the file from a backup, or create a new site with another name"
+            }
             Taken(_) | Revoked(_) => OTHER_NAME,
             Unknown(_) => "`magician site list` shows the machines",
-            Own(_) => "make a new site, and let its machines join that one",
+            Own(_) => "create a new site, and let the machines join it",
             Read(..) | Write(..) => return Self::invalid(message),
             CertificateError::Content(..)
             | CertificateError::Tls(_)
             | CertificateError::Foreign => {
-                "put the files of the site back from a copy; a machine that did not make the site may remove \
-                 its folder and join again, the one that made it never: the site would be lost"
+                "restore the files of the site from a backup; a machine that joined the site may \
+                    instead remove its folder and join again. On the machine that created the \
+                    site, removing the folder destroys the site"
             }
             _ => return Self::unexpected(message),
         };
@@ -47,33 +50,37 @@ impl From<JoinError> for Failure {
                     _ => ErrorKind::Port,
                 };
                 of_kind(kind).hint(
-                    "`magician site invite` has to wait there, on the same network: a code that is used up or expired needs a new one; a firewall may be in the way, \
-                     and other addresses of that machine are good in the code, too",
+                    "`magician site invite` must be waiting there, on the same network: a used or \
+                        expired code must be replaced by a new one; a firewall may block the \
+                        connection, and other addresses of that machine are also valid in the code",
                 )
             }
-            JoinError::Stranger(_) => of_kind(ErrorKind::Unexpected)
-                .hint("compare the code with the one on the other screen; if they are alike, do not go on"),
+            JoinError::Stranger(_) => of_kind(ErrorKind::Unexpected).hint(
+                "compare the code with the one on the other screen; if they are identical, \
+                    do not continue: another machine is answering",
+            ),
             JoinError::Answer => of_kind(ErrorKind::Unexpected)
                 .hint("the other machine may have another version of this program"),
             JoinError::Refused(refusal) => of_kind(ErrorKind::InvalidInput).hint(match refusal {
                 Refusal::Secret | Refusal::Over => {
-                    "get a new code: `magician site invite` at the machine that made the site"
+                    "get a new code: `magician site invite` on the machine that created the site"
                 }
                 Refusal::Name | Refusal::Taken => OTHER_NAME,
                 Refusal::Revoked => {
-                    "to come back under another name, remove the folder of the site on this machine, and join with --name MACHINE"
+                    "to join again under another name, remove the folder of the site on this \
+                        machine, and join with --name MACHINE"
                 }
-                Refusal::Request | Refusal::Failed => "look at what the other machine says",
+                Refusal::Request | Refusal::Failed => "look at the message on the other machine",
             }),
             JoinError::Other(folder) => {
                 let folder = folder.display();
                 of_kind(ErrorKind::InvalidInput)
-                    .hint(format!("if this machine is to leave that one, remove {folder}"))
+                    .hint(format!("to leave that site, remove {folder}"))
             }
             JoinError::Named(_, folder) => {
                 let folder = folder.display();
                 of_kind(ErrorKind::InvalidInput).hint(format!(
-                    "leave --name out to renew its certificate; for another name remove {folder} first"
+                    "omit --name to renew its certificate; for another name remove {folder} first"
                 ))
             }
             JoinError::Certificate(error) => error.into(),

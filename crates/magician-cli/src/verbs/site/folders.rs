@@ -19,7 +19,7 @@ const SOON: i64 = 60 * 86_400;
 /// Returns the folder that contains one folder per site.
 pub(super) fn folders() -> Result<PathBuf, Failure> {
     let state = magician::dirs::state().ok_or_else(|| {
-        let message = "there is no place for certificates: neither XDG_STATE_HOME nor HOME is set";
+        let message = "no folder for certificates: neither XDG_STATE_HOME nor HOME is set";
         Failure::invalid(message)
     })?;
     Ok(state.join(FOLDERS))
@@ -48,7 +48,7 @@ pub(super) fn authority(site: Option<&str>) -> Result<Authority, Failure> {
     let folders = folders()?;
     if let Some(site) = site.filter(|site| !site.is_empty()) {
         let none = || {
-            let message = format!("the site {} was not made on this machine", shown(site));
+            let message = format!("the site {} was not created on this machine", shown(site));
             Failure::invalid(message).hint("`magician site list` shows the sites of this machine")
         };
         if !is_name(site) {
@@ -64,11 +64,14 @@ pub(super) fn authority(site: Option<&str>) -> Result<Authority, Failure> {
     let names = names.join(", ");
     match (authorities.pop(), authorities.is_empty()) {
         (Some(only), true) => Ok(only),
-        (None, _) => Err(Failure::invalid("no site was made on this machine")
-            .hint("make one: `magician site init NAME`; or go to the machine where it was made")),
+        (None, _) => Err(
+            Failure::invalid("no site was created on this machine").hint(
+                "create one: `magician site init NAME`; or use the machine where it was created",
+            ),
+        ),
         (Some(_), false) => {
-            let message = format!("several sites were made on this machine: {names}");
-            Err(Failure::usage(message).hint("name the one that you mean"))
+            let message = format!("several sites were created on this machine: {names}");
+            Err(Failure::usage(message).hint("give the name of one"))
         }
     }
 }
@@ -83,22 +86,23 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
     if let Some(identity) = &identity {
         let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
         let ends = identity.ends();
-        let renew = "`magician site invite` where the site was made, and `magician site join CODE` here, renew it";
+        let renew = "to renew it, run `magician site invite` where the site was created, and \
+            `magician site join CODE` here";
         if now < identity.begins() {
             tell(format_args!(
-                "the clock of this machine says {}, and its certificate begins {}: set the clock, or no \
-                 other machine is seen",
+                "the clock of this machine shows {}, but its certificate is valid from {}: set the \
+                    clock, otherwise no other machine is found",
                 day_of(now),
                 day_of(identity.begins())
             ));
         } else if now >= ends {
             tell(format_args!(
-                "the certificate of this machine ended {}: {renew}",
+                "the certificate of this machine expired {}: {renew}",
                 day_of(ends)
             ));
         } else if ends - now < SOON {
             tell(format_args!(
-                "the certificate of this machine ends {}: {renew}",
+                "the certificate of this machine expires {}: {renew}",
                 day_of(ends)
             ));
         }

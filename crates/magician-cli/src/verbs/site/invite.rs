@@ -59,7 +59,7 @@ impl Invite {
         let addresses = seen_from_elsewhere(at);
         let addresses: Vec<_> = addresses.iter().map(ToString::to_string).collect();
         let [first, others @ ..] = &addresses[..] else {
-            return Err(Failure::invalid("this machine has no address in a network"));
+            return Err(Failure::invalid("this machine has no network address"));
         };
         let code = invitation.code(first).to_string();
         let line = format!("magician site join {code}");
@@ -81,7 +81,7 @@ impl Invite {
         };
         let minutes = self.minutes;
         out.line(format_args!(
-            "to join the site {site}, type at {who}, within {minutes} min:"
+            "to join the site {site}, run on {who} within {minutes} min:"
         ))?;
         out.line("")?;
         out.line(format_args!("  {line}"))?;
@@ -89,7 +89,7 @@ impl Invite {
         if !others.is_empty() {
             let others = others.join(", ");
             out.line(format_args!(
-                "if it cannot reach {first}, it may reach this machine as: {others}"
+                "if {first} cannot be reached from there, other addresses of this machine are: {others}"
             ))?;
         }
         out.flush()
@@ -101,7 +101,7 @@ impl Invite {
         match end {
             InvitationEnd::Full => Ok(()),
             InvitationEnd::Void => {
-                let message = "wrong codes were tried too often: this one is void";
+                let message = "too many wrong codes: this code is no longer valid";
                 Err(Failure::unexpected(message).hint(again))
             }
             _ => {

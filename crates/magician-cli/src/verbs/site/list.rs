@@ -32,15 +32,17 @@ pub(super) fn run(name: Option<&str>, context: &mut Context) -> Result<(), Failu
         }
     }
     if let (Some(name), true) = (name, known.is_empty()) {
-        let message = format!("this machine is not on a site {name}");
+        let message = format!("this machine is not a member of a site {name}");
         return Err(Failure::invalid(message).hint(
-            "make it: `magician site init NAME`; or join it: `magician site invite` where it was made",
+            "create it: `magician site init NAME`; or join it: `magician site invite` where it was created",
         ));
     }
     let sites: Vec<_> = known.iter().map(as_json).collect::<Result<_, _>>()?;
     context.show(&json!({ "sites": sites }), |out| {
         if known.is_empty() {
-            out.line("this machine is on no site: `magician site init NAME` makes one")?;
+            out.line(
+                "this machine is not a member of any site: `magician site init NAME` creates one",
+            )?;
         }
         known.iter().try_for_each(|site| show(site, out))
     })

@@ -12,7 +12,7 @@ use crate::paint::tell;
 use crate::serving::unix_time;
 
 fn no_name() -> Failure {
-    Failure::usage("the host name of this machine is no name for a site")
+    Failure::usage("the host name of this machine is not a valid name on a site")
         .hint("give it one: --name MACHINE")
 }
 
@@ -32,13 +32,23 @@ impl Init {
             "authority_ends": authority.ends(),
         });
         context.show(&made, |out| {
-            out.line(format_args!("the site {site} is made; this machine is {machine} on it"))?;
+            out.line(format_args!(
+                "site {site} created; this machine is {machine} on it"
+            ))?;
             out.line(format_args!("  in           {}", folder.display()))?;
             out.line(format_args!("  fingerprint  {fingerprint}"))?;
             let ends = day_of(identity.ends());
-            out.line(format_args!("  good until   {ends}; the authority until {}", day_of(authority.ends())))?;
-            out.line("Keep ca.key there safe, and a copy of the folder where only you can read it: whoever has ca.key can add machines, and without it nobody can.")?;
-            out.line(format_args!("Next, for each other machine: magician site invite {site}"))
+            out.line(format_args!(
+                "  valid until  {ends}; the authority until {}",
+                day_of(authority.ends())
+            ))?;
+            out.line(
+                "Keep ca.key in this folder secret, and a backup of the folder where only you \
+                can read it: anyone with ca.key can add machines, and without it no one can.",
+            )?;
+            out.line(format_args!(
+                "Next, for each other machine: magician site invite {site}"
+            ))
         })
     }
 }
@@ -47,7 +57,7 @@ impl Join {
     pub(super) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let code: JoinCode = self.code.parse().map_err(|rule: &str| {
             Failure::usage(rule)
-                .hint("`magician site invite` prints it at the machine that made the site")
+                .hint("`magician site invite` prints it on the machine that created the site")
         })?;
         let folders = folders()?;
         // A machine that is already on the site keeps its name there, so an unusable host name is
@@ -72,18 +82,25 @@ impl Join {
         context.show(&told, |out| {
             let until = day_of(ends);
             if is_renewal {
-                return out.line(format_args!("the certificate of {machine} on the site {site} is renewed until {until}; restart what serves it"));
+                return out.line(format_args!(
+                    "the certificate of {machine} on the site {site} is \
+                    renewed until {until}; restart programs that use it"
+                ));
             }
             out.line(format_args!("this machine is {machine} on the site {site}"))?;
-            out.line(format_args!("  in           {}", folders.join(site).display()))?;
+            out.line(format_args!(
+                "  in           {}",
+                folders.join(site).display()
+            ))?;
             out.line(format_args!("  fingerprint  {fingerprint}"))?;
-            out.line(format_args!("  good until   {until}"))?;
+            out.line(format_args!("  valid until  {until}"))?;
             out.line(format_args!("Next: magician serve --site {site}"))
         })?;
         let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
         if !(identity.begins()..ends).contains(&now) {
             tell(format_args!(
-                "note: the clock of this machine says {}: set it, or other machines count as expired",
+                "note: the clock of this machine shows {}: set it, otherwise certificates of other \
+                    machines count as expired",
                 day_of(now)
             ));
         }
@@ -105,11 +122,13 @@ pub(super) fn revoke(
     // The revocation is stored. Members that are absent now learn of it when they start.
     let told = context.attending(async |_| Ok(tell_revoked(name, None, &identity).await))?;
     context.show(&json!({"site": site, "revoked": machine, "told": told.is_ok()}), |out| {
-        out.line(format_args!("{machine} is revoked on the site {site}; its name is not given again"))?;
+        out.line(format_args!("{machine} is revoked on the site {site}; its name is not reused"))?;
         out.line(match &told {
-            Ok(()) => "The machines that are on the site have been told; others learn it when they come.".to_owned(),
-            Err(error) => format!("No other machine has been told ({error}): they learn it while this machine serves, `magician serve --site {site}`"),
+            Ok(()) => "Machines now on the site have been informed; others learn it when they connect.".to_owned(),
+            Err(error) => format!("No other machine has been informed ({error}): they learn it \
+                while this machine runs `magician serve --site {site}`"),
         })?;
-        out.line("It may have tokens: make new ones for all stations, and codes and PIN of the class if a teacher's was among them.")
+        out.line("It may know tokens: create new ones for all stations, and new codes and PIN of \
+            the class if it had a teacher's token.")
     })
 }

@@ -22,16 +22,17 @@ use super::serve::name_of_site;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Make a site of several machines: certificates, and codes to join
+/// Set up a site of several machines: certificates and join codes
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Machines of a site know each other by certificates. One machine makes the site; every other one joins by a code that is typed or pasted there.
+The machines of a site authenticate each other with certificates. One machine creates the site; \
+every other machine joins with a code that is typed or pasted there.
 
-  magician site init lab               at the first machine
-  magician site invite                 there, too: prints a line for the other machine
+  magician site init lab               on the first machine
+  magician site invite                 also there: prints a command for the other machine
   magician site join 192.168.1.5:41234/7KM2Q-..
-                                       at the other machine, as printed
-  magician serve --site lab            at each machine")]
+                                       on the other machine, as printed
+  magician serve --site lab            on each machine")]
 pub(crate) struct Site {
     #[command(subcommand)]
     deed: Deed,
@@ -39,23 +40,23 @@ pub(crate) struct Site {
 
 #[derive(Debug, Subcommand)]
 enum Deed {
-    /// Make a site, with this machine as its first
+    /// Create a site with this machine as its first
     Init(Init),
-    /// Let machines join: print the line to type there, and wait for them
+    /// Let machines join: print the command to type there, and wait for them
     Invite(Invite),
-    /// Join a site by the code of an invitation, or renew the certificate of this machine
+    /// Join a site with the code of an invitation, or renew the certificate of this machine
     Join(Join),
-    /// List the sites of this machine; where a site was made, its machines
+    /// List the sites of this machine, and the machines of sites that were created here
     List {
-        /// This site only
+        /// List only this site
         #[arg(value_name = "NAME", value_parser = name_of_site)]
         name: Option<String>,
     },
-    /// Shut a machine out, for good: its certificates are worth nothing, and its name is not given again
+    /// Exclude a machine permanently: its certificates become invalid, and its name is not reused
     Revoke {
-        /// The machine, as `site list` names it
+        /// Name of the machine, as in `site list`
         machine: String,
-        /// The site, if several were made here
+        /// Name of the site, if several were created here
         #[arg(
             long,
             env = "MAGICIAN_SITE",
@@ -71,32 +72,32 @@ struct Init {
     /// Name of the new site
     #[arg(value_name = "NAME", value_parser = name_of_site)]
     site: String,
-    /// Name of this machine on it; its host name by default
+    /// Name of this machine on the site [default: its host name]
     #[arg(long, value_name = "MACHINE")]
     name: Option<String>,
 }
 
 #[derive(Args, Debug)]
 struct Invite {
-    /// The site, if several were made here
+    /// Name of the site, if several were created here
     #[arg(value_name = "NAME", env = "MAGICIAN_SITE", hide_env_values = true)]
     site: Option<String>,
-    /// Validity of the code, minutes
+    /// Validity of the code in minutes, 1 to 1440
     #[arg(long, value_name = "MINUTES", default_value = "10", value_parser = clap::value_parser!(u64).range(1..=1440))]
     minutes: u64,
-    /// Number of machines that may join by it
+    /// Number of machines that may join with the code, 1 to 1000
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u64).range(1..=1000))]
     machines: u64,
-    /// Wait for them at this address; port 0: any free one
+    /// Wait for the machines at this address; port 0: any free port
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "0.0.0.0:0")]
     listen: SocketAddr,
 }
 
 #[derive(Args, Debug)]
 struct Join {
-    /// The code, as `site invite` prints it at the machine that made the site
+    /// Code printed by `site invite` on the machine that created the site
     code: String,
-    /// Name of this machine on the site; its host name by default
+    /// Name of this machine on the site [default: its host name]
     #[arg(long, value_name = "MACHINE")]
     name: Option<String>,
 }

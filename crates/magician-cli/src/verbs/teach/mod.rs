@@ -31,21 +31,25 @@ use view::Model;
 #[cfg(test)]
 pub(super) use view::tests::examples;
 
-/// Teach points by keys or by hand; edit, play and save them
+/// Teach points with keys or by hand; edit, play and save them
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   magician teach pick.playback     a file for DobotStudio and `magician play`; continues an existing one
-  magician teach pick.plan.json    our own format, which keeps everything
+  magician teach pick.plan.json    magician's own format, without loss
 
-Keys move the arm as with `magician jog`; or hold the unlock key on the forearm and guide the arm by hand: releasing the key stores the point. Enter stores the arm's position. Unsaved changes are kept in FILE~, so that nothing is lost with the cable, the terminal or the power. Points are for the tip of the tool that is set on the arm; --tool sets it.")]
+Keys move the arm as in `magician jog`. Or hold the unlock key on the forearm and guide the arm by \
+hand: releasing the key stores the point. Enter stores the arm's position. Unsaved changes are kept \
+in FILE~, so that nothing is lost if the cable, the terminal or the power fails. Points are \
+positions of the tip of the tool that is set on the arm; --tool sets it.")]
 pub(crate) struct Teach {
     /// Program to teach: NAME.playback or NAME.plan.json
     file: Option<PathBuf>,
-    /// Mounted tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
+    /// Mounted tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on
+    /// the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
-    /// Teach even if the arm is not known to be homed: the points may lie in the wrong place
+    /// Teach even if the arm is not known to be homed; the points may be wrong
     #[arg(long)]
     unhomed: bool,
 }
@@ -302,7 +306,7 @@ impl Session {
         let told = |failure: Failure| {
             if lost {
                 failure.hint(format!(
-                    "unsaved changes are in {rescue}: teach offers them next time"
+                    "unsaved changes are in {rescue}: `magician teach` offers them next time"
                 ))
             } else {
                 failure

@@ -34,15 +34,16 @@ pub(super) use view::{alarms_and_log, queue_panel};
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Only reads: nothing is moved or changed. On a terminal it draws a live display on stderr until q; \
-    elsewhere, and with --json, it prints a line per reading until Ctrl-C.")]
+otherwise, and with --json, it prints one line per reading until Ctrl-C.")]
 pub(crate) struct Watch {
-    /// Readings per second; default: 20 on a terminal, 10 elsewhere
+    /// Readings per second, 0.01 to 1000 [default: 20 on a terminal, otherwise 10]
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
-    /// Record the readings to a file meanwhile, as magician record does
+    /// Also record the readings to a file, as `magician record` does
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     record: Option<PathBuf>,
-    /// Print at the end how far the readings are from the law of motion (see magician replay --help)
+    /// At the end, print the deviation of the readings from the law of motion (see `magician replay
+    /// --help`)
     #[arg(long, requires = "record")]
     law: bool,
 }

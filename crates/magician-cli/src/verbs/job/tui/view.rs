@@ -44,7 +44,7 @@ pub(super) const KEYS: [(&str, &str); 7] = [
     ("p", "pause, resume"),
     (
         "space, s",
-        "stop, and lift the pen; a second Ctrl-C lifts nothing",
+        "stop and lift the pen; a second Ctrl-C does not lift",
     ),
     (
         "+ -",

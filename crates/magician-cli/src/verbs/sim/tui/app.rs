@@ -270,7 +270,7 @@ impl App {
             Ok(())
         };
         let outcome: Result<(), String> = self.subject().handle.with(guide).wait()?;
-        self.message = outcome.err().map(|why| format!("no further: {why}"));
+        self.message = outcome.err().map(|why| format!("limit reached: {why}"));
         Ok(())
     }
 
@@ -344,7 +344,7 @@ impl Question {
                 let alarm = keys::alarm(text).map(Alarm::with_code);
                 match alarm {
                     Some(Some(alarm)) => format!("{}: {}", alarm.name, alarm.cause),
-                    Some(None) => "an alarm without a name".to_owned(),
+                    Some(None) => "unknown alarm".to_owned(),
                     None => String::new(),
                 }
             }
