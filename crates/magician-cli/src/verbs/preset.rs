@@ -27,11 +27,11 @@ preset that comes with this program goes before it.
 The presets that come with this program were not tried on a real arm: begin with a `magician testgrid` on a piece of the material.")]
 pub(crate) struct Verb {
     #[command(subcommand)]
-    deed: Deed,
+    action: Action,
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// List all presets
     List,
     /// Print what a preset says
@@ -70,16 +70,16 @@ struct Removed {
 
 impl Verb {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        match self.deed {
-            Deed::List => list(context),
-            Deed::Show { name } => {
+        match self.action {
+            Action::List => list(context),
+            Action::Show { name } => {
                 let preset = load(&name)?;
                 let text = preset.text.clone();
                 context.show(&PresetReport::from(&preset), |out| {
                     out.line(text.trim_end())
                 })
             }
-            Deed::Save(save) => {
+            Action::Save(save) => {
                 let options = save.options.options(false)?;
                 let presets = Presets::of_user();
                 let saved = presets.save(&save.name, save.note.as_deref(), &options);
@@ -92,7 +92,7 @@ impl Verb {
                     None => Ok(()),
                 })
             }
-            Deed::Remove { name } => {
+            Action::Remove { name } => {
                 let path = Presets::of_user().remove(&name).map_err(failure)?;
                 let removed = Removed {
                     removed: name,

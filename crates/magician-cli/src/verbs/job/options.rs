@@ -13,7 +13,7 @@ pub(crate) use flags::{
 };
 
 #[cfg(test)]
-pub(crate) use flags::TakesOptions;
+pub(crate) use flags::OptionSubset;
 pub(crate) use preset_name::PresetName;
 
 /// The file.
@@ -65,7 +65,7 @@ pub(crate) struct RunFlags {
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
     /// With --resume: begin MM before the place where the light of a burn went out, along its line [default: 0]
-    #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
+    #[arg(long, value_name = "MM", requires = "resume", value_parser = non_negative)]
     pub(super) overlap: Option<f64>,
     /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes
     /// on and the exit status is 4
@@ -99,7 +99,7 @@ pub(crate) struct RunFlags {
 
 impl File {
     /// Creates a file that is given as an argument or on stdin, of this format.
-    pub(crate) fn given(file: &str, format: Format) -> Self {
+    pub(crate) fn from_argument(file: &str, format: Format) -> Self {
         Self {
             file: file.into(),
             format: Some(format),
@@ -115,7 +115,7 @@ fn sample_rate(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a number of at least 0.
-fn from_zero(text: &str) -> Result<f64, String> {
+fn non_negative(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);
     value.ok_or_else(|| "expected a number from 0".to_owned())

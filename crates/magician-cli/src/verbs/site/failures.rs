@@ -5,7 +5,7 @@ use magician_site::certificates::{CertificateError, JoinError, Refusal};
 
 use crate::failure::{Failure, Kind};
 
-const OTHER_NAME: &str = "choose another one: --name MACHINE";
+const OTHER_NAME_HINT: &str = "choose another one: --name MACHINE";
 
 impl From<CertificateError> for Failure {
     fn from(error: CertificateError) -> Self {
@@ -15,12 +15,12 @@ impl From<CertificateError> for Failure {
 
         let message = error.to_string();
         let hint = match error {
-            Name(_) => return Self::usage(message).hint(OTHER_NAME),
+            Name(_) => return Self::usage(message).hint(OTHER_NAME_HINT),
             Exists(_) => {
                 "`magician site invite` lets machines join it; a new site needs another name"
             }
             Incomplete(..) => "put the file back from a copy, or make a new site of another name",
-            Taken(_) | Revoked(_) => OTHER_NAME,
+            Taken(_) | Revoked(_) => OTHER_NAME_HINT,
             Unknown(_) => "`magician site list` shows the machines",
             Own(_) => "make a new site, and let its machines join that one",
             Read(..) | Write(..) => return Self::invalid(message),
@@ -51,7 +51,7 @@ impl From<JoinError> for Failure {
                      and other addresses of that machine are good in the code, too",
                 )
             }
-            JoinError::Stranger(_) => of_kind(ErrorKind::Unexpected)
+            JoinError::WrongAuthority(_) => of_kind(ErrorKind::Unexpected)
                 .hint("compare the code with the one on the other screen; if they are alike, do not go on"),
             JoinError::Answer => of_kind(ErrorKind::Unexpected)
                 .hint("the other machine may have another version of this program"),
@@ -59,7 +59,7 @@ impl From<JoinError> for Failure {
                 Refusal::Secret | Refusal::Over => {
                     "get a new code: `magician site invite` at the machine that made the site"
                 }
-                Refusal::Name | Refusal::Taken => OTHER_NAME,
+                Refusal::Name | Refusal::Taken => OTHER_NAME_HINT,
                 Refusal::Revoked => {
                     "to come back under another name, remove the folder of the site on this machine, and join with --name MACHINE"
                 }
@@ -70,7 +70,7 @@ impl From<JoinError> for Failure {
                 of_kind(ErrorKind::InvalidInput)
                     .hint(format!("if this machine is to leave that one, remove {folder}"))
             }
-            JoinError::Named(_, folder) => {
+            JoinError::OtherName(_, folder) => {
                 let folder = folder.display();
                 of_kind(ErrorKind::InvalidInput).hint(format!(
                     "leave --name out to renew its certificate; for another name remove {folder} first"
