@@ -11,7 +11,7 @@ mod host;
 fuzz_target!(|script: &[u8]| {
     let mut options = LinkOptions::default();
     (options.dangerous, options.laser) = (true, true);
-    let mut life = host::Life::new(options);
-    life.live(&String::from_utf8_lossy(script));
-    life.end();
+    let mut harness = host::Harness::new(options);
+    harness.run_script(&String::from_utf8_lossy(script));
+    harness.end();
 });

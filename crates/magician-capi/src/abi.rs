@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::code::{Code, Fault, Outcome};
 use crate::session::{self, Session};
-use crate::{notice, stand_in};
+use crate::{helper_thread, notice};
 
 /// Family of the vendor's libraries. The three families are incompatible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,10 +70,10 @@ pub struct Function {
 /// behaviour. Returns `otherwise` after a panic.
 pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T + Send) -> T {
     let listening = || {
-        notice::listen();
+        notice::install_log();
         body()
     };
-    let message = match catch_unwind(AssertUnwindSafe(|| stand_in::run(listening))) {
+    let message = match catch_unwind(AssertUnwindSafe(|| helper_thread::run(listening))) {
         Ok(Ok(result)) => return result,
         Ok(Err(error)) => format!("this thread cannot wait for the arm: {error}"),
         Err(_) => "this is a bug in the library; please report it".to_owned(),

@@ -19,7 +19,9 @@ use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 use crate::pointer::{Buffer, In, Out, Places, Text};
 use crate::session::Session;
-use crate::structure::{FirmwareParams, PTPCmd, ParallelOutputCmd, Structure, Switching, unfit};
+use crate::structure::{
+    FirmwareParams, PTPCmd, ParallelOutputCmd, Structure, Switching, decode_fault,
+};
 
 /// Reads a value and writes it to `place`. On failure `place` stays unchanged.
 ///
@@ -68,7 +70,7 @@ where
 ///
 /// # Errors
 /// Those of [`get`].
-pub fn ask<S>(
+pub fn get_by_query<S>(
     arm: &Session,
     place: Out<S>,
     query: impl FnOnce(S::Row) -> <S::Row as Readable>::Query,
@@ -136,7 +138,7 @@ pub fn set_text<T: Writable>(
             "the text has {long} bytes, limit {most}"
         )));
     }
-    let text = Characters::read(&mut Reader::new(&bytes)).map_err(unfit)?;
+    let text = Characters::read(&mut Reader::new(&bytes)).map_err(decode_fault)?;
     set(arm, &row(text))
 }
 
@@ -146,7 +148,7 @@ pub enum Queued {
     /// The argument is ignored: the command is always queued.
     Always,
     /// Low byte of the argument.
-    Said(u8),
+    Argument(u8),
 }
 
 /// Sends a command, queued or immediate. The index of a queued one is written to `index`, unless
@@ -158,7 +160,7 @@ pub fn queue<T>(arm: &Session, value: &T, queued: Queued, index: Out<u64>) -> Ou
 where
     T: Queueable + Copy + Into<Set>,
 {
-    if queued == Queued::Said(0) {
+    if queued == Queued::Argument(0) {
         return set(arm, value);
     }
     let QueueIndex(number) = arm.enqueue(value)?;
@@ -202,20 +204,20 @@ where
 /// # Errors
 /// Never fails: stock wrappers would retry forever.
 pub fn neutral(function: &'static str, places: impl Places) -> Outcome {
-    notice::once(function, "this arm does not support it; nothing was done");
+    notice::warn_once(function, "this arm does not support it; nothing was done");
     places.clear();
     Ok(())
 }
 
 /// Converts a flag to exactly 0 or 1.
 #[must_use]
-pub fn truth(flag: Flag) -> u8 {
+pub fn to_flag(flag: Flag) -> u8 {
     flag.is_on().into()
 }
 
 /// Converts a C enum to a protocol enum. Only the low byte is sent.
 #[must_use]
-pub fn choice<E: From<u8>>(value: c_int) -> E {
+pub fn to_protocol_enum<E: From<u8>>(value: c_int) -> E {
     let [low, ..] = value.to_le_bytes();
     low.into()
 }
@@ -235,7 +237,7 @@ pub fn alarms(arm: &Session, state: Out<u8>, length: Out<u32>, fits: u32) -> Out
     (state, length).check()?;
     let commands::AlarmsState { alarms_state } = arm.get()?;
     let bytes = alarms_state.as_bytes();
-    state.put_bytes(bytes, fits as usize);
+    state.write_truncated(bytes, fits as usize);
     length.put(u32::try_from(bytes.len()).unwrap_or(u32::MAX));
     Ok(())
 }
@@ -296,13 +298,13 @@ where
         .ok_or_else(|| Fault::invalid(format!("{count} outputs to switch, limit {most}")))?;
     let outputs = outputs.several(count)?;
     let bytes: Vec<u8> = outputs.into_iter().flat_map(|output| output.0).collect();
-    let outputs = PoList::read(&mut Reader::new(&bytes)).map_err(unfit)?;
+    let outputs = PoList::read(&mut Reader::new(&bytes)).map_err(decode_fault)?;
     queue(arm, &S::with(row, outputs), Queued::Always, index)
 }
 
 /// Converts a segment to one with laser power: the last field is the power.
 #[must_use]
-pub fn burning(segment: commands::CpCmd) -> commands::CpLeCmd {
+pub fn with_laser_power(segment: commands::CpCmd) -> commands::CpLeCmd {
     let commands::CpCmd {
         cp_mode,
         x,
@@ -321,7 +323,7 @@ pub fn burning(segment: commands::CpCmd) -> commands::CpLeCmd {
 
 /// Converts an arc to a full circle through the same two points.
 #[must_use]
-pub fn once_round(arc: commands::ArcCmd) -> commands::CircleCmd {
+pub fn as_circle(arc: commands::ArcCmd) -> commands::CircleCmd {
     let commands::ArcCmd {
         cir_point,
         to_point,

@@ -27,7 +27,7 @@ pub enum Code {
 /// Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
-pub(crate) enum Connected {
+pub(crate) enum ConnectCode {
     /// Connected.
     NoError = 0,
     /// No name was given, and no arm was found.

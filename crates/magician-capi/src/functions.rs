@@ -18,10 +18,10 @@ pub mod names {
     pub use magician::commands;
     pub use magician::protocol::Flag;
 
-    pub use crate::call::Queued::{Always, Said};
+    pub use crate::call::Queued::{Always, Argument};
     pub use crate::call::{
-        self, ask, choice, get, get_text, neutral, number, parts, parts_for, put, queue, queue_as,
-        queue_in, set, set_text, truth,
+        self, get, get_by_query, get_text, neutral, number, parts, parts_for, put, queue, queue_as,
+        queue_in, set, set_text, to_flag, to_protocol_enum,
     };
     pub use crate::pointer::{Buffer, In, Out, Text};
     pub use crate::session;
@@ -107,7 +107,7 @@ macro_rules! functions {
         = |arm, version| parts(arm, version, |row: commands::DeviceVersion| DeviceVersion::of(&row));
     /// Sets whether the arm is mounted on the sliding rail.
     Command Arm SetDeviceWithL(on: Bool, queued: Bool, index: Out<u64>) in [v1]
-        = |arm, on, queued, index| queue(arm, &commands::SetDeviceWithL { with_l: Flag(on), version: None }, Said(queued), index);
+        = |arm, on, queued, index| queue(arm, &commands::SetDeviceWithL { with_l: Flag(on), version: None }, Argument(queued), index);
     /// Sets whether the arm is mounted on the sliding rail.
     Command Arm SetDeviceWithL(on: Bool) in [v2]
         = |arm, on| set(arm, &commands::SetDeviceWithL { with_l: Flag(on), version: None });
@@ -115,11 +115,11 @@ macro_rules! functions {
     Command Arm SetDeviceWithL(on: Bool, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, version, queued, index| {
             let row = commands::SetDeviceWithL { with_l: Flag(on), version: Some(version.into()) };
-            queue(arm, &row, Said(queued), index)
+            queue(arm, &row, Argument(queued), index)
         };
     /// True if the arm is set up for the sliding rail.
     Command Arm GetDeviceWithL(on: Out<Bool>) in [v1 v2 v3]
-        = |arm, on| parts(arm, on, |row: commands::DeviceWithL| truth(row.with_l));
+        = |arm, on| parts(arm, on, |row: commands::DeviceWithL| to_flag(row.with_l));
     /// Time since power-up, ms.
     Command Arm GetDeviceTime(time: Out<u32>) in [v1 v2 v3]
         = |arm, time| parts(arm, time, |row: commands::DeviceTime| row.g_systick);
@@ -175,7 +175,7 @@ macro_rules! functions {
 
     /// Sets the trigger of hand teaching: key release, or a periodic interval.
     Command Arm SetHHTTrigMode(mode: HHTTrigMode) in [v1 v2 v3]
-        = |arm, mode| set(arm, &commands::HhtTrigMode { mode: choice(mode) });
+        = |arm, mode| set(arm, &commands::HhtTrigMode { mode: to_protocol_enum(mode) });
     /// Trigger of hand teaching.
     Command Arm GetHHTTrigMode(mode: Out<HHTTrigMode>) in [v1 v2 v3]
         = |arm, mode| parts(arm, mode, |row: commands::HhtTrigMode| number(row.mode));
@@ -184,10 +184,10 @@ macro_rules! functions {
         = |arm, on| set(arm, &commands::HhtTrigOutputEnabled { is_enabled: Flag(on) });
     /// True if hand teaching reports points.
     Command Arm GetHHTTrigOutputEnabled(on: Out<Bool>) in [v1 v2 v3]
-        = |arm, on| parts(arm, on, |row: commands::HhtTrigOutputEnabled| truth(row.is_enabled));
+        = |arm, on| parts(arm, on, |row: commands::HhtTrigOutputEnabled| to_flag(row.is_enabled));
     /// True if a point was taught since the last call.
     Command Arm GetHHTTrigOutput(triggered: Out<Bool>) in [v1 v2 v3]
-        = |arm, triggered| parts(arm, triggered, |row: commands::HhtTrigOutput| truth(row.is_triggered));
+        = |arm, triggered| parts(arm, triggered, |row: commands::HhtTrigOutput| to_flag(row.is_triggered));
 
     // Tool
 
@@ -204,7 +204,7 @@ macro_rules! functions {
     /// State of the laser: enabled, and on.
     Command Arm GetEndEffectorLaser(enabled: Out<Bool>, on: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, on| parts(arm, (enabled, on), |row: commands::EndEffectorLaser| {
-            (truth(row.is_ctrl_enabled), truth(row.is_on))
+            (to_flag(row.is_ctrl_enabled), to_flag(row.is_on))
         });
     /// Switches the suction cup.
     Command Arm SetEndEffectorSuctionCup(enable: Bool, suck: Bool, queued: Bool, index: Out<u64>) in [v1 v2 v3]
@@ -214,7 +214,7 @@ macro_rules! functions {
     /// State of the suction cup: enabled, and sucking.
     Command Arm GetEndEffectorSuctionCup(enabled: Out<Bool>, sucked: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, sucked| parts(arm, (enabled, sucked), |row: commands::EndEffectorSuctionCup| {
-            (truth(row.is_ctrl_enabled), truth(row.is_sucked))
+            (to_flag(row.is_ctrl_enabled), to_flag(row.is_sucked))
         });
     /// Opens or closes the gripper.
     Command Arm SetEndEffectorGripper(enable: Bool, grip: Bool, queued: Bool, index: Out<u64>) in [v1 v2 v3]
@@ -224,7 +224,7 @@ macro_rules! functions {
     /// State of the gripper: enabled, and closed.
     Command Arm GetEndEffectorGripper(enabled: Out<Bool>, gripped: Out<Bool>) in [v1 v2 v3]
         = |arm, enabled, gripped| parts(arm, (enabled, gripped), |row: commands::EndEffectorGripper| {
-            (truth(row.is_ctrl_enabled), truth(row.is_gripped))
+            (to_flag(row.is_ctrl_enabled), to_flag(row.is_gripped))
         });
     /// Sets the tool type of another arm model.
     Neutral Arm SetEndEffectorType(queued: Bool, kind: u8, index: Out<u64>) in [v3]
@@ -236,7 +236,7 @@ macro_rules! functions {
 
     /// Sets the elbow side. This arm stores it without effect.
     Command Arm SetArmOrientation(side: ArmOrientation, queued: Bool, index: Out<u64>) in [v1 v2 v3]
-        = |arm, side, _, index| queue(arm, &commands::ArmOrientation { orientation: choice(side) }, Always, index);
+        = |arm, side, _, index| queue(arm, &commands::ArmOrientation { orientation: to_protocol_enum(side) }, Always, index);
     /// Stored elbow side.
     Command Arm GetArmOrientation(side: Out<ArmOrientation>) in [v1 v2 v3]
         = |arm, side| parts(arm, side, |row: commands::ArmOrientation| number(row.orientation));
@@ -255,17 +255,17 @@ macro_rules! functions {
     Command Arm GetJOGCoordinateParams(value: Out<JOGCoordinateParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Sets speed and acceleration of rail jogs.
     Command Arm SetJOGLParams(value: In<JOGLParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
-        = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
+        = |arm, value, queued, index| queue_in(arm, value, Argument(queued), index);
     /// Speed and acceleration of rail jogs.
     Command Arm GetJOGLParams(value: Out<JOGLParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Sets the jog speed ratio, percent.
     Command Arm SetJOGCommonParams(value: In<JOGCommonParams>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
-        = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
+        = |arm, value, queued, index| queue_in(arm, value, Argument(queued), index);
     /// Jog speed ratio, percent.
     Command Arm GetJOGCommonParams(value: Out<JOGCommonParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Starts a jog, which lasts until command 0 ends it.
     Command Arm SetJOGCmd(value: In<JOGCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
-        = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
+        = |arm, value, queued, index| queue_in(arm, value, Argument(queued), index);
 
     // Point to point
 
@@ -334,7 +334,7 @@ macro_rules! functions {
         = |arm, value, _, index| queue_in(arm, value, Always, index);
     /// Appends a straight segment with laser power to the continuous path.
     Command Arm SetCPLECmd(value: In<CPCmd>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
-        = |arm, value, _, index| queue_as(arm, value, call::burning, Always, index);
+        = |arm, value, _, index| queue_as(arm, value, call::with_laser_power, Always, index);
     /// Appends a segment to the path of another arm model.
     Neutral Arm SetCP2Cmd(value: In<CP2Cmd>, queued: Bool, index: Out<u64>) in [v3]
         = |_, _, _, index| neutral("SetCP2Cmd", index);
@@ -343,7 +343,7 @@ macro_rules! functions {
         = |arm, on| set(arm, &commands::CpRHeadHoldEnable { enable: Flag(on) });
     /// True if the tool keeps its rotation along the path.
     Command Arm GetCPRHoldEnable(on: Out<Bool>) in [v1 v3]
-        = |arm, on| parts(arm, on, |row: commands::CpRHeadHoldEnable| truth(row.enable));
+        = |arm, on| parts(arm, on, |row: commands::CpRHeadHoldEnable| to_flag(row.enable));
     /// Sets the speed and acceleration ratio, percent.
     Command Arm SetCPCommonParams(value: In<CPCommonParams>, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
@@ -365,7 +365,7 @@ macro_rules! functions {
         = |arm, value, _, index| queue_in(arm, value, Always, index);
     /// Moves along one full circle: every Python module of these families passes two points and no count.
     Command Arm SetCircleCmd(value: In<ARCCmd>, queued: Bool, index: Out<u64>) in [v2 v3]
-        = |arm, value, _, index| queue_as(arm, value, call::once_round, Always, index);
+        = |arm, value, _, index| queue_as(arm, value, call::as_circle, Always, index);
     /// Sets the speed ratio of arcs, percent.
     Command Arm SetARCCommonParams(value: In<ARCCommonParams>, queued: Bool, index: Out<u64>) in [v1 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
@@ -388,25 +388,25 @@ macro_rules! functions {
         = |arm, value, _, index| queue_in(arm, value, Always, index);
     /// Function of an EIO pin. The caller sets the address in the result structure.
     Command Arm GetIOMultiplexing(value: Out<IOMultiplexing>) in [v1 v2 v3]
-        = |arm, value| ask(arm, value, |pin| commands::GetIoMultiplexing { address: Some(pin.address) });
+        = |arm, value| get_by_query(arm, value, |pin| commands::GetIoMultiplexing { address: Some(pin.address) });
     /// Sets the level of a digital output.
     Command Arm SetIODO(value: In<IODO>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
     /// Level of a digital output. The caller sets the address in the result structure.
     Command Arm GetIODO(value: Out<IODO>) in [v1 v2 v3]
-        = |arm, value| ask(arm, value, |pin| commands::GetIoDo { address: Some(pin.address) });
+        = |arm, value| get_by_query(arm, value, |pin| commands::GetIoDo { address: Some(pin.address) });
     /// Sets frequency and duty cycle of a PWM output.
     Command Arm SetIOPWM(value: In<IOPWM>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
     /// Frequency and duty cycle of a PWM output. The caller sets the address in the result structure.
     Command Arm GetIOPWM(value: Out<IOPWM>) in [v1 v2 v3]
-        = |arm, value| ask(arm, value, |pin| commands::GetIoPwm { address: Some(pin.address) });
+        = |arm, value| get_by_query(arm, value, |pin| commands::GetIoPwm { address: Some(pin.address) });
     /// Level of a digital input. The caller sets the address in the result structure.
     Command Arm GetIODI(value: Out<IODI>) in [v1 v2 v3]
-        = |arm, value| ask(arm, value, |pin| commands::GetIoDi { address: Some(pin.address) });
+        = |arm, value| get_by_query(arm, value, |pin| commands::GetIoDi { address: Some(pin.address) });
     /// Value of an analog input. The caller sets the address in the result structure.
     Command Arm GetIOADC(value: Out<IOADC>) in [v1 v2 v3]
-        = |arm, value| ask(arm, value, |pin| commands::GetIoAdc { address: Some(pin.address) });
+        = |arm, value| get_by_query(arm, value, |pin| commands::GetIoAdc { address: Some(pin.address) });
     /// Runs an external stepper motor at a speed.
     Command Arm SetEMotor(value: In<EMotor>, queued: Bool, index: Out<u64>) in [v1 v2 v3]
         = |arm, value, _, index| queue_in(arm, value, Always, index);
@@ -416,13 +416,13 @@ macro_rules! functions {
     /// Enables or disables the colour sensor at a port.
     Command Arm SetColorSensor(on: Bool, port: ColorPort) in [v1 v2]
         = |arm, on, port| {
-            set(arm, &commands::SetColorSensor { is_enabled: Flag(on), port: choice(port), version: None })
+            set(arm, &commands::SetColorSensor { is_enabled: Flag(on), port: to_protocol_enum(port), version: None })
         };
     /// Enables or disables the colour sensor at a port, and sets its version.
     Command Arm SetColorSensor(on: Bool, port: u8, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, port, version, queued, index| {
             let (port, version) = (port.into(), Some(version.into()));
-            queue(arm, &commands::SetColorSensor { is_enabled: Flag(on), port, version }, Said(queued), index)
+            queue(arm, &commands::SetColorSensor { is_enabled: Flag(on), port, version }, Argument(queued), index)
         };
     /// Reading of the colour sensor: red, green and blue.
     Command Arm GetColorSensor(r: Out<u8>, g: Out<u8>, b: Out<u8>) in [v1 v2 v3]
@@ -432,19 +432,19 @@ macro_rules! functions {
     /// Enables or disables the infrared sensor at a port.
     Command Arm SetInfraredSensor(on: Bool, port: InfraredPort) in [v1 v2]
         = |arm, on, port| {
-            set(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port: choice(port), version: None })
+            set(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port: to_protocol_enum(port), version: None })
         };
     /// Enables or disables the infrared sensor at a port, and sets its version.
     Command Arm SetInfraredSensor(on: Bool, port: u8, version: u8, queued: Bool, index: Out<u64>) in [v3]
         = |arm, on, port, version, queued, index| {
             let (port, version) = (port.into(), Some(version.into()));
-            queue(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port, version }, Said(queued), index)
+            queue(arm, &commands::SetIrSwitch { is_enabled: Flag(on), port, version }, Argument(queued), index)
         };
     /// True if the infrared sensor detects an object.
     Command Arm GetInfraredSensor(port: InfraredPort, value: Out<u8>) in [v1 v2 v3]
         = |arm, port, value| {
-            let query = commands::GetIrSwitch { port: Some(choice(port)) };
-            parts_for(arm, &query, value, |row: commands::IrSwitch| truth(row.state))
+            let query = commands::GetIrSwitch { port: Some(to_protocol_enum(port)) };
+            parts_for(arm, &query, value, |row: commands::IrSwitch| to_flag(row.state))
         };
     /// Enables or disables a Grove colour sensor of a controller box.
     Neutral Arm SetSeeedColorSensor(port: u8, queued: Bool, index: Out<u64>) in [v3]
@@ -511,7 +511,7 @@ macro_rules! functions {
         = |arm, on| set(arm, &commands::WifiConfigMode { enable: Flag(on) });
     /// True if the Wi-Fi module accepts configuration.
     Command Arm GetWIFIConfigMode(on: Out<Bool>) in [v1 v2 v3]
-        = |arm, on| parts(arm, on, |row: commands::WifiConfigMode| truth(row.enable));
+        = |arm, on| parts(arm, on, |row: commands::WifiConfigMode| to_flag(row.enable));
     /// Sets the name (SSID) of the Wi-Fi network.
     Guarded Arm SetWIFISSID(text: Text) in [v1 v2 v3]
         = |arm, text| set_text(arm, text, |ssid| commands::WifiSsid { ssid });
@@ -542,7 +542,7 @@ macro_rules! functions {
     Command Arm GetWIFIDNS(value: Out<WIFIDNS>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// True if the Wi-Fi module is connected to the network.
     Command Arm GetWIFIConnectStatus(connected: Out<Bool>) in [v1 v2 v3]
-        = |arm, connected| parts(arm, connected, |row: commands::WifiConnectStatus| truth(row.is_connected));
+        = |arm, connected| parts(arm, connected, |row: commands::WifiConnectStatus| to_flag(row.is_connected));
 
     // Firmware
 
@@ -586,13 +586,13 @@ macro_rules! functions {
         = |arm, on| set(arm, &commands::Uart4PeripheralsEnabled { is_enabled: Flag(on) });
     /// True if the second serial connector is enabled.
     Command Arm GetUART4PeripheralsEnable(on: Out<Bool>) in [v1 v3]
-        = |arm, on| parts(arm, on, |row: commands::Uart4PeripheralsEnabled| truth(row.is_enabled));
+        = |arm, on| parts(arm, on, |row: commands::Uart4PeripheralsEnabled| to_flag(row.is_enabled));
 
     // Pulses
 
     /// Moves the motors by pulse counts, queued.
     Command Arm SendPluse(value: In<PluseCmd>, queued: Bool, index: Out<u64>) in [v1 v3]
-        = |arm, value, queued, index| queue_in(arm, value, Said(queued), index);
+        = |arm, value, queued, index| queue_in(arm, value, Argument(queued), index);
     /// Moves the motors by pulse counts, at once.
     Command Arm SendPluseEx(value: In<PluseCmd>) in [v1 v3] = |arm, value| put(arm, value);
 
@@ -660,7 +660,7 @@ macro_rules! functions {
         = |arm, index| call::current_index(arm, index);
     /// True if no motion is under way.
     Command Arm GetQueuedCmdMotionFinish(finished: Out<Bool>) in [v1 v3]
-        = |arm, finished| parts(arm, finished, |row: commands::QueuedCmdMotionFinish| truth(row.is_finish));
+        = |arm, finished| parts(arm, finished, |row: commands::QueuedCmdMotionFinish| to_flag(row.is_finish));
 
     // Library
 

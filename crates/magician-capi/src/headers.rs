@@ -26,7 +26,10 @@ pub fn headers(family: Family) -> [(&'static str, String); 2] {
 /// Generates the header of a family.
 fn header(source: &str, family: &str) -> String {
     let mut text = String::new();
-    for line in source.lines().filter_map(|line| theirs(line, family)) {
+    for line in source
+        .lines()
+        .filter_map(|line| strip_families(line, family))
+    {
         if line.starts_with("int ") {
             push_prototype(&mut text, line, family);
         } else {
@@ -38,17 +41,17 @@ fn header(source: &str, family: &str) -> String {
 }
 
 /// Strips the families from a line. Returns `None` if the line does not belong to `family`.
-fn theirs<'l>(line: &'l str, family: &str) -> Option<&'l str> {
+fn strip_families<'l>(line: &'l str, family: &str) -> Option<&'l str> {
     let Some(mut rest) = line.strip_prefix('@') else {
         return Some(line);
     };
-    let mut theirs = false;
+    let mut matches = false;
     while let Some(named) = FAMILIES.iter().find(|named| rest.starts_with(**named)) {
-        theirs |= *named == family;
+        matches |= *named == family;
         rest = &rest[named.len()..];
         rest = rest.strip_prefix(' ').unwrap_or(rest);
     }
-    theirs.then_some(rest)
+    matches.then_some(rest)
 }
 
 fn push_prototype(text: &mut String, line: &str, family: &str) {
@@ -78,11 +81,14 @@ mod tests {
 
     #[test]
     fn lines_are_kept_for_the_families_they_name() {
-        assert_eq!(theirs("int a;", "v2"), Some("int a;"));
-        assert_eq!(theirs("@v1 v3 int a;", "v3"), Some("int a;"));
-        assert_eq!(theirs("@v1 v3     int a;", "v1"), Some("    int a;"));
-        assert_eq!(theirs("@v1 v3 int a;", "v2"), None);
-        assert_eq!(theirs("@v3", "v3"), Some(""));
+        assert_eq!(strip_families("int a;", "v2"), Some("int a;"));
+        assert_eq!(strip_families("@v1 v3 int a;", "v3"), Some("int a;"));
+        assert_eq!(
+            strip_families("@v1 v3     int a;", "v1"),
+            Some("    int a;")
+        );
+        assert_eq!(strip_families("@v1 v3 int a;", "v2"), None);
+        assert_eq!(strip_families("@v3", "v3"), Some(""));
     }
 
     #[test]

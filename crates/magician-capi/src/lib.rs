@@ -22,11 +22,11 @@ pub mod call;
 mod code;
 pub mod functions;
 pub mod headers;
+mod helper_thread;
 mod log;
 mod notice;
 pub mod pointer;
 pub mod session;
-mod stand_in;
 pub mod structure;
 mod voice;
 

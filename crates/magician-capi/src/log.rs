@@ -18,9 +18,9 @@ const VARIABLE: &str = "MAGICIAN_LOG";
 const DEFAULT: LevelFilter = LevelFilter::WARN;
 
 /// Installs the log, once. A Rust program that has its own subscriber keeps that.
-pub(crate) fn begin() {
-    static BEGUN: Once = Once::new();
-    BEGUN.call_once(|| {
+pub(crate) fn install() {
+    static INSTALLED: Once = Once::new();
+    INSTALLED.call_once(|| {
         let wanted = std::env::var(VARIABLE).unwrap_or_default();
         let wanted = Some(wanted.trim()).filter(|text| !text.is_empty());
         let (filter, wrong) = match wanted.map(filter).transpose() {
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_word_that_is_no_level_silences_nothing() {
+    fn invalid_level_keeps_the_log_enabled() {
         for right in [
             "off",
             "WARN",

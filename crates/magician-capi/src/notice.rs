@@ -19,32 +19,32 @@ use crate::log;
 
 thread_local! {
     /// Sentence of the last fault on this thread.
-    static LAST: RefCell<String> = const { RefCell::new(String::new()) };
+    static LAST_FAULT: RefCell<String> = const { RefCell::new(String::new()) };
     /// Arguments and results of the current call, for the log.
     static NOTES: RefCell<String> = const { RefCell::new(String::new()) };
     /// True if the current call is logged, so that notes are collected.
-    static NOTED: Cell<bool> = const { Cell::new(false) };
+    static IS_LOGGED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Function, and id of the arm. The id is 0 if no arm is concerned.
 type About = (&'static str, c_int);
 
 /// Last logged fault of each function.
-static TOLD: Mutex<BTreeMap<About, String>> = Mutex::new(BTreeMap::new());
-/// Most entries of [`TOLD`], because a program may use arbitrary ids.
-const MOST_TOLD: usize = 1024;
+static LOGGED: Mutex<BTreeMap<About, String>> = Mutex::new(BTreeMap::new());
+/// Most entries of [`LOGGED`], because a program may use arbitrary ids.
+const MAX_LOGGED: usize = 1024;
 /// Number of entries, so that successful calls take no lock as long as nothing has failed.
-static COUNT: AtomicUsize = AtomicUsize::new(0);
+static LOGGED_COUNT: AtomicUsize = AtomicUsize::new(0);
 
 /// Installs the log.
-pub(crate) fn listen() {
-    log::begin();
+pub(crate) fn install_log() {
+    log::install();
 }
 
 /// Starts the log entry of a call.
 pub(crate) fn begin() {
     let noted = tracing::enabled!(Level::DEBUG);
-    NOTED.set(noted);
+    IS_LOGGED.set(noted);
     if noted {
         NOTES.with_borrow_mut(String::clear);
     }
@@ -52,7 +52,7 @@ pub(crate) fn begin() {
 
 /// Adds text to the log entry of the current call.
 pub(crate) fn note(text: impl FnOnce() -> String) {
-    if NOTED.get() {
+    if IS_LOGGED.get() {
         let text = text();
         NOTES.with_borrow_mut(|notes| {
             if !text.is_empty() {
@@ -64,7 +64,7 @@ pub(crate) fn note(text: impl FnOnce() -> String) {
 }
 
 /// Finishes a call: logs it, and returns the code for C.
-pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
+pub(crate) fn finish(about: About, outcome: &Outcome, took: Duration) -> c_int {
     let (function, _) = about;
     let code = match outcome {
         Ok(()) => {
@@ -75,7 +75,7 @@ pub(crate) fn ended(about: About, outcome: &Outcome, took: Duration) -> c_int {
         Err(released) if released.code == Code::NoError => Code::NoError as c_int,
         Err(fault) => fault_at(about, fault),
     };
-    if NOTED.replace(false) {
+    if IS_LOGGED.replace(false) {
         NOTES.with_borrow(|notes| {
             let milliseconds = took.as_secs_f64() * 1e3;
             let why = outcome.as_ref().err().map(|fault| format!(": {fault}"));
@@ -108,10 +108,10 @@ pub(crate) fn succeeded(function: &'static str) {
 }
 
 fn succeeded_at(about: About) {
-    if COUNT.load(Ordering::Relaxed) > 0 {
-        let mut told = told();
-        told.remove(&about);
-        COUNT.store(told.len(), Ordering::Relaxed);
+    if LOGGED_COUNT.load(Ordering::Relaxed) > 0 {
+        let mut logged = logged();
+        logged.remove(&about);
+        LOGGED_COUNT.store(logged.len(), Ordering::Relaxed);
     }
 }
 
@@ -139,29 +139,30 @@ pub(crate) fn warn(function: &'static str, message: &str) {
 
 /// Stores a fault as the thread's last one without logging it: in a forked child another thread may
 /// have held the locks of the log.
-pub(crate) fn quietly(function: &'static str, fault: &Fault) -> c_int {
+pub(crate) fn remember_unlogged(function: &'static str, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     fault.code as c_int
 }
 
 /// Logs a warning about a function, once in the life of the library.
-pub(crate) fn once(function: &'static str, message: &str) {
-    static SAID: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
-    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
-    if said.insert(function) {
+pub(crate) fn warn_once(function: &'static str, message: &str) {
+    static WARNED: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
+    let mut warned = WARNED.lock().unwrap_or_else(PoisonError::into_inner);
+    if warned.insert(function) {
         tracing::warn!("{function}: {message}");
     }
 }
 
 /// Sentence of the thread's last fault. Empty if there was no fault, or while the thread ends.
 pub(crate) fn sentence() -> String {
-    LAST.try_with(|last| last.borrow().clone())
+    LAST_FAULT
+        .try_with(|last| last.borrow().clone())
         .unwrap_or_default()
 }
 
 /// Sets the sentence of the thread's last fault.
-pub(crate) fn recall(sentence: String) {
-    let _ = LAST.try_with(|last| last.replace(sentence));
+pub(crate) fn set_sentence(sentence: String) {
+    let _ = LAST_FAULT.try_with(|last| last.replace(sentence));
 }
 
 /// Puts the name of the function before the message, unless the driver has already done so. Control
@@ -182,21 +183,21 @@ fn named(function: &str, message: &str) -> String {
 }
 
 fn remember(function: &str, message: &str) {
-    recall(named(function, message).replace('\0', ""));
+    set_sentence(named(function, message).replace('\0', ""));
 }
 
 fn is_new(about: About, message: &str) -> bool {
-    let mut told = told();
-    if told.len() >= MOST_TOLD {
-        told.clear();
+    let mut logged = logged();
+    if logged.len() >= MAX_LOGGED {
+        logged.clear();
     }
-    let before = told.insert(about, message.to_owned());
-    COUNT.store(told.len(), Ordering::Relaxed);
+    let before = logged.insert(about, message.to_owned());
+    LOGGED_COUNT.store(logged.len(), Ordering::Relaxed);
     before.is_none_or(|before| before != message)
 }
 
-fn told() -> MutexGuard<'static, BTreeMap<About, String>> {
-    TOLD.lock().unwrap_or_else(PoisonError::into_inner)
+fn logged() -> MutexGuard<'static, BTreeMap<About, String>> {
+    LOGGED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
@@ -204,7 +205,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_function_is_named_once() {
+    fn function_name_is_not_repeated() {
         assert_eq!(named("GetPose", "GetPose: gone"), "GetPose: gone");
         assert_eq!(
             named("GetPose", "GetPoseL: gone"),
@@ -214,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_arm_said_is_quoted_harmlessly() {
+    fn text_of_an_arm_is_escaped() {
         let quoted = named("GetPose", "the arm \x1b]0;x\x07 is gone");
         assert_eq!(quoted, r"GetPose: the arm \u{1b}]0;x\u{7} is gone");
     }

@@ -30,14 +30,14 @@ pub struct Text(*const c_char);
 pub struct Buffer(*mut c_char);
 
 /// Implements `Send`: the caller's promise holds for the duration of the call, on any thread.
-macro_rules! promised_to_any_thread {
+macro_rules! impl_send {
     ($($pointer:ident $(<$of:ident>)?),*) => {
         // SAFETY: as above; the memory is the caller's, and the caller waits meanwhile.
         $(unsafe impl $(<$of>)? Send for $pointer $(<$of>)? {})*
     };
 }
 
-promised_to_any_thread!(In<T>, Out<T>, Text, Buffer);
+impl_send!(In<T>, Out<T>, Text, Buffer);
 
 /// Memory locations, one or more, for the results of a call.
 pub trait Places: Copy {
@@ -78,7 +78,7 @@ impl<T: Plain> Places for Out<T> {
 }
 
 /// Implements [`Places`] for tuples.
-macro_rules! several_places {
+macro_rules! impl_places {
     ($($place:ident $at:tt)*) => {
         impl<$($place: Places),*> Places for ($($place,)*) {
             type Values = ($($place::Values,)*);
@@ -99,10 +99,10 @@ macro_rules! several_places {
     };
 }
 
-several_places!();
-several_places!(A 0 B 1);
-several_places!(A 0 B 1 C 2);
-several_places!(A 0 B 1 C 2 D 3);
+impl_places!();
+impl_places!(A 0 B 1);
+impl_places!(A 0 B 1 C 2);
+impl_places!(A 0 B 1 C 2 D 3);
 
 /// Types that may lie in the memory of C: every bit pattern is valid, and there is no padding.
 ///
@@ -196,7 +196,7 @@ impl<T: Plain> Out<T> {
 
 impl Out<u8> {
     /// Writes as many bytes as fit, unless the pointer is null.
-    pub fn put_bytes(self, bytes: &[u8], fits: usize) {
+    pub fn write_truncated(self, bytes: &[u8], fits: usize) {
         if !self.0.is_null() {
             // SAFETY: not null, so `fits` bytes may be written, and no more are.
             unsafe {

@@ -12,7 +12,7 @@ use crate::code::Fault;
 use crate::pointer::Plain;
 
 /// Converts a decoding error of the caller's bytes into a fault.
-pub(crate) fn unfit(error: DecodeError) -> Fault {
+pub(crate) fn decode_fault(error: DecodeError) -> Fault {
     Fault::invalid(error.to_string())
 }
 
@@ -59,7 +59,7 @@ macro_rules! structures {
                     type Row = commands::$row;
 
                     fn row(&self) -> Result<Self::Row, Fault> {
-                        Self::Row::decode(&self.0).map_err(unfit)
+                        Self::Row::decode(&self.0).map_err(decode_fault)
                     }
 
                     fn of(row: &Self::Row) -> Self {

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn remedies_are_said_in_one_sentence() {
+    fn remedies_are_one_sentence() {
         let remedies = [
             Remedy::new(Action::Home, "homes it"),
             Remedy::new((Setting::Port, Given::Word("sim")), "is a virtual arm"),

@@ -16,15 +16,15 @@ use crate::bench::{connect_v1, home, pose, pose_of, registry, run};
 
 thread_local! {
     /// Log lines of this thread.
-    static PAGES: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
+    static LOG_LINES: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Writer that appends to this thread's lines.
-struct Pen;
+struct LogWriter;
 
-impl Write for Pen {
+impl Write for LogWriter {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        PAGES.with_borrow_mut(|pages| pages.extend_from_slice(bytes));
+        LOG_LINES.with_borrow_mut(|pages| pages.extend_from_slice(bytes));
         Ok(bytes.len())
     }
 
@@ -35,18 +35,18 @@ impl Write for Pen {
 
 /// Runs `act` and returns what this thread logs of this crate, line by line.
 fn logged(act: impl FnOnce()) -> Vec<String> {
-    static LISTENS: Once = Once::new();
-    LISTENS.call_once(|| {
+    static SUBSCRIBED: Once = Once::new();
+    SUBSCRIBED.call_once(|| {
         tracing_subscriber::fmt()
             .with_max_level(tracing::Level::DEBUG)
-            .with_writer(|| Pen)
+            .with_writer(|| LogWriter)
             .without_time()
             .with_ansi(false)
             .init();
     });
-    PAGES.take();
+    LOG_LINES.take();
     act();
-    let text = String::from_utf8(PAGES.take()).unwrap();
+    let text = String::from_utf8(LOG_LINES.take()).unwrap();
     let lines = text.lines().filter(|line| line.contains(" magician_capi"));
     lines.map(str::to_owned).collect()
 }
@@ -96,7 +96,7 @@ fn a_call_is_a_line_of_the_session_log() {
 }
 
 #[test]
-fn a_fault_is_told_once_until_the_function_has_worked() {
+fn fault_is_logged_once_until_the_function_succeeds() {
     let registry = registry();
     // Faults are remembered per function name, so use a name that no other test uses.
     let call = || run(&registry, "GetPoseOfThisTest", 0, |_| Ok(()));
@@ -112,7 +112,7 @@ fn a_fault_is_told_once_until_the_function_has_worked() {
 }
 
 #[test]
-fn an_arm_that_answers_hides_no_other_that_does_not() {
+fn faults_are_logged_for_each_arm() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let call = |id| run(&registry, "GetPoseOfThatTest", id, |_| Ok(()));

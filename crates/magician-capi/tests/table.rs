@@ -65,14 +65,14 @@ fn names(family: Family) -> BTreeSet<&'static str> {
 }
 
 #[test]
-fn a_name_stands_once_in_a_family() {
+fn names_are_unique_in_a_family() {
     for family in FAMILIES {
         assert_eq!(of(family).count(), names(family).len(), "{family:?}");
     }
 }
 
 #[test]
-fn every_family_has_what_the_vendors_has() {
+fn each_family_has_the_vendors_functions() {
     let mut first = marked("linux-1");
     assert_eq!(first.len(), 141);
     let mut second: BTreeSet<&str> = &first - &NOT_IN_V2.into();
@@ -92,7 +92,7 @@ fn every_family_has_what_the_vendors_has() {
 }
 
 #[test]
-fn the_functions_of_a_chapter_stand_together() {
+fn functions_are_grouped_by_chapter() {
     let mut last = None;
     let mut seen = BTreeSet::new();
     let ids: BTreeMap<&str, u8> = frames()
@@ -114,7 +114,7 @@ fn the_functions_of_a_chapter_stand_together() {
 }
 
 #[test]
-fn what_must_be_allowed_is_what_the_protocol_calls_dangerous() {
+fn guarded_functions_are_the_dangerous_commands() {
     for (name, _, [id, ctrl]) in frames() {
         let row = Row::with_id(id).expect("a row");
         // A command without a value has an effect even if Ctrl says read.
@@ -159,7 +159,7 @@ fn the_vendor_decides_what_is_queued() {
 }
 
 #[test]
-fn who_asks_whether_to_queue_gives_a_place_for_the_index() {
+fn functions_with_is_queued_have_an_index_pointer() {
     for Function {
         name, arguments, ..
     } in FUNCTIONS
@@ -176,7 +176,7 @@ fn who_asks_whether_to_queue_gives_a_place_for_the_index() {
 }
 
 #[test]
-fn only_what_is_about_no_arm_has_no_ids() {
+fn only_functions_without_an_arm_have_no_ids() {
     for Function {
         name, kind, ids, ..
     } in FUNCTIONS

@@ -1,7 +1,7 @@
 //! The command line as a whole: its verbs, how they are parsed, and how each is dispatched.
 //!
 //! [`Cli`] is parsed by clap in two steps that clap alone does not offer: the virtual arm's
-//! `--tool` is added to the verbs in [`WORKS_WITH_AN_ARM`] after the derive, and `-h` renders the
+//! `--tool` is added to the verbs in [`ARM_VERBS`] after the derive, and `-h` renders the
 //! brief help of `brief` instead of the full one. Lines of a shell are parsed by the same code,
 //! without the environment.
 //!
@@ -28,7 +28,7 @@ use crate::verbs::{
     sensor, serve, set, shell, sim, site, station, stop, teach, testgrid, tools, travel, version,
     watch, write,
 };
-use crate::voice::speaks_for;
+use crate::voice::set_running_verb;
 
 /// Argument id of the option that chooses the tool of a virtual arm.
 const VIRTUAL_TOOL: &str = "virtual_tool";
@@ -38,7 +38,7 @@ const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, s
 
 /// Verbs that get `--tool` for a virtual arm. Verbs that draw have a `--tool` of their own, which
 /// applies to any arm.
-const WORKS_WITH_AN_ARM: &[&str] = &[
+const ARM_VERBS: &[&str] = &[
     "info", "pose", "home", "jog", "record", "watch", "stop", "suction", "gripper", "laser", "io",
     "sensor", "rail", "conveyor", "alarms", "queue", "get", "set", "enqueue", "shell", "demo",
 ];
@@ -75,7 +75,7 @@ pub(crate) struct Cli {
 /// Access to the whole command line for verbs that show it or run lines of it.
 pub(crate) const COMMAND_LINE: CommandLine = CommandLine {
     description: Cli::description,
-    follow: follow_in_shell,
+    follow: run_shell_line,
 };
 
 impl Cli {
@@ -83,7 +83,7 @@ impl Cli {
     /// and are stopped after a failure.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let outcome = self.follow(context);
-        context.leave(outcome)
+        context.finish(outcome)
     }
 
     /// True for a station or a hub, which runs unattended and reports its state on stderr.
@@ -98,7 +98,7 @@ impl Cli {
     /// Runs the command line and keeps the connection open.
     fn follow(self, context: &mut Context) -> Result<(), Failure> {
         self.check_files()?;
-        context.begins(self.global);
+        context.begin(self.global);
         let outcome = match self.verb {
             _ if self.version => version::run(context),
             Some(verb) => verb.run(context),
@@ -113,27 +113,29 @@ impl Cli {
     }
 
     /// Parses a command line; the first argument is the program's name.
-    pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
-        Self::read_as(Self::with_virtual_tool(), arguments)
+    pub(crate) fn parse(arguments: &[OsString]) -> Result<Self, clap::Error> {
+        Self::parse_with(Self::with_virtual_tool(), arguments)
     }
 
     /// Parses one line of a shell. Environment variables are ignored here: the shell has read them
     /// already.
-    pub(crate) fn read_line(arguments: &[OsString]) -> Result<Self, clap::Error> {
+    pub(crate) fn parse_line(arguments: &[OsString]) -> Result<Self, clap::Error> {
         let without_env = |arg: Arg| arg.env(None::<&'static str>);
-        Self::read_as(Self::with_virtual_tool().mut_args(without_env), arguments)
+        Self::parse_with(Self::with_virtual_tool().mut_args(without_env), arguments)
     }
 
-    fn read_as(command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
+    fn parse_with(command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
         let mut command = help::grouped(command);
-        let arguments: Vec<_> = arguments.iter().map(plain_number).collect();
+        let arguments: Vec<_> = arguments.iter().map(escape_negative).collect();
         let matches = match command.try_get_matches_from_mut(&arguments) {
-            Err(error) if error.kind() == ErrorKind::DisplayHelp && asks_briefly(&arguments) => {
+            Err(error)
+                if error.kind() == ErrorKind::DisplayHelp && has_short_help_flag(&arguments) =>
+            {
                 let brief = brief(command).try_get_matches_from(arguments);
                 return Err(brief.err().unwrap_or(error));
             }
             Err(mut error) if error.kind() == ErrorKind::UnknownArgument => {
-                name_verbs_with_it(&command, &mut error);
+                suggest_verbs_with_flag(&command, &mut error);
                 return Err(error);
             }
             matches => matches?,
@@ -146,7 +148,7 @@ impl Cli {
         {
             (verb, chosen) = (own, next);
         }
-        speaks_for(verb);
+        set_running_verb(verb);
         let verb = matches.subcommand().map(|(_, verb)| verb);
         let tool = verb.and_then(|verb| verb.try_get_one::<ToolBias>(VIRTUAL_TOOL).ok().flatten());
         cli.global.virtual_tool = tool.copied();
@@ -161,7 +163,7 @@ impl Cli {
         command
     }
 
-    /// Returns the clap command with `--tool` added to the verbs in [`WORKS_WITH_AN_ARM`].
+    /// Returns the clap command with `--tool` added to the verbs in [`ARM_VERBS`].
     fn with_virtual_tool() -> clap::Command {
         let tool = Arg::new(VIRTUAL_TOOL)
             .long("tool")
@@ -170,7 +172,7 @@ impl Cli {
             .allow_hyphen_values(true)
             .help(VIRTUAL_TOOL_HELP);
         Self::command().mut_subcommands(|verb| {
-            if WORKS_WITH_AN_ARM.contains(&verb.get_name()) {
+            if ARM_VERBS.contains(&verb.get_name()) {
                 verb.arg(tool.clone())
             } else {
                 verb
@@ -180,15 +182,15 @@ impl Cli {
 }
 
 /// Runs one line of a shell that was started with the options in `session`.
-fn follow_in_shell(
+fn run_shell_line(
     arguments: &[OsString],
     session: &Global,
     context: &mut Context,
 ) -> Result<(), Failure> {
-    let json = session.json || asks_for_json(arguments);
-    let mut cli = match Cli::read_line(arguments) {
+    let json = session.json || has_json_flag(arguments);
+    let mut cli = match Cli::parse_line(arguments) {
         Ok(cli) => cli,
-        Err(error) => return usage(&error, json, &mut context.out),
+        Err(error) => return show_usage(&error, json, &mut context.out),
     };
     if matches!(
         cli.verb,
@@ -196,12 +198,12 @@ fn follow_in_shell(
     ) {
         return Err(Failure::usage("this verb is not available in the shell"));
     }
-    cli.global = cli.global.within(session)?;
+    cli.global = cli.global.for_line(session)?;
     cli.follow(context)
 }
 
 /// Rewrites a negative number so that clap accepts it: clap takes `-.5` and `-1e-3` for options.
-fn plain_number(word: &OsString) -> OsString {
+fn escape_negative(word: &OsString) -> OsString {
     let text = word.to_str().unwrap_or_default();
     let is_odd = text.starts_with("-.") || text.contains(['e', 'E']);
     let begins =
@@ -216,7 +218,7 @@ fn plain_number(word: &OsString) -> OsString {
 
 /// Replaces clap's suggestion for an unknown flag by the verbs that do have it: clap only suggests
 /// flags with a similar spelling.
-fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
+fn suggest_verbs_with_flag(command: &clap::Command, error: &mut clap::Error) {
     let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else {
         return;
     };
@@ -242,7 +244,11 @@ fn name_verbs_with_it(command: &clap::Command, error: &mut clap::Error) {
 }
 
 /// Prints what clap returned: help on stdout; a mistake becomes a [`Failure`].
-pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Result<(), Failure> {
+pub(crate) fn show_usage(
+    error: &clap::Error,
+    json: bool,
+    output: &mut Output,
+) -> Result<(), Failure> {
     match error.kind() {
         ErrorKind::DisplayHelp if json => output.json(&Text::from(&error.render())),
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => output.styled(&error.render()),
@@ -251,7 +257,7 @@ pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Res
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
-            Err(Failure::told(Kind::Usage))
+            Err(Failure::already_reported(Kind::Usage))
         }
         _ => Err(Failure::from(error)),
     }
@@ -259,13 +265,13 @@ pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Res
 
 /// True if the arguments ask for JSON. Works on arguments that clap could not parse, so that errors
 /// are JSON too.
-pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
+pub(crate) fn has_json_flag(arguments: &[OsString]) -> bool {
     let options = arguments.iter().take_while(|argument| *argument != "--");
     options.into_iter().any(|argument| argument == "--json")
 }
 
 /// True if the short help (`-h`) was asked for.
-fn asks_briefly(arguments: &[OsString]) -> bool {
+fn has_short_help_flag(arguments: &[OsString]) -> bool {
     arguments.iter().any(|argument| argument == "-h")
 }
 
@@ -334,7 +340,7 @@ pub(crate) enum Verb {
 impl Verb {
     /// True if the verb works on the raw bytes of a line, or creates arms itself, and thus has no
     /// use for a station.
-    fn needs_a_line(&self) -> bool {
+    fn needs_raw_line(&self) -> bool {
         matches!(
             self,
             Self::Bench(_)
@@ -352,7 +358,7 @@ impl Verb {
 
     /// Runs the verb.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        if context.global.station.is_some() && self.needs_a_line() {
+        if context.global.station.is_some() && self.needs_raw_line() {
             let message = "this verb works on the line to an arm: it cannot be used with --station";
             return Err(Failure::usage(message));
         }
@@ -428,7 +434,7 @@ mod tests {
     /// Each verb is in exactly one group: it takes the virtual arm's `--tool`, has a `--tool` of
     /// its own, or does not work with an arm.
     #[test]
-    fn verbs_that_work_with_an_arm_take_the_tool_of_a_virtual_one() {
+    fn arm_verbs_accept_the_tool_of_a_virtual_arm() {
         // The verbs below `calibrate` have a `--tool` of their own.
         const WITHOUT: &[&str] = &[
             "calibrate",
@@ -463,7 +469,7 @@ mod tests {
         }
         let read = |line: &str| {
             let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
-            Cli::read(&words).map(|cli| cli.global.virtual_tool)
+            Cli::parse(&words).map(|cli| cli.global.virtual_tool)
         };
         assert_eq!(read("magician pose").unwrap(), None);
         assert_eq!(
@@ -482,12 +488,12 @@ mod tests {
     #[test]
     fn a_line_of_a_shell_has_the_options_of_the_shell() {
         let words = |line: &str| line.split(' ').map(OsString::from).collect::<Vec<_>>();
-        let read = |line| Cli::read(&words(line)).unwrap().global;
+        let read = |line| Cli::parse(&words(line)).unwrap().global;
         let session =
             read("magician -vv --port sim --window 4 --timeout 7 --faults drop=0.1 shell");
         let line = |line: &str| {
-            let line = Cli::read_line(&words(line)).unwrap().global;
-            line.within(&session)
+            let line = Cli::parse_line(&words(line)).unwrap().global;
+            line.for_line(&session)
         };
         let same = line("magician pose").unwrap();
         assert_eq!(format!("{same:?}"), format!("{session:?}"));
@@ -507,12 +513,12 @@ mod tests {
     }
 
     #[test]
-    fn json_is_asked_for_before_the_double_dash_only() {
+    fn json_flag_counts_only_before_the_double_dash() {
         let arguments = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
-        assert!(asks_for_json(&arguments(&[
+        assert!(has_json_flag(&arguments(&[
             "magician", "nonsense", "--json"
         ])));
-        assert!(!asks_for_json(&arguments(&[
+        assert!(!has_json_flag(&arguments(&[
             "magician", "decode", "--", "--json"
         ])));
     }

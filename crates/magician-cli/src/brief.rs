@@ -9,33 +9,33 @@ use clap::{Arg, Command};
 
 /// Largest number of options shown for a verb. With positionals, examples and usage the help then
 /// fits a screen of 30 lines (tested below).
-const MOST: usize = 12;
+const MAX_OPTIONS: usize = 12;
 /// Options shown for verbs that run a file, most used first.
-const USUAL: [&str; 21] = [
+const COMMON_OPTIONS: [&str; 21] = [
     "shape", "repeat", "cell", "pause", "check", "preview", "surface", "at", "size", "font",
     "width", "scale", "fit", "tool", "fill", "image", "power", "speed", "preset", "resume",
     "loops",
 ];
 /// Options of lettering: shown for `write`, hidden for verbs that draw files and happen to have
 /// them.
-const OF_TEXT: [&str; 2] = ["size", "font"];
+const LETTERING_OPTIONS: [&str; 2] = ["size", "font"];
 /// Argument id that only verbs drawing files have; marks such a verb.
-const OF_DRAWINGS: &str = "clip_page";
+const DRAWING_MARKER: &str = "clip_page";
 /// Argument id that only verbs running a file have; marks such a verb.
-const OF_FILES: &str = "speed_ratio";
+const FILE_MARKER: &str = "speed_ratio";
 /// Global option that is shown for every verb, with its help text here.
-const PORT: (&str, &str) = (
+const PORT_OPTION: (&str, &str) = (
     "port",
     "Port or address of the arm, or sim for a virtual arm",
 );
 /// Longest placeholder of a value, in characters. A longer list of choices is replaced by `WORD`,
 /// since it would leave no room for the help text.
-const LONGEST_VALUE: usize = 14;
+const MAX_PLACEHOLDER_WIDTH: usize = 14;
 /// Sentences from this length on, in characters, do not fit in one line of help and are cut at
 /// their first comma or colon.
-const LONG_SENTENCE: usize = 68;
+const MAX_SENTENCE_WIDTH: usize = 68;
 /// Number of examples shown.
-const EXAMPLES: usize = 2;
+const MAX_EXAMPLES: usize = 2;
 
 /// Returns the command with the short help of each verb in place of the full one.
 pub(crate) fn brief(command: Command) -> Command {
@@ -44,13 +44,13 @@ pub(crate) fn brief(command: Command) -> Command {
 
 fn brief_verb(command: Command, above: &str) -> Command {
     let name = format!("{above} {}", command.get_name());
-    let shown = usual(&command);
+    let shown = common_options(&command);
     let command = command.mut_args(|arg| {
         let id = arg.get_id().as_str();
         let is_shown = arg.is_positional() || id == "help" || shown.contains(id);
         let is_hidden = arg.is_hide_set() || !is_shown;
         let help = match id {
-            _ if id == PORT.0 => PORT.1.to_owned(),
+            _ if id == PORT_OPTION.0 => PORT_OPTION.1.to_owned(),
             _ => arg
                 .get_help()
                 .map(|help| sentence(&help.to_string()))
@@ -58,7 +58,7 @@ fn brief_verb(command: Command, above: &str) -> Command {
         };
         let values = arg.get_value_names().unwrap_or_default().concat();
         let arg = match values.len() {
-            LONGEST_VALUE.. if values.contains('|') => arg.value_name("WORD"),
+            MAX_PLACEHOLDER_WIDTH.. if values.contains('|') => arg.value_name("WORD"),
             _ => arg,
         };
         arg.hide(is_hidden)
@@ -73,25 +73,25 @@ fn brief_verb(command: Command, above: &str) -> Command {
     command.mut_subcommands(|below| brief_verb(below, &name))
 }
 
-/// Returns the argument ids that are shown: the first [`MOST`] of [`USUAL`] for verbs that run a
-/// file, otherwise the verb's first own options.
-fn usual(command: &Command) -> BTreeSet<String> {
+/// Returns the argument ids that are shown: the first [`MAX_OPTIONS`] of [`COMMON_OPTIONS`] for
+/// verbs that run a file, otherwise the verb's first own options.
+fn common_options(command: &Command) -> BTreeSet<String> {
     let is_own = |arg: &&Arg| !arg.is_positional() && !arg.is_global_set() && !arg.is_hide_set();
     let own = command.get_arguments().filter(is_own);
     let own: Vec<_> = own.map(|arg| arg.get_id().as_str()).collect();
-    let is_seldom = |id: &str| OF_TEXT.contains(&id) && own.contains(&OF_DRAWINGS);
-    let chosen: Vec<_> = if own.contains(&OF_FILES) {
-        let usual = USUAL.iter().copied();
+    let is_seldom = |id: &str| LETTERING_OPTIONS.contains(&id) && own.contains(&DRAWING_MARKER);
+    let chosen: Vec<_> = if own.contains(&FILE_MARKER) {
+        let usual = COMMON_OPTIONS.iter().copied();
         usual
             .filter(|id| own.contains(id) && !is_seldom(id))
-            .take(MOST)
+            .take(MAX_OPTIONS)
             .collect()
     } else {
-        own.into_iter().take(MOST).collect()
+        own.into_iter().take(MAX_OPTIONS).collect()
     };
     chosen
         .into_iter()
-        .chain([PORT.0])
+        .chain([PORT_OPTION.0])
         .map(str::to_owned)
         .collect()
 }
@@ -104,7 +104,7 @@ fn sentence(help: &str) -> String {
     };
     let sentence = until(&[". ", "; ", " [default"], help);
     match sentence.len() {
-        LONG_SENTENCE.. => until(&[": ", ", "], &sentence),
+        MAX_SENTENCE_WIDTH.. => until(&[": ", ", "], &sentence),
         _ => sentence,
     }
 }
@@ -116,7 +116,7 @@ fn first_examples(text: &str) -> String {
         Some("Examples:") => {
             let examples = lines
                 .take_while(|line| line.starts_with("  "))
-                .take(EXAMPLES);
+                .take(MAX_EXAMPLES);
             let examples: String = examples.map(|line| format!("{line}\n")).collect();
             format!("Examples:\n{examples}\n")
         }
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn long_help_of_every_verb_has_what_the_short_one_hides() {
+    fn long_help_contains_the_options_hidden_in_the_short_help() {
         let words = ["magician", "draw", "--help"].map(OsString::from);
         let help = Cli::read(&words)
             .map(drop)

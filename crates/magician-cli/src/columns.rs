@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Spaces between two columns.
-const GAP: usize = 2;
+const COLUMN_GAP: usize = 2;
 
 /// Rows of cells.
 #[derive(Debug, Default)]
@@ -61,12 +61,12 @@ impl Columns {
         let mut line = " ".repeat(self.indent);
         let mut used = self.indent;
         for (at, (cell, width)) in head.iter().zip(widths).enumerate() {
-            let pad = " ".repeat((width + GAP).saturating_sub(count(cell)));
+            let pad = " ".repeat((width + COLUMN_GAP).saturating_sub(count(cell)));
             match at {
                 0 => line.push_str(&format!("{}{pad}", out.paint.name(cell))),
                 _ => line.push_str(&format!("{cell}{pad}")),
             }
-            used += width + GAP;
+            used += width + COLUMN_GAP;
         }
         let room = out.width().saturating_sub(used).max(24);
         for (at, part) in wrap(last, room).iter().enumerate() {
@@ -117,7 +117,7 @@ mod tests {
     use super::wrap;
 
     #[test]
-    fn words_stay_whole_and_lines_short() {
+    fn wrapping_keeps_words_whole_and_lines_short() {
         assert_eq!(wrap("one two three", 7), ["one two", "three"]);
         assert_eq!(wrap("incomprehensible", 4), ["incomprehensible"]);
         assert_eq!(wrap("", 4), [""]);

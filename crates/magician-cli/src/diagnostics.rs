@@ -10,7 +10,7 @@ use crate::voice::Command;
 
 /// Longest line, in characters, of which an excerpt is drawn. The library lays out every character
 /// before it cuts the line, so longer ones are described in words.
-const LONGEST: usize = 20_000;
+const MAX_LINE: usize = 20_000;
 
 /// Severity of a problem.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ impl Excerpt {
         let first = (origin.column as usize).checked_sub(1)?;
         let mut line: String = text.lines().nth(line)?.chars().map(plain).collect();
         let count = line.chars().count();
-        if count.max(first) > LONGEST {
+        if count.max(first) > MAX_LINE {
             return None;
         }
         // A place behind the last character means that the line ends too early: pad it to underline
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn places_that_are_not_there_are_told_in_words() {
+    fn missing_positions_are_described_in_words() {
         for origin in [place(9, 1, 1), place(1, 0, 0), Origin::NONE] {
             let shown = drawn("G0\n", origin);
             assert!(shown.contains("pen.nc: "), "{shown}");
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_obeys_nothing_in_a_file() {
+    fn control_characters_of_a_file_are_escaped() {
         let shown = drawn("G1 \x1b[2J X4\n", place(1, 4, 1));
         assert!(!shown.contains('\x1b'), "{shown:?}");
     }

@@ -17,7 +17,7 @@ use crate::paint::Paint;
 use crate::voice::Command;
 
 /// Safety advice that precedes every question about the laser.
-pub(crate) const GOGGLES: &str =
+pub(crate) const GOGGLES_ADVICE: &str =
     "wear goggles for its wavelength, remove anything that must not burn, and never leave it";
 
 /// Kind of failure. Decides the exit status and the name in JSON.
@@ -81,7 +81,7 @@ pub(crate) struct Failure {
     /// Notes on the file. People have read them by then, so only JSON repeats them.
     notes: Vec<Note>,
     /// True if the user has seen the message already.
-    told: bool,
+    is_reported: bool,
 }
 
 /// Object that `--json` writes to stderr.
@@ -109,14 +109,14 @@ impl Failure {
             figures: None,
             drawn: None,
             notes: Vec::new(),
-            told: false,
+            is_reported: false,
         }
     }
 
     /// Creates a failure whose message the user has already seen.
-    pub(crate) fn told(kind: Kind) -> Self {
+    pub(crate) fn already_reported(kind: Kind) -> Self {
         Self {
-            told: true,
+            is_reported: true,
             ..Self::new(kind, "")
         }
     }
@@ -134,8 +134,8 @@ impl Failure {
     }
 
     /// Creates the failure of work that could burn without permission.
-    pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
-        Self::usage(message).hint(format!("{GOGGLES}; --yes allows it"))
+    pub(crate) fn burn_not_allowed(message: impl Into<String>) -> Self {
+        Self::usage(message).hint(format!("{GOGGLES_ADVICE}; --yes allows it"))
     }
 
     /// Creates the failure of a file that could not be written.
@@ -170,7 +170,10 @@ impl Failure {
     }
 
     /// Adds the notes on the file, since they may contain the reason.
-    pub(crate) fn noted<'n>(mut self, notes: impl IntoIterator<Item = &'n Diagnostic>) -> Self {
+    pub(crate) fn with_notes<'n>(
+        mut self,
+        notes: impl IntoIterator<Item = &'n Diagnostic>,
+    ) -> Self {
         self.notes = Note::all(&Command, notes);
         self
     }
@@ -187,7 +190,7 @@ impl Failure {
         let mut stderr = io::stderr().lock();
         let _ = match (self.kind, json) {
             (Kind::BrokenPipe, _) => Ok(()),
-            _ if self.told => Ok(()),
+            _ if self.is_reported => Ok(()),
             (_, true) => self.write_json(&mut stderr),
             (_, false) => self.write_text(&mut stderr, Paint::for_stderr()),
         };
@@ -293,7 +296,7 @@ impl From<magician::Error> for Failure {
 impl From<&magician::Error> for Failure {
     fn from(error: &magician::Error) -> Self {
         if error.code() == ErrorCode::LaserNotAllowed {
-            return Self::not_allowed_to_burn(error.to_string());
+            return Self::burn_not_allowed(error.to_string());
         }
         if let Some(detail) = error.detail() {
             tracing::info!("{detail}");

@@ -9,7 +9,10 @@ use serde_json::ser::{CompactFormatter, Formatter};
 /// Writes a value as JSON with all control and deceptive characters escaped. JSON itself only
 /// requires that for C0.
 pub(crate) fn write_json(to: impl Write, value: &impl Serialize) -> serde_json::Result<()> {
-    value.serialize(&mut serde_json::Serializer::with_formatter(to, Harmless))
+    value.serialize(&mut serde_json::Serializer::with_formatter(
+        to,
+        EscapingFormatter,
+    ))
 }
 
 /// Returns the same as a string.
@@ -21,9 +24,9 @@ pub(crate) fn json(value: &impl Serialize) -> String {
     String::from_utf8(bytes).unwrap_or_default()
 }
 
-struct Harmless;
+struct EscapingFormatter;
 
-impl Formatter for Harmless {
+impl Formatter for EscapingFormatter {
     fn write_string_fragment<W: Write + ?Sized>(
         &mut self,
         to: &mut W,
@@ -50,7 +53,7 @@ mod tests {
     const HOSTILE: &str = "\x1b]0;mine\x07 \x1b[31mred \u{9b}2J \x7f \u{202e}gnp.exe\r";
 
     #[test]
-    fn json_escapes_what_a_terminal_obeys_and_reads_back_the_same() {
+    fn json_escapes_control_characters_and_round_trips() {
         let value = serde_json::json!({"name": HOSTILE, "tag": "\u{e0041}\n\"ä\\"});
         let text = json(&value);
         assert!(!text.contains(is_deceptive), "{text:?}");

@@ -42,7 +42,7 @@ mod voice;
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
 
-use crate::args::{COMMAND_LINE, Cli, asks_for_json, usage};
+use crate::args::{COMMAND_LINE, Cli, has_json_flag, show_usage};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
@@ -54,10 +54,10 @@ use crate::verbs::serve::is_started_by_hand;
 /// subscriber.
 #[must_use]
 pub fn run(arguments: &[OsString]) -> u8 {
-    match guarded(|| follow(arguments)) {
+    match catch_panics(|| follow(arguments)) {
         Ok(()) => 0,
         Err(failure) => {
-            failure.report(asks_for_json(arguments));
+            failure.report(has_json_flag(arguments));
             failure.kind.status()
         }
     }
@@ -72,7 +72,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     let cli = match Cli::read(arguments) {
         Ok(cli) => cli,
         Err(error) => {
-            let done = usage(&error, asks_for_json(arguments), &mut output);
+            let done = show_usage(&error, has_json_flag(arguments), &mut output);
             return done.and(output.flush());
         }
     };
@@ -85,7 +85,7 @@ fn follow(arguments: &[OsString]) -> Result<(), Failure> {
 }
 
 /// Runs `work` and turns a panic into a failure of kind `Bug`.
-fn guarded(work: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+fn catch_panics(work: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
     let place = std::sync::Arc::new(std::sync::Mutex::new(String::new()));
     let seen = place.clone();
     panic::set_hook(Box::new(move |info| {
@@ -111,8 +111,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_a_bug_with_its_place_and_where_to_report() {
-        let failure = guarded(|| panic!("the ceiling fell")).unwrap_err();
+    fn panic_is_reported_as_a_bug_with_its_location() {
+        let failure = catch_panics(|| panic!("the ceiling fell")).unwrap_err();
         assert_eq!(failure.kind.status(), 1);
         assert!(
             failure.message.contains("the ceiling fell"),

@@ -8,9 +8,9 @@ use mdns_sd::{ResolvedService, ServiceDaemon, ServiceEvent, ServiceInfo};
 use serde::Serialize;
 
 /// Service type.
-const KIND: &str = "_magician._tcp.local.";
+const SERVICE_TYPE: &str = "_magician._tcp.local.";
 /// Largest TXT entry, in bytes with its key (RFC 6763 section 6.1).
-const TEXT: usize = 255;
+const MAX_TXT_SIZE: usize = 255;
 
 /// Station found on the network.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -44,7 +44,14 @@ impl Announcement {
         let named: Vec<IpAddr> = named.filter(|address| !address.is_unspecified()).collect();
         let every = named.is_empty();
         let domain = format!("{host}.local.");
-        let info = ServiceInfo::new(KIND, &host, &domain, &named[..], port, &properties[..])?;
+        let info = ServiceInfo::new(
+            SERVICE_TYPE,
+            &host,
+            &domain,
+            &named[..],
+            port,
+            &properties[..],
+        )?;
         // Listens at every address: announce all addresses of the machine, also later ones.
         let info = if every { info.enable_addr_auto() } else { info };
         let name = info.get_fullname().to_owned();
@@ -69,7 +76,7 @@ impl Drop for Announcement {
 pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Error> {
     let until = Instant::now() + patience;
     let daemon = ServiceDaemon::new()?;
-    let events = daemon.browse(KIND)?;
+    let events = daemon.browse(SERVICE_TYPE)?;
     let mut found = BTreeMap::new();
     while let Ok(event) = events.recv_deadline(until) {
         // A station with many addresses is reported more than once; the last report is the most
@@ -88,7 +95,7 @@ pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Err
 fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
     let mut names = arms.join(",");
     // Arms that do not fit are left out of the announcement; the station itself lists all.
-    while names.len() + "arms=".len() > TEXT {
+    while names.len() + "arms=".len() > MAX_TXT_SIZE {
         names = names
             .rsplit_once(',')
             .map_or(String::new(), |(some, _)| some.to_owned());
@@ -105,9 +112,9 @@ fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
 fn station(service: &ResolvedService) -> Option<FoundStation> {
     let addresses = service.get_addresses().iter().map(|at| at.to_ip_addr());
     let text = |key| service.get_property_val_str(key).unwrap_or_default();
-    let name = service.get_fullname().strip_suffix(KIND);
+    let name = service.get_fullname().strip_suffix(SERVICE_TYPE);
     let name = name.unwrap_or_default().trim_end_matches('.');
-    found(
+    to_station(
         name,
         addresses,
         service.get_port(),
@@ -118,7 +125,7 @@ fn station(service: &ResolvedService) -> Option<FoundStation> {
 
 /// Creates the station to show. The announcement comes from the network, so control characters are
 /// made visible.
-fn found(
+fn to_station(
     name: &str,
     addresses: impl Iterator<Item = IpAddr>,
     port: u16,
@@ -168,7 +175,7 @@ mod tests {
 
     fn at(addresses: &[&str], tls: &str, arms: &str) -> Option<FoundStation> {
         let addresses = addresses.iter().map(|address| address.parse().unwrap());
-        found("lab", addresses, 8910, tls, arms)
+        to_station("lab", addresses, 8910, tls, arms)
     }
 
     #[test]
@@ -186,27 +193,30 @@ mod tests {
     }
 
     #[test]
-    fn what_others_announce_cannot_reach_into_the_terminal() {
+    fn announced_text_is_escaped() {
         let addresses = ["10.0.0.1".parse().unwrap()].into_iter();
-        let found = found("\x1b[2Jlab", addresses, 1, "\n", "a\u{7},b").unwrap();
+        let found = to_station("\x1b[2Jlab", addresses, 1, "\n", "a\u{7},b").unwrap();
         assert!(!found.name.contains('\x1b') && !found.arms[0].contains('\u{7}'));
     }
 
     #[test]
-    fn what_is_announced_has_room_in_a_packet_and_tells_no_secret() {
+    fn announcement_fits_in_a_packet_and_contains_no_secret() {
         let arms: Vec<_> = (0..40).map(|at| format!("arm-with-a-name-{at}")).collect();
         let properties = properties(true, &arms);
         let names: Vec<_> = properties.iter().map(|(name, _)| *name).collect();
         assert_eq!(names, ["api", "tls", "version", "arms"]);
         for (name, value) in &properties {
-            assert!(name.len() + 1 + value.len() <= TEXT, "{name}: {value}");
+            assert!(
+                name.len() + 1 + value.len() <= MAX_TXT_SIZE,
+                "{name}: {value}"
+            );
         }
         assert!(properties[3].1.starts_with("arm-with-a-name-0,"));
         assert!(!properties[3].1.ends_with(','));
     }
 
     #[test]
-    fn a_computer_has_a_name_that_a_network_takes() {
+    fn host_name_is_valid_on_a_network() {
         let name = host_name();
         assert!((1..=63).contains(&name.len()), "{name}");
     }

@@ -6,7 +6,7 @@ use crate::config::{Config, Key};
 use crate::failure::Failure;
 
 /// Returns the tool from the environment or the settings; `None` if neither names one.
-pub(crate) fn usual_tool(config: &Config) -> Result<Option<Tool>, Failure> {
+pub(crate) fn mounted_tool(config: &Config) -> Result<Option<Tool>, Failure> {
     let key = Key::named("tool");
     let Some((text, _)) = key.and_then(|key| config.value(key)) else {
         return Ok(None);

@@ -107,7 +107,7 @@ mod tests {
     /// Path arguments that are no files: directories and the name of a pseudo-terminal.
     const NO_FILES: &[&str] = &["dir", "export", "programs", "pty"];
 
-    fn names_a_path(argument: &Arg) -> bool {
+    fn is_path(argument: &Arg) -> bool {
         let is_path = argument.get_value_parser().type_id() == TypeId::of::<PathBuf>();
         let names = argument.get_value_names().unwrap_or_default();
         let is_hinted = argument.get_value_hint() == ValueHint::FilePath;
@@ -115,7 +115,7 @@ mod tests {
     }
 
     fn check_roles(command: &Command) {
-        for argument in command.get_arguments().filter(|one| names_a_path(one)) {
+        for argument in command.get_arguments().filter(|one| is_path(one)) {
             let (verb, name) = (command.get_name(), argument.get_id().as_str());
             let is_known = role(verb, name).is_some() != NO_FILES.contains(&name);
             assert!(is_known, "{verb} {name}: is it read or written?");

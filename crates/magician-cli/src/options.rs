@@ -120,7 +120,7 @@ impl Global {
 
     /// Returns the options of a line in a shell: `session` decides the connection, the line's own
     /// options are added.
-    pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
+    pub(crate) fn for_line(self, session: &Self) -> Result<Self, Failure> {
         // Destructured completely, so that a new field causes a compiler error here.
         let Self {
             port,

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::json::{json, write_json};
-use crate::paint::{Paint, tell};
+use crate::paint::{Paint, print_stderr};
 use crate::saved::{self, Settled};
 use crate::voice::Command;
 
@@ -97,7 +97,7 @@ impl Output {
 
     /// Reports settings of an earlier command: as a note to a person now, in the next JSON object
     /// otherwise.
-    pub(crate) fn settled(&mut self, settled: &Settled, json: bool) {
+    pub(crate) fn note_settled(&mut self, settled: &Settled, json: bool) {
         let Some(text) = saved::note(settled) else {
             return;
         };
@@ -112,7 +112,7 @@ impl Output {
         } else {
             let label = Paint::for_stderr().note("note:");
             let text = advised(&Command, note.message.as_str().to_owned(), note);
-            tell(format_args!("{label} {}", visible_lines(&text)));
+            print_stderr(format_args!("{label} {}", visible_lines(&text)));
         }
     }
 

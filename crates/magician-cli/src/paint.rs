@@ -8,12 +8,12 @@ use magician_protocol::{is_deceptive, visible_lines};
 
 /// True if this is a terminal that interprets escape sequences. On Windows this enables them on the
 /// console.
-pub(crate) fn obeys(to: &impl IsTerminal) -> bool {
+pub(crate) fn is_terminal_with_escapes(to: &impl IsTerminal) -> bool {
     #[cfg(windows)]
-    let obeys = ratatui::crossterm::ansi_support::supports_ansi;
+    let interprets_escapes = ratatui::crossterm::ansi_support::supports_ansi;
     #[cfg(not(windows))]
-    let obeys = || true;
-    to.is_terminal() && obeys()
+    let interprets_escapes = || true;
+    to.is_terminal() && interprets_escapes()
 }
 
 /// Colours, or their absence: enabled only on a terminal that supports them and without `NO_COLOR`.
@@ -40,7 +40,7 @@ pub(crate) fn draws_on_stderr() -> bool {
     let place = place.unwrap_or_default().to_ascii_lowercase();
     let utf8 = cfg!(windows) || place.contains("utf-8") || place.contains("utf8");
     let dumb = variable("TERM").is_some_and(|term| term == "dumb");
-    obeys(&io::stderr()) && utf8 && !dumb
+    is_terminal_with_escapes(&io::stderr()) && utf8 && !dumb
 }
 
 /// Colours, as parameters of the SGR escape sequence.
@@ -77,7 +77,7 @@ impl Paint {
         let set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
         Self {
-            on: obeys(to) && !set("NO_COLOR") && !dumb,
+            on: is_terminal_with_escapes(to) && !set("NO_COLOR") && !dumb,
         }
     }
 
@@ -156,7 +156,7 @@ impl Paint {
 }
 
 /// Writes a line for people to stderr. An unwritable stderr is ignored.
-pub(crate) fn tell(text: impl Display) {
+pub(crate) fn print_stderr(text: impl Display) {
     let text = Paint::for_stderr().harmless(text);
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

@@ -8,11 +8,11 @@ use std::io::{self, IsTerminal, Write};
 use magician::{Arm, ErrorCode, Set, Target, burns};
 
 use crate::context::{Context, StopPolicy};
-use crate::failure::{Failure, GOGGLES};
+use crate::failure::{Failure, GOGGLES_ADVICE};
 
 /// Source of a confirmation that `--yes` does not give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Asks {
+pub(crate) enum ConfirmationSource {
     AtTheTerminal,
     /// Never asks: standard input is the file to run.
     Never,
@@ -57,14 +57,14 @@ impl Context {
         let pins = self.laser_pins()?;
         let burns = commands.into_iter().any(|command| burns(command, pins));
         if burns {
-            self.permit_laser(Asks::AtTheTerminal)?;
+            self.permit_laser(ConfirmationSource::AtTheTerminal)?;
         }
         Ok(burns)
     }
 
     /// Asks the user and allows the laser for this verb.
-    pub(crate) fn permit_laser(&mut self, asks: Asks) -> Result<(), Failure> {
-        self.ask_for_laser(asks, "this lights the laser of the arm")
+    pub(crate) fn permit_laser(&mut self, source: ConfirmationSource) -> Result<(), Failure> {
+        self.ask_for_laser(source, "this lights the laser of the arm")
     }
 
     /// Allows the queue to run during this verb. If it holds commands of another program the user
@@ -81,13 +81,13 @@ impl Context {
         })?;
         if refused {
             let what = "commands of another program wait in the queue and could light the laser of the arm";
-            self.ask_for_laser(Asks::AtTheTerminal, what)
+            self.ask_for_laser(ConfirmationSource::AtTheTerminal, what)
         } else {
             Ok(())
         }
     }
 
-    fn ask_for_laser(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
+    fn ask_for_laser(&mut self, source: ConfirmationSource, what: &str) -> Result<(), Failure> {
         if self.laser_is_allowed() || self.is_virtual()? {
             return Ok(());
         }
@@ -95,32 +95,36 @@ impl Context {
             Some(port) => format!("{what} at {port}"),
             None => what.to_owned(),
         };
-        if self.may_ask(asks) && says_yes(&format!("{place}: {GOGGLES}"))? {
+        if self.may_ask(source) && ask_yes_no(&format!("{place}: {GOGGLES_ADVICE}"))? {
             self.allow_laser();
             return Ok(());
         }
-        Err(Failure::not_allowed_to_burn(format!(
+        Err(Failure::burn_not_allowed(format!(
             "{place}; nothing was sent"
         )))
     }
 
     /// Asks the user to confirm something unusual; `--yes` confirms it in advance.
-    pub(crate) fn confirm(&mut self, asks: Asks, what: &str) -> Result<(), Failure> {
-        if self.global.yes || self.may_ask(asks) && says_yes(what)? {
+    pub(crate) fn confirm(
+        &mut self,
+        source: ConfirmationSource,
+        what: &str,
+    ) -> Result<(), Failure> {
+        if self.global.yes || self.may_ask(source) && ask_yes_no(what)? {
             return Ok(());
         }
         Err(Failure::usage(format!("{what}; nothing was sent")).hint("--yes continues"))
     }
 
     /// True if a user is at the terminal to answer.
-    fn may_ask(&self, asks: Asks) -> bool {
+    fn may_ask(&self, source: ConfirmationSource) -> bool {
         let person = io::stdin().is_terminal() && io::stderr().is_terminal();
-        asks == Asks::AtTheTerminal && person && !self.global.json
+        source == ConfirmationSource::AtTheTerminal && person && !self.global.json
     }
 }
 
 /// Asks a question on stderr; true if the answer is yes.
-fn says_yes(what: &str) -> io::Result<bool> {
+fn ask_yes_no(what: &str) -> io::Result<bool> {
     let mut stderr = io::stderr();
     write!(stderr, "{what}. Continue? y/n ")?;
     stderr.flush()?;

@@ -10,34 +10,34 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use crate::paint::obeys;
+use crate::paint::is_terminal_with_escapes;
 
 /// Waits shorter than this are not announced. A choice: most requests end sooner, and a line for
 /// each would be noise.
-const PATIENCE: Duration = Duration::from_secs(1);
+const ANNOUNCE_DELAY: Duration = Duration::from_secs(1);
 // Interval of the animation and its frames.
-const FRAME: Duration = Duration::from_millis(100);
-const FACES: [char; 4] = ['|', '/', '-', '\\'];
+const FRAME_INTERVAL: Duration = Duration::from_millis(100);
+const SPINNER_FRAMES: [char; 4] = ['|', '/', '-', '\\'];
 
 /// Awaits `work`, and says after one second what it waits for.
-pub(crate) async fn attended<T>(quiet: bool, what: &str, work: impl Future<Output = T>) -> T {
+pub(crate) async fn announce_wait<T>(quiet: bool, what: &str, work: impl Future<Output = T>) -> T {
     let mut work = pin!(work);
     if quiet {
         return work.await;
     }
     let begun = Instant::now();
-    if let Ok(done) = timeout(PATIENCE, &mut work).await {
+    if let Ok(done) = timeout(ANNOUNCE_DELAY, &mut work).await {
         return done;
     }
-    if !obeys(&io::stderr()) {
+    if !is_terminal_with_escapes(&io::stderr()) {
         let _ = writeln!(io::stderr(), "{what} ...");
         return work.await;
     }
-    let mut frames = interval(FRAME);
+    let mut frames = interval(FRAME_INTERVAL);
     // A terminal that was stalled must not receive the missed frames at once.
     frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let _clear = Clear;
-    for face in FACES.into_iter().cycle() {
+    for face in SPINNER_FRAMES.into_iter().cycle() {
         tokio::select! {
             biased;
             done = &mut work => return done,
@@ -75,7 +75,7 @@ impl Bar {
         }
         bar.set_message(what.to_owned());
         bar.tick();
-        let line = (!quiet && !at_terminal).then(|| (what, Instant::now() + PATIENCE));
+        let line = (!quiet && !at_terminal).then(|| (what, Instant::now() + ANNOUNCE_DELAY));
         Self {
             shown: bar,
             line: Cell::new(line),

@@ -10,7 +10,7 @@ use magician_job::files::WholeFile;
 use crate::failure::{Failure, Kind};
 
 /// Hint for a server without an endpoint.
-pub(crate) const DOORS: &str = if cfg!(unix) {
+pub(crate) const NO_ENDPOINT_HINT: &str = if cfg!(unix) {
     "give one or more of --pty PATH, --udp HOST[:PORT], --tcp HOST:PORT"
 } else {
     "give --udp HOST[:PORT], --tcp HOST:PORT, or both"
@@ -39,12 +39,12 @@ pub(crate) fn serving(endpoint: &Endpoint) -> String {
 }
 
 /// Creates or extends a trace or recording of the user. Fails if another program is writing it.
-pub(crate) fn grow(path: &Path) -> Result<WholeFile, Failure> {
+pub(crate) fn open_growing(path: &Path) -> Result<WholeFile, Failure> {
     WholeFile::grow(path).map_err(|error| Failure::unwritable(path, &error))
 }
 
 /// Prints `ready`, for a parent process that waits for it. An unwritable stdout is ignored.
-pub(crate) fn say_ready() {
+pub(crate) fn print_ready() {
     let mut stdout = io::stdout().lock();
     let _ = writeln!(stdout, "ready").and_then(|()| stdout.flush());
 }

@@ -12,10 +12,10 @@ use crate::diagnostics::{self, Severity};
 use crate::failure::Failure;
 
 /// Largest file that is read, bytes. A choice: far above real drawings, small enough for memory.
-const LARGEST: u64 = 256 << 20;
+const MAX_FILE_SIZE: u64 = 256 << 20;
 
 /// Longest quotation of a line in a sentence, in characters.
-const WORDS: usize = 40;
+const MAX_QUOTE_LENGTH: usize = 40;
 
 /// File that has been read.
 #[derive(Debug)]
@@ -41,14 +41,20 @@ impl Source {
         };
         let mut bytes = Vec::new();
         let read = if is_stdin {
-            io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes)
+            io::stdin()
+                .lock()
+                .take(MAX_FILE_SIZE + 1)
+                .read_to_end(&mut bytes)
         } else {
             let file = File::open(path).map_err(|error| wrong(&error))?;
-            file.take(LARGEST + 1).read_to_end(&mut bytes)
+            file.take(MAX_FILE_SIZE + 1).read_to_end(&mut bytes)
         };
         let count = read.map_err(|error| wrong(&error))?;
-        if count as u64 > LARGEST {
-            return Err(wrong(&format!("it is larger than {} MB", LARGEST >> 20)));
+        if count as u64 > MAX_FILE_SIZE {
+            return Err(wrong(&format!(
+                "it is larger than {} MB",
+                MAX_FILE_SIZE >> 20
+            )));
         }
         let title = Format::title(&name).to_owned();
         Ok(Self {
@@ -63,7 +69,7 @@ impl Source {
         let first = text.lines().next().unwrap_or_default();
         Self {
             name: "text".to_owned(),
-            title: first.chars().take(WORDS).collect(),
+            title: first.chars().take(MAX_QUOTE_LENGTH).collect(),
             bytes: text.as_bytes().into(),
         }
     }
@@ -84,8 +90,8 @@ impl Source {
     }
 
     /// Returns the format: `said` if given, otherwise derived from the name and the first bytes.
-    pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
-        let known = said.or_else(|| Format::of(&self.name, &self.bytes));
+    pub(crate) fn format(&self, requested: Option<Format>) -> Result<Format, Failure> {
+        let known = requested.or_else(|| Format::of(&self.name, &self.bytes));
         known.ok_or_else(|| {
             if let Some(foreign) = foreign(&self.name, &self.bytes) {
                 return self.failure(&foreign);
@@ -118,11 +124,11 @@ impl Source {
     }
 
     /// Returns a line of the content, shortened for a sentence; `None` if the content is not text.
-    pub(crate) fn words(&self, line: u32) -> Option<String> {
+    pub(crate) fn quoted_line(&self, line: u32) -> Option<String> {
         let text = source_text(&self.bytes)?;
         let nth = (line as usize).checked_sub(1)?;
         let words = text.lines().nth(nth)?.trim();
-        let short: String = words.chars().take(WORDS).collect();
+        let short: String = words.chars().take(MAX_QUOTE_LENGTH).collect();
         let short = if short.len() < words.len() {
             format!("{}..", short.trim_end())
         } else {

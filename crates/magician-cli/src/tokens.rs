@@ -4,9 +4,9 @@ use magician::stations::{LocalStation, stations};
 use magician_station::client::StationAddress;
 
 /// Names of this machine's loopback interface.
-const HERE: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
+const LOOPBACK_HOSTS: [&str; 3] = ["127.0.0.1", "localhost", "[::1]"];
 /// Wildcard addresses, which include the loopback interface.
-const EVERYWHERE: [&str; 2] = ["0.0.0.0", "[::]"];
+const WILDCARD_HOSTS: [&str; 2] = ["0.0.0.0", "[::]"];
 
 /// Returns the token of the station at this address for commands of this user. `None` if the
 /// station is on another machine or does not listen on the loopback interface: the token is
@@ -18,13 +18,13 @@ pub(crate) fn token_of(url: &str) -> Option<String> {
         Some((host.to_owned(), port.to_owned()))
     };
     let (host, port) = address(url)?;
-    if !HERE.contains(&&*host) {
+    if !LOOPBACK_HOSTS.contains(&&*host) {
         return None;
     }
     let is_it = |station: &LocalStation| {
         let known = address(&station.url);
         known.is_some_and(|(host, known)| {
-            known == port && (HERE.contains(&&*host) || EVERYWHERE.contains(&&*host))
+            known == port && (LOOPBACK_HOSTS.contains(&&*host) || WILDCARD_HOSTS.contains(&&*host))
         })
     };
     let token = stations().into_iter().find(is_it)?.token;

@@ -8,18 +8,18 @@ use crate::failure::Failure;
 
 impl From<&clap::Error> for Failure {
     fn from(error: &clap::Error) -> Self {
-        let found = Found(error);
-        let failure = Self::usage(found.message());
-        match found.hints().join("; ") {
+        let context = ErrorContext(error);
+        let failure = Self::usage(context.message());
+        match context.hints().join("; ") {
             hint if hint.is_empty() => failure,
             hint => failure.hint(hint),
         }
     }
 }
 
-struct Found<'e>(&'e clap::Error);
+struct ErrorContext<'e>(&'e clap::Error);
 
-impl Found<'_> {
+impl ErrorContext<'_> {
     /// Returns all texts of this kind; empty if clap gives none.
     fn all(&self, kind: ContextKind) -> Vec<String> {
         match self.0.get(kind) {
@@ -100,21 +100,24 @@ impl Found<'_> {
 
     /// Returns hints: suggestions of clap, and usage.
     fn hints(&self) -> Vec<String> {
-        let near = [
+        let suggested = [
             ContextKind::SuggestedSubcommand,
             ContextKind::SuggestedArg,
             ContextKind::SuggestedValue,
         ];
-        let near: Vec<String> = near.into_iter().flat_map(|kind| self.all(kind)).collect();
+        let suggested: Vec<String> = suggested
+            .into_iter()
+            .flat_map(|kind| self.all(kind))
+            .collect();
         let mut hints = Vec::new();
         let known = [ContextKind::ValidValue, ContextKind::ValidSubcommand];
         let known: Vec<String> = known.into_iter().flat_map(|kind| self.all(kind)).collect();
-        if !near.is_empty() {
-            hints.push(format!("did you mean `{}`?", near.join("` or `")));
+        if !suggested.is_empty() {
+            hints.push(format!("did you mean `{}`?", suggested.join("` or `")));
         } else if self.0.kind() == ErrorKind::InvalidSubcommand {
             hints.push("`magician help` lists them".to_owned());
         }
-        if near.is_empty() && !known.is_empty() {
+        if suggested.is_empty() && !known.is_empty() {
             hints.push(format!("possible values: {}", known.join(", ")));
         }
         hints.extend(self.all(ContextKind::Suggested));
@@ -136,14 +139,14 @@ mod tests {
     use super::*;
     use crate::args::Cli;
 
-    fn said(line: &str) -> String {
+    fn first_line(line: &str) -> String {
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
         let error = Cli::read(&words).map(drop).expect_err("a mistake");
         Failure::from(&error).to_string()
     }
 
     #[test]
-    fn each_mistake_is_named_with_what_was_typed() {
+    fn each_mistake_quotes_the_typed_text() {
         let cases = [
             ("magician drow x.svg", "unknown command `drow`"),
             ("magician home --fast", "unexpected argument `--fast`"),
@@ -156,15 +159,19 @@ mod tests {
             ("magician get", "missing: <NAME>"),
         ];
         for (line, wanted) in cases {
-            assert!(said(line).starts_with(wanted), "{line}: {}", said(line));
+            assert!(
+                first_line(line).starts_with(wanted),
+                "{line}: {}",
+                first_line(line)
+            );
         }
     }
 
     #[test]
-    fn flag_of_other_verbs_is_told_with_them() {
+    fn flag_of_other_verbs_names_those_verbs() {
         let words = ["magician", "write", "Anna", "--despeckle", "2"].map(OsString::from);
         let error = Cli::read(&words).map(drop).expect_err("a mistake");
-        let hints = Found(&error).hints().join("; ");
+        let hints = ErrorContext(&error).hints().join("; ");
         assert!(hints.contains("`magician draw`"), "{hints}");
         assert!(hints.ends_with(" accept it"), "{hints}");
     }

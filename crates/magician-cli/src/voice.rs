@@ -14,7 +14,7 @@ thread_local! {
 }
 
 /// Sets the verb that is running: remedies name only flags that it has.
-pub(crate) fn speaks_for(verb: &clap::Command) {
+pub(crate) fn set_running_verb(verb: &clap::Command) {
     let flags = verb.get_arguments().filter_map(clap::Arg::get_long);
     let flags = flags.map(str::to_owned).collect();
     FLAGS.with_borrow_mut(|own| *own = Some(flags));
@@ -94,9 +94,9 @@ mod tests {
     use crate::paint::Paint;
 
     /// True if a verb or one of its subcommands has this flag.
-    fn is_taken(verb: &clap::Command, flag: &str) -> bool {
+    fn has_flag(verb: &clap::Command, flag: &str) -> bool {
         let own = verb.get_arguments().any(|arg| arg.get_long() == Some(flag));
-        own || verb.get_subcommands().any(|verb| is_taken(verb, flag))
+        own || verb.get_subcommands().any(|verb| has_flag(verb, flag))
     }
 
     #[test]
@@ -108,7 +108,7 @@ mod tests {
             let off = Command.give(*setting, &Given::Off);
             let off = off.trim_start_matches("--");
             assert!(
-                is_taken(&command, name) || is_taken(&command, off),
+                has_flag(&command, name) || has_flag(&command, off),
                 "{flag}"
             );
         }
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn remedy_names_only_what_the_verb_takes() {
+    fn remedy_names_only_flags_of_the_verb() {
         let mut command = Cli::command();
         command.build();
         let all: Vec<Remedy> = { Setting::ALL.iter() }
@@ -142,7 +142,7 @@ mod tests {
         assert!(whole.contains("no-order") && whole.contains("fit"));
         let mut is_left_out = false;
         for verb in verbs(&command) {
-            speaks_for(verb);
+            set_running_verb(verb);
             let said = named(Command.remedies(&all));
             let longs = verb.get_arguments().filter_map(clap::Arg::get_long);
             let taken: BTreeSet<String> = longs.map(str::to_owned).collect();
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn every_error_is_said_to_people_and_as_json() {
+    fn every_error_is_written_as_text_and_json() {
         for code in ErrorCode::ALL {
             let error = Error::new(*code, "it is so").with_command("SetPTPCmd");
             let error = Action::ALL

@@ -310,7 +310,7 @@ fn every_recipe_is_tried_and_every_page_is_in_the_book() {
 
 /// The picture in the README is the output of its first command.
 #[test]
-fn the_picture_of_the_readme_is_what_the_arm_drew() {
+fn readme_picture_is_the_output_of_its_command() {
     let page = fs::read_to_string(root().join("README.md")).expect("the page");
     let place = tempfile::tempdir().expect("a directory");
     let command = page
@@ -396,7 +396,7 @@ fn headings(page: &str) -> Vec<String> {
 }
 
 #[test]
-fn no_link_is_dead() {
+fn all_links_resolve() {
     let mut pages = Vec::new();
     all_pages(&root(), &mut pages);
     assert!(pages.len() > 20, "{pages:?}");
@@ -428,7 +428,7 @@ fn no_link_is_dead() {
 }
 
 #[test]
-fn a_line_of_a_page_stands_for_what_it_says() {
+fn placeholders_in_a_page_line_match_only_similar_lines() {
     assert!(is_like("done in 0:11: 11 steps", "done in …: 12 steps"));
     assert!(is_like("x   -1.20 y", "x  33.75 y"));
     assert!(is_like("done", "…"));

@@ -228,7 +228,7 @@ fn members() -> BTreeMap<String, BTreeSet<String>> {
 }
 
 #[test]
-fn crates_depend_on_what_is_said_of_them_and_on_nothing_else() {
+fn crate_dependencies_match_the_list() {
     let said = DEPENDENCIES.iter().map(|(name, ours)| {
         let ours = ours.iter().map(|name| (*name).to_owned());
         ((*name).to_owned(), ours.collect())
@@ -278,7 +278,7 @@ const BROUGHT_IN: [(&str, &[&str]); 9] = [
 const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
 
 #[test]
-fn each_reader_brings_in_what_it_needs_alone() {
+fn each_reader_adds_only_its_own_dependencies() {
     let features = [
         "",
         "drawings",

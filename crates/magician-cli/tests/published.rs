@@ -120,7 +120,7 @@ fn lacks(package: &Value) -> Vec<String> {
 }
 
 #[test]
-fn each_crate_has_what_the_registry_and_its_readers_want() {
+fn each_crate_meets_the_requirements_of_the_registry() {
     let lacks: Vec<_> = published().iter().flat_map(lacks).collect();
     assert!(lacks.is_empty(), "{lacks:#?}");
 }
@@ -162,7 +162,7 @@ fn missed(folder: &Path, within: &Path, left_out: &[PathBuf], all: &mut Vec<Stri
 }
 
 #[test]
-fn no_crate_reads_a_file_that_does_not_go_with_it() {
+fn included_files_are_part_of_their_package() {
     let mut all = Vec::new();
     for package in published() {
         let folder = folder(&package);
@@ -206,7 +206,7 @@ fn numbers(version: &str) -> Vec<u32> {
 const COMMAND: [&str; 2] = ["magician-cli", "magician-py"];
 
 #[test]
-fn no_dependency_wants_a_newer_compiler_than_the_workspace_says() {
+fn no_dependency_needs_a_newer_compiler_than_the_workspace() {
     let output = Command::new("rustc").arg("-vV").output().expect("rustc");
     let told = String::from_utf8(output.stdout).expect("text");
     let host = told.lines().find_map(|line| line.strip_prefix("host: "));

@@ -1,23 +1,23 @@
 //! Answers of the station: what each means for the program, and which call follows.
 //!
-//! One call of a program may need several calls of the station. Each of those carries a [`Then`],
-//! which says what to do with its answer; it holds everything that is needed to continue, so the
-//! link keeps no other state about a call.
+//! One call of a program may need several calls of the station. Each of those carries a
+//! [`Continuation`], which says what to do with its answer; it holds everything that is needed to
+//! continue, so the link keeps no other state about a call.
 
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 use crate::error::{ErrorCode, LinkError};
-use crate::link::{ArmLink, Asked, Link, Write, WriteEnd};
+use crate::link::{ArmLink, Link, PendingCall, Write, WriteAnswer};
 use crate::methods::Method;
-use crate::params::Manner;
+use crate::params::CallOptions;
 use crate::{results, wire};
 
 /// Tools by their number in `EndEffectorType`.
 pub(crate) const TOOLS: [&str; 3] = ["laser", "suction", "gripper"];
 
 /// Commands that `GetEndEffectorStatus` reads, and the names of their values in its answer.
-const EFFECTORS: [(&str, &str); 3] = [
+const END_EFFECTORS: [(&str, &str); 3] = [
     ("EndEffectorLaser", "laser"),
     ("EndEffectorSuctionCup", "suctionCup"),
     ("EndEffectorGripper", "gripper"),
@@ -25,54 +25,54 @@ const EFFECTORS: [(&str, &str); 3] = [
 
 /// Continuation after an answer of the station.
 #[derive(Debug)]
-pub(crate) enum Then {
+pub(crate) enum Continuation {
     Nothing,
     Hello,
     Ports {
-        asked: Asked,
+        pending: PendingCall,
         filter: Vec<String>,
         /// True to include whether each port is free.
         status: bool,
     },
     /// Look for the arm to connect in the list of arms.
     Find {
-        asked: Asked,
+        pending: PendingCall,
         port: String,
         start: bool,
     },
     /// Check that the arm answers, before it is connected.
-    Probe(Box<Found>),
+    Probe(Box<ConnectingArm>),
     /// Connect the arm, with or without the lease.
-    Connected(Box<Found>),
+    Connected(Box<ConnectingArm>),
     Lease(String),
     Subscribed {
         arm: String,
         fast: bool,
     },
     Fields {
-        asked: Asked,
+        pending: PendingCall,
         method: &'static Method,
     },
     Raw {
-        asked: Asked,
+        pending: PendingCall,
         method: &'static Method,
     },
     Written {
         arm: String,
         write: Write,
     },
-    Stopped(Asked),
-    Effectors {
-        asked: Asked,
+    Stopped(PendingCall),
+    EndEffectors {
+        pending: PendingCall,
         arm: String,
         read: Map<String, Value>,
     },
-    Turn(Turn),
-    Homed(Asked),
-    Tool(Asked),
-    Reach(Asked),
+    ToolRotation(ToolRotation),
+    Homed(PendingCall),
+    Tool(PendingCall),
+    Reach(PendingCall),
     Ratio {
-        asked: Asked,
+        pending: PendingCall,
         arm: String,
         command: &'static str,
         kind: f64,
@@ -82,8 +82,8 @@ pub(crate) enum Then {
 
 /// Arm that is being connected.
 #[derive(Debug)]
-pub(crate) struct Found {
-    asked: Asked,
+pub(crate) struct ConnectingArm {
+    pending: PendingCall,
     arm: String,
     names: Vec<String>,
     is_virtual: bool,
@@ -93,61 +93,65 @@ pub(crate) struct Found {
 
 /// Turn of the tool that waits for the current pose.
 #[derive(Debug)]
-pub(crate) struct Turn {
-    pub(crate) asked: Asked,
+pub(crate) struct ToolRotation {
+    pub(crate) pending: PendingCall,
     pub(crate) arm: String,
     pub(crate) r: f64,
-    pub(crate) manner: Manner,
+    pub(crate) options: CallOptions,
 }
 
-impl Then {
+impl Continuation {
     /// Returns the program's call for which the station was called. `None` for calls of the link
     /// itself.
-    pub(crate) fn asked(&self) -> Option<&Asked> {
+    pub(crate) fn pending(&self) -> Option<&PendingCall> {
         match self {
             Self::Nothing | Self::Hello | Self::Lease(_) | Self::Subscribed { .. } => None,
-            Self::Probe(found) | Self::Connected(found) => Some(&found.asked),
-            Self::Written { write, .. } => Some(&write.asked),
-            Self::Turn(turn) => Some(&turn.asked),
-            Self::Ports { asked, .. }
-            | Self::Find { asked, .. }
-            | Self::Fields { asked, .. }
-            | Self::Raw { asked, .. }
-            | Self::Stopped(asked)
-            | Self::Effectors { asked, .. }
-            | Self::Homed(asked)
-            | Self::Tool(asked)
-            | Self::Reach(asked)
-            | Self::Ratio { asked, .. } => Some(asked),
+            Self::Probe(found) | Self::Connected(found) => Some(&found.pending),
+            Self::Written { write, .. } => Some(&write.pending),
+            Self::ToolRotation(rotation) => Some(&rotation.pending),
+            Self::Ports { pending, .. }
+            | Self::Find { pending, .. }
+            | Self::Fields { pending, .. }
+            | Self::Raw { pending, .. }
+            | Self::Stopped(pending)
+            | Self::EndEffectors { pending, .. }
+            | Self::Homed(pending)
+            | Self::Tool(pending)
+            | Self::Reach(pending)
+            | Self::Ratio { pending, .. } => Some(pending),
         }
     }
 }
 
 impl Link {
-    pub(crate) fn carry_on(
+    pub(crate) fn resume_call(
         &mut self,
         now: HostInstant,
-        then: Then,
+        continuation: Continuation,
         outcome: Result<Value, LinkError>,
     ) {
-        match then {
-            Then::Nothing => {}
-            Then::Hello => {
-                self.session = text_in(&outcome, "session");
+        match continuation {
+            Continuation::Nothing => {}
+            Continuation::Hello => {
+                self.session = text_member(&outcome, "session");
             }
-            Then::Ports {
-                asked,
+            Continuation::Ports {
+                pending,
                 filter,
                 status,
             } => {
                 let list = outcome.map(|value| self.ports(&value, &filter, status));
-                self.answer(&asked, &list);
+                self.answer(&pending, &list);
             }
-            Then::Find { asked, port, start } => self.find(asked, &port, start, outcome),
-            Then::Probe(found) => self.probed(*found, outcome),
-            Then::Connected(found) => self.connected(*found, outcome),
-            Then::Lease(name) => self.leased(&name, outcome),
-            Then::Subscribed { arm, fast } => {
+            Continuation::Find {
+                pending,
+                port,
+                start,
+            } => self.find_arm(pending, &port, start, outcome),
+            Continuation::Probe(found) => self.handle_probe(*found, outcome),
+            Continuation::Connected(found) => self.complete_connection(*found, outcome),
+            Continuation::Lease(name) => self.handle_lease(&name, outcome),
+            Continuation::Subscribed { arm, fast } => {
                 let id = { outcome.as_ref().ok() }
                     .and_then(|value| value.get("subscription"))
                     .and_then(Value::as_u64);
@@ -155,38 +159,40 @@ impl Link {
                     self.subscribed(&arm, fast, id);
                 }
             }
-            Then::Fields { asked, method } => {
+            Continuation::Fields { pending, method } => {
                 let result = outcome.map(|fields| results::result(method, &fields));
-                self.answer(&asked, &result);
+                self.answer(&pending, &result);
             }
-            Then::Raw { asked, method } => {
+            Continuation::Raw { pending, method } => {
                 let result = outcome.map(|value| raw(method, &value));
-                self.answer(&asked, &result);
+                self.answer(&pending, &result);
             }
-            Then::Written { arm, write } => self.written(now, &arm, write, outcome),
-            Then::Stopped(asked) => self.answer(&asked, &outcome.map(|_| json!(true))),
-            Then::Effectors {
-                asked,
+            Continuation::Written { arm, write } => {
+                self.handle_write_result(now, &arm, write, outcome)
+            }
+            Continuation::Stopped(pending) => self.answer(&pending, &outcome.map(|_| json!(true))),
+            Continuation::EndEffectors {
+                pending,
                 arm,
                 mut read,
             } => match outcome {
-                Err(error) => self.answer(&asked, &Err(error)),
+                Err(error) => self.answer(&pending, &Err(error)),
                 Ok(fields) => {
-                    if let Some((command, name)) = EFFECTORS.get(read.len()) {
+                    if let Some((command, name)) = END_EFFECTORS.get(read.len()) {
                         let of = Method::named(&format!("Get{command}"));
                         let value = of.map(|method| results::result(method, &fields));
                         read.insert((*name).to_owned(), value.unwrap_or_default());
                     }
-                    self.effectors(Then::Effectors { asked, arm, read });
+                    self.read_effectors(Continuation::EndEffectors { pending, arm, read });
                 }
             },
-            Then::Turn(turn) => self.turn_there(now, turn, outcome),
-            Then::Homed(asked) => {
+            Continuation::ToolRotation(rotation) => self.rotate_at_pose(now, rotation, outcome),
+            Continuation::Homed(pending) => {
                 let stands = |state: Value| state.get("moving") != Some(&json!(true));
                 let result = outcome.map(|state| json!({"isFinished": stands(state)}));
-                self.answer(&asked, &result);
+                self.answer(&pending, &result);
             }
-            Then::Tool(asked) => {
+            Continuation::Tool(pending) => {
                 let result = outcome.and_then(|state| {
                     let name = state.get("tool").and_then(|tool| tool.get("name"));
                     let name = name.and_then(Value::as_str).unwrap_or_default();
@@ -195,9 +201,9 @@ impl Link {
                     at.map(|at| json!({"type": at}))
                         .ok_or_else(|| LinkError::command(why))
                 });
-                self.answer(&asked, &result);
+                self.answer(&pending, &result);
             }
-            Then::Reach(asked) => {
+            Continuation::Reach(pending) => {
                 let result = match outcome {
                     Ok(_) => Ok(json!({"isLimited": false})),
                     // Out of reach is the answer to this question, not an error.
@@ -206,15 +212,15 @@ impl Link {
                     }
                     Err(error) => Err(error),
                 };
-                self.answer(&asked, &result);
+                self.answer(&pending, &result);
             }
-            Then::Ratio {
-                asked,
+            Continuation::Ratio {
+                pending,
                 arm,
                 command,
                 kind,
                 set,
-            } => self.ratio(now, &asked, &arm, command, (kind, set), outcome),
+            } => self.handle_ratio(now, &pending, &arm, command, (kind, set), outcome),
         }
     }
 
@@ -250,10 +256,16 @@ impl Link {
         json!(ports.collect::<Vec<_>>())
     }
 
-    fn find(&mut self, asked: Asked, port: &str, start: bool, outcome: Result<Value, LinkError>) {
+    fn find_arm(
+        &mut self,
+        pending: PendingCall,
+        port: &str,
+        start: bool,
+        outcome: Result<Value, LinkError>,
+    ) {
         let value = match outcome {
             Ok(value) => value,
-            Err(error) => return self.answer(&asked, &Err(error)),
+            Err(error) => return self.answer(&pending, &Err(error)),
         };
         let list = value.get("arms").and_then(Value::as_array);
         let found = list.into_iter().flatten().find_map(|arm| {
@@ -273,28 +285,28 @@ impl Link {
         });
         let Some((arm, names, is_virtual)) = found else {
             let why = "no arm of this station has that port";
-            return self.answer(&asked, &Err(LinkError::new(ErrorCode::NOT_FOUND, why)));
+            return self.answer(&pending, &Err(LinkError::new(ErrorCode::NOT_FOUND, why)));
         };
         // A cheap read that every arm answers. Its value is part of the answer.
         let probe = json!({"arm": arm, "command": "DeviceVersion"});
-        let found = Found {
-            asked,
+        let found = ConnectingArm {
+            pending,
             arm,
             names,
             is_virtual,
             start,
             version: String::new(),
         };
-        self.call("arm.get", probe, Then::Probe(Box::new(found)));
+        self.call("arm.get", probe, Continuation::Probe(Box::new(found)));
     }
 
-    fn probed(&mut self, mut found: Found, outcome: Result<Value, LinkError>) {
+    fn handle_probe(&mut self, mut found: ConnectingArm, outcome: Result<Value, LinkError>) {
         let fields = match outcome {
             Ok(fields) => fields,
             Err(error) => {
                 let why = format!("no arm answers: {}", error.message);
                 let error = LinkError::new(ErrorCode::NOT_CONNECTED, why);
-                return self.answer(&found.asked, &Err(error));
+                return self.answer(&found.pending, &Err(error));
             }
         };
         let number = |name: &str| fields.get(name).and_then(Value::as_u64).unwrap_or(0);
@@ -305,12 +317,16 @@ impl Link {
             number("revision")
         );
         let lease = json!({"arm": found.arm});
-        self.call("lease.acquire", lease, Then::Connected(Box::new(found)));
+        self.call(
+            "lease.acquire",
+            lease,
+            Continuation::Connected(Box::new(found)),
+        );
     }
 
     /// Completes the connection. With the lease the program may move the arm; without it, read and
     /// stop.
-    fn connected(&mut self, found: Found, outcome: Result<Value, LinkError>) {
+    fn complete_connection(&mut self, found: ConnectingArm, outcome: Result<Value, LinkError>) {
         let again = self.arms.contains_key(&found.arm);
         let arm = self
             .arms
@@ -321,16 +337,16 @@ impl Link {
                 is_virtual: found.is_virtual,
                 ..ArmLink::default()
             });
-        let lease = text_in(&outcome, "lease");
+        let lease = text_member(&outcome, "lease");
         // A second ConnectDobot keeps a lease that the session already has.
         arm.lease = lease.or(arm.lease.take());
-        arm.starts = found.start;
+        arm.starts_queue = found.start;
         if found.start && arm.lease.is_some() {
-            self.start(&found.arm);
+            self.start_queue(&found.arm);
         }
         // The slow subscription exists already.
         if !again {
-            self.watch(&found.arm);
+            self.subscribe_slow(&found.arm);
         }
         let empty = self.options.empty_connect;
         let text = |text: &str| {
@@ -345,50 +361,60 @@ impl Link {
             "firmwareName": text("Dobot"),
             "firmwareVersion": text(&found.version),
         });
-        self.answer(&found.asked, &Ok(result));
+        self.answer(&found.pending, &Ok(result));
     }
 
-    fn leased(&mut self, name: &str, outcome: Result<Value, LinkError>) {
-        let lease = text_in(&outcome, "lease");
+    fn handle_lease(&mut self, name: &str, outcome: Result<Value, LinkError>) {
+        let lease = text_member(&outcome, "lease");
         if let (Some(arm), Some(lease)) = (self.arms.get_mut(name), lease) {
             arm.lease = Some(lease);
         }
     }
 
     /// Reads the next tool, or answers with all of them.
-    pub(crate) fn effectors(&mut self, then: Then) {
-        let Then::Effectors { asked, arm, read } = then else {
+    pub(crate) fn read_effectors(&mut self, continuation: Continuation) {
+        let Continuation::EndEffectors { pending, arm, read } = continuation else {
             return;
         };
-        match EFFECTORS.get(read.len()) {
+        match END_EFFECTORS.get(read.len()) {
             // In sequence, because the program gets either all values or the first error.
             Some((command, _)) => {
                 let get = json!({"arm": arm, "command": command});
-                self.call("arm.get", get, Then::Effectors { asked, arm, read });
+                self.call(
+                    "arm.get",
+                    get,
+                    Continuation::EndEffectors { pending, arm, read },
+                );
             }
-            None => self.answer(&asked, &Ok(Value::Object(read))),
+            None => self.answer(&pending, &Ok(Value::Object(read))),
         }
     }
 
-    fn turn_there(&mut self, now: HostInstant, turn: Turn, outcome: Result<Value, LinkError>) {
+    fn rotate_at_pose(
+        &mut self,
+        now: HostInstant,
+        rotation: ToolRotation,
+        outcome: Result<Value, LinkError>,
+    ) {
         let pose = match outcome {
             Ok(pose) => pose,
-            Err(error) => return self.answer(&turn.asked, &Err(error)),
+            Err(error) => return self.answer(&rotation.pending, &Err(error)),
         };
         // Like DobotLink: a joint move to the current position, with another r.
         let fields = json!({
-            "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": turn.r,
+            "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": rotation.r,
         });
-        let params = json!({"arm": turn.arm, "command": "PTPCmd", "fields": fields});
-        let (manner, end) = (&turn.manner, turn.manner.end(false));
-        let write = Write::new(&turn.asked, manner.method(), params, end).by(manner);
-        self.write(now, &turn.arm, write);
+        let params = json!({"arm": rotation.arm, "command": "PTPCmd", "fields": fields});
+        let (options, end) = (&rotation.options, rotation.options.end(false));
+        let write =
+            Write::new(&rotation.pending, options.method(), params, end).with_options(options);
+        self.write(now, &rotation.arm, write);
     }
 
-    fn ratio(
+    fn handle_ratio(
         &mut self,
         now: HostInstant,
-        asked: &Asked,
+        pending: &PendingCall,
         arm: &str,
         command: &'static str,
         (kind, set): (f64, Option<f64>),
@@ -396,7 +422,7 @@ impl Link {
     ) {
         let mut fields = match outcome {
             Ok(fields) => fields,
-            Err(error) => return self.answer(asked, &Err(error)),
+            Err(error) => return self.answer(pending, &Err(error)),
         };
         let name = match fields.get("velocity_ratio") {
             Some(_) => "velocity_ratio",
@@ -407,7 +433,7 @@ impl Link {
                 let value = fields.get(name).and_then(Value::as_f64).unwrap_or_default();
                 // A real arm answers with one byte.
                 let value = value.round().clamp(0.0, 255.0) as u8;
-                self.answer(asked, &Ok(json!({"type": kind as u8, "value": value})));
+                self.answer(pending, &Ok(json!({"type": kind as u8, "value": value})));
             }
             Some(value) => {
                 fields[name] = json!(value);
@@ -415,7 +441,7 @@ impl Link {
                 self.write(
                     now,
                     arm,
-                    Write::new(asked, "arm.set", params, WriteEnd::True),
+                    Write::new(pending, "arm.set", params, WriteAnswer::True),
                 );
             }
         }
@@ -432,7 +458,7 @@ pub(crate) fn raw(method: &Method, value: &Value) -> Value {
 }
 
 /// Returns a text from an answer. `None` for a refusal.
-fn text_in(outcome: &Result<Value, LinkError>, name: &str) -> Option<String> {
+fn text_member(outcome: &Result<Value, LinkError>, name: &str) -> Option<String> {
     let text = outcome.as_ref().ok()?.get(name)?.as_str()?;
     Some(text.to_owned())
 }

@@ -3,16 +3,16 @@
 use magician_protocol::{HostInstant, Row};
 use serde_json::{Map, Value, json};
 
-use crate::answers::{Then, Turn};
+use crate::answers::{Continuation, ToolRotation};
 use crate::error::{ErrorCode, LinkError};
-use crate::link::{Asked, Link, Write, WriteEnd};
+use crate::link::{Link, PendingCall, Write, WriteAnswer};
 use crate::methods::{Access, Method, VirtualAnswer};
-use crate::params::{Given, Manner};
+use crate::params::{CallOptions, CheckedParams};
 use crate::rpc::Request;
 use crate::wire;
 
 /// Calls that only the Magician Lite has, for sensors at its sockets.
-const OF_LITE: [&str; 8] = [
+const LITE_CALLS: [&str; 8] = [
     "GetSeeedColorSensor",
     "GetSeeedDistanceSensor",
     "GetSeeedLightSensor",
@@ -24,11 +24,11 @@ const OF_LITE: [&str; 8] = [
 ];
 
 /// Calls of the Magic Box.
-const OF_BOX: [&str; 3] = ["DownloadProgram", "CheckBoxSpace", "ClearBoxSpace"];
+const MAGIC_BOX_CALLS: [&str; 3] = ["DownloadProgram", "CheckBoxSpace", "ClearBoxSpace"];
 
 /// Calls that open a window. There is no window, so they succeed without effect, or programs would
 /// stop.
-const WINDOWS: [&str; 9] = [
+const WINDOW_CALLS: [&str; 9] = [
     "ShowMessage",
     "ShowSerialPortTool",
     "ShowHelpMenu",
@@ -42,42 +42,42 @@ const WINDOWS: [&str; 9] = [
 
 impl Link {
     /// Carries out a request.
-    pub(crate) fn take(&mut self, now: HostInstant, request: Request) {
+    pub(crate) fn handle_request(&mut self, now: HostInstant, request: Request) {
         let target = request.target.to_ascii_lowercase();
-        let mut asked = Asked {
+        let mut pending = PendingCall {
             id: request.id,
             method: format!("{}.{}", request.target, request.api),
-            odd: Vec::new(),
+            unknown_params: Vec::new(),
         };
         // Names come from the program and are keys of the report: anything that cannot be a name is
         // counted as unknown.
-        if asked.method.len() > 80 || !asked.method.is_ascii() {
-            asked.method = "unknown".to_owned();
+        if pending.method.len() > 80 || !pending.method.is_ascii() {
+            pending.method = "unknown".to_owned();
         }
         let (api, params) = (request.api.as_str(), &request.params);
         let done = match target.as_str() {
-            "magician" | "magicianlite" => self.device(now, &mut asked, api, params),
-            "api" => self.server(&asked, api),
+            "magician" | "magicianlite" => self.handle_arm_call(now, &mut pending, api, params),
+            "api" => self.handle_server_call(&pending, api),
             _ => {
                 let why = "there is no such target: Magician, MagicianLite, api";
                 Err(LinkError::new(ErrorCode::NO_TARGET, why))
             }
         };
         if let Err(error) = done {
-            self.answer(&asked, &Err(error));
+            self.answer(&pending, &Err(error));
         }
     }
 
     /// Handles a call of the server itself.
-    fn server(&mut self, asked: &Asked, api: &str) -> Result<(), LinkError> {
+    fn handle_server_call(&mut self, pending: &PendingCall, api: &str) -> Result<(), LinkError> {
         let result = match api {
             "ShowAvailablePorts" => {
-                let then = Then::Ports {
-                    asked: asked.clone(),
+                let continuation = Continuation::Ports {
+                    pending: pending.clone(),
                     filter: Vec::new(),
                     status: false,
                 };
-                self.call("arm.list", json!({}), then);
+                self.call("arm.list", json!({}), continuation);
                 return Ok(());
             }
             "GetVersion" | "GetLatestVersion" => json!({"version": self.options.version}),
@@ -85,23 +85,23 @@ impl Link {
             "GetLog" => json!({"data": ""}),
             // No effect here, but programs expect success.
             "SetLogger" | "SetProcessName" | "CloseDobotLink" | "DownloadFile" => json!(true),
-            api if WINDOWS.contains(&api) => json!(true),
+            api if WINDOW_CALLS.contains(&api) => json!(true),
             // Also `RunCmd`, which starts any program on the computer.
             _ => return Err(no_api(api)),
         };
-        self.answer(asked, &Ok(result));
+        self.answer(pending, &Ok(result));
         Ok(())
     }
 
     /// Handles a call of an arm.
-    fn device(
+    fn handle_arm_call(
         &mut self,
         now: HostInstant,
-        asked: &mut Asked,
+        pending: &mut PendingCall,
         api: &str,
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
-        if OF_LITE.contains(&api) || OF_BOX.contains(&api) {
+        if LITE_CALLS.contains(&api) || MAGIC_BOX_CALLS.contains(&api) {
             return Err(LinkError::command(format!("a Magician has no {api}")));
         }
         // Needs no port, unlike the calls below.
@@ -110,12 +110,12 @@ impl Link {
                 .get("filter")
                 .and_then(Value::as_str)
                 .unwrap_or_default();
-            let then = Then::Ports {
-                asked: asked.clone(),
+            let continuation = Continuation::Ports {
+                pending: pending.clone(),
                 filter: filter.split_whitespace().map(str::to_lowercase).collect(),
                 status: true,
             };
-            self.call("arm.list", json!({}), then);
+            self.call("arm.list", json!({}), continuation);
             return Ok(());
         }
         let method = Method::named(api);
@@ -137,12 +137,12 @@ impl Link {
             }
         };
         if api == "ConnectDobot" {
-            let then = Then::Find {
-                asked: asked.clone(),
+            let continuation = Continuation::Find {
+                pending: pending.clone(),
                 port: port.clone(),
                 start: params.get("queueStart") != Some(&json!(false)),
             };
-            self.call("arm.list", json!({}), then);
+            self.call("arm.list", json!({}), continuation);
             return Ok(());
         }
         let connected = { self.arms.iter() }
@@ -154,45 +154,47 @@ impl Link {
         let (name, is_virtual) = (name.clone(), arm.is_virtual);
         match (api, method) {
             ("DisconnectDobot", _) => {
-                self.leave(&name);
-                self.answer(asked, &Ok(json!(true)));
+                self.disconnect_arm(&name);
+                self.answer(pending, &Ok(json!(true)));
             }
             // The driver's own timeouts apply.
-            ("SetCommuTimeout", _) => self.answer(asked, &Ok(json!(true))),
+            ("SetCommuTimeout", _) => self.answer(pending, &Ok(json!(true))),
             ("GetEndEffectorStatus", _) => {
-                let then = Then::Effectors {
-                    asked: asked.clone(),
+                let continuation = Continuation::EndEffectors {
+                    pending: pending.clone(),
                     arm: name.clone(),
                     read: Map::new(),
                 };
-                self.effectors(then);
+                self.read_effectors(continuation);
             }
-            ("SetRCmd", _) => self.turn(asked, &name, params)?,
+            ("SetRCmd", _) => self.rotate_tool(pending, &name, params)?,
             (_, Some(method)) => {
-                let given = Given::of(method, params)?;
-                asked.odd.clone_from(&given.odd);
-                if self.options.strict && !given.odd.is_empty() {
-                    let names = given.odd.join("`, `");
+                let checked = CheckedParams::of(method, params)?;
+                pending.unknown_params.clone_from(&checked.unknown_params);
+                if self.options.strict && !checked.unknown_params.is_empty() {
+                    let names = checked.unknown_params.join("`, `");
                     return Err(LinkError::params(format!("{api} has no `{names}`")));
                 }
-                let manner = Manner::of(method, params)?;
-                self.allowed(method)?;
+                let options = CallOptions::of(method, params)?;
+                self.check_permitted(method)?;
                 match (&method.command, method.access) {
                     (Some(command), Access::Read) => {
                         let mut read = json!({"arm": name, "command": command});
-                        let query = given.fields();
+                        let query = checked.fields();
                         if !query.is_empty() {
                             read["query"] = Value::Object(query);
                         }
-                        let asked = asked.clone();
-                        self.call("arm.get", read, Then::Fields { asked, method });
+                        let pending = pending.clone();
+                        self.call("arm.get", read, Continuation::Fields { pending, method });
                     }
                     (Some(_), Access::Write) => {
-                        self.command(now, asked, &name, method, &given, &manner)
+                        self.send_command(now, pending, &name, method, &checked, &options)
                     }
                     // The virtual arm knows only the protocol's table.
-                    (None, _) if is_virtual => self.pretend(now, asked, &name, method, &given)?,
-                    (None, _) => self.raw(now, asked, &name, method, &given, &manner)?,
+                    (None, _) if is_virtual => {
+                        self.answer_for_virtual(now, pending, &name, method, &checked)?
+                    }
+                    (None, _) => self.raw(now, pending, &name, method, &checked, &options)?,
                 }
             }
             (_, None) => return Err(no_api(api)),
@@ -201,7 +203,7 @@ impl Link {
     }
 
     /// Checks whether a call is permitted.
-    fn allowed(&self, method: &Method) -> Result<(), LinkError> {
+    fn check_permitted(&self, method: &Method) -> Result<(), LinkError> {
         if method.refused.is_some() {
             let why = "firmware and restart are not for programs";
             return Err(LinkError::new(ErrorCode::NEVER, why));
@@ -222,14 +224,14 @@ impl Link {
     }
 
     /// Writes a command that is in the protocol's table.
-    fn command(
+    fn send_command(
         &mut self,
         now: HostInstant,
-        asked: &Asked,
+        pending: &PendingCall,
         name: &str,
         method: &'static Method,
-        given: &Given,
-        manner: &Manner,
+        checked: &CheckedParams,
+        options: &CallOptions,
     ) {
         let command = method.command.as_deref().unwrap_or_default();
         let stops = matches!(
@@ -237,7 +239,7 @@ impl Link {
             "QueuedCmdStopExec" | "QueuedCmdForceStopExec" | "QueuedCmdClear"
         );
         // Some programs force a stop by a parameter instead of the other call.
-        let forced = given.get("forceStop") == Some(&json!(true));
+        let forced = checked.get("forceStop") == Some(&json!(true));
         let command = if forced {
             "QueuedCmdForceStopExec"
         } else {
@@ -249,22 +251,22 @@ impl Link {
             let holds = self.arms.get(name).is_some_and(|arm| arm.lease.is_some());
             if !holds && command != "QueuedCmdClear" {
                 // Stopping needs no lease.
-                let then = Then::Stopped(asked.clone());
-                return self.call("arm.stop", json!({"arm": name}), then);
+                let continuation = Continuation::Stopped(pending.clone());
+                return self.call("arm.stop", json!({"arm": name}), continuation);
             }
         }
         // Jogs become jogs of the station, with a keep-alive; command 0 ends a jog.
-        if command == "JOGCmd" && given.number("cmd") != 0.0 {
-            return match axis_of(given, manner) {
-                Ok(axis) => self.start_jog(now, asked, name, &axis),
-                Err(error) => self.answer(asked, &Err(error)),
+        if command == "JOGCmd" && checked.number("cmd") != 0.0 {
+            return match jog_axis(checked, options) {
+                Ok(axis) => self.start_jog(now, pending, name, &axis),
+                Err(error) => self.answer(pending, &Err(error)),
             };
         }
         // Only a jog of this program is ended as a jog; otherwise the command goes to the arm.
-        if command == "JOGCmd" && self.arms.get(name).is_some_and(|arm| arm.jogs) {
-            return self.stop_jog(name, Then::Stopped(asked.clone()));
+        if command == "JOGCmd" && self.arms.get(name).is_some_and(|arm| arm.is_jogging) {
+            return self.stop_jog(name, Continuation::Stopped(pending.clone()));
         }
-        let fields = if stops { Map::new() } else { given.fields() };
+        let fields = if stops { Map::new() } else { checked.fields() };
         let mut params = json!({"arm": name, "command": command});
         if !fields.is_empty() {
             params["fields"] = Value::Object(fields);
@@ -275,10 +277,10 @@ impl Link {
             params["yes"] = json!(true);
         }
         let end = match command {
-            _ if stops => WriteEnd::Ends,
-            _ => manner.end(command == "HOMECmd"),
+            _ if stops => WriteAnswer::StopQueue,
+            _ => options.end(command == "HOMECmd"),
         };
-        let write = Write::new(asked, manner.method(), params, end).by(manner);
+        let write = Write::new(pending, options.method(), params, end).with_options(options);
         self.write(now, name, write);
     }
 
@@ -286,62 +288,66 @@ impl Link {
     fn raw(
         &mut self,
         now: HostInstant,
-        asked: &Asked,
+        pending: &PendingCall,
         name: &str,
         method: &'static Method,
-        given: &Given,
-        manner: &Manner,
+        checked: &CheckedParams,
+        options: &CallOptions,
     ) -> Result<(), LinkError> {
-        let mut params = json!({"arm": name, "id": method.id, "params": wire::encode(given)?});
+        let mut params = json!({"arm": name, "id": method.id, "params": wire::encode(checked)?});
         if method.access == Access::Read {
-            let asked = asked.clone();
-            self.call("link.read", params, Then::Raw { asked, method });
+            let pending = pending.clone();
+            self.call("link.read", params, Continuation::Raw { pending, method });
             return Ok(());
         }
-        params["queued"] = json!(manner.queued);
+        params["queued"] = json!(options.queued);
         params["moves"] = json!(method.moves);
-        let end = match (method.results.is_empty(), manner.queued) {
-            (false, _) => WriteEnd::Raw(method),
-            (true, true) => WriteEnd::Index,
-            (true, false) => WriteEnd::True,
+        let end = match (method.results.is_empty(), options.queued) {
+            (false, _) => WriteAnswer::Raw(method),
+            (true, true) => WriteAnswer::Index,
+            (true, false) => WriteAnswer::True,
         };
-        let write = Write::new(asked, "link.write", params, end).by(manner);
+        let write = Write::new(pending, "link.write", params, end).with_options(options);
         self.write(now, name, write);
         Ok(())
     }
 
     /// Answers a command without a row in the protocol's table for a virtual arm.
-    fn pretend(
+    fn answer_for_virtual(
         &mut self,
         now: HostInstant,
-        asked: &Asked,
+        pending: &PendingCall,
         name: &str,
         method: &'static Method,
-        given: &Given,
+        checked: &CheckedParams,
     ) -> Result<(), LinkError> {
-        let asked = asked.clone();
+        let pending = pending.clone();
         let reads = method.access == Access::Read;
         let get = |command: &str| json!({"arm": name, "command": command});
-        let which = given.number("type");
+        let which = checked.number("type");
         match method.virtual_answer {
             Some(VirtualAnswer::ProductName) => {
-                self.answer(&asked, &Ok(json!({"productName": "Magician"})));
+                self.answer(&pending, &Ok(json!({"productName": "Magician"})));
             }
             Some(VirtualAnswer::Homing) => {
-                let then = Then::Homed(asked);
-                self.call("arm.state", json!({"arm": name}), then);
+                let continuation = Continuation::Homed(pending);
+                self.call("arm.state", json!({"arm": name}), continuation);
             }
             Some(VirtualAnswer::Tool) if reads => {
-                self.call("arm.state", json!({"arm": name}), Then::Tool(asked));
+                self.call(
+                    "arm.state",
+                    json!({"arm": name}),
+                    Continuation::Tool(pending),
+                );
             }
             Some(VirtualAnswer::Tool) => {
                 let tool = crate::answers::TOOLS.get(which as usize);
                 let tool = tool.ok_or_else(|| LinkError::params("`type` is 0 to 2"))?;
                 let write = Write::new(
-                    &asked,
+                    &pending,
                     "arm.tool",
                     json!({"arm": name, "tool": tool}),
-                    WriteEnd::True,
+                    WriteAnswer::True,
                 );
                 self.write(now, name, write);
             }
@@ -353,25 +359,25 @@ impl Link {
                     (true, true) => "JOGLParams",
                     (true, false) => "PTPLParams",
                 };
-                let set = (!reads).then(|| given.number("value"));
-                let then = Then::Ratio {
-                    asked,
+                let set = (!reads).then(|| checked.number("value"));
+                let continuation = Continuation::Ratio {
+                    pending,
                     arm: name.to_owned(),
                     command,
                     kind: which,
                     set,
                 };
-                self.call("arm.get", get(command), then);
+                self.call("arm.get", get(command), continuation);
             }
             Some(VirtualAnswer::Reach) => {
-                let numbers = ["x", "y", "z", "r"].map(|axis| given.number(axis));
-                let joints = given.get("isJoint") == Some(&json!(true));
+                let numbers = ["x", "y", "z", "r"].map(|axis| checked.number(axis));
+                let joints = checked.get("isJoint") == Some(&json!(true));
                 let (name, params) = if joints {
                     ("motion.forward", json!({"joints": numbers}))
                 } else {
                     ("motion.inverse", json!({"pose": numbers}))
                 };
-                self.call(name, params, Then::Reach(asked));
+                self.call(name, params, Continuation::Reach(pending));
             }
             None => {
                 let why = format!("a virtual arm has no {}", method.name);
@@ -382,37 +388,41 @@ impl Link {
     }
 
     /// Turns the tool at the current position.
-    fn turn(
+    fn rotate_tool(
         &mut self,
-        asked: &Asked,
+        pending: &PendingCall,
         name: &str,
         params: &Map<String, Value>,
     ) -> Result<(), LinkError> {
         // The protocol has no command for `SetRCmd`: send a move with the same options.
         let turned = Method::named("SetPTPCmd").ok_or_else(|| no_api("SetRCmd"))?;
-        let manner = Manner::of(turned, params)?;
+        let options = CallOptions::of(turned, params)?;
         let r = { params.get("r") }
             .and_then(Value::as_f64)
             .ok_or_else(|| LinkError::params("`r` must be a number"))?;
-        let then = Then::Turn(Turn {
-            asked: asked.clone(),
+        let continuation = Continuation::ToolRotation(ToolRotation {
+            pending: pending.clone(),
             arm: name.to_owned(),
             r,
-            manner,
+            options,
         });
-        self.call("arm.get", json!({"arm": name, "command": "Pose"}), then);
+        self.call(
+            "arm.get",
+            json!({"arm": name, "command": "Pose"}),
+            continuation,
+        );
         Ok(())
     }
 }
 
 /// Returns axis and direction of a jog in the station's form (document 1.9.4, errata E25).
-fn axis_of(given: &Given, manner: &Manner) -> Result<String, LinkError> {
-    if manner.queued {
+fn jog_axis(checked: &CheckedParams, options: &CallOptions) -> Result<String, LinkError> {
+    if options.queued {
         let why = "a jog in the queue only ends at a limit: leave out `isQueued`";
         return Err(LinkError::command(why));
     }
-    let cmd = given.number("cmd");
-    let joint = { given.get("isJoint") }
+    let cmd = checked.number("cmd");
+    let joint = { checked.get("isJoint") }
         .is_some_and(|joint| joint.as_bool() == Some(true) || joint.as_f64() == Some(1.0));
     let axes = if joint {
         ["j1", "j2", "j3", "j4", "l"]

@@ -30,8 +30,10 @@ mod wire;
 
 pub use error::{ErrorCode, LinkError};
 pub use link::{Link, LinkOptions, StationCall};
-pub use methods::{Access, Class, Kind, Method, Param, ResultField, VirtualAnswer, Wire, methods};
-pub use report::{LinkReport, Noted};
+pub use methods::{
+    Access, AnswerTime, Method, Param, ParamType, ResultField, VirtualAnswer, WireType, methods,
+};
+pub use report::{AnsweredCall, LinkReport};
 
 /// Compiles the program in the README as a test.
 #[cfg(doctest)]

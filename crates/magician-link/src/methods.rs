@@ -17,7 +17,7 @@ pub struct Method {
     /// Read or write.
     pub access: Access,
     /// Way in which it is answered.
-    pub class: Class,
+    pub class: AnswerTime,
     /// Name of the command's row in the protocol's table. `None` without a row.
     pub command: Option<String>,
     /// Answer of a virtual arm to a command without a row. `None` if it has no answer.
@@ -30,7 +30,7 @@ pub struct Method {
     #[serde(default)]
     pub dangerous: bool,
     /// Reason why the call is never sent. `None` for calls that are.
-    pub refused: Option<Refused>,
+    pub refused: Option<Refusal>,
     /// Parameters, besides those of all calls.
     #[serde(default)]
     pub params: Vec<Param>,
@@ -52,7 +52,7 @@ pub enum Access {
 /// Way in which a call is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Class {
+pub enum AnswerTime {
     /// Immediately.
     Plain,
     /// Immediately; with `isQueued` by the index of the command.
@@ -82,7 +82,7 @@ pub enum VirtualAnswer {
 /// Reason why a call is never sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Refused {
+pub enum Refusal {
     /// Changes or restarts the firmware.
     Firmware,
 }
@@ -94,11 +94,11 @@ pub struct Param {
     /// Name. With a point it is a member of an object.
     pub name: String,
     /// Type.
-    pub kind: Kind,
+    pub kind: ParamType,
     /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
     /// Encoding, for commands without a row.
-    pub wire: Option<Wire>,
+    pub wire: Option<WireType>,
     /// Default. `None` if the parameter is required.
     pub default: Option<Value>,
     /// Other names that known programs use.
@@ -109,7 +109,7 @@ pub struct Param {
 /// Type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum ParamType {
     /// A number.
     Number,
     /// A whole number.
@@ -126,9 +126,9 @@ pub enum Kind {
     Outputs,
 }
 
-impl Kind {
+impl ParamType {
     /// Returns the type in words, as in "must be ..".
-    pub(crate) const fn wanted(self) -> &'static str {
+    pub(crate) const fn description(self) -> &'static str {
         match self {
             Self::Number => "a number",
             Self::Integer => "a whole number",
@@ -144,7 +144,7 @@ impl Kind {
 /// Encoding of a value in a frame, little endian, for commands without a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Wire {
+pub enum WireType {
     /// Byte.
     U8,
     /// Single-precision number, four bytes.
@@ -162,16 +162,16 @@ pub struct ResultField {
     /// Field of the command. `None` if the table does not have the command.
     pub field: Option<String>,
     /// Encoding, for commands without a row.
-    pub wire: Option<Wire>,
+    pub wire: Option<WireType>,
     /// Conversion of the value.
     #[serde(default)]
-    pub kind: Shape,
+    pub kind: Conversion,
 }
 
 /// Conversion of a field to the value in an answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Shape {
+pub enum Conversion {
     /// Unchanged.
     #[default]
     Value,

@@ -8,11 +8,11 @@ use magician_protocol::FieldType;
 use serde_json::{Map, Value, json};
 
 use crate::error::LinkError;
-use crate::link::WriteEnd;
-use crate::methods::{Class, Kind, Method, Param};
+use crate::link::WriteAnswer;
+use crate::methods::{AnswerTime, Method, Param, ParamType};
 
 /// Parameters that every call may have.
-const COMMON: [&str; 5] = [
+const COMMON_PARAMS: [&str; 5] = [
     "portName",
     "isQueued",
     "isWaitForFinish",
@@ -22,13 +22,13 @@ const COMMON: [&str; 5] = [
 
 /// Checked parameters of a call, with their names in the table, and the names that it does not
 /// have.
-pub(crate) struct Given {
+pub(crate) struct CheckedParams {
     values: Vec<(&'static Param, Value)>,
     /// Names that the call does not have, or has under another name.
-    pub(crate) odd: Vec<String>,
+    pub(crate) unknown_params: Vec<String>,
 }
 
-impl Given {
+impl CheckedParams {
     /// Checks the parameters of a call.
     ///
     /// # Errors
@@ -38,31 +38,34 @@ impl Given {
         params: &Map<String, Value>,
     ) -> Result<Self, LinkError> {
         let mut values = Vec::with_capacity(method.params.len());
-        let mut odd = Vec::new();
+        let mut unknown_params = Vec::new();
         for param in &method.params {
             let names = std::iter::once(&param.name).chain(&param.aliases);
             let found = { names }.find_map(|name| Some((name, find(params, name)?)));
             let value = match found {
                 Some((name, value)) => {
                     if *name != param.name {
-                        odd.push(name.clone());
+                        unknown_params.push(name.clone());
                     }
-                    fits(param, value)?
+                    normalise(param, value)?
                 }
                 // Only parameters that known programs leave out have a default.
                 None => { param.default.clone() }
                     .ok_or_else(|| LinkError::params(format!("`{}` is missing", param.name)))?,
             };
-            known_to_row(method, param, &value)?;
+            check_enum_value(method, param, &value)?;
             values.push((param, value));
         }
         let known = |name: &str| {
             let top = |path: &str| path.split('.').next() == Some(name);
-            COMMON.contains(&name) || { method.params.iter() }
+            COMMON_PARAMS.contains(&name) || { method.params.iter() }
                 .any(|param| top(&param.name) || param.aliases.iter().any(|alias| alias == name))
         };
-        odd.extend(params.keys().filter(|name| !known(name)).cloned());
-        Ok(Self { values, odd })
+        unknown_params.extend(params.keys().filter(|name| !known(name)).cloned());
+        Ok(Self {
+            values,
+            unknown_params,
+        })
     }
 
     /// Returns a parameter.
@@ -95,14 +98,14 @@ impl Given {
     }
 
     /// Returns the values with their encodings, in the order of the frame.
-    pub(crate) fn in_order(&self) -> impl Iterator<Item = (&'static Param, &Value)> {
+    pub(crate) fn in_frame_order(&self) -> impl Iterator<Item = (&'static Param, &Value)> {
         self.values.iter().map(|(param, value)| (*param, value))
     }
 }
 
 /// Checks that a number for an enumeration is one of its values. The controller would treat an
 /// unknown mode as a move that has finished.
-fn known_to_row(method: &Method, param: &Param, value: &Value) -> Result<(), LinkError> {
+fn check_enum_value(method: &Method, param: &Param, value: &Value) -> Result<(), LinkError> {
     let layout = method.row().and_then(|row| row.set.or(row.query));
     let fields = layout.map_or(&[][..], |layout| layout.fields);
     let field = { fields.iter() }.find(|field| Some(field.name) == param.field.as_deref());
@@ -131,23 +134,23 @@ fn find<'a>(params: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
 }
 
 /// Converts a value to the normal form of its type.
-fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
+fn normalise(param: &Param, value: &Value) -> Result<Value, LinkError> {
     let wrong = || {
-        let (name, wanted) = (&param.name, param.kind.wanted());
-        Err(LinkError::params(format!("`{name}` must be {wanted}")))
+        let (name, description) = (&param.name, param.kind.description());
+        Err(LinkError::params(format!("`{name}` must be {description}")))
     };
     match (param.kind, value) {
-        (Kind::Text, Value::String(_)) => Ok(value.clone()),
-        (Kind::Number, Value::Number(number)) => match number.as_f64() {
+        (ParamType::Text, Value::String(_)) => Ok(value.clone()),
+        (ParamType::Number, Value::Number(number)) => match number.as_f64() {
             // The arm stores single-precision numbers, and infinity moves nothing.
             Some(number) if (number as f32).is_finite() => Ok(value.clone()),
             _ => wrong(),
         },
-        (Kind::Bool, Value::Bool(_)) => Ok(value.clone()),
-        (Kind::Bool, _) if value.as_f64() == Some(0.0) => Ok(json!(false)),
-        (Kind::Bool, _) if value.as_f64() == Some(1.0) => Ok(json!(true)),
-        (Kind::Integer, Value::Bool(on)) => Ok(json!(i64::from(*on))),
-        (Kind::Integer, Value::Number(number)) => match (number.as_i64(), number.as_f64()) {
+        (ParamType::Bool, Value::Bool(_)) => Ok(value.clone()),
+        (ParamType::Bool, _) if value.as_f64() == Some(0.0) => Ok(json!(false)),
+        (ParamType::Bool, _) if value.as_f64() == Some(1.0) => Ok(json!(true)),
+        (ParamType::Integer, Value::Bool(on)) => Ok(json!(i64::from(*on))),
+        (ParamType::Integer, Value::Number(number)) => match (number.as_i64(), number.as_f64()) {
             (Some(_), _) => Ok(value.clone()),
             // Some programs send whole numbers as `1.0`.
             (None, Some(number)) if number.fract() == 0.0 && number.abs() < 9e15 => {
@@ -155,10 +158,10 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
             }
             _ => wrong(),
         },
-        (Kind::Numbers, Value::Array(items)) if items.iter().all(Value::is_number) => {
+        (ParamType::Numbers, Value::Array(items)) if items.iter().all(Value::is_number) => {
             Ok(value.clone())
         }
-        (Kind::Point, Value::Object(point)) => {
+        (ParamType::Point, Value::Object(point)) => {
             let numbers = ["x", "y", "z", "r"].map(|name| point.get(name));
             if numbers
                 .iter()
@@ -169,10 +172,10 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
                 wrong()
             }
         }
-        (Kind::Outputs, Value::Array(items)) => {
+        (ParamType::Outputs, Value::Array(items)) => {
             let output = |item: &Value| {
                 let [ratio, port, level] =
-                    ["ratio", "port", "level"].map(|name| item.get(name).and_then(whole));
+                    ["ratio", "port", "level"].map(|name| item.get(name).and_then(as_integer));
                 Some(json!({"ratio": ratio?, "address": port?, "level": level?}))
             };
             let outputs: Option<Vec<_>> = items.iter().map(output).collect();
@@ -185,7 +188,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
     }
 }
 
-fn whole(value: &Value) -> Option<i64> {
+fn as_integer(value: &Value) -> Option<i64> {
     match value {
         Value::Bool(on) => Some(i64::from(*on)),
         value => value.as_i64(),
@@ -194,7 +197,7 @@ fn whole(value: &Value) -> Option<i64> {
 
 /// Way in which a call is to be carried out.
 #[derive(Debug)]
-pub(crate) struct Manner {
+pub(crate) struct CallOptions {
     /// True if the command goes to the queue.
     pub(crate) queued: bool,
     /// True if the call is answered when the command has finished.
@@ -204,13 +207,13 @@ pub(crate) struct Manner {
 }
 
 /// Default time for an action, ms.
-const TIMEOUT: u64 = 5_000;
+const DEFAULT_TIMEOUT_MS: u64 = 5_000;
 /// Default time for homing, ms.
-const HOMING: u64 = 30_000;
+const DEFAULT_HOMING_TIMEOUT_MS: u64 = 30_000;
 /// Id of the homing command.
-const HOME: u8 = 31;
+const HOMING_ID: u8 = 31;
 
-impl Manner {
+impl CallOptions {
     /// Returns the station's method.
     pub(crate) fn method(&self) -> &'static str {
         if self.queued {
@@ -221,11 +224,11 @@ impl Manner {
     }
 
     /// Returns the way in which it is answered. An alarm ends a wait, except for homing.
-    pub(crate) fn end(&self, homing: bool) -> WriteEnd {
+    pub(crate) fn end(&self, homing: bool) -> WriteAnswer {
         match (self.waits, self.queued) {
-            (true, _) => WriteEnd::Wait { homing },
-            (false, true) => WriteEnd::Index,
-            (false, false) => WriteEnd::True,
+            (true, _) => WriteAnswer::Wait { homing },
+            (false, true) => WriteAnswer::Index,
+            (false, false) => WriteAnswer::True,
         }
     }
 
@@ -242,10 +245,14 @@ impl Manner {
             Some(value) if value.as_f64() == Some(1.0) => Ok(true),
             Some(_) => Err(LinkError::params(format!("`{name}` must be true or false"))),
         };
-        let action = method.class == Class::Action;
+        let action = method.class == AnswerTime::Action;
         // A call that cannot be queued ignores `isQueued`, valid or not.
-        let queued = method.class != Class::Plain && switch("isQueued", action)?;
-        let usual = if method.id == HOME { HOMING } else { TIMEOUT };
+        let queued = method.class != AnswerTime::Plain && switch("isQueued", action)?;
+        let usual = if method.id == HOMING_ID {
+            DEFAULT_HOMING_TIMEOUT_MS
+        } else {
+            DEFAULT_TIMEOUT_MS
+        };
         let timeout_ms = match params.get("timeout") {
             None | Some(Value::Null) => usual,
             Some(value) => match value.as_f64() {

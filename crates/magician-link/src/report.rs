@@ -6,17 +6,17 @@ use serde_json::{Value, json};
 
 /// Most programs that are counted separately. Further ones share an entry, so that memory is
 /// bounded.
-const CLIENTS: usize = 64;
+const MAX_CLIENTS: usize = 64;
 /// Most names per program that are counted separately.
-const NAMES: usize = 400;
+const MAX_NAMES: usize = 400;
 
 /// Call that was answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Noted {
+pub struct AnsweredCall {
     /// Name, such as `Magician.SetPTPCmd`.
     pub method: String,
     /// Parameters that the call does not have, or has under another name.
-    pub odd: Vec<String>,
+    pub unknown_params: Vec<String>,
     /// Error number. `None` for a success.
     pub error: Option<i32>,
 }
@@ -24,7 +24,7 @@ pub struct Noted {
 #[derive(Clone, Debug, Default)]
 struct Counts {
     calls: BTreeMap<String, u64>,
-    odd: BTreeMap<String, u64>,
+    unknown_params: BTreeMap<String, u64>,
     errors: BTreeMap<String, u64>,
 }
 
@@ -36,17 +36,20 @@ pub struct LinkReport {
 
 impl LinkReport {
     /// Counts a call of a program.
-    pub fn count(&mut self, client: &str, noted: &Noted) {
-        let known = self.clients.contains_key(client) || self.clients.len() < CLIENTS;
+    pub fn count(&mut self, client: &str, answered: &AnsweredCall) {
+        let known = self.clients.contains_key(client) || self.clients.len() < MAX_CLIENTS;
         // A program can choose any number of names.
         let client = if known { client } else { "others" };
         let counts = self.clients.entry(client.to_owned()).or_default();
-        add(&mut counts.calls, noted.method.clone());
-        for name in &noted.odd {
-            add(&mut counts.odd, format!("{}.{name}", noted.method));
+        add(&mut counts.calls, answered.method.clone());
+        for name in &answered.unknown_params {
+            add(
+                &mut counts.unknown_params,
+                format!("{}.{name}", answered.method),
+            );
         }
-        if let Some(error) = noted.error {
-            add(&mut counts.errors, format!("{} {error}", noted.method));
+        if let Some(error) = answered.error {
+            add(&mut counts.errors, format!("{} {error}", answered.method));
         }
     }
 
@@ -54,14 +57,14 @@ impl LinkReport {
     /// errors}]}`.
     #[must_use]
     pub fn to_value(&self) -> Value {
-        let client = |(name, counts): (&String, &Counts)| json!({"client": name, "calls": counts.calls, "unknown_params": counts.odd, "errors": counts.errors});
+        let client = |(name, counts): (&String, &Counts)| json!({"client": name, "calls": counts.calls, "unknown_params": counts.unknown_params, "errors": counts.errors});
         json!({"clients": self.clients.iter().map(client).collect::<Vec<_>>()})
     }
 }
 
 /// Increments a counter. Names come from programs, so their number is bounded.
 fn add(counts: &mut BTreeMap<String, u64>, name: String) {
-    let known = counts.contains_key(&name) || counts.len() < NAMES;
+    let known = counts.contains_key(&name) || counts.len() < MAX_NAMES;
     let name = if known { name } else { "others".to_owned() };
     *counts.entry(name).or_default() += 1;
 }

@@ -2,11 +2,11 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::methods::{Method, ResultField, Shape};
+use crate::methods::{Conversion, Method, ResultField};
 
 /// Offset of the hardware version in the bytes after the three numbers of the firmware, if there
 /// are that many.
-const HARDWARE: usize = 10;
+const HARDWARE_VERSION_OFFSET: usize = 10;
 
 /// Returns the answer made from the fields of a command.
 pub(crate) fn result(method: &Method, fields: &Value) -> Value {
@@ -14,7 +14,7 @@ pub(crate) fn result(method: &Method, fields: &Value) -> Value {
     for field in &method.results {
         let name = field.field.as_deref().unwrap_or_default();
         let value = fields.get(name).unwrap_or(&Value::Null);
-        if let Some(value) = shape(field, value, fields) {
+        if let Some(value) = convert(field, value, fields) {
             object.insert(field.name.clone(), value);
         }
     }
@@ -22,27 +22,29 @@ pub(crate) fn result(method: &Method, fields: &Value) -> Value {
 }
 
 /// Converts a value. `None` if it does not apply.
-pub(crate) fn shape(field: &ResultField, value: &Value, fields: &Value) -> Option<Value> {
+pub(crate) fn convert(field: &ResultField, value: &Value, fields: &Value) -> Option<Value> {
     let real_time = || fields.get("real_time_track").and_then(Value::as_u64) == Some(1);
     match field.kind {
-        Shape::Value => Some(value.clone()),
+        Conversion::Value => Some(value.clone()),
         // Levels are numbers on the wire.
-        Shape::Bool => Some(json!(value.as_f64().is_some_and(|level| level != 0.0))),
-        Shape::Clock => Some(json!(clock(value.as_u64().unwrap_or_default()))),
-        Shape::Hardware => {
+        Conversion::Bool => Some(json!(value.as_f64().is_some_and(|level| level != 0.0))),
+        Conversion::Clock => Some(json!(format_time_of_day(
+            value.as_u64().unwrap_or_default()
+        ))),
+        Conversion::Hardware => {
             let bytes = value.as_str().unwrap_or_default();
-            let byte = bytes.get(2 * HARDWARE..2 * HARDWARE + 2);
+            let byte = bytes.get(2 * HARDWARE_VERSION_OFFSET..2 * HARDWARE_VERSION_OFFSET + 2);
             let byte = byte.and_then(|digits| u8::from_str_radix(digits, 16).ok());
             Some(json!(byte.unwrap_or(0)))
         }
-        Shape::Period => real_time().then(|| value.clone()),
-        Shape::Acceleration => (!real_time()).then(|| value.clone()),
+        Conversion::Period => real_time().then(|| value.clone()),
+        Conversion::Acceleration => (!real_time()).then(|| value.clone()),
     }
 }
 
 /// Formats milliseconds since the start as a time of day, `hh:mm:ss.z`, without trailing zeros in
 /// the fraction.
-fn clock(ms: u64) -> String {
+fn format_time_of_day(ms: u64) -> String {
     // A time of day starts again after 24 h, also if the arm has run longer.
     let (seconds, fraction) = (ms / 1000 % 86_400, ms % 1000);
     let fraction = format!("{fraction:03}");
@@ -59,9 +61,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_time_since_the_start_reads_as_the_time_of_a_day() {
-        assert_eq!(clock(0), "00:00:00.0");
-        assert_eq!(clock(3_723_450), "01:02:03.45");
-        assert_eq!(clock(86_400_007), "00:00:00.007");
+    fn uptime_is_formatted_as_time_of_day() {
+        assert_eq!(format_time_of_day(0), "00:00:00.0");
+        assert_eq!(format_time_of_day(3_723_450), "01:02:03.45");
+        assert_eq!(format_time_of_day(86_400_007), "00:00:00.007");
     }
 }

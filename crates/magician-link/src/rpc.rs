@@ -18,16 +18,16 @@ pub(crate) struct Request {
 }
 
 /// Id for the answer, and the error, of an invalid request.
-pub(crate) type Bad = (Option<Value>, LinkError);
+pub(crate) type InvalidRequest = (Option<Value>, LinkError);
 
 impl Request {
     /// Parses a message. `None` if it is not JSON, which is not answered.
-    pub(crate) fn parse(text: &str) -> Option<Result<Self, Bad>> {
+    pub(crate) fn parse(text: &str) -> Option<Result<Self, InvalidRequest>> {
         let value: Value = serde_json::from_str(text).ok()?;
         Some(Self::of(value))
     }
 
-    fn of(value: Value) -> Result<Self, Bad> {
+    fn of(value: Value) -> Result<Self, InvalidRequest> {
         let Value::Object(mut object) = value else {
             let why = "a message is one object: arrays of requests are not taken";
             return Err((None, LinkError::new(ErrorCode::NO_METHOD, why)));

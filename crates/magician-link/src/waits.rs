@@ -16,7 +16,7 @@ pub(crate) struct Wait {
     /// Name of the call, for the report.
     pub(crate) method: String,
     /// Parameters that the call does not have.
-    pub(crate) odd: Vec<String>,
+    pub(crate) unknown_params: Vec<String>,
     /// Index of the queued command.
     pub(crate) index: u64,
     /// Time that the command may take once it is the next one.
@@ -62,18 +62,18 @@ impl Waits {
     }
 
     /// Removes and returns the calls whose time is over.
-    pub(crate) fn late(&mut self, now: HostInstant) -> Vec<Wait> {
-        let is_late = |wait: &mut Wait| wait.due.is_some_and(|due| due <= now);
-        self.0.extract_if(.., is_late).collect()
+    pub(crate) fn take_expired(&mut self, now: HostInstant) -> Vec<Wait> {
+        let is_expired = |wait: &mut Wait| wait.due.is_some_and(|due| due <= now);
+        self.0.extract_if(.., is_expired).collect()
     }
 
     /// Returns the earliest instant at which the time of a call is over.
-    pub(crate) fn due(&self) -> Option<HostInstant> {
+    pub(crate) fn next_deadline(&self) -> Option<HostInstant> {
         self.0.iter().filter_map(|wait| wait.due).min()
     }
 
     /// Removes and returns the calls that an alarm holds.
-    pub(crate) fn held(&mut self) -> Vec<Wait> {
+    pub(crate) fn take_held_by_alarm(&mut self) -> Vec<Wait> {
         self.0.extract_if(.., |wait| !wait.homing).collect()
     }
 
@@ -95,14 +95,14 @@ mod tests {
             waits.push(Wait {
                 id: None,
                 method: String::new(),
-                odd: Vec::new(),
+                unknown_params: Vec::new(),
                 index,
                 timeout: Duration::from_secs(1),
                 homing: false,
                 due: None,
             });
             assert!(waits.finished(now, 0).is_empty());
-            assert_eq!(waits.due().is_some(), due, "{index}");
+            assert_eq!(waits.next_deadline().is_some(), due, "{index}");
         }
     }
 }

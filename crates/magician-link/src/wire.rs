@@ -3,20 +3,20 @@
 use serde_json::{Map, Value, json};
 
 use crate::error::LinkError;
-use crate::methods::{Method, Wire};
-use crate::params::Given;
-use crate::results::shape;
+use crate::methods::{Method, WireType};
+use crate::params::CheckedParams;
+use crate::results::convert;
 
 /// Encodes the parameters of a frame as hexadecimal digits.
 ///
 /// # Errors
 /// A number that does not fit its type.
-pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
+pub(crate) fn encode(checked: &CheckedParams) -> Result<String, LinkError> {
     let mut bytes = Vec::new();
-    for (param, value) in given.in_order() {
+    for (param, value) in checked.in_frame_order() {
         let beyond = || LinkError::params(format!("`{}` does not fit", param.name));
         match param.wire {
-            Some(Wire::U8) => {
+            Some(WireType::U8) => {
                 let number = match value {
                     Value::Bool(on) => Some(u64::from(*on)),
                     value => value.as_u64(),
@@ -24,14 +24,14 @@ pub(crate) fn encode(given: &Given) -> Result<String, LinkError> {
                 let byte = number.and_then(|number| u8::try_from(number).ok());
                 bytes.push(byte.ok_or_else(beyond)?);
             }
-            Some(Wire::F32) => {
+            Some(WireType::F32) => {
                 let number = value.as_f64().ok_or_else(beyond)? as f32;
                 if !number.is_finite() {
                     return Err(beyond());
                 }
                 bytes.extend(number.to_le_bytes());
             }
-            Some(Wire::Text) => {
+            Some(WireType::Text) => {
                 bytes.extend(value.as_str().unwrap_or_default().bytes());
                 // The controller reads up to the zero.
                 bytes.push(0);
@@ -52,15 +52,15 @@ pub(crate) fn decode(method: &Method, hex: &str) -> Value {
     let mut object = Map::new();
     for field in &method.results {
         let value = match field.wire {
-            Some(Wire::U8) => rest.split_first().map(|(byte, after)| {
+            Some(WireType::U8) => rest.split_first().map(|(byte, after)| {
                 rest = after;
                 json!(byte)
             }),
-            Some(Wire::F32) => rest.split_first_chunk().map(|(number, after)| {
+            Some(WireType::F32) => rest.split_first_chunk().map(|(number, after)| {
                 rest = after;
                 json!(f32::from_le_bytes(*number))
             }),
-            Some(Wire::Text) => {
+            Some(WireType::Text) => {
                 let text = rest.split(|byte| *byte == 0).next().unwrap_or_default();
                 let text = String::from_utf8_lossy(text).into_owned();
                 // A text takes the rest of the frame.
@@ -69,7 +69,7 @@ pub(crate) fn decode(method: &Method, hex: &str) -> Value {
             }
             None => None,
         };
-        let value = value.and_then(|value| shape(field, &value, &Value::Null));
+        let value = value.and_then(|value| convert(field, &value, &Value::Null));
         if let Some(value) = value {
             object.insert(field.name.clone(), value);
         }

@@ -4,7 +4,7 @@
 use magician_link::methods;
 
 #[test]
-fn the_page_tells_what_becomes_of_every_call() {
+fn page_lists_every_call_without_a_row() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/guide/LINK.md");
     let page = std::fs::read_to_string(page).expect("docs/guide/LINK.md");
     let line = |begin: &str| {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use magician_link::{Access, Class, Method, methods};
+use magician_link::{Access, AnswerTime, Method, methods};
 use magician_protocol::{LayoutInfo, Row};
 
 fn row(method: &Method) -> Option<&'static Row> {
@@ -15,7 +15,7 @@ fn has(layout: Option<&'static LayoutInfo>, field: &str) -> bool {
 }
 
 #[test]
-fn there_are_149_calls_and_118_of_them_are_rows_of_the_table() {
+fn table_has_149_calls_and_118_with_rows() {
     let names: BTreeSet<_> = methods().iter().map(|method| &method.name).collect();
     assert_eq!((methods().len(), names.len()), (149, 149));
     let rows = methods().iter().filter(|method| method.command.is_some());
@@ -23,7 +23,7 @@ fn there_are_149_calls_and_118_of_them_are_rows_of_the_table() {
 }
 
 #[test]
-fn each_call_is_the_row_of_its_id_and_has_a_way_to_be_answered() {
+fn each_call_has_the_row_of_its_id_or_an_encoding() {
     for method in methods() {
         let name = &method.name;
         match row(method) {
@@ -38,7 +38,7 @@ fn each_call_is_the_row_of_its_id_and_has_a_way_to_be_answered() {
                 assert!(laid_out || method.refused.is_some(), "{name}");
             }
         }
-        let queued = method.class != Class::Plain;
+        let queued = method.class != AnswerTime::Plain;
         assert!(!queued || method.access == Access::Write, "{name}");
         if let Some(row) = row(method) {
             assert!(!queued || row.queueable, "{name} cannot be queued");
@@ -47,7 +47,7 @@ fn each_call_is_the_row_of_its_id_and_has_a_way_to_be_answered() {
 }
 
 #[test]
-fn parameters_are_fields_and_no_field_that_must_be_given_is_left_out() {
+fn parameters_are_fields_and_cover_all_required_fields() {
     for method in methods() {
         let Some(row) = row(method) else { continue };
         let layout = match method.access {
@@ -72,7 +72,7 @@ fn parameters_are_fields_and_no_field_that_must_be_given_is_left_out() {
 }
 
 #[test]
-fn results_are_fields_and_all_of_a_reading_are_answered() {
+fn results_are_fields_and_cover_all_fields_of_a_read() {
     for method in methods() {
         let Some(row) = row(method) else { continue };
         if method.access == Access::Write {

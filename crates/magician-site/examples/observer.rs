@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use tokio::time::{sleep, timeout_at};
 
 /// Longest wait for an arm to appear, disappear or answer. After that the arm is reported.
-const PATIENCE: Duration = Duration::from_secs(90);
+const WAIT_TIMEOUT: Duration = Duration::from_secs(90);
 
 #[tokio::main]
 async fn main() -> Result<(), Box<dyn Error>> {
@@ -62,12 +62,14 @@ async fn wait(site: &ZenohSite, is_so: impl Fn(usize, usize) -> bool) -> Value {
     let begun = Instant::now();
     loop {
         let arms = site.arms();
-        let known = |news: &&Option<magician_site::ArmNews>| {
-            news.as_ref().is_some_and(|news| !news.state.is_null())
+        let known = |report: &&Option<magician_site::ArmReport>| {
+            report
+                .as_ref()
+                .is_some_and(|report| !report.state.is_null())
         };
         let stated = arms.values().filter(known).count();
         let reached = is_so(arms.len(), stated);
-        if reached || begun.elapsed() > PATIENCE {
+        if reached || begun.elapsed() > WAIT_TIMEOUT {
             return json!({"reached": reached, "arms": arms.len(), "stated": stated, "at": wall()});
         }
         sleep(Duration::from_millis(5)).await;
@@ -82,15 +84,15 @@ async fn measure(site: &ZenohSite, time: Duration) -> Value {
     let end = tokio::time::Instant::now() + time;
     let (mut ages, mut others, mut bytes, mut moving) = (Vec::new(), 0_u32, 0, BTreeMap::new());
     while let Ok(event) = timeout_at(end, events.next()).await {
-        let SiteEvent::News(at, news) = event else {
+        let SiteEvent::Report(at, report) = event else {
             others += 1;
             continue;
         };
-        if let Some(t) = news.state["t"].as_f64() {
+        if let Some(t) = report.state["t"].as_f64() {
             ages.push((wall() - t) * 1e3);
         }
-        bytes += news.state.to_string().len();
-        moving.insert(at, news.state["moving"] == true);
+        bytes += report.state.to_string().len();
+        moving.insert(at, report.state["moving"] == true);
     }
     json!({
         "seconds": time.as_secs_f64(),

@@ -17,7 +17,7 @@ use tokio::time::timeout;
 pub const WINDOW: usize = 64;
 /// Longest time a client may take no message. After that the session is closed: a choice, long
 /// enough for a stalled network and short enough to free the session of a hung client.
-const STUCK: Duration = Duration::from_secs(10);
+const MAX_SEND_WAIT: Duration = Duration::from_secs(10);
 
 /// Message from the client to the station.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub enum ToStation {
     /// Keep-alive of the program behind this end, like the pong of a WebSocket. A holder that sends
     /// nothing for five seconds loses its lease, so a gateway must forward each pong of its client
     /// and must not make up any.
-    Alive,
+    KeepAlive,
 }
 
 /// Message from the station to the client.
@@ -159,7 +159,7 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
                     }
                     client.send(&text);
                 }
-                Some(ToStation::Alive) => client.pong(),
+                Some(ToStation::KeepAlive) => client.pong(),
                 None => return None,
             }
         }
@@ -168,7 +168,7 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
         loop {
             // Reserve room first: until then the message stays in the station, where a newer state
             // still replaces an older one.
-            let Ok(Ok(place)) = timeout(STUCK, to_client.reserve()).await else {
+            let Ok(Ok(permit)) = timeout(MAX_SEND_WAIT, to_client.reserve()).await else {
                 return None;
             };
             let outgoing = tokio::select! {
@@ -176,8 +176,8 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
                 () = to_client.closed() => return None,
             };
             match outgoing {
-                Outgoing::Text(text) => place.send(FromStation::Text(text)),
-                Outgoing::Frame(bytes) => place.send(FromStation::Frame(bytes)),
+                Outgoing::Text(text) => permit.send(FromStation::Text(text)),
+                Outgoing::Frame(bytes) => permit.send(FromStation::Frame(bytes)),
                 Outgoing::Close(code) => return Some(Closed::new(code.0, "")),
             }
         }
@@ -189,9 +189,9 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
         last = writer => last,
     };
     // Drop before the close message: the station must learn of the end at once, even if the peer
-    // takes no message for `STUCK`.
+    // takes no message for `MAX_SEND_WAIT`.
     drop(client);
     if let Some(last) = last {
-        let _ = timeout(STUCK, end.to_client.send(FromStation::Closed(last))).await;
+        let _ = timeout(MAX_SEND_WAIT, end.to_client.send(FromStation::Closed(last))).await;
     }
 }

@@ -11,7 +11,7 @@ pub use magician_station::is_name;
 /// Derives a valid name from a text such as a host name. Returns `None` if no valid character is
 /// left.
 #[must_use]
-pub fn name_like(text: &str) -> Option<String> {
+pub fn derive_name(text: &str) -> Option<String> {
     let signs = text.chars().map(|c| match c.to_ascii_lowercase() {
         c if c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' => c,
         _ => '-',
@@ -96,7 +96,7 @@ impl Keys {
 
     /// Parses the key of a liveliness token into machine and arm. Returns `None` for any other key.
     #[must_use]
-    pub fn read_alive<'a>(&self, key: &'a str) -> Option<(&'a str, ArmAt)> {
+    pub fn parse_alive<'a>(&self, key: &'a str) -> Option<(&'a str, ArmAt)> {
         let [machine, "alive", arm, station] = self.parts(key)? else {
             return None;
         };
@@ -109,7 +109,7 @@ impl Keys {
 
     /// Parses the key of a state into machine and arm. Returns `None` for any other key.
     #[must_use]
-    pub fn read_state<'a>(&self, key: &'a str) -> Option<(&'a str, &'a str)> {
+    pub fn parse_state<'a>(&self, key: &'a str) -> Option<(&'a str, &'a str)> {
         let [machine, "state", arm] = self.parts(key)? else {
             return None;
         };
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn site_has_a_name_as_an_arm_has() {
+    fn site_name_follows_the_rules_of_arm_names() {
         assert!("lab-2".parse::<SiteName>().is_ok());
         for wrong in ["", "A", "a/b", "*"] {
             assert!(wrong.parse::<SiteName>().is_err(), "{wrong}");
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_lends_its_name() {
+    fn name_is_derived_from_a_host_name() {
         for (machine, name) in [
             ("bench-3", Some("bench-3")),
             ("Bench 3.local", Some("bench-3-local")),
@@ -163,13 +163,13 @@ mod tests {
             ("", None),
             ("Zoë's", Some("zo--s")),
         ] {
-            assert_eq!(name_like(machine).as_deref(), name, "{machine}");
+            assert_eq!(derive_name(machine).as_deref(), name, "{machine}");
         }
-        assert_eq!(name_like(&"X".repeat(80)), Some("x".repeat(32)));
+        assert_eq!(derive_name(&"X".repeat(80)), Some("x".repeat(32)));
     }
 
     #[test]
-    fn keys_are_read_as_they_are_written() {
+    fn keys_round_trip() {
         let keys = keys();
         let at = ArmAt {
             arm: "left".to_owned(),
@@ -177,18 +177,18 @@ mod tests {
         };
         let alive = keys.alive("bench-1", &at);
         assert_eq!(alive, "magician/lab/bench-1/alive/left/0000000000000007");
-        assert_eq!(keys.read_alive(&alive), Some(("bench-1", at)));
-        assert_eq!(keys.read_state(&alive), None);
+        assert_eq!(keys.parse_alive(&alive), Some(("bench-1", at)));
+        assert_eq!(keys.parse_state(&alive), None);
         let state = keys.state("bench-1", "left");
         assert_eq!(state, "magician/lab/bench-1/state/left");
-        assert_eq!(keys.read_state(&state), Some(("bench-1", "left")));
+        assert_eq!(keys.parse_state(&state), Some(("bench-1", "left")));
         for other in [state, keys.roster("bench-1"), keys.revoked("bench-1")] {
-            assert_eq!(keys.read_alive(&other), None, "{other}");
+            assert_eq!(keys.parse_alive(&other), None, "{other}");
         }
     }
 
     #[test]
-    fn keys_of_others_are_none() {
+    fn foreign_keys_are_ignored() {
         let keys = keys();
         for wrong in [
             "",
@@ -203,7 +203,7 @@ mod tests {
             "magician/labor/bench/alive/left/0000000000000007",
             "elsewhere/lab/bench/alive/left/0000000000000007",
         ] {
-            assert_eq!(keys.read_alive(wrong), None, "{wrong}");
+            assert_eq!(keys.parse_alive(wrong), None, "{wrong}");
         }
         for wrong in [
             "magician/lab/bench/stat/left",
@@ -211,7 +211,7 @@ mod tests {
             "magician/lab/bench/state/*",
             "state",
         ] {
-            assert_eq!(keys.read_state(wrong), None, "{wrong}");
+            assert_eq!(keys.parse_state(wrong), None, "{wrong}");
         }
     }
 }

@@ -21,16 +21,16 @@ pub mod keys;
 #[cfg(feature = "zenoh")]
 pub mod message;
 mod site;
-mod telling;
+mod throttle;
 mod view;
 
 pub use channel::{Channel, Closed, FromStation, StationEnd, ToStation, WINDOW, carry, channel};
 pub use magician_station::Roster;
 pub use site::{
-    ArmAt, ArmNews, Caller, Later, Site, SiteError, SiteEvent, SiteEvents, SiteTeller, StationId,
-    watcher,
+    ArmAt, ArmReport, BoxFuture, Caller, Site, SiteError, SiteEvent, SiteEventSender, SiteEvents,
+    StationId, event_channel,
 };
-pub use telling::StateTelling;
+pub use throttle::StateThrottle;
 pub use view::SiteView;
 
 /// Compiles the README's program with the tests.

@@ -8,16 +8,16 @@ use std::net::{IpAddr, SocketAddr};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::{ArmNews, StationId};
+use crate::{ArmReport, StationId};
 
 /// Largest message, bytes: a roster of 10,000 arms with room to spare.
-pub const LARGEST: usize = 2 * 1024 * 1024;
+pub const MAX_MESSAGE_SIZE: usize = 2 * 1024 * 1024;
 /// Largest state message, bytes. Usual ones have about a thousand. A hub keeps one for each arm, so
 /// this bounds the memory that a hostile host with many arms can make it use.
-const LARGEST_STATE: usize = 32 * 1024;
+const MAX_STATE_SIZE: usize = 32 * 1024;
 /// Most addresses of a station that are tried. A machine rarely has more; the bound limits how many
 /// connections a forged message can cause.
-const ADDRESSES: usize = 8;
+const MAX_ADDRESSES: usize = 8;
 
 /// State of an arm as published by its station.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -27,12 +27,12 @@ pub struct StateMessage {
     /// Addresses of the station's listener for the site. Empty if it has no certificate.
     #[serde(default)]
     pub at: Vec<SocketAddr>,
-    /// [`ArmNews::port`].
+    /// [`ArmReport::port`].
     pub port: String,
-    /// [`ArmNews::is_virtual`].
+    /// [`ArmReport::is_virtual`].
     #[serde(rename = "virtual")]
     pub is_virtual: bool,
-    /// [`ArmNews::state`].
+    /// [`ArmReport::state`].
     pub state: Value,
 }
 
@@ -41,19 +41,19 @@ impl StateMessage {
     /// malformed or too large.
     #[must_use]
     pub fn parse(bytes: &[u8]) -> Option<Self> {
-        if bytes.len() > LARGEST_STATE {
+        if bytes.len() > MAX_STATE_SIZE {
             return None;
         }
         let mut message: Self = serde_json::from_slice(bytes).ok()?;
-        message.at.retain(is_of_one_machine);
-        message.at.truncate(ADDRESSES);
+        message.at.retain(is_unicast);
+        message.at.truncate(MAX_ADDRESSES);
         Some(message)
     }
 
     /// Converts it to the news of a station on `machine`.
     #[must_use]
-    pub fn news(self, machine: &str) -> ArmNews {
-        ArmNews {
+    pub fn report(self, machine: &str) -> ArmReport {
+        ArmReport {
             machine: machine.to_owned(),
             port: self.port,
             is_virtual: self.is_virtual,
@@ -64,7 +64,7 @@ impl StateMessage {
 
 /// True for a unicast address with a port. Unspecified, broadcast and multicast addresses would
 /// lead to this machine or to many.
-fn is_of_one_machine(at: &SocketAddr) -> bool {
+fn is_unicast(at: &SocketAddr) -> bool {
     let ip = at.ip();
     let is_of_many = match ip.to_canonical() {
         IpAddr::V4(ip) => ip.is_broadcast() || ip.is_multicast(),
@@ -93,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn message_is_read_as_it_is_written() {
+    fn message_round_trips() {
         let message = StateMessage {
             station: StationId(7),
             at: vec!["192.168.1.5:41234".parse().unwrap()],
@@ -111,13 +111,13 @@ mod tests {
     }
 
     #[test]
-    fn message_of_a_stranger_is_bounded() {
+    fn foreign_message_is_bounded() {
         let addresses: Vec<_> = (0..100).map(|at| format!("10.0.0.{at}:1")).collect();
         let mut text = json!({
             "station": "0000000000000007", "at": addresses, "port": "", "virtual": false, "state": null,
         });
         let read = |text: &Value| StateMessage::parse(text.to_string().as_bytes());
-        assert_eq!(read(&text).unwrap().at.len(), ADDRESSES);
+        assert_eq!(read(&text).unwrap().at.len(), MAX_ADDRESSES);
         text["at"] = json!([
             "0.0.0.0:80",
             "[::]:80",
@@ -129,9 +129,9 @@ mod tests {
             "10.0.0.1:1",
         ]);
         assert_eq!(read(&text).unwrap().at, ["10.0.0.1:1".parse().unwrap()]);
-        text["state"] = json!("x".repeat(LARGEST_STATE));
+        text["state"] = json!("x".repeat(MAX_STATE_SIZE));
         assert_eq!(read(&text), None);
-        text["state"] = json!("x".repeat(LARGEST_STATE / 2));
+        text["state"] = json!("x".repeat(MAX_STATE_SIZE / 2));
         assert!(read(&text).is_some());
         for (name, wrong) in [
             ("at", json!(["bench-1:80"])),

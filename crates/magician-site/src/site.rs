@@ -51,7 +51,7 @@ pub struct ArmAt {
 
 /// State report of a station about one of its arms.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ArmNews {
+pub struct ArmReport {
     /// Name of the machine that runs the station.
     pub machine: String,
     /// Port of the arm as configured at the station.
@@ -71,7 +71,7 @@ pub enum SiteEvent {
     /// An arm disappeared: its station ended or is unreachable.
     Left(ArmAt),
     /// State of an arm: sent on change, at most ten times a second, and at least once a second.
-    News(ArmAt, ArmNews),
+    Report(ArmAt, ArmReport),
     /// The inbox overflowed and its events are lost, arrivals and departures included. Read
     /// [`Site::arms`] again.
     Missed,
@@ -119,7 +119,7 @@ impl fmt::Display for SiteError {
 impl std::error::Error for SiteError {}
 
 /// Boxed future, which keeps [`Site`] usable as a trait object.
-pub type Later<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
+pub type BoxFuture<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 
 /// A site as seen by a program, independent of the transport.
 pub trait Site: Send + Sync + 'static {
@@ -127,7 +127,7 @@ pub trait Site: Send + Sync + 'static {
     fn name(&self) -> &str;
 
     /// Arms present now, each with its last state report. `None` until the first report.
-    fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>>;
+    fn arms(&self) -> BTreeMap<ArmAt, Option<ArmReport>>;
 
     /// Subscribes to events. The stream starts with [`SiteEvent::Arrived`] and the last report for
     /// each arm that is present.
@@ -143,61 +143,61 @@ pub trait Site: Send + Sync + 'static {
         at: &'a ArmAt,
         caller: &'a Caller,
         request: String,
-    ) -> Later<'a, Result<Option<String>, SiteError>>;
+    ) -> BoxFuture<'a, Result<Option<String>, SiteError>>;
 
     /// Expected arms: the union of the rosters of all stations that answer in time.
     ///
     /// Replies are not authenticated, so the union may contain names that no operator entered.
-    fn roster(&self) -> Later<'_, Roster> {
+    fn roster(&self) -> BoxFuture<'_, Roster> {
         Box::pin(async { Roster::default() })
     }
 
     /// Opens a session with a station, the equivalent of a WebSocket to it. The first message has
     /// to be `session.hello` with the token.
-    fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>>;
+    fn open(&self, station: StationId) -> BoxFuture<'_, Result<Channel, SiteError>>;
 }
 
 /// Most arrivals and departures in an inbox before it overflows. A choice: more than any real site
 /// produces while a watcher is busy, and little memory. States do not count, because one per arm is
 /// kept.
-const WAITING: usize = 4096;
+const MAX_WAITING: usize = 4096;
 
 #[derive(Debug, Default)]
 struct Inbox {
     waiting: VecDeque<Entry>,
     /// Newest unread state of each arm.
-    news: BTreeMap<ArmAt, ArmNews>,
+    reports: BTreeMap<ArmAt, ArmReport>,
     missed: bool,
 }
 
 #[derive(Debug)]
 enum Entry {
-    News(ArmAt),
+    Report(ArmAt),
     Other(SiteEvent),
 }
 
 impl Inbox {
     fn push(&mut self, event: SiteEvent) {
         match event {
-            SiteEvent::News(at, news) => {
-                if self.news.insert(at.clone(), news).is_none() {
-                    self.waiting.push_back(Entry::News(at));
+            SiteEvent::Report(at, report) => {
+                if self.reports.insert(at.clone(), report).is_none() {
+                    self.waiting.push_back(Entry::Report(at));
                 }
             }
             other => {
                 if let SiteEvent::Left(at) = &other {
                     // Otherwise the unread state would be delivered after the departure.
-                    self.news.remove(at);
+                    self.reports.remove(at);
                     self.waiting
-                        .retain(|entry| !matches!(entry, Entry::News(news) if news == at));
+                        .retain(|entry| !matches!(entry, Entry::Report(report) if report == at));
                 }
                 self.waiting.push_back(Entry::Other(other));
             }
         }
         // States do not count: at most one per arm waits.
-        if self.waiting.len() - self.news.len() > WAITING {
+        if self.waiting.len() - self.reports.len() > MAX_WAITING {
             self.waiting.clear();
-            self.news.clear();
+            self.reports.clear();
             self.missed = true;
         }
     }
@@ -209,9 +209,9 @@ impl Inbox {
         loop {
             match self.waiting.pop_front()? {
                 Entry::Other(event) => return Some(event),
-                Entry::News(at) => {
-                    if let Some(news) = self.news.remove(&at) {
-                        return Some(SiteEvent::News(at, news));
+                Entry::Report(at) => {
+                    if let Some(report) = self.reports.remove(&at) {
+                        return Some(SiteEvent::Report(at, report));
                     }
                 }
             }
@@ -237,18 +237,18 @@ pub struct SiteEvents(Arc<Shared>);
 
 /// Sending end for one watcher of a site, used by the transport.
 #[derive(Clone, Debug)]
-pub struct SiteTeller(Weak<Shared>);
+pub struct SiteEventSender(Weak<Shared>);
 
 /// Creates a watcher: the sender and the stream of its events.
 #[must_use]
-pub fn watcher() -> (SiteTeller, SiteEvents) {
+pub fn event_channel() -> (SiteEventSender, SiteEvents) {
     let shared = Arc::new(Shared::default());
-    (SiteTeller(Arc::downgrade(&shared)), SiteEvents(shared))
+    (SiteEventSender(Arc::downgrade(&shared)), SiteEvents(shared))
 }
 
-impl SiteTeller {
+impl SiteEventSender {
     /// Queues an event without blocking. Returns false if the watcher is gone.
-    pub fn tell(&self, event: SiteEvent) -> bool {
+    pub fn send(&self, event: SiteEvent) -> bool {
         let Some(shared) = self.0.upgrade() else {
             return false;
         };
@@ -288,14 +288,14 @@ mod tests {
         }
     }
 
-    fn news(arm: &str, x: u32) -> SiteEvent {
-        let news = ArmNews {
+    fn report(arm: &str, x: u32) -> SiteEvent {
+        let report = ArmReport {
             machine: "here".to_owned(),
             port: "sim".to_owned(),
             is_virtual: true,
             state: json!({"x": x}),
         };
-        SiteEvent::News(at(arm), news)
+        SiteEvent::Report(at(arm), report)
     }
 
     fn read(events: &mut SiteEvents) -> Vec<SiteEvent> {
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_station_has_one_form_as_text() {
+    fn station_id_has_one_text_form() {
         assert_eq!(StationId(0xab).to_string(), "00000000000000ab");
         assert_eq!(StationId::named("00000000000000ab"), Some(StationId(0xab)));
         for wrong in ["ab", "00000000000000AB", "+0000000000000ab", "", "é"] {
@@ -312,52 +312,52 @@ mod tests {
     }
 
     #[test]
-    fn of_states_that_wait_the_newest_is_read() {
-        let (teller, mut events) = watcher();
+    fn only_the_newest_unread_state_is_delivered() {
+        let (sender, mut events) = event_channel();
         for event in [
             SiteEvent::Arrived(at("a")),
-            news("a", 1),
-            news("b", 1),
+            report("a", 1),
+            report("b", 1),
             SiteEvent::Left(at("c")),
-            news("a", 2),
+            report("a", 2),
         ] {
-            assert!(teller.tell(event));
+            assert!(sender.send(event));
         }
         let expected = [
             SiteEvent::Arrived(at("a")),
-            news("a", 2),
-            news("b", 1),
+            report("a", 2),
+            report("b", 1),
             SiteEvent::Left(at("c")),
         ];
         assert_eq!(read(&mut events), expected);
-        teller.tell(news("a", 3));
-        assert_eq!(read(&mut events), [news("a", 3)]);
+        sender.send(report("a", 3));
+        assert_eq!(read(&mut events), [report("a", 3)]);
         drop(events);
-        assert!(!teller.tell(news("a", 4)));
+        assert!(!sender.send(report("a", 4)));
     }
 
     #[test]
-    fn nothing_is_told_of_an_arm_behind_its_end() {
-        let (teller, mut events) = watcher();
-        teller.tell(news("a", 1));
-        teller.tell(SiteEvent::Left(at("a")));
-        teller.tell(SiteEvent::Arrived(at("a")));
-        teller.tell(news("a", 2));
+    fn no_state_follows_a_departure() {
+        let (sender, mut events) = event_channel();
+        sender.send(report("a", 1));
+        sender.send(SiteEvent::Left(at("a")));
+        sender.send(SiteEvent::Arrived(at("a")));
+        sender.send(report("a", 2));
         let expected = [
             SiteEvent::Left(at("a")),
             SiteEvent::Arrived(at("a")),
-            news("a", 2),
+            report("a", 2),
         ];
         assert_eq!(read(&mut events), expected);
     }
 
     #[test]
-    fn whoever_does_not_read_hears_that_something_is_lost() {
-        let (teller, mut events) = watcher();
-        for _ in 0..=WAITING {
-            teller.tell(SiteEvent::Left(at("b")));
+    fn slow_reader_gets_a_missed_event() {
+        let (sender, mut events) = event_channel();
+        for _ in 0..=MAX_WAITING {
+            sender.send(SiteEvent::Left(at("b")));
         }
-        teller.tell(news("a", 1));
-        assert_eq!(read(&mut events), [SiteEvent::Missed, news("a", 1)]);
+        sender.send(report("a", 1));
+        assert_eq!(read(&mut events), [SiteEvent::Missed, report("a", 1)]);
     }
 }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::Notify;
 
-use crate::{ArmAt, ArmNews, SiteEvent, SiteEvents, SiteTeller, StationId, watcher};
+use crate::{ArmAt, ArmReport, SiteEvent, SiteEventSender, SiteEvents, StationId, event_channel};
 
 /// Table of a site's arms with the last state of each. The transport fills it, and every change
 /// goes to all watchers.
@@ -19,13 +19,13 @@ pub struct SiteView {
 
 #[derive(Debug, Default)]
 struct Inner {
-    arms: BTreeMap<ArmAt, Option<ArmNews>>,
-    watchers: Vec<SiteTeller>,
+    arms: BTreeMap<ArmAt, Option<ArmReport>>,
+    watchers: Vec<SiteEventSender>,
 }
 
 impl Inner {
-    fn tell(&mut self, event: &SiteEvent) {
-        self.watchers.retain(|teller| teller.tell(event.clone()));
+    fn send_to_watchers(&mut self, event: &SiteEvent) {
+        self.watchers.retain(|sender| sender.send(event.clone()));
     }
 }
 
@@ -41,20 +41,20 @@ impl SiteView {
             return;
         }
         inner.arms.insert(at.clone(), None);
-        inner.tell(&SiteEvent::Arrived(at));
+        inner.send_to_watchers(&SiteEvent::Arrived(at));
     }
 
     /// Removes an arm. No effect if it is not present.
     pub fn left(&self, at: &ArmAt) {
         let mut inner = self.lock();
         if inner.arms.remove(at).is_some() {
-            inner.tell(&SiteEvent::Left(at.clone()));
+            inner.send_to_watchers(&SiteEvent::Left(at.clone()));
             self.departed.notify_waiters();
         }
     }
 
     /// Waits until the station has no arm on the site.
-    pub async fn gone(&self, station: StationId) {
+    pub async fn wait_gone(&self, station: StationId) {
         loop {
             let mut departed = pin!(self.departed.notified());
             // Register before the check: otherwise a departure between the two would be missed.
@@ -68,18 +68,18 @@ impl SiteView {
 
     /// Stores the state of an arm. Ignored if the arm is not present, because a late message would
     /// otherwise bring back an arm that has left.
-    pub fn news(&self, at: ArmAt, news: ArmNews) {
+    pub fn report(&self, at: ArmAt, report: ArmReport) {
         let mut inner = self.lock();
         let Some(known) = inner.arms.get_mut(&at) else {
             return;
         };
-        *known = Some(news.clone());
-        inner.tell(&SiteEvent::News(at, news));
+        *known = Some(report.clone());
+        inner.send_to_watchers(&SiteEvent::Report(at, report));
     }
 
     /// All arms present, each with its last state. `None` until the first state arrives.
     #[must_use]
-    pub fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>> {
+    pub fn arms(&self) -> BTreeMap<ArmAt, Option<ArmReport>> {
         self.lock().arms.clone()
     }
 
@@ -91,7 +91,7 @@ impl SiteView {
 
     /// Number of arms with this name.
     #[must_use]
-    pub fn named(&self, arm: &str) -> usize {
+    pub fn count_named(&self, arm: &str) -> usize {
         let inner = self.lock();
         inner.arms.keys().filter(|at| at.arm == arm).count()
     }
@@ -107,15 +107,15 @@ impl SiteView {
     /// Subscribes to changes. The stream starts with the arms and states that are present.
     #[must_use]
     pub fn watch(&self) -> SiteEvents {
-        let (teller, events) = watcher();
+        let (sender, events) = event_channel();
         let mut inner = self.lock();
-        for (at, news) in &inner.arms {
-            teller.tell(SiteEvent::Arrived(at.clone()));
-            if let Some(news) = news {
-                teller.tell(SiteEvent::News(at.clone(), news.clone()));
+        for (at, report) in &inner.arms {
+            sender.send(SiteEvent::Arrived(at.clone()));
+            if let Some(report) = report {
+                sender.send(SiteEvent::Report(at.clone(), report.clone()));
             }
         }
-        inner.watchers.push(teller);
+        inner.watchers.push(sender);
         events
     }
 }
@@ -133,8 +133,8 @@ mod tests {
         }
     }
 
-    fn news(x: u32) -> ArmNews {
-        ArmNews {
+    fn report(x: u32) -> ArmReport {
+        ArmReport {
             machine: "here".to_owned(),
             port: "sim".to_owned(),
             is_virtual: true,
@@ -143,11 +143,11 @@ mod tests {
     }
 
     #[test]
-    fn whoever_comes_later_sees_what_is_there() {
+    fn late_watcher_gets_the_present_arms() {
         let view = SiteView::default();
         view.arrived(at("a", 1));
         view.arrived(at("b", 2));
-        view.news(at("a", 1), news(1));
+        view.report(at("a", 1), report(1));
         let mut early = view.watch();
         view.left(&at("b", 2));
         view.left(&at("b", 2));
@@ -155,7 +155,7 @@ mod tests {
         let seen: Vec<_> = std::iter::from_fn(|| early.try_next()).collect();
         let expected = [
             SiteEvent::Arrived(at("a", 1)),
-            SiteEvent::News(at("a", 1), news(1)),
+            SiteEvent::Report(at("a", 1), report(1)),
             SiteEvent::Arrived(at("b", 2)),
             SiteEvent::Left(at("b", 2)),
         ];
@@ -163,14 +163,14 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_believed_of_an_arm_that_is_not_there() {
+    fn state_of_an_absent_arm_is_ignored() {
         let view = SiteView::default();
         view.arrived(at("a", 1));
         let mut events = view.watch();
         events.try_next();
-        view.news(at("a", 2), news(1));
+        view.report(at("a", 2), report(1));
         view.left(&at("a", 1));
-        view.news(at("a", 1), news(1));
+        view.report(at("a", 1), report(1));
         assert_eq!(events.try_next(), Some(SiteEvent::Left(at("a", 1))));
         assert_eq!(events.try_next(), None);
         assert!(view.arms().is_empty());

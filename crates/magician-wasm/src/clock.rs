@@ -16,54 +16,54 @@ use tokio::time::advance;
 const STEP: Duration = Duration::from_millis(1);
 /// Number of steps per turn. After a page was suspended, the rest of the time passes in one leap
 /// before them.
-const STEPS: u32 = 64;
+const MAX_STEPS: u32 = 64;
 /// Longest time that one turn lets pass.
-const LONGEST: Duration = Duration::from_secs(3600);
+const MAX_TURN_TIME: Duration = Duration::from_secs(3600);
 /// Largest `now`, us: about 300 years.
-const LAST: f64 = 1e16;
+const MAX_NOW: f64 = 1e16;
 /// Rounds of the runtime per step. In each round it runs up to 61 woken tasks and polls its timers
 /// once.
-const ROUNDS: u32 = 2;
+const ROUNDS_PER_STEP: u32 = 2;
 /// Rounds at the end of a turn, in which chains of tasks that wake each other finish.
-const LAST_ROUNDS: u32 = 24;
+const FINAL_ROUNDS: u32 = 24;
 
 /// Position of the module's clock.
 #[derive(Debug, Default)]
 pub(crate) struct TurnClock {
     /// `now` of the first turn, us.
-    begun: Option<f64>,
+    started_at: Option<f64>,
     passed: Duration,
 }
 
 impl TurnClock {
     /// Returns the current instant on the page's clock, us.
     pub(crate) fn now(&self) -> f64 {
-        self.begun.unwrap_or(0.0) + self.passed.as_micros() as f64
+        self.started_at.unwrap_or(0.0) + self.passed.as_micros() as f64
     }
 
     /// Advances to `now` and runs everything due on the way. A `now` in the past or not finite
     /// advances nothing.
-    pub(crate) async fn pass(&mut self, now: f64) {
+    pub(crate) async fn advance(&mut self, now: f64) {
         let now = if now.is_finite() {
-            now.clamp(0.0, LAST)
+            now.clamp(0.0, MAX_NOW)
         } else {
             self.now()
         };
-        let begun = *self.begun.get_or_insert(now);
+        let begun = *self.started_at.get_or_insert(now);
         let target = Duration::from_micros((now - begun).max(0.0) as u64);
-        let mut left = target.saturating_sub(self.passed).min(LONGEST);
+        let mut left = target.saturating_sub(self.passed).min(MAX_TURN_TIME);
         self.passed += left;
-        let leap = left.saturating_sub(STEP * STEPS);
+        let leap = left.saturating_sub(STEP * MAX_STEPS);
         if !leap.is_zero() {
             // Timers that became due during the leap fire before the last steps pass one by one.
             advance(leap).await;
-            rounds(LAST_ROUNDS).await;
+            rounds(FINAL_ROUNDS).await;
             left -= leap;
         }
         while !left.is_zero() {
             let step = left.min(STEP);
             advance(step).await;
-            rounds(ROUNDS).await;
+            rounds(ROUNDS_PER_STEP).await;
             left -= step;
         }
     }
@@ -71,7 +71,7 @@ impl TurnClock {
 
 /// Runs woken tasks for a few rounds.
 pub(crate) async fn settle() {
-    rounds(LAST_ROUNDS).await;
+    rounds(FINAL_ROUNDS).await;
 }
 
 async fn rounds(count: u32) {

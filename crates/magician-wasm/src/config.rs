@@ -20,14 +20,14 @@ use magician_station::Role;
 use serde::Deserialize;
 
 /// Largest speed of a virtual arm's clock, relative to a real arm.
-const FASTEST: f64 = 100.0;
+const MAX_SPEED: f64 = 100.0;
 /// Largest number of arms.
-const MOST: usize = 64;
+const MAX_ARMS: usize = 64;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
-    arms: Vec<WrittenArm>,
+struct RawConfig {
+    arms: Vec<RawArm>,
     #[serde(default)]
     epoch: String,
     #[serde(default)]
@@ -37,16 +37,16 @@ struct Written {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenArm {
+struct RawArm {
     name: String,
-    sim: Option<WrittenSim>,
+    sim: Option<RawSim>,
     #[serde(default)]
     line: bool,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenSim {
+struct RawSim {
     speed: Option<f64>,
     scenario: Option<String>,
 }
@@ -54,7 +54,7 @@ struct WrittenSim {
 /// Validated configuration.
 #[derive(Debug)]
 pub(crate) struct Config {
-    pub(crate) arms: Vec<(String, Place)>,
+    pub(crate) arms: Vec<(String, ArmLocation)>,
     pub(crate) epoch: String,
     pub(crate) unix_zero: f64,
     pub(crate) role: Role,
@@ -62,9 +62,9 @@ pub(crate) struct Config {
 
 /// Location of an arm.
 #[derive(Debug)]
-pub(crate) enum Place {
+pub(crate) enum ArmLocation {
     /// A virtual arm in this process.
-    Here(VirtualArm),
+    Virtual(VirtualArm),
     /// A real arm at the other end of the line.
     Line,
 }
@@ -72,7 +72,7 @@ pub(crate) enum Place {
 impl Config {
     /// Parses and validates the JSON. The error is a sentence.
     pub(crate) fn read(json: &[u8]) -> Result<Self, String> {
-        let written: Written =
+        let written: RawConfig =
             serde_json::from_slice(json).map_err(|error| format!("configuration: {error}"))?;
         let role = match written.role.as_deref() {
             None => Role::Teacher,
@@ -84,10 +84,10 @@ impl Config {
         if written.epoch.len() > 64 {
             return Err("`epoch` must have at most 64 bytes".to_owned());
         }
-        if written.arms.is_empty() || written.arms.len() > MOST {
-            return Err(format!("`arms` must have 1 to {MOST} arms"));
+        if written.arms.is_empty() || written.arms.len() > MAX_ARMS {
+            return Err(format!("`arms` must have 1 to {MAX_ARMS} arms"));
         }
-        let mut arms: Vec<(String, Place)> = Vec::new();
+        let mut arms: Vec<(String, ArmLocation)> = Vec::new();
         for arm in written.arms {
             if !is_name(&arm.name) {
                 return Err(
@@ -98,14 +98,18 @@ impl Config {
             if arms.iter().any(|(name, _)| *name == arm.name) {
                 return Err(format!("two arms have the name {}", arm.name));
             }
-            let has_line = arms.iter().any(|(_, place)| matches!(place, Place::Line));
-            let place = match (arm.sim, arm.line) {
-                (Some(sim), false) => sim.place().map_err(|why| format!("{}: {why}", arm.name))?,
-                (None, true) if !has_line => Place::Line,
+            let has_line = arms
+                .iter()
+                .any(|(_, location)| matches!(location, ArmLocation::Line));
+            let location = match (arm.sim, arm.line) {
+                (Some(sim), false) => sim
+                    .location()
+                    .map_err(|why| format!("{}: {why}", arm.name))?,
+                (None, true) if !has_line => ArmLocation::Line,
                 (None, true) => return Err("only one arm can be at the line".to_owned()),
                 _ => return Err(format!("{}: either `sim` or `line: true`", arm.name)),
             };
-            arms.push((arm.name, place));
+            arms.push((arm.name, location));
         }
         Ok(Self {
             arms,
@@ -116,12 +120,12 @@ impl Config {
     }
 }
 
-impl WrittenSim {
-    fn place(self) -> Result<Place, String> {
+impl RawSim {
+    fn location(self) -> Result<ArmLocation, String> {
         let speed = self.speed.unwrap_or(1.0);
-        if !(speed > 0.0 && speed <= FASTEST) {
+        if !(speed > 0.0 && speed <= MAX_SPEED) {
             return Err(format!(
-                "`speed` must be more than 0 and at most {FASTEST}, not {speed}"
+                "`speed` must be more than 0 and at most {MAX_SPEED}, not {speed}"
             ));
         }
         let scenario = match self.scenario {
@@ -131,7 +135,7 @@ impl WrittenSim {
             }
         };
         let arm = VirtualArm::in_scenario_at(&scenario, SimSpeed::Times(speed));
-        Ok(Place::Here(arm.with_breaking_lines()))
+        Ok(ArmLocation::Virtual(arm.with_breaking_lines()))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::table;
 /// # Safety
 /// `count` bytes at `at` must be valid and unchanged during the call, such as those of [`alloc`];
 /// or `count` is 0.
-unsafe fn given<'a>(at: *const u8, count: usize) -> &'a [u8] {
+unsafe fn input<'a>(at: *const u8, count: usize) -> &'a [u8] {
     if at.is_null() || count == 0 {
         return &[];
     }
@@ -26,7 +26,7 @@ unsafe extern "C" {
 
 /// Initialisation of the C library, once. If the linker does not see `__wasm_call_ctors` called, it
 /// treats the module as a command, and every export would run the constructors and destructors.
-static BEGUN: Once = Once::new();
+static INITIALISED: Once = Once::new();
 
 /// Allocates memory; null if it is exhausted. The export `free` is that of the C library, which
 /// knows the size of each block (`build.rs`), because a module cannot export two functions of that
@@ -40,19 +40,19 @@ pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
 /// Opens a station.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn station_open(config: *const u8, count: usize) -> u32 {
     // SAFETY: called exactly once.
-    BEGUN.call_once(|| unsafe { __wasm_call_ctors() });
+    INITIALISED.call_once(|| unsafe { __wasm_call_ctors() });
     // SAFETY: guaranteed by the caller.
-    table::station_open(unsafe { given(config, count) })
+    table::station_open(unsafe { input(config, count) })
 }
 
 /// Passes text of a session to the station.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn station_rpc(
     handle: u32,
@@ -61,7 +61,7 @@ pub(crate) unsafe extern "C" fn station_rpc(
     count: usize,
 ) {
     // SAFETY: guaranteed by the caller.
-    table::station_rpc(handle, session, unsafe { given(text, count) });
+    table::station_rpc(handle, session, unsafe { input(text, count) });
 }
 
 /// Runs everything that is due.
@@ -73,28 +73,28 @@ pub(crate) extern "C" fn station_turn(handle: u32, now: f64) -> f64 {
 /// Returns the next output as address and length; 0 without further output.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn station_out(handle: u32) -> u64 {
-    table::station_out(handle, place).unwrap_or(0)
+    table::station_out(handle, pack).unwrap_or(0)
 }
 
 /// Packs the address and length of bytes.
-fn place(bytes: &[u8]) -> u64 {
+fn pack(bytes: &[u8]) -> u64 {
     (bytes.as_ptr().addr() as u64) << 32 | bytes.len() as u64
 }
 
 /// Passes the result of reading a file.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn file_in(handle: u32, id: u32, answer: *const u8, count: usize) {
     // SAFETY: guaranteed by the caller.
-    table::file_in(handle, id, unsafe { given(answer, count) });
+    table::file_in(handle, id, unsafe { input(answer, count) });
 }
 
 /// Stores a program. Returns the error as address and length, or 0.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn program_in(
     handle: u32,
@@ -104,29 +104,29 @@ pub(crate) unsafe extern "C" fn program_in(
     count: usize,
 ) -> u64 {
     // SAFETY: guaranteed by the caller.
-    let (name, bytes) = unsafe { (given(name, letters), given(bytes, count)) };
-    table::program_in(handle, name, bytes, place).unwrap_or(0)
+    let (name, bytes) = unsafe { (input(name, letters), input(bytes, count)) };
+    table::program_in(handle, name, bytes, pack).unwrap_or(0)
 }
 
 /// Returns a program as address and length, or 0 if it does not exist. An empty program has an
 /// address.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn program_out(handle: u32, name: *const u8, letters: usize) -> u64 {
     // SAFETY: guaranteed by the caller.
-    table::program_out(handle, unsafe { given(name, letters) }, place).unwrap_or(0)
+    table::program_out(handle, unsafe { input(name, letters) }, pack).unwrap_or(0)
 }
 
 /// Passes bytes received from the real arm.
 ///
 /// # Safety
-/// The bytes must be valid, as for [`given`].
+/// The bytes must be valid, as for [`input`].
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn line_in(handle: u32, bytes: *const u8, count: usize) {
     // SAFETY: guaranteed by the caller.
-    table::line_in(handle, unsafe { given(bytes, count) });
+    table::line_in(handle, unsafe { input(bytes, count) });
 }
 
 /// Reports that the line broke.

@@ -14,22 +14,22 @@ use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
 /// Timeout for reading a file. The page ends its reader before that.
-const LONGEST: Duration = Duration::from_secs(90);
+const READ_TIMEOUT: Duration = Duration::from_secs(90);
 
 /// Largest answer, bytes: about two million steps. For a larger one the module would lack memory to
 /// check it.
-const LARGEST: usize = 64 << 20;
+const MAX_ANSWER_SIZE: usize = 64 << 20;
 
 /// Files to prepare. One at a time is passed to the page; the others wait in order and take no
 /// memory there.
 #[derive(Clone)]
 pub(crate) struct PageFiles {
-    desk: Arc<Mutex<Desk>>,
+    queue: Arc<Mutex<RequestQueue>>,
     turn: Arc<Semaphore>,
 }
 
 #[derive(Default)]
-struct Desk {
+struct RequestQueue {
     last: u32,
     /// Messages for the page: a file to read, or the cancellation of one.
     out: VecDeque<(u32, Vec<u8>)>,
@@ -39,65 +39,65 @@ struct Desk {
 impl Default for PageFiles {
     fn default() -> Self {
         Self {
-            desk: Arc::default(),
+            queue: Arc::default(),
             turn: Arc::new(Semaphore::new(1)),
         }
     }
 }
 
 impl PageFiles {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    fn queue(&self) -> MutexGuard<'_, RequestQueue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Returns the next message for the page.
-    pub(crate) fn say(&self) -> Option<Vec<u8>> {
-        let (id, mut request) = self.desk().out.pop_front()?;
+    pub(crate) fn next_message(&self) -> Option<Vec<u8>> {
+        let (id, mut request) = self.queue().out.pop_front()?;
         request.splice(..0, id.to_le_bytes());
         Some(request)
     }
 
     /// Accepts the result for a file, empty if the page's reader failed. A result that nothing
     /// waits for is dropped.
-    pub(crate) fn hear(&self, id: u32, answer: &[u8]) {
-        let waiting = self.desk().waiting.remove(&id);
+    pub(crate) fn accept_answer(&self, id: u32, answer: &[u8]) {
+        let waiting = self.queue().waiting.remove(&id);
         if let Some(waiting) = waiting {
             // The waiting task may have been dropped.
-            let _ = waiting.send((answer.len() <= LARGEST).then(|| answer.to_vec()));
+            let _ = waiting.send((answer.len() <= MAX_ANSWER_SIZE).then(|| answer.to_vec()));
         }
     }
 
-    fn ask(&self, request: Vec<u8>) -> (Asked, oneshot::Receiver<Option<Vec<u8>>>) {
+    fn enqueue(&self, request: Vec<u8>) -> (PendingRead, oneshot::Receiver<Option<Vec<u8>>>) {
         let (done, answer) = oneshot::channel();
-        let mut desk = self.desk();
-        desk.last = desk.last.wrapping_add(1);
-        let id = desk.last;
-        desk.out.push_back((id, request));
-        desk.waiting.insert(id, done);
-        drop(desk);
+        let mut queue = self.queue();
+        queue.last = queue.last.wrapping_add(1);
+        let id = queue.last;
+        queue.out.push_back((id, request));
+        queue.waiting.insert(id, done);
+        drop(queue);
         let files = self.clone();
-        (Asked { files, id }, answer)
+        (PendingRead { files, id }, answer)
     }
 }
 
 /// A pending request. Dropping it before the answer cancels it at the page.
-struct Asked {
+struct PendingRead {
     files: PageFiles,
     id: u32,
 }
 
-impl Drop for Asked {
+impl Drop for PendingRead {
     fn drop(&mut self) {
-        let mut desk = self.files.desk();
-        if desk.waiting.remove(&self.id).is_none() {
+        let mut queue = self.files.queue();
+        if queue.waiting.remove(&self.id).is_none() {
             return;
         }
-        let count = desk.out.len();
+        let count = queue.out.len();
         let id = self.id;
-        desk.out.retain(|(asked, _)| *asked != id);
+        queue.out.retain(|(asked, _)| *asked != id);
         // The page has taken the request already, so it must be told.
-        if desk.out.len() == count {
-            desk.out.push_back((id, Vec::new()));
+        if queue.out.len() == count {
+            queue.out.push_back((id, Vec::new()));
         }
     }
 }
@@ -110,8 +110,8 @@ impl FilePreparer for PageFiles {
             let bytes = request.to_bytes();
             // The page's worker has the file now; two copies may exceed the memory.
             request.bytes = Arc::default();
-            let (asked, answer) = files.ask(bytes);
-            let answer = timeout(LONGEST, answer).await;
+            let (asked, answer) = files.enqueue(bytes);
+            let answer = timeout(READ_TIMEOUT, answer).await;
             drop(asked);
             let wrong = |kind, why: &str| Err(RpcError::arm(kind, why));
             match answer {
@@ -129,7 +129,7 @@ impl FilePreparer for PageFiles {
     }
 }
 
-/// Message for a program whose answer exceeds [`LARGEST`].
+/// Message for a program whose answer exceeds [`MAX_ANSWER_SIZE`].
 const TOO_LARGE: &str = "the program is too large to be run by a page: run it by a station";
 /// Message for an empty answer of the reader.
 const FAILED: &str = "the file reader stopped before it had read the file";

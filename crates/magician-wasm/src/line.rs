@@ -10,14 +10,14 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 /// Largest number of buffered bytes per direction: five seconds of a serial line. A real arm cannot
 /// send more; towards the arm, a full buffer makes the driver wait for the page.
-const ROOM: usize = 64 * 1024;
+const BUFFER_SIZE: usize = 64 * 1024;
 
 /// Both directions of the line. Clones share it.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Line(Arc<Mutex<Wire>>);
+pub(crate) struct Line(Arc<Mutex<LineState>>);
 
 #[derive(Debug, Default)]
-struct Wire {
+struct LineState {
     lost: bool,
     /// Number of losses. An end opened before the last loss reads and writes nothing.
     losses: u64,
@@ -28,48 +28,48 @@ struct Wire {
 }
 
 impl Line {
-    fn wire(&self) -> MutexGuard<'_, Wire> {
+    fn state(&self) -> MutexGuard<'_, LineState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Buffers bytes from the arm.
-    pub(crate) fn hear(&self, bytes: &[u8]) {
-        let mut wire = self.wire();
-        if wire.lost {
+    pub(crate) fn receive(&self, bytes: &[u8]) {
+        let mut state = self.state();
+        if state.lost {
             return;
         }
-        let room = ROOM.saturating_sub(wire.from_arm.len());
-        wire.from_arm.extend(bytes.iter().take(room));
-        if let Some(reader) = wire.reader.take() {
+        let room = BUFFER_SIZE.saturating_sub(state.from_arm.len());
+        state.from_arm.extend(bytes.iter().take(room));
+        if let Some(reader) = state.reader.take() {
             reader.wake();
         }
     }
 
     /// Marks the line as lost and drops buffered bytes.
-    pub(crate) fn lose(&self) {
-        let mut wire = self.wire();
-        if std::mem::replace(&mut wire.lost, true) {
+    pub(crate) fn mark_lost(&self) {
+        let mut state = self.state();
+        if std::mem::replace(&mut state.lost, true) {
             return;
         }
-        wire.losses += 1;
-        wire.from_arm.clear();
-        wire.to_arm.clear();
-        let waiting = [wire.reader.take(), wire.writer.take()];
+        state.losses += 1;
+        state.from_arm.clear();
+        state.to_arm.clear();
+        let waiting = [state.reader.take(), state.writer.take()];
         // Unlock before waking, because a woken task locks it again.
-        drop(wire);
+        drop(state);
         waiting.into_iter().flatten().for_each(Waker::wake);
     }
 
     /// Marks the line as present again.
-    pub(crate) fn find(&self) {
-        self.wire().lost = false;
+    pub(crate) fn mark_found(&self) {
+        self.state().lost = false;
     }
 
     /// Takes all bytes for the arm.
-    pub(crate) fn say(&self) -> Option<Vec<u8>> {
-        let mut wire = self.wire();
-        let bytes = std::mem::take(&mut wire.to_arm);
-        if let Some(writer) = wire.writer.take() {
+    pub(crate) fn take_output(&self) -> Option<Vec<u8>> {
+        let mut state = self.state();
+        let bytes = std::mem::take(&mut state.to_arm);
+        if let Some(writer) = state.writer.take() {
             writer.wake();
         }
         (!bytes.is_empty()).then_some(bytes)
@@ -77,8 +77,8 @@ impl Line {
 
     /// Opens the driver's end.
     pub(crate) fn open(&self) -> io::Result<LineEnd> {
-        let wire = self.wire();
-        if wire.lost {
+        let state = self.state();
+        if state.lost {
             return Err(io::Error::new(
                 io::ErrorKind::NotConnected,
                 "the line is lost",
@@ -86,7 +86,7 @@ impl Line {
         }
         Ok(LineEnd {
             line: self.clone(),
-            of: wire.losses,
+            connection: state.losses,
         })
     }
 }
@@ -95,7 +95,7 @@ impl Line {
 #[derive(Debug)]
 pub(crate) struct LineEnd {
     line: Line,
-    of: u64,
+    connection: u64,
 }
 
 impl AsyncRead for LineEnd {
@@ -104,17 +104,17 @@ impl AsyncRead for LineEnd {
         cx: &mut Context<'_>,
         into: &mut ReadBuf<'_>,
     ) -> Poll<io::Result<()>> {
-        let mut wire = self.line.wire();
+        let mut state = self.line.state();
         // Reading no bytes signals the end of the stream.
-        if wire.losses != self.of {
+        if state.losses != self.connection {
             return Poll::Ready(Ok(()));
         }
-        if wire.from_arm.is_empty() {
-            wire.reader = Some(cx.waker().clone());
+        if state.from_arm.is_empty() {
+            state.reader = Some(cx.waker().clone());
             return Poll::Pending;
         }
-        let count = into.remaining().min(wire.from_arm.len());
-        for byte in wire.from_arm.drain(..count) {
+        let count = into.remaining().min(state.from_arm.len());
+        for byte in state.from_arm.drain(..count) {
             into.put_slice(&[byte]);
         }
         Poll::Ready(Ok(()))
@@ -127,17 +127,17 @@ impl AsyncWrite for LineEnd {
         cx: &mut Context<'_>,
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
-        let mut wire = self.line.wire();
-        if wire.losses != self.of {
+        let mut state = self.line.state();
+        if state.losses != self.connection {
             return Poll::Ready(Err(io::ErrorKind::BrokenPipe.into()));
         }
-        let room = ROOM.saturating_sub(wire.to_arm.len());
+        let room = BUFFER_SIZE.saturating_sub(state.to_arm.len());
         if room == 0 {
-            wire.writer = Some(cx.waker().clone());
+            state.writer = Some(cx.waker().clone());
             return Poll::Pending;
         }
         let count = room.min(bytes.len());
-        wire.to_arm.extend(bytes.iter().take(count));
+        state.to_arm.extend(bytes.iter().take(count));
         Poll::Ready(Ok(count))
     }
 

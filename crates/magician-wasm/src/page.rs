@@ -23,7 +23,7 @@ use tokio::sync::oneshot;
 use tokio::time::Instant;
 
 use crate::clock::{TurnClock, settle};
-use crate::config::{Config, Place};
+use crate::config::{ArmLocation, Config};
 use crate::files::PageFiles;
 use crate::line::Line;
 use crate::stores::{Calendar, MemoryJobs, MemoryPresets, MemoryPrograms};
@@ -44,20 +44,20 @@ const FILE: u8 = 5;
 
 /// Interval of keep-alives for the sessions, us. Over a socket the browser answers pings even while
 /// its page is busy; here the worker does, until the page ends the session.
-const ALIVE: f64 = 2e6;
+const KEEP_ALIVE_INTERVAL: f64 = 2e6;
 /// Delay until the next turn while something is going on, us.
 ///
 /// tokio does not expose its next deadline, so turns are requested periodically, as often as a
 /// page's timers fire: a due stop is late by at most this interval.
-const BUSY: f64 = 4_000.0;
+const ACTIVE_TURN_DELAY: f64 = 4_000.0;
 /// Delay until the next turn at rest, us.
-const IDLE: f64 = 20_000.0;
+const IDLE_TURN_DELAY: f64 = 20_000.0;
 /// Time after the last input or output during which something is going on, us.
-const GOING_ON: f64 = 200_000.0;
+const ACTIVE_TIME: f64 = 200_000.0;
 /// Close code of WebSockets (RFC 6455) for a message other than text.
-const NO_TEXT: u16 = 1007;
+const CLOSE_NOT_TEXT: u16 = 1007;
 /// Close code of WebSockets for a session beyond the limit: try again later.
-const FULL: u16 = 1013;
+const CLOSE_TOO_MANY_SESSIONS: u16 = 1013;
 
 /// A station with its arms and their clock: the whole module, safe and on any platform. The crate's
 /// page describes each call.
@@ -97,7 +97,7 @@ enum Stage {
     Closed(Box<Config>),
     Opening(oneshot::Receiver<Opened>),
     Running(RunningStation, Library),
-    Over,
+    Ended,
 }
 
 impl fmt::Debug for PageStation {
@@ -145,7 +145,7 @@ impl PageStation {
     pub fn rpc(&mut self, session: u16, text: &[u8]) {
         if session == 0 && text == b"trace" {
             self.outbox.push_back((TRACE, 0, self.trace.file()));
-        } else if session > 0 && !matches!(self.stage, Stage::Over) {
+        } else if session > 0 && !matches!(self.stage, Stage::Ended) {
             self.inbox.push_back((session, text.to_vec()));
         }
     }
@@ -153,23 +153,23 @@ impl PageStation {
     /// Accepts bytes from a real arm.
     pub fn line_in(&mut self, bytes: &[u8]) {
         self.active_at = self.clock.now();
-        self.line.hear(bytes);
+        self.line.receive(bytes);
     }
 
     /// Reports that the line to the real arm broke.
     pub fn line_lost(&mut self) {
-        self.line.lose();
+        self.line.mark_lost();
     }
 
     /// Reports that the line is back.
     pub fn line_found(&mut self) {
-        self.line.find();
+        self.line.mark_found();
     }
 
     /// Accepts the result of reading a file, empty if that failed.
     pub fn file_in(&mut self, id: u32, answer: &[u8]) {
         self.active_at = self.clock.now();
-        self.files.hear(id, answer);
+        self.files.accept_answer(id, answer);
     }
 
     /// Stores a program in the library, or a preset as `preset+NAME.toml`.
@@ -229,20 +229,25 @@ impl PageStation {
             // Process received bytes before the clock advances, so that a reply is not counted as
             // late.
             settle().await;
-            clock.pass(now).await;
-            stage.go_on(clock, line, trace, files);
+            clock.advance(now).await;
+            stage.start_connecting(clock, line, trace, files);
         });
-        if let Some(told) = self.stage.arrived() {
-            self.outbox.push_back((TEXT, 0, told.into_bytes()));
+        if let Some(message) = self.stage.connect_result() {
+            self.outbox.push_back((TEXT, 0, message.into_bytes()));
         }
         self.deliver();
         self.runtime.block_on(settle());
         beside::next_turn();
         let now = self.clock.now();
         let opening = matches!(self.stage, Stage::Closed(_) | Stage::Opening(_));
-        let busy = opening || now - self.active_at < GOING_ON;
-        let next = now + if busy { BUSY } else { IDLE };
-        (!matches!(self.stage, Stage::Over)).then_some(next)
+        let busy = opening || now - self.active_at < ACTIVE_TIME;
+        let next = now
+            + if busy {
+                ACTIVE_TURN_DELAY
+            } else {
+                IDLE_TURN_DELAY
+            };
+        (!matches!(self.stage, Stage::Ended)).then_some(next)
     }
 
     /// Passes the sessions' texts to the station.
@@ -262,7 +267,7 @@ impl PageStation {
             }
             let Ok(text) = String::from_utf8(text) else {
                 self.sessions.remove(&session);
-                let code = NO_TEXT.to_le_bytes().to_vec();
+                let code = CLOSE_NOT_TEXT.to_le_bytes().to_vec();
                 self.outbox.push_back((CLOSE, session, code));
                 continue;
             };
@@ -279,7 +284,7 @@ impl PageStation {
                 match station.try_connect(peer) {
                     Some(client) => drop(self.sessions.insert(session, client)),
                     None => {
-                        let code = FULL.to_le_bytes().to_vec();
+                        let code = CLOSE_TOO_MANY_SESSIONS.to_le_bytes().to_vec();
                         self.outbox.push_back((CLOSE, session, code));
                         continue;
                     }
@@ -289,7 +294,7 @@ impl PageStation {
                 client.send(&text);
             }
         }
-        if now - self.alive_at >= ALIVE {
+        if now - self.alive_at >= KEEP_ALIVE_INTERVAL {
             self.alive_at = now;
             self.sessions.values().for_each(Client::pong);
         }
@@ -308,13 +313,13 @@ impl PageStation {
 
     fn next_out(&mut self) -> Option<(u8, u16, Vec<u8>)> {
         // Bytes for the arm come before anything for display.
-        if let Some(bytes) = self.line.say() {
+        if let Some(bytes) = self.line.take_output() {
             return Some((LINE, 0, bytes));
         }
         if let Some(own) = self.outbox.pop_front() {
             return Some(own);
         }
-        if let Some(file) = self.files.say() {
+        if let Some(file) = self.files.next_message() {
             return Some((FILE, 0, file));
         }
         let _context = self.runtime.enter();
@@ -340,13 +345,19 @@ impl Drop for PageStation {
     fn drop(&mut self) {
         let _context = self.runtime.enter();
         self.sessions.clear();
-        self.stage = Stage::Over;
+        self.stage = Stage::Ended;
     }
 }
 
 impl Stage {
     /// Starts connecting the arms at the first turn, whose time is known. Call it in the runtime.
-    fn go_on(&mut self, clock: &TurnClock, line: &Line, trace: &TraceRing, files: &PageFiles) {
+    fn start_connecting(
+        &mut self,
+        clock: &TurnClock,
+        line: &Line,
+        trace: &TraceRing,
+        files: &PageFiles,
+    ) {
         if !matches!(self, Self::Closed(_)) {
             return;
         }
@@ -366,7 +377,7 @@ impl Stage {
     }
 
     /// Returns the message to send once connecting has succeeded or failed.
-    fn arrived(&mut self) -> Option<String> {
+    fn connect_result(&mut self) -> Option<String> {
         let Self::Opening(opening) = self else {
             return None;
         };
@@ -379,10 +390,10 @@ impl Stage {
             }
             Ok(Err(error)) => {
                 let message = error.to_string();
-                (Self::Over, failure(error.kind().name(), &message))
+                (Self::Ended, failure(error.kind().name(), &message))
             }
             Err(oneshot::error::TryRecvError::Closed) => {
-                (Self::Over, failure("unexpected", "connecting ended"))
+                (Self::Ended, failure("unexpected", "connecting ended"))
             }
         };
         Some(told.to_string())
@@ -406,13 +417,13 @@ async fn connect(
     usual.trace = Tracer::new(trace).ok();
     let mut entries = Vec::new();
     let mut arms = Vec::new();
-    for (name, place) in config.arms {
-        let (entry, arm) = match place {
-            Place::Here(arm) => {
+    for (name, location) in config.arms {
+        let (entry, arm) = match location {
+            ArmLocation::Virtual(arm) => {
                 let arm = Arm::simulated(arm, usual.clone()).await?;
                 (ArmEntry::simulated(name), arm)
             }
-            Place::Line => {
+            ArmLocation::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
                 // A jog that the arm runs by itself could not be stopped from outside the browser,

@@ -15,7 +15,7 @@ use magician_station::{
 use serde_json::Value;
 use tokio::time::Instant;
 
-fn locked<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+fn lock<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
     // Values behind these locks are complete between statements, so a poisoned lock is still
     // usable.
     what.lock().unwrap_or_else(PoisonError::into_inner)
@@ -38,11 +38,11 @@ impl Calendar {
 /// Library of programs. Its total size is limited to that of the largest program elsewhere.
 #[derive(Clone)]
 pub(crate) struct MemoryPrograms {
-    programs: Arc<Mutex<BTreeMap<ProgramName, Kept>>>,
+    programs: Arc<Mutex<BTreeMap<ProgramName, StoredProgram>>>,
     calendar: Calendar,
 }
 
-struct Kept {
+struct StoredProgram {
     bytes: Arc<[u8]>,
     modified: f64,
 }
@@ -56,10 +56,10 @@ impl MemoryPrograms {
     }
 
     /// Total size of all other programs, bytes.
-    fn taken_beside(&self, name: &ProgramName) -> u64 {
-        let programs = locked(&self.programs);
+    fn size_of_others(&self, name: &ProgramName) -> u64 {
+        let programs = lock(&self.programs);
         let others = programs.iter().filter(|(other, _)| *other != name);
-        others.map(|(_, kept)| kept.bytes.len() as u64).sum()
+        others.map(|(_, stored)| stored.bytes.len() as u64).sum()
     }
 }
 
@@ -69,20 +69,20 @@ impl ProgramStore for MemoryPrograms {
     }
 
     fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
-        let programs = locked(&self.programs);
-        let entry = |(name, kept): (&ProgramName, &Kept)| ProgramEntry {
+        let programs = lock(&self.programs);
+        let entry = |(name, stored): (&ProgramName, &StoredProgram)| ProgramEntry {
             name: name.clone(),
-            bytes: kept.bytes.len() as u64,
-            modified: kept.modified,
-            format: Format::of(name.as_str(), &kept.bytes),
+            bytes: stored.bytes.len() as u64,
+            modified: stored.modified,
+            format: Format::of(name.as_str(), &stored.bytes),
         };
         Ok(programs.iter().map(entry).collect())
     }
 
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
-        let programs = locked(&self.programs);
-        let kept = programs.get(name).ok_or(LibraryError::Unknown)?;
-        let bytes = Arc::clone(&kept.bytes);
+        let programs = lock(&self.programs);
+        let stored = programs.get(name).ok_or(LibraryError::Unknown)?;
+        let bytes = Arc::clone(&stored.bytes);
         Ok((bytes.len() as u64, Box::new(Cursor::new(bytes))))
     }
 
@@ -92,7 +92,7 @@ impl ProgramStore for MemoryPrograms {
         _: Role,
         _: Option<u64>,
     ) -> Result<Box<dyn Upload>, LibraryError> {
-        Ok(Box::new(Coming {
+        Ok(Box::new(ProgramUpload {
             library: self.clone(),
             name: name.clone(),
             bytes: Vec::new(),
@@ -100,24 +100,24 @@ impl ProgramStore for MemoryPrograms {
     }
 
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
-        let mut programs = locked(&self.programs);
+        let mut programs = lock(&self.programs);
         programs.remove(name).map(drop).ok_or(LibraryError::Unknown)
     }
 }
 
-struct Coming {
+struct ProgramUpload {
     library: MemoryPrograms,
     name: ProgramName,
     bytes: Vec<u8>,
 }
 
-impl Upload for Coming {
+impl Upload for ProgramUpload {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         let size = self.bytes.len() as u64 + bytes.len() as u64;
         if size > LARGEST_PROGRAM {
             return Err(LibraryError::TooLarge);
         }
-        if self.library.taken_beside(&self.name) + size > LARGEST_PROGRAM {
+        if self.library.size_of_others(&self.name) + size > LARGEST_PROGRAM {
             return Err(LibraryError::Full);
         }
         self.bytes.extend_from_slice(bytes);
@@ -125,11 +125,11 @@ impl Upload for Coming {
     }
 
     fn finish(self: Box<Self>) -> Result<bool, LibraryError> {
-        let kept = Kept {
+        let stored = StoredProgram {
             bytes: self.bytes.into(),
             modified: self.library.calendar.now(),
         };
-        let before = locked(&self.library.programs).insert(self.name, kept);
+        let before = lock(&self.library.programs).insert(self.name, stored);
         Ok(before.is_none())
     }
 }
@@ -141,28 +141,28 @@ pub(crate) struct MemoryPresets(Arc<Mutex<BTreeMap<String, String>>>);
 
 impl MemoryPresets {
     /// Returns the preset stored under this name; `None` if it is not the name of a preset.
-    pub(crate) fn named(kept: &[u8]) -> Option<&str> {
-        let kept = std::str::from_utf8(kept).ok()?;
-        kept.strip_prefix("preset+")?.strip_suffix(".toml")
+    pub(crate) fn named(stored: &[u8]) -> Option<&str> {
+        let stored = std::str::from_utf8(stored).ok()?;
+        stored.strip_prefix("preset+")?.strip_suffix(".toml")
     }
 }
 
 impl PresetStore for MemoryPresets {
     fn names(&self) -> Vec<String> {
-        locked(&self.0).keys().cloned().collect()
+        lock(&self.0).keys().cloned().collect()
     }
 
     fn load(&self, name: &str) -> io::Result<Option<String>> {
-        Ok(locked(&self.0).get(name).cloned())
+        Ok(lock(&self.0).get(name).cloned())
     }
 
     fn save(&self, name: &str, text: &str) -> io::Result<()> {
-        locked(&self.0).insert(name.to_owned(), text.to_owned());
+        lock(&self.0).insert(name.to_owned(), text.to_owned());
         Ok(())
     }
 
     fn remove(&self, name: &str) -> io::Result<bool> {
-        Ok(locked(&self.0).remove(name).is_some())
+        Ok(lock(&self.0).remove(name).is_some())
     }
 }
 
@@ -185,14 +185,14 @@ impl JobStore for MemoryJobs {
 
     fn journal(&self) -> Box<dyn Journal> {
         Box::new(MemoryJournal {
-            kept: self.clone(),
+            stored: self.clone(),
             key: OwnKey::default(),
         })
     }
 }
 
 struct MemoryJournal {
-    kept: MemoryJobs,
+    stored: MemoryJobs,
     key: OwnKey,
 }
 
@@ -202,16 +202,16 @@ impl Journal for MemoryJournal {
     }
 
     fn left(&self) -> Result<Checkpoint, JournalError> {
-        let journals = locked(&self.kept.0);
+        let journals = lock(&self.stored.0);
         { journals.get(&self.key).cloned() }.ok_or(JournalError::Nothing)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
-        locked(&self.kept.0).insert(self.key.clone(), checkpoint.clone());
+        lock(&self.stored.0).insert(self.key.clone(), checkpoint.clone());
         Ok(())
     }
 
     fn remove(&mut self) {
-        locked(&self.kept.0).remove(&self.key);
+        lock(&self.stored.0).remove(&self.key);
     }
 }

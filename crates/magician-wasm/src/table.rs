@@ -12,7 +12,7 @@ struct Table {
     /// its end, because its runtime is gone by then.
     stations: Vec<&'static mut PageStation>,
     /// Error of the last failed opening.
-    refused: Option<String>,
+    last_error: Option<String>,
     shown: Vec<u8>,
 }
 
@@ -36,7 +36,7 @@ pub fn station_open(config: &[u8]) -> u32 {
             u32::try_from(table.stations.len()).unwrap_or(0)
         }
         Err(why) => {
-            table.refused = Some(failure("invalid-input", &why).to_string());
+            table.last_error = Some(failure("invalid-input", &why).to_string());
             0
         }
     })
@@ -63,7 +63,7 @@ pub fn station_out<T>(handle: u32, show: impl FnOnce(&[u8]) -> T) -> Option<T> {
         return with(handle, |station| station.out().map(show)).flatten();
     }
     TABLE.with_borrow_mut(|table| {
-        let why = table.refused.take()?;
+        let why = table.last_error.take()?;
         table.shown = [&[0; 3], why.as_bytes()].concat();
         Some(show(&table.shown))
     })

@@ -6,9 +6,9 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Size of the packets to keep, bytes: about five minutes at rest of a page that shows one arm.
-pub const ROOM: usize = 2 << 20;
+pub const CAPACITY: usize = 2 << 20;
 /// Block type of packets in pcapng. Other blocks describe the interfaces and are always kept.
-const PACKET: [u8; 4] = 6_u32.to_le_bytes();
+const PACKET_BLOCK: [u8; 4] = 6_u32.to_le_bytes();
 
 /// A trace file that drops its oldest packets to make room. Clones share it.
 #[derive(Clone, Debug, Default)]
@@ -40,10 +40,10 @@ impl Write for TraceRing {
     /// Appends a block. The trace writer passes each block in one call.
     fn write(&mut self, block: &[u8]) -> io::Result<usize> {
         let mut blocks = self.blocks();
-        if block.starts_with(&PACKET) {
+        if block.starts_with(&PACKET_BLOCK) {
             blocks.packets.push_back(block.into());
             blocks.size += block.len();
-            while blocks.size > ROOM {
+            while blocks.size > CAPACITY {
                 let Some(oldest) = blocks.packets.pop_front() else {
                     break;
                 };

@@ -137,7 +137,11 @@ fn queue(function: &Function) -> &'static str {
     let may = (function.arguments.iter()).any(|&(name, _)| name == "queued");
     // The body's form is `|arm, value, _, index| what(arm, value, Always, index)`.
     let does = function.body.splitn(3, '|').nth(2).unwrap_or_default();
-    match (sent && may, does.contains("Said"), does.contains("index")) {
+    match (
+        sent && may,
+        does.contains("Argument"),
+        does.contains("index"),
+    ) {
         (false, ..) => "",
         (true, true, _) => "as said",
         (true, false, true) => "always",

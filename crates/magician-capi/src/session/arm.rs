@@ -128,7 +128,8 @@ impl Session {
         let QueuedCmdCurrentIndex {
             queued_cmd_current_index,
         } = self.get()?;
-        self.standstill.saw(queued_cmd_current_index, &self.arm);
+        self.standstill
+            .note_index(queued_cmd_current_index, &self.arm);
         Ok(queued_cmd_current_index)
     }
 
@@ -161,7 +162,7 @@ impl Session {
         {
             self.allowed.check(row)?;
         }
-        let once = form == Form::Queued || form == Form::Set && row.is_none_or(is_once);
+        let once = form == Form::Queued || form == Form::Set && row.is_none_or(must_not_repeat);
         if once {
             self.doubt.check()?;
         }
@@ -170,12 +171,12 @@ impl Session {
         }
         match call(&self.arm) {
             Ok(value) => {
-                self.done(row, form);
+                self.note_success(row, form);
                 Ok(value)
             }
             Err(error) => {
-                if once && leaves_doubt(&error, form) {
-                    self.doubt.arise(&error);
+                if once && may_be_accepted(&error, form) {
+                    self.doubt.raise(&error);
                 }
                 Err(self.fault(error, form))
             }
@@ -193,19 +194,19 @@ impl Session {
         Ok(())
     }
 
-    fn done(&self, row: Option<&'static Row>, form: Form) {
+    fn note_success(&self, row: Option<&'static Row>, form: Form) {
         match row {
             // Clearing the queue removes the command in doubt. A stop would leave it there.
             Some(row) if form == Form::Set && row.id == QueuedCmdClear::ROW.id => {
-                self.doubt.lift();
+                self.doubt.clear();
                 self.standstill.dropped();
             }
             Some(row) if form == Form::Set && row.id == QueuedCmdStartExec::ROW.id => {
                 self.started.store(true, Ordering::Relaxed);
-                self.standstill.begin_anew();
+                self.standstill.reset_measurement();
             }
             Some(row) if form == Form::Set && row.id == ClearAlarmsState::ROW.id => {
-                self.standstill.begin_anew();
+                self.standstill.reset_measurement();
             }
             // Other commands affect neither the doubt nor the watch on the queue.
             _ => {}
@@ -240,13 +241,13 @@ impl Session {
 
 /// True if a command must not be executed twice. Starting a jog again continues the same jog, and
 /// the end of a jog must always be sent.
-fn is_once(row: &Row) -> bool {
+fn must_not_repeat(row: &Row) -> bool {
     !row.resendable && row.id != JogCmd::ROW.id
 }
 
 /// True if the arm may have accepted the command despite the error. An unintelligible reply to a
 /// queued command counts as none.
-fn leaves_doubt(error: &Error, form: Form) -> bool {
+fn may_be_accepted(error: &Error, form: Form) -> bool {
     match error.kind() {
         ErrorKind::Uncertain => true,
         ErrorKind::Unexpected => form == Form::Queued,

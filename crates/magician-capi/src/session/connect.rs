@@ -17,7 +17,7 @@ use super::pool::Lease;
 use super::registry::{Slot, lock};
 use super::text_probe::{self, Firmware};
 use super::{Registry, Session};
-use crate::code::{Code, Connected, Fault};
+use crate::code::{Code, ConnectCode, Fault};
 use crate::notice;
 use crate::pointer::{Buffer, Out, Text};
 use crate::structure::ConnectInfo;
@@ -25,10 +25,10 @@ use crate::structure::ConnectInfo;
 /// Name of the function in messages.
 const NAME: &str = "ConnectDobot";
 /// Timeout of a virtual arm. It answers at once; the rest is for a busy computer.
-const LONG: Duration = Duration::from_secs(10);
+const VIRTUAL_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Result of probing a port.
-enum Met {
+enum ProbeResult {
     /// An arm answered.
     Arm(Session),
     /// No known device answered. Connected nevertheless, with an explanation.
@@ -57,10 +57,10 @@ impl Registry {
         // have held it during the fork, and it stays locked.
         let claim = self.claim().ok();
         let _turn = claim.as_ref().map(|_| lock(&self.turn));
-        self.leave(0);
-        let met = || self.connect(port, baud, Some(0), !firmware.is_null());
-        self.answer(port, met, |met| {
-            if let Some(connection) = met {
+        self.remove(0);
+        let probed = || self.connect(port, baud, Some(0), !firmware.is_null());
+        self.report(port, probed, |probed| {
+            if let Some(connection) = probed {
                 put(firmware, connection.firmware.name);
                 put(version, &connection.firmware.version);
             }
@@ -76,8 +76,8 @@ impl Registry {
         version: Buffer,
         id: Out<i32>,
     ) -> c_int {
-        let met = || self.connect(port, baud, None, !firmware.is_null());
-        self.answer(port, met, |met| match met {
+        let probed = || self.connect(port, baud, None, !firmware.is_null());
+        self.report(port, probed, |probed| match probed {
             Some(connection) => {
                 put(firmware, connection.firmware.name);
                 put(version, &connection.firmware.version);
@@ -89,10 +89,10 @@ impl Registry {
 
     /// `ConnectDobot` of `v3`: the arm is a master without slaves.
     pub fn connect_v3(&self, port: Text, baud: u32, info: Out<ConnectInfo>) -> c_int {
-        let met = || self.connect(port, baud, None, true);
-        self.answer(port, met, |met| {
-            if let Some(connection) = met {
-                info.put(described(connection));
+        let probed = || self.connect(port, baud, None, true);
+        self.report(port, probed, |probed| {
+            if let Some(connection) = probed {
+                info.put(to_connect_info(connection));
             }
         })
     }
@@ -102,32 +102,32 @@ impl Registry {
         port: Text,
         baud: u32,
         id: Option<c_int>,
-        ask_in_text: bool,
-    ) -> Result<Connection, (Connected, Fault)> {
-        let occupied = |fault| (Connected::Occupied, fault);
+        probes_text: bool,
+    ) -> Result<Connection, (ConnectCode, Fault)> {
+        let occupied = |fault| (ConnectCode::Occupied, fault);
         let _claim = self.claim().map_err(occupied)?;
         let name = name_of(port);
-        let target = self.find_place(&name)?;
+        let target = self.resolve(&name)?;
         if baud != BAUD_RATE && is_serial(&target) {
             tracing::warn!(
                 "{NAME}: {target} is opened at {BAUD_RATE} baud, the arm's speed, not at {baud}"
             );
         }
-        let met = self.open(&target, ask_in_text).map_err(|error| {
-            let elsewhere = match name.trim() {
+        let probed = self.open(&target, probes_text).map_err(|error| {
+            let redirect_hint = match name.trim() {
                 "" => String::new(),
                 name => format!(" ({}=PORT sends this name elsewhere)", variable_of(name)),
             };
-            occupied(Fault::new(Code::Timeout, format!("{error}{elsewhere}")))
+            occupied(Fault::new(Code::Timeout, format!("{error}{redirect_hint}")))
         })?;
-        Ok(self.keep(met, &target, id))
+        Ok(self.store(probed, &target, id))
     }
 
     /// Connects, reports to the caller, and returns the code for C.
-    fn answer(
+    fn report(
         &self,
         port: Text,
-        connect: impl FnOnce() -> Result<Connection, (Connected, Fault)>,
+        connect: impl FnOnce() -> Result<Connection, (ConnectCode, Fault)>,
         tell: impl FnOnce(Option<&Connection>),
     ) -> c_int {
         let arguments = || format!("\"{}\"", name_of(port));
@@ -135,34 +135,34 @@ impl Registry {
             Ok(connection) => {
                 tell(Some(&connection));
                 notice::succeeded(NAME);
-                Connected::NoError as c_int
+                ConnectCode::NoError as c_int
             }
             Err((code, fault)) => {
                 tell(None);
-                match self.own_process() {
+                match self.check_process() {
                     Ok(()) => notice::fault(NAME, &fault),
-                    Err(_) => notice::quietly(NAME, &fault),
+                    Err(_) => notice::remember_unlogged(NAME, &fault),
                 };
                 code as c_int
             }
         })
     }
 
-    fn find_place(&self, name: &str) -> Result<Target, (Connected, Fault)> {
-        match self.surroundings.place(name) {
+    fn resolve(&self, name: &str) -> Result<Target, (ConnectCode, Fault)> {
+        match self.environment.resolve(name) {
             Some(Ok(target)) => Ok(target),
-            Some(Err(error)) => Err((Connected::Occupied, error.into())),
+            Some(Err(error)) => Err((ConnectCode::Occupied, error.into())),
             None => {
                 let message = "no port was given and no serial port looks like an arm's: is it \
                     plugged in and switched on? MAGICIAN_PORT=PORT gives one, MAGICIAN_PORT=sim a \
                 virtual arm";
-                Err((Connected::NotFound, Fault::new(Code::Timeout, message)))
+                Err((ConnectCode::NotFound, Fault::new(Code::Timeout, message)))
             }
         }
     }
 
     /// Stores the result of probing under an id.
-    fn keep(&self, met: Met, target: &Target, id: Option<c_int>) -> Connection {
+    fn store(&self, probed: ProbeResult, target: &Target, id: Option<c_int>) -> Connection {
         let arm = |session: Session, answers: bool| {
             let arm = Arc::new(session);
             let name = match target {
@@ -170,7 +170,7 @@ impl Registry {
                 _ => "DobotSerial",
             };
             Connection {
-                id: self.give_id(id, Slot::Arm(Arc::clone(&arm))),
+                id: self.assign_id(id, Slot::Arm(Arc::clone(&arm))),
                 firmware: Firmware {
                     name,
                     version: "0.0.0".to_owned(),
@@ -179,13 +179,13 @@ impl Registry {
                 kind: MAGICIAN,
             }
         };
-        match met {
-            Met::Arm(session) => arm(session, true),
-            Met::Silence(session, message) => {
+        match probed {
+            ProbeResult::Arm(session) => arm(session, true),
+            ProbeResult::Silence(session, message) => {
                 notice::warn(NAME, &message);
                 arm(session, false)
             }
-            Met::Firmware(firmware) => {
+            ProbeResult::Firmware(firmware) => {
                 let message = format!(
                     "{target} runs {} {}, a firmware for 3-D printing that does not speak the arm's protocol, and was \
                      closed again",
@@ -193,7 +193,7 @@ impl Registry {
                 );
                 notice::warn(NAME, &message);
                 Connection {
-                    id: self.give_id(id, Slot::Other(message)),
+                    id: self.assign_id(id, Slot::Other(message)),
                     firmware,
                     arm: None,
                     kind: IDLE,
@@ -203,10 +203,10 @@ impl Registry {
     }
 
     /// Opens a port and probes it.
-    fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
+    fn open(&self, target: &Target, probes_text: bool) -> magician::Result<ProbeResult> {
         // If the file of known arms is unreadable, fail: without it the arm's fence would be
         // missing.
-        let variable = |name: &str| (self.surroundings.variable)(name).map(Into::into);
+        let variable = |name: &str| (self.environment.variable)(name).map(Into::into);
         let known = match magician::arms::file_by(variable) {
             Some(file) => magician::arms::load_from(&file)?,
             None => Vec::new(),
@@ -215,38 +215,41 @@ impl Registry {
         if let Target::Sim(speed) = target {
             return self.open_virtual(self.pool.take(*speed), options);
         }
-        let patience = if is_serial(target) {
-            self.patience.serial
+        let timeout = if is_serial(target) {
+            self.timeouts.serial
         } else {
-            self.patience.network
+            self.timeouts.network
         };
-        let silence = match blocking::Arm::connect_with(target, options.clone().timeout(patience)) {
+        let silence = match blocking::Arm::connect_with(target, options.clone().timeout(timeout)) {
             Ok(arm) => {
                 start(&arm);
-                return Ok(Met::Arm(self.session(arm, None, true)));
+                return Ok(ProbeResult::Arm(self.session(arm, None, true)));
             }
             Err(error) if is_silence(error.kind()) => error,
             Err(error) => return Err(error),
         };
-        if ask_in_text
+        if probes_text
             && is_serial(target)
-            && let Some(firmware) = text_probe::ask(target, self.patience.text)
+            && let Some(firmware) = text_probe::probe(target, self.timeouts.text)
         {
-            return Ok(Met::Firmware(firmware));
+            return Ok(ProbeResult::Firmware(firmware));
         }
         let arm = blocking::Arm::connect_with(target, options.probe(false))?;
         let message = format!("connected, as the vendor's library would be, but {silence}");
-        Ok(Met::Silence(self.session(arm, None, false), message))
+        Ok(ProbeResult::Silence(
+            self.session(arm, None, false),
+            message,
+        ))
     }
 
-    fn open_virtual(&self, lease: Lease, options: Options) -> magician::Result<Met> {
-        let arm = blocking::Arm::simulated(lease.arm.clone(), options.timeout(LONG))?;
+    fn open_virtual(&self, lease: Lease, options: Options) -> magician::Result<ProbeResult> {
+        let arm = blocking::Arm::simulated(lease.arm.clone(), options.timeout(VIRTUAL_TIMEOUT))?;
         start(&arm);
-        Ok(Met::Arm(self.session(arm, Some(lease), true)))
+        Ok(ProbeResult::Arm(self.session(arm, Some(lease), true)))
     }
 
     fn session(&self, arm: blocking::Arm, lease: Option<Lease>, based: bool) -> Session {
-        let standing = self.patience.standing;
+        let standing = self.timeouts.standing;
         Session::new(arm, Arc::clone(self.allowed()), lease, based, standing)
     }
 }
@@ -287,7 +290,7 @@ const IDLE: i32 = 0;
 const MAGICIAN: i32 = 2;
 
 /// Builds the `ConnectInfo` of `v3`, with the arm as the master.
-fn described(connection: &Connection) -> ConnectInfo {
+fn to_connect_info(connection: &Connection) -> ConnectInfo {
     let (name, version, run_time) = match &connection.arm {
         Some(arm) => ("Dobot", version_of(arm), run_time_of(arm)),
         None => (
@@ -304,14 +307,14 @@ fn described(connection: &Connection) -> ConnectInfo {
     };
     write(0, &connection.id.to_le_bytes());
     write(4, &connection.kind.to_le_bytes());
-    write(8, short(name));
-    write(58, short(&version));
+    write(8, truncated(name));
+    write(58, truncated(&version));
     write(108, &f32::to_le_bytes(run_time));
     ConnectInfo(info)
 }
 
 /// Truncates a text to the 50 bytes of its field, with a NUL.
-fn short(text: &str) -> &[u8] {
+fn truncated(text: &str) -> &[u8] {
     let bytes = text.as_bytes();
     bytes.get(..49).unwrap_or(bytes)
 }

@@ -8,7 +8,7 @@ use std::sync::Mutex;
 use magician::protocol::Row;
 
 use super::registry::lock;
-use super::{Registry, Surroundings};
+use super::{Environment, Registry};
 use crate::code::{Code, Fault, Outcome};
 use crate::notice;
 use crate::pointer::Text;
@@ -19,34 +19,34 @@ const VARIABLE: &str = "MAGICIAN_ALLOW";
 /// Dangerous commands that are allowed.
 #[derive(Debug)]
 pub(super) struct Allowed {
-    surroundings: Surroundings,
+    environment: Environment,
     /// Allowed by `MagicianAllow`.
-    named: Mutex<Names>,
+    named: Mutex<AllowedIds>,
 }
 
 /// Ids of commands, or all of them.
 #[derive(Clone, Debug, Default)]
-struct Names {
+struct AllowedIds {
     all: bool,
     ids: BTreeSet<u8>,
 }
 
 impl Allowed {
-    pub(super) fn new(surroundings: Surroundings) -> Self {
+    pub(super) fn new(environment: Environment) -> Self {
         Self {
-            surroundings,
+            environment,
             named: Mutex::default(),
         }
     }
 
     /// Fails if the command is dangerous and not allowed.
     pub(super) fn check(&self, row: &Row) -> Outcome {
-        let Some(danger) = row.danger().filter(|_| !lock(&self.named).have(row)) else {
+        let Some(danger) = row.danger().filter(|_| !lock(&self.named).contains(row)) else {
             return Ok(());
         };
-        let variable = (self.surroundings.variable)(VARIABLE).unwrap_or_default();
+        let variable = (self.environment.variable)(VARIABLE).unwrap_or_default();
         // Unknown names in the variable are ignored; the refusal shows the correct one.
-        if parse(&variable).0.have(row) {
+        if parse(&variable).0.contains(row) {
             return Ok(());
         }
         let name = row.set_name;
@@ -57,15 +57,15 @@ impl Allowed {
     }
 }
 
-impl Names {
-    fn have(&self, row: &Row) -> bool {
+impl AllowedIds {
+    fn contains(&self, row: &Row) -> bool {
         self.all || self.ids.contains(&row.id)
     }
 }
 
 /// Parses names separated by commas or blanks. Also returns the unknown ones.
-fn parse(text: &str) -> (Names, Vec<&str>) {
-    let mut names = Names::default();
+fn parse(text: &str) -> (AllowedIds, Vec<&str>) {
+    let mut names = AllowedIds::default();
     let mut wrong = Vec::new();
     let parts = text.split(|c: char| c == ',' || c.is_whitespace());
     for name in parts.filter(|name| !name.is_empty()) {

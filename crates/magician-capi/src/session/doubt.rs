@@ -40,12 +40,12 @@ impl Doubt {
         Err(Fault::new(Code::Timeout, message))
     }
 
-    pub(super) fn arise(&self, error: &Error) {
+    pub(super) fn raise(&self, error: &Error) {
         lock(&self.about).get_or_insert_with(|| error.to_string());
         self.exists.store(true, Ordering::SeqCst);
     }
 
-    pub(super) fn lift(&self) {
+    pub(super) fn clear(&self) {
         *lock(&self.about) = None;
         self.exists.store(false, Ordering::SeqCst);
     }

@@ -27,8 +27,8 @@ use crate::structure::ConnectInfo;
 use crate::{Family, notice};
 
 pub use arm::Session;
-pub use place::Surroundings;
-pub use registry::{Patience, Registry};
+pub use place::Environment;
+pub use registry::{Registry, Timeouts};
 
 /// The registry of the library.
 static ARMS: LazyLock<Registry> = LazyLock::new(Registry::default);

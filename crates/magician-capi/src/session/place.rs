@@ -15,11 +15,11 @@ pub(super) const PORT: &str = "MAGICIAN_PORT";
 const TRACE: &str = "MAGICIAN_TRACE";
 /// Time that `SearchDobot` waits for arms on Wi-Fi. A choice: arms on the same network answer well
 /// within it, and the caller is blocked meanwhile.
-const SHORT_WAIT: Duration = Duration::from_millis(250);
+const SEARCH_TIMEOUT: Duration = Duration::from_millis(250);
 
 /// Environment of the process. Tests replace it.
 #[derive(Clone, Copy, Debug)]
-pub struct Surroundings {
+pub struct Environment {
     /// Returns a variable of the environment.
     pub variable: fn(&str) -> Option<String>,
     /// Lists the serial ports.
@@ -28,7 +28,7 @@ pub struct Surroundings {
     pub network: fn() -> Vec<Ipv4Addr>,
 }
 
-impl Default for Surroundings {
+impl Default for Environment {
     fn default() -> Self {
         Self {
             variable: |name| {
@@ -48,7 +48,7 @@ impl Default for Surroundings {
 }
 
 fn network() -> Vec<Ipv4Addr> {
-    let found = Search::networks().find_blocking(SHORT_WAIT);
+    let found = Search::networks().find_blocking(SEARCH_TIMEOUT);
     let found = found.unwrap_or_else(|error| {
         tracing::debug!("{error}");
         Vec::new()
@@ -60,9 +60,9 @@ fn network() -> Vec<Ipv4Addr> {
     addresses.collect()
 }
 
-impl Surroundings {
+impl Environment {
     /// Resolves a name. Returns `None` if the name is empty and no port was found.
-    pub(super) fn place(&self, name: &str) -> Option<Result<Target, Error>> {
+    pub(super) fn resolve(&self, name: &str) -> Option<Result<Target, Error>> {
         let name = name.trim();
         if !name.is_empty() {
             let sent = (self.variable)(&variable_of(name));
@@ -71,12 +71,12 @@ impl Surroundings {
         if let Some(port) = (self.variable)(PORT) {
             return Some(target(&port));
         }
-        let ports = self.arms_ports();
+        let ports = self.arm_ports();
         ports.first().map(|port| Ok(Target::Serial(port.clone())))
     }
 
     /// Serial ports that may have an arm, likely ones first.
-    pub(super) fn arms_ports(&self) -> Vec<String> {
+    pub(super) fn arm_ports(&self) -> Vec<String> {
         let ports = (self.ports)().into_iter();
         ports.filter(is_listed).map(|port| port.path).collect()
     }
@@ -110,7 +110,7 @@ fn is_listed(port: &Port) -> bool {
 
 /// Name of the variable that redirects a port: `MAGICIAN_PORT_COM3`, `MAGICIAN_PORT_TTYUSB0`.
 pub(super) fn variable_of(name: &str) -> String {
-    let letters = bare(name).chars().map(|c| {
+    let letters = device_name(name).chars().map(|c| {
         if c.is_ascii_alphanumeric() {
             c.to_ascii_uppercase()
         } else {
@@ -121,10 +121,10 @@ pub(super) fn variable_of(name: &str) -> String {
 }
 
 /// Name of a port without its prefix, as the vendor's library lists it.
-pub(super) fn bare(path: &str) -> &str {
+pub(super) fn device_name(path: &str) -> &str {
     let prefixes = ["/dev/", r"\\.\"];
-    let bare = prefixes.iter().find_map(|prefix| path.strip_prefix(prefix));
-    bare.unwrap_or(path)
+    let stripped = prefixes.iter().find_map(|prefix| path.strip_prefix(prefix));
+    stripped.unwrap_or(path)
 }
 
 /// Parses an address, any target of the driver, or the bare name of a device.
@@ -147,11 +147,8 @@ mod tests {
     use super::*;
     use magician::{SimSpeed, Usb};
 
-    fn surroundings(
-        variable: fn(&str) -> Option<String>,
-        ports: fn() -> Vec<Port>,
-    ) -> Surroundings {
-        Surroundings {
+    fn environment(variable: fn(&str) -> Option<String>, ports: fn() -> Vec<Port>) -> Environment {
+        Environment {
             variable,
             ports,
             network: Vec::new,
@@ -171,32 +168,32 @@ mod tests {
         }
     }
 
-    fn place(surroundings: &Surroundings, name: &str) -> Target {
-        surroundings.place(name).unwrap().unwrap()
+    fn resolve(environment: &Environment, name: &str) -> Target {
+        environment.resolve(name).unwrap().unwrap()
     }
 
     #[test]
-    fn names_of_all_kinds_lead_somewhere() {
-        let bare = surroundings(|_| None, Vec::new);
+    fn names_of_all_kinds_resolve() {
+        let plain = environment(|_| None, Vec::new);
         let serial = |path: &str| Target::Serial(path.into());
         let udp = |host: &str| Target::Udp {
             host: host.into(),
             port: 8899,
         };
-        assert_eq!(place(&bare, "COM3"), serial("COM3"));
-        assert_eq!(place(&bare, " /dev/ttyUSB0\n"), serial("/dev/ttyUSB0"));
-        assert_eq!(place(&bare, "192.168.1.5"), udp("192.168.1.5"));
-        assert_eq!(place(&bare, "udp:arm"), udp("arm"));
-        assert_eq!(place(&bare, "sim"), Target::Sim(SimSpeed::Max));
+        assert_eq!(resolve(&plain, "COM3"), serial("COM3"));
+        assert_eq!(resolve(&plain, " /dev/ttyUSB0\n"), serial("/dev/ttyUSB0"));
+        assert_eq!(resolve(&plain, "192.168.1.5"), udp("192.168.1.5"));
+        assert_eq!(resolve(&plain, "udp:arm"), udp("arm"));
+        assert_eq!(resolve(&plain, "sim"), Target::Sim(SimSpeed::Max));
         #[cfg(unix)]
-        assert_eq!(place(&bare, "ttyUSB0"), serial("/dev/ttyUSB0"));
-        assert!(bare.place("udp:").unwrap().is_err());
-        assert!(bare.place("").is_none(), "there is no port");
+        assert_eq!(resolve(&plain, "ttyUSB0"), serial("/dev/ttyUSB0"));
+        assert!(plain.resolve("udp:").unwrap().is_err());
+        assert!(plain.resolve("").is_none(), "there is no port");
     }
 
     #[test]
-    fn a_name_that_is_built_in_can_be_sent_elsewhere() {
-        let sent = surroundings(
+    fn built_in_name_can_be_redirected() {
+        let sent = environment(
             |name| {
                 let sent = ["MAGICIAN_PORT_COM3", "MAGICIAN_PORT_TTYUSB0"].contains(&name);
                 sent.then(|| "sim:2".to_owned())
@@ -204,14 +201,14 @@ mod tests {
             Vec::new,
         );
         for name in ["com3", r"\\.\COM3", "/dev/ttyUSB0", "ttyUSB0"] {
-            assert_eq!(place(&sent, name), Target::Sim(SimSpeed::Times(2.0)));
+            assert_eq!(resolve(&sent, name), Target::Sim(SimSpeed::Times(2.0)));
         }
-        assert_eq!(place(&sent, "COM4"), Target::Serial("COM4".into()));
+        assert_eq!(resolve(&sent, "COM4"), Target::Serial("COM4".into()));
         assert_eq!(variable_of("192.168.1.5"), "MAGICIAN_PORT_192_168_1_5");
     }
 
     #[test]
-    fn without_a_name_the_variable_comes_before_the_first_port() {
+    fn variable_overrides_the_first_port_without_a_name() {
         let ports = || {
             vec![
                 port("/dev/ttyS9", "Some other thing", (1, 2)),
@@ -219,10 +216,10 @@ mod tests {
                 port("/dev/ttyUSB2", "", (0x10C4, 0xEA60)),
             ]
         };
-        let without = surroundings(|_| None, ports);
-        assert_eq!(place(&without, ""), Target::Serial("/dev/ttyUSB1".into()));
-        assert_eq!(without.arms_ports(), ["/dev/ttyUSB1", "/dev/ttyUSB2"]);
-        let with = surroundings(|name| (name == PORT).then(|| "sim".into()), ports);
-        assert_eq!(place(&with, ""), Target::Sim(SimSpeed::Max));
+        let without = environment(|_| None, ports);
+        assert_eq!(resolve(&without, ""), Target::Serial("/dev/ttyUSB1".into()));
+        assert_eq!(without.arm_ports(), ["/dev/ttyUSB1", "/dev/ttyUSB2"]);
+        let with = environment(|name| (name == PORT).then(|| "sim".into()), ports);
+        assert_eq!(resolve(&with, ""), Target::Sim(SimSpeed::Max));
     }
 }

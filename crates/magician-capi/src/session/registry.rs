@@ -15,20 +15,20 @@ use magician::{Options, Tracer};
 
 use super::danger::Allowed;
 use super::pool::Pool;
-use super::{Session, Surroundings};
+use super::{Environment, Session};
 use crate::code::{Code, Fault, Outcome};
 use crate::{Family, notice};
 
 /// Default of `SetCmdTimeout`, as in the vendor's library: 3000 ms.
 const TIMEOUT: Duration = Duration::from_secs(3);
 /// Most ids with a remembered timeout, because a program may use arbitrary ids.
-const MOST_TIMEOUTS: usize = 256;
+const MAX_TIMEOUTS: usize = 256;
 
 /// Connected arms of a process by id. `v1` has one arm, with id 0.
 #[derive(Debug)]
 pub struct Registry {
-    pub(super) surroundings: Surroundings,
-    pub(super) patience: Patience,
+    pub(super) environment: Environment,
+    pub(super) timeouts: Timeouts,
     pub(super) pool: Pool,
     /// Held by `ConnectDobot` of `v1`, which closes the existing connection and opens it again.
     pub(super) turn: Mutex<()>,
@@ -45,7 +45,7 @@ pub struct Registry {
 
 /// Timeouts of `ConnectDobot`, and of the queue.
 #[derive(Clone, Copy, Debug)]
-pub struct Patience {
+pub struct Timeouts {
     /// For the reply of an arm at a serial port.
     pub serial: Duration,
     /// For the reply of an arm on a network.
@@ -56,7 +56,7 @@ pub struct Patience {
     pub standing: Duration,
 }
 
-impl Default for Patience {
+impl Default for Timeouts {
     fn default() -> Self {
         Self {
             serial: Duration::from_millis(300),
@@ -78,20 +78,20 @@ pub(super) enum Slot {
 
 impl Default for Registry {
     fn default() -> Self {
-        Self::new(Surroundings::default(), Patience::default())
+        Self::new(Environment::default(), Timeouts::default())
     }
 }
 
 impl Registry {
     /// Creates an empty registry.
     #[must_use]
-    pub fn new(surroundings: Surroundings, patience: Patience) -> Self {
+    pub fn new(environment: Environment, timeouts: Timeouts) -> Self {
         Self {
-            surroundings,
-            patience,
+            environment,
+            timeouts,
             pool: Pool::default(),
             turn: Mutex::default(),
-            allowed: Arc::new(Allowed::new(surroundings)),
+            allowed: Arc::new(Allowed::new(environment)),
             slots: RwLock::default(),
             timeouts: Mutex::default(),
             process: AtomicU32::new(0),
@@ -108,13 +108,13 @@ impl Registry {
         id: c_int,
         body: impl FnOnce(&Session) -> Outcome,
     ) -> c_int {
-        if let Err(fault) = self.own_process() {
-            return notice::quietly(name, &fault);
+        if let Err(fault) = self.check_process() {
+            return notice::remember_unlogged(name, &fault);
         }
         let begun = Instant::now();
         notice::begin();
         let outcome = self.find(family, id).and_then(|arm| body(&arm));
-        notice::ended((name, id), &outcome, begun.elapsed())
+        notice::finish((name, id), &outcome, begun.elapsed())
     }
 
     /// Finds the arm with this id.
@@ -151,21 +151,21 @@ impl Registry {
             "DisconnectDobot",
             || format!("id={id}"),
             || {
-                self.leave(id);
+                self.remove(id);
                 Code::NoError as c_int
             },
         )
     }
 
     /// Removes an id and closes its connection.
-    pub(super) fn leave(&self, id: c_int) {
-        if self.own_process().is_err() {
+    pub(super) fn remove(&self, id: c_int) {
+        if self.check_process().is_err() {
             return;
         }
         let slot = {
             let mut slots = self.slots_mut();
             let slot = slots.remove(&id);
-            self.disown(&slots);
+            self.reset_process(&slots);
             slot
         };
         if let Some(Slot::Arm(arm)) = slot {
@@ -178,7 +178,7 @@ impl Registry {
     pub fn set_timeout(&self, id: c_int, milliseconds: u32) -> c_int {
         let arguments = || format!("id={id} milliseconds={milliseconds}");
         notice::host("SetCmdTimeout", arguments, || {
-            if self.own_process().is_ok() {
+            if self.check_process().is_ok() {
                 self.remember_timeout(id, milliseconds);
             }
             Code::NoError as c_int
@@ -190,7 +190,7 @@ impl Registry {
         let timeout = Duration::from_millis(u64::from(milliseconds.max(1)));
         {
             let mut timeouts = lock(&self.timeouts);
-            if timeouts.len() < MOST_TIMEOUTS || timeouts.contains_key(&id) {
+            if timeouts.len() < MAX_TIMEOUTS || timeouts.contains_key(&id) {
                 timeouts.insert(id, timeout);
             }
         }
@@ -206,7 +206,7 @@ impl Registry {
     }
 
     /// Stores a slot under the given id, or under the smallest free one. Returns the id.
-    pub(super) fn give_id(&self, id: Option<c_int>, slot: Slot) -> c_int {
+    pub(super) fn assign_id(&self, id: Option<c_int>, slot: Slot) -> c_int {
         let mut slots = self.slots_mut();
         let free = || {
             (0..)
@@ -224,7 +224,7 @@ impl Registry {
     }
 
     /// Allows forked children to connect, if this process has no connection and is not connecting.
-    fn disown(&self, slots: &BTreeMap<c_int, Slot>) {
+    fn reset_process(&self, slots: &BTreeMap<c_int, Slot>) {
         if slots.is_empty() && self.connecting.load(Ordering::Relaxed) == 0 {
             self.process.store(0, Ordering::Relaxed);
         }
@@ -236,7 +236,7 @@ impl Registry {
     /// # Errors
     /// This process is such a child.
     pub(super) fn claim(&self) -> Result<Claim<'_>, Fault> {
-        self.own_process()?;
+        self.check_process()?;
         let _slots = self.slots_mut();
         self.connecting.fetch_add(1, Ordering::Relaxed);
         self.process.store(process::id(), Ordering::Relaxed);
@@ -245,7 +245,7 @@ impl Registry {
 
     /// Fails in a forked child: a fork does not copy the threads of the driver, so a call would
     /// never be answered.
-    pub(super) fn own_process(&self) -> Outcome {
+    pub(super) fn check_process(&self) -> Outcome {
         let owner = self.process.load(Ordering::Relaxed);
         if owner == 0 || owner == process::id() {
             return Ok(());
@@ -257,7 +257,7 @@ impl Registry {
 
     /// Options of the driver, with the trace of `MAGICIAN_TRACE`.
     pub(super) fn options(&self) -> Options {
-        let tracer = self.tracer.get_or_init(|| self.surroundings.tracer());
+        let tracer = self.tracer.get_or_init(|| self.environment.tracer());
         // Programs for the vendor's library expect every command to be sent. Its interface has
         // neither a permission for the laser nor a holder for jogs.
         let options = Options::default().allow_laser(true).raw_jogs(true);
@@ -280,7 +280,7 @@ impl Drop for Claim<'_> {
     fn drop(&mut self) {
         let slots = self.0.slots_mut();
         self.0.connecting.fetch_sub(1, Ordering::Relaxed);
-        self.0.disown(&slots);
+        self.0.reset_process(&slots);
     }
 }
 
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_child_that_was_forked_is_told_so_and_waits_for_nothing() {
+    fn forked_child_gets_an_error_without_waiting() {
         let registry = forked();
         // As if the parent had been about to connect.
         let _held = registry.slots.write().unwrap();
@@ -316,14 +316,14 @@ mod tests {
 
     #[test]
     #[allow(unsafe_code)]
-    fn a_child_may_connect_once_nothing_is_connected() {
+    fn child_may_connect_if_nothing_is_connected() {
         use std::ffi::CString;
 
         let name = CString::new("sim").unwrap();
         let registry = Registry::default();
         // SAFETY: the one outlives the call, the other is null.
-        let (name, nowhere) = unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
-        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+        let (name, null) = unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
+        assert_eq!(registry.connect_v1(name, 115_200, null, null), 0);
         assert_ne!(registry.process.load(Ordering::Relaxed), 0);
         registry.disconnect(0);
         assert_eq!(registry.process.load(Ordering::Relaxed), 0);
@@ -331,7 +331,7 @@ mod tests {
 
     #[test]
     #[allow(unsafe_code)]
-    fn who_waits_for_its_turn_to_connect_is_seen_by_a_child() {
+    fn child_sees_a_waiting_connect_call() {
         use std::ffi::CString;
 
         let name = CString::new("sim").unwrap();
@@ -340,14 +340,14 @@ mod tests {
             let turn = registry.turn.lock().unwrap();
             scope.spawn(|| {
                 // SAFETY: the one outlives the call, the other is null.
-                let (name, nowhere) =
+                let (name, null) =
                     unsafe { (Text::new(name.as_ptr()), Buffer::new(ptr::null_mut())) };
-                assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 0);
+                assert_eq!(registry.connect_v1(name, 115_200, null, null), 0);
                 registry.disconnect(0);
             });
-            let patience = Instant::now() + Duration::from_secs(20);
+            let deadline = Instant::now() + Duration::from_secs(20);
             while registry.process.load(Ordering::Relaxed) == 0 {
-                assert!(Instant::now() < patience, "a child would wait for its turn");
+                assert!(Instant::now() < deadline, "a child would wait for its turn");
                 std::thread::yield_now();
             }
             drop(turn);
@@ -358,11 +358,11 @@ mod tests {
 
     #[test]
     #[allow(unsafe_code)]
-    fn a_child_that_was_forked_cannot_connect() {
+    fn forked_child_cannot_connect() {
         // SAFETY: they are null.
-        let (name, nowhere) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
+        let (name, null) = unsafe { (Text::new(ptr::null()), Buffer::new(ptr::null_mut())) };
         let registry = forked();
         let _held = registry.turn.lock().unwrap();
-        assert_eq!(registry.connect_v1(name, 115_200, nowhere, nowhere), 2);
+        assert_eq!(registry.connect_v1(name, 115_200, null, null), 2);
     }
 }

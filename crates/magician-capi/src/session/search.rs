@@ -3,7 +3,7 @@
 use std::ffi::c_int;
 
 use super::Registry;
-use super::place::{PORT, bare};
+use super::place::{PORT, device_name};
 use crate::notice;
 use crate::pointer::Buffer;
 
@@ -26,10 +26,10 @@ impl Registry {
     }
 
     fn names(&self) -> Vec<String> {
-        let given = (self.surroundings.variable)(PORT);
-        let ports = self.surroundings.arms_ports();
-        let ports = ports.iter().map(|path| bare(path).to_owned());
-        let arms = (self.surroundings.network)();
+        let given = (self.environment.variable)(PORT);
+        let ports = self.environment.arm_ports();
+        let ports = ports.iter().map(|path| device_name(path).to_owned());
+        let arms = (self.environment.network)();
         let arms = arms.iter().map(ToString::to_string);
         let mut names = Vec::new();
         for name in given.into_iter().chain(ports).chain(arms) {
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_does_not_fit_is_left_out_whole() {
+    fn names_that_do_not_fit_are_omitted() {
         let names = ["COM1", "COM30", "192.168.0.5", "C"].map(str::to_owned);
         assert_eq!(listed(&names, 100), "COM1 COM30 192.168.0.5 C");
         assert_eq!(listed(&names, 11), "COM1 COM30");

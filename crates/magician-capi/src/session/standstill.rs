@@ -23,23 +23,23 @@ use crate::notice;
 const NAME: &str = "GetQueuedCmdCurrentIndex";
 /// Factor on the patience without an alarm. A choice: the queue may be stopped for a moment on
 /// purpose.
-const PAUSE: u32 = 10;
+const REST_FACTOR: u32 = 10;
 /// Factor on the patience during a command in which the arm may stand still: homing, a wait, a
 /// trigger. A choice: such commands take longer than a move.
-const QUIET: u32 = 60;
+const QUIET_FACTOR: u32 = 60;
 /// Most of those commands that are remembered: more than the queue holds.
-const MOST_QUIET: usize = 64;
+const MAX_QUIET: usize = 64;
 
 /// State of the queue while a program waits for it.
 #[derive(Debug)]
 pub(super) struct Standstill {
     /// Time without a change of the index before the reason is looked for.
-    patience: Duration,
-    seen: Mutex<Seen>,
+    timeout: Duration,
+    state: Mutex<QueueState>,
 }
 
 #[derive(Debug, Default)]
-struct Seen {
+struct QueueState {
     /// Index of the last command that this program queued.
     last: u64,
     /// Queued commands in which the arm may stand still, by index. True for homing, which runs
@@ -48,46 +48,46 @@ struct Seen {
     /// Current index, time of its last change, and time of the last check.
     index: Option<(u64, Instant, Instant)>,
     pose: Option<Pose>,
-    told: bool,
+    reported: bool,
 }
 
 impl Standstill {
-    pub(super) fn new(patience: Duration) -> Self {
+    pub(super) fn new(timeout: Duration) -> Self {
         Self {
-            patience,
-            seen: Mutex::default(),
+            timeout,
+            state: Mutex::default(),
         }
     }
 
     /// Records a queued command.
     pub(super) fn queued(&self, QueueIndex(index): QueueIndex, row: &Row) {
-        let mut seen = lock(&self.seen);
-        seen.last = index;
+        let mut state = lock(&self.state);
+        state.last = index;
         let homes = row.id == HomeCmd::ROW.id;
         if homes || row.effect == Effect::Wait {
-            seen.quiet.insert(index, homes);
-            if seen.quiet.len() > MOST_QUIET {
-                seen.quiet.pop_first();
+            state.quiet.insert(index, homes);
+            if state.quiet.len() > MAX_QUIET {
+                state.quiet.pop_first();
             }
         }
         // Start the measurement anew: the queue may have been waiting for this command.
-        seen.index = None;
+        state.index = None;
     }
 
     /// Forgets the measurement, because the queue was started or its alarms were cleared.
-    pub(super) fn begin_anew(&self) {
-        let mut seen = lock(&self.seen);
-        (seen.index, seen.told) = (None, false);
+    pub(super) fn reset_measurement(&self) {
+        let mut state = lock(&self.state);
+        (state.index, state.reported) = (None, false);
     }
 
     /// Forgets everything, because the queue was cleared.
     pub(super) fn dropped(&self) {
-        *lock(&self.seen) = Seen::default();
+        *lock(&self.state) = QueueState::default();
     }
 
     /// Handles a poll of the current index.
-    pub(super) fn saw(&self, current: u64, arm: &blocking::Arm) {
-        let Some((stood, before)) = self.stands(current) else {
+    pub(super) fn note_index(&self, current: u64, arm: &blocking::Arm) {
+        let Some((stood, before)) = self.time_since_change(current) else {
             return;
         };
         // No lock is held while the arm is read: another thread must be able to queue commands.
@@ -95,16 +95,21 @@ impl Standstill {
             return;
         };
         let tool_unknown = arm.front_end().tool_is_unknown(&alarms).unwrap_or(false);
-        let mut seen = lock(&self.seen);
-        seen.pose = Some(pose);
+        let mut state = lock(&self.state);
+        state.pose = Some(pose);
         let still = before == Some(pose);
-        let quiet = seen.quiet.get(&current.saturating_add(1)).copied();
-        let pause = self.patience * if quiet.is_some() { QUIET } else { PAUSE };
-        if seen.told {
+        let quiet = state.quiet.get(&current.saturating_add(1)).copied();
+        let pause = self.timeout
+            * if quiet.is_some() {
+                QUIET_FACTOR
+            } else {
+                REST_FACTOR
+            };
+        if state.reported {
             return;
         }
         let why = if alarms.blocking() && quiet != Some(true) {
-            held(&alarms, tool_unknown)
+            alarm_reason(&alarms, tool_unknown)
         } else if still && stood >= pause {
             "the arm is at rest. If it should move, call SetQueuedCmdStartExec, and \
                 ClearAllAlarmsState before it if there was an alarm"
@@ -112,9 +117,9 @@ impl Standstill {
         } else {
             return;
         };
-        seen.told = true;
-        let last = seen.last;
-        drop(seen);
+        state.reported = true;
+        let last = state.last;
+        drop(state);
         notice::warn(
             NAME,
             &format!(
@@ -124,25 +129,25 @@ impl Standstill {
     }
 
     /// Returns how long the index has stood and the pose at the last check, if a check is due.
-    fn stands(&self, current: u64) -> Option<(Duration, Option<Pose>)> {
-        let mut seen = lock(&self.seen);
+    fn time_since_change(&self, current: u64) -> Option<(Duration, Option<Pose>)> {
+        let mut state = lock(&self.state);
         let now = Instant::now();
-        if current >= seen.last {
-            (seen.index, seen.pose, seen.told) = (None, None, false);
+        if current >= state.last {
+            (state.index, state.pose, state.reported) = (None, None, false);
             return None;
         }
-        match &mut seen.index {
+        match &mut state.index {
             Some((index, since, looked)) if *index == current => {
-                if now.duration_since(*looked) < self.patience {
+                if now.duration_since(*looked) < self.timeout {
                     return None;
                 }
                 *looked = now;
                 let stood = now.duration_since(*since);
-                (!seen.told).then_some((stood, seen.pose))
+                (!state.reported).then_some((stood, state.pose))
             }
             other => {
                 *other = Some((current, now, now));
-                (seen.pose, seen.told) = (None, false);
+                (state.pose, state.reported) = (None, false);
                 None
             }
         }
@@ -150,7 +155,7 @@ impl Standstill {
 }
 
 /// Describes the alarms that block the queue, with remedies.
-fn held(alarms: &AlarmSet, tool_unknown: bool) -> String {
+fn alarm_reason(alarms: &AlarmSet, tool_unknown: bool) -> String {
     let codes = alarms.codes().filter(|code| Alarm::blocks(*code));
     let mut named: Vec<String> = codes
         .map(|code| match Alarm::with_code(code) {

@@ -7,9 +7,9 @@ use magician::{RawLine, Target};
 use tokio::time::{Instant, timeout_at};
 
 /// Bytes that the vendor's library writes to a new connection. The arm's own firmware ignores them.
-const QUESTION: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
+const PROBE: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
 /// Most bytes of text that are kept: more than such a firmware sends in this time.
-const MOST: usize = 64 * 1024;
+const MAX_TEXT_SIZE: usize = 64 * 1024;
 
 /// Firmware that answers in text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub(super) struct Firmware {
 }
 
 /// Asks at a port. Returns `None` if no known firmware answers in time.
-pub(super) fn ask(target: &Target, within: Duration) -> Option<Firmware> {
+pub(super) fn probe(target: &Target, within: Duration) -> Option<Firmware> {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build()
@@ -34,7 +34,7 @@ pub(super) fn ask(target: &Target, within: Duration) -> Option<Firmware> {
 async fn listen(target: &Target, within: Duration) -> magician::Result<Option<Firmware>> {
     let mut line = RawLine::open(target).await?;
     let until = Instant::now() + within;
-    let asked = timeout_at(until, line.send(QUESTION)).await;
+    let asked = timeout_at(until, line.send(PROBE)).await;
     if let Ok(sent) = asked {
         sent?;
     }
@@ -44,7 +44,7 @@ async fn listen(target: &Target, within: Duration) -> magician::Result<Option<Fi
         let came = bytes.get(..count?).unwrap_or_default();
         heard.extend_from_slice(came);
         let firmware = recognise(&heard);
-        if firmware.is_some() || heard.len() > MOST {
+        if firmware.is_some() || heard.len() > MAX_TEXT_SIZE {
             return Ok(firmware);
         }
     }
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn firmwares_are_known_by_what_they_say() {
+    fn firmwares_are_recognised_by_their_text() {
         let said = |text: &str| {
             recognise(text.as_bytes()).map(|firmware| (firmware.name, firmware.version))
         };

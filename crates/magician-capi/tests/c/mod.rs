@@ -21,23 +21,23 @@ macro_rules! tests {
         };
 
         #[test]
-        fn layouts_are_the_vendors() {
-            SUBJECT.layouts_are_the_vendors();
+        fn layouts_match_the_vendors() {
+            SUBJECT.layouts_match_the_vendors();
         }
 
         #[test]
-        fn prototypes_are_those_of_the_table() {
-            SUBJECT.prototypes_are_those_of_the_table();
+        fn prototypes_match_the_table() {
+            SUBJECT.prototypes_match_the_table();
         }
 
         #[test]
-        fn a_program_has_its_session() {
-            SUBJECT.a_program_has_its_session();
+        fn program_completes_a_session() {
+            SUBJECT.program_completes_a_session();
         }
 
         #[test]
-        fn a_program_leaves_its_arm_at_its_end() {
-            SUBJECT.a_program_leaves_its_arm_at_its_end();
+        fn program_may_exit_while_connected() {
+            SUBJECT.program_may_exit_while_connected();
         }
     };
 }
@@ -54,7 +54,7 @@ pub(crate) struct Subject {
 impl Subject {
     /// Sizes and offsets of all structures match the vendor's files, and sizes match those of this
     /// crate.
-    pub(crate) fn layouts_are_the_vendors(self) {
+    pub(crate) fn layouts_match_the_vendors(self) {
         let mut source = fs::read_to_string(here().join("layout.c")).expect("layout.c");
         let used: BTreeSet<&str> = (self.functions())
             .flat_map(|function| function.arguments)
@@ -67,7 +67,7 @@ impl Subject {
     }
 
     /// The header declares exactly the functions of the table, with their types.
-    pub(crate) fn prototypes_are_those_of_the_table(self) {
+    pub(crate) fn prototypes_match_the_table(self) {
         let mut source = "#include \"DobotDll.h\"\n".to_owned();
         for function in self.functions() {
             let (name, arguments) = (function.name, self.arguments(function));
@@ -88,7 +88,7 @@ impl Subject {
     }
 
     /// A linked program finds all functions and completes a session.
-    pub(crate) fn a_program_has_its_session(self) {
+    pub(crate) fn program_completes_a_session(self) {
         let folder = self.folder("session");
         let library = self.install(&folder);
         let mut names = "static const char *const NAMES[] = {\n".to_owned();
@@ -101,7 +101,7 @@ impl Subject {
     }
 
     /// A program may exit with its arm connected, and with its log closed.
-    pub(crate) fn a_program_leaves_its_arm_at_its_end(self) {
+    pub(crate) fn program_may_exit_while_connected(self) {
         let folder = self.folder("leaving");
         self.install(&folder);
         assert_eq!(run(&mut self.program("leaving.c", &folder)), "left\n");

@@ -24,7 +24,7 @@ macro_rules! queued {
 }
 
 /// An immediate call of a function that obeys `isQueued`. The index must stay untouched.
-macro_rules! at_once {
+macro_rules! immediate {
     ($name:literal $function:ident($($arg:expr),*)) => {
         Call::new($name, || {
             let mut index = Slot::new(8);
@@ -74,7 +74,11 @@ macro_rules! got_text {
         Call::new(stringify!($function), || {
             let mut slot = Slot::new(100);
             let code = call!($function(slot.text(), 100));
-            let end = slot.bytes().iter().position(|byte| *byte == 0).expect("a NUL");
+            let end = slot
+                .bytes()
+                .iter()
+                .position(|byte| *byte == 0)
+                .expect("a NUL");
             assert_eq!(slot.bytes()[..end], *$text);
             (code, slot.bytes()[..=end].to_vec())
         })
@@ -82,7 +86,7 @@ macro_rules! got_text {
 }
 
 /// A call whose text is truncated. Its NUL must stay.
-macro_rules! got_cut {
+macro_rules! got_truncated {
     ($function:ident) => {
         Call::new(stringify!($function), || {
             let mut slot = Slot::new(3);
@@ -121,7 +125,10 @@ const OUTPUTS: [u8; 8] = [25, 4, 0, 1, 75, 5, 1, 0];
 
 /// Starts the queue, so that queued settings are in effect when they are read.
 fn beginning() -> Vec<Call> {
-    vec![plain!(ClearAllAlarmsState()), plain!(SetQueuedCmdStartExec())]
+    vec![
+        plain!(ClearAllAlarmsState()),
+        plain!(SetQueuedCmdStartExec()),
+    ]
 }
 
 /// Calls that all families have with the same arguments. Values are set before they are read.
@@ -130,10 +137,10 @@ fn common_calls() -> Vec<Call> {
     vec![
         plain!(SetDeviceSN(text(b"DT0102"))),
         got_text!(GetDeviceSN b"DT0102"),
-        got_cut!(GetDeviceSN),
+        got_truncated!(GetDeviceSN),
         plain!(SetDeviceName(text(b"dobot"))),
         got_text!(GetDeviceName b"dobot"),
-        got_cut!(GetDeviceName),
+        got_truncated!(GetDeviceName),
         got!(GetDeviceTime() time 4),
         got!(GetPose() pose 32),
         got!(GetKinematics() kinematics 8),
@@ -173,14 +180,18 @@ fn common_calls() -> Vec<Call> {
         got!(GetEndEffectorGripper() enabled 1 gripped 1),
         queued!(SetArmOrientation(1)),
         got_enum!(GetArmOrientation),
-        queued!(SetJOGJointParams(give(&floats(&[11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0])))),
+        queued!(SetJOGJointParams(give(&floats(&[
+            11.0, 12.0, 13.0, 14.0, 15.0, 16.0, 17.0, 18.0
+        ])))),
         got!(GetJOGJointParams() value 32),
-        queued!(SetJOGCoordinateParams(give(&floats(&[21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0])))),
+        queued!(SetJOGCoordinateParams(give(&floats(&[
+            21.0, 22.0, 23.0, 24.0, 25.0, 26.0, 27.0, 28.0
+        ])))),
         got!(GetJOGCoordinateParams() value 32),
-        at_once!("SetJOGLParams at once" SetJOGLParams(give(&floats(&[100.0, 100.0])))),
+        immediate!("SetJOGLParams at once" SetJOGLParams(give(&floats(&[100.0, 100.0])))),
         queued!("SetJOGLParams queued" SetJOGLParams(give(&floats(&[100.0, 100.0]))) 1),
         got!(GetJOGLParams() value 8),
-        at_once!("SetJOGCommonParams at once" SetJOGCommonParams(give(&floats(&[50.0, 50.0])))),
+        immediate!("SetJOGCommonParams at once" SetJOGCommonParams(give(&floats(&[50.0, 50.0])))),
         queued!("SetJOGCommonParams queued" SetJOGCommonParams(give(&floats(&[50.0, 50.0]))) 1),
         got!(GetJOGCommonParams() value 8),
         queued!(SetPTPJointParams(give(&floats(&[200.0; 8])))),
@@ -195,7 +206,9 @@ fn common_calls() -> Vec<Call> {
         got!(GetPTPJump2Params() value 12),
         queued!(SetPTPCommonParams(give(&floats(&[100.0, 100.0])))),
         got!(GetPTPCommonParams() value 8),
-        queued!(SetCPParams(give(&[floats(&[50.0, 50.0, 50.0]), vec![0]].concat()))),
+        queued!(SetCPParams(give(
+            &[floats(&[50.0, 50.0, 50.0]), vec![0]].concat()
+        ))),
         got!(GetCPParams() value 13),
         queued!(SetARCParams(give(&floats(&[50.0; 4])))),
         got!(GetARCParams() value 16),
@@ -207,8 +220,17 @@ fn common_calls() -> Vec<Call> {
         got_pin!(GetIOPWM 4 9),
         got_pin!(GetIODI 15 2),
         got_pin!(GetIOADC 12 3),
-        queued!(SetEMotor(give(&[&[0, 1][..], &(-10_000i32).to_le_bytes()].concat()))),
-        queued!(SetEMotorS(give(&[&[1, 1][..], &(-10_000i32).to_le_bytes(), &2000u32.to_le_bytes()].concat()))),
+        queued!(SetEMotor(give(
+            &[&[0, 1][..], &(-10_000i32).to_le_bytes()].concat()
+        ))),
+        queued!(SetEMotorS(give(
+            &[
+                &[1, 1][..],
+                &(-10_000i32).to_le_bytes(),
+                &2000u32.to_le_bytes()
+            ]
+            .concat()
+        ))),
         got!(GetColorSensor() r 1 g 1 b 1),
         got!(GetInfraredSensor(2) value 1),
         plain!(SetAngleSensorStaticError(0.5, -0.25)),
@@ -221,10 +243,10 @@ fn common_calls() -> Vec<Call> {
         got!(GetWIFIConfigMode() on 1),
         plain!(SetWIFISSID(text(b"net"))),
         got_text!(GetWIFISSID b"net"),
-        got_cut!(GetWIFISSID),
+        got_truncated!(GetWIFISSID),
         plain!(SetWIFIPassword(text(b"\xB0\xA1secret"))),
         got_text!(GetWIFIPassword b"\xB0\xA1secret"),
-        got_cut!(GetWIFIPassword),
+        got_truncated!(GetWIFIPassword),
         plain!(SetWIFIIPAddress(give(&[0, 192, 168, 1, 5]))),
         got!(GetWIFIIPAddress() value 5),
         plain!(SetWIFINetmask(give(&[255, 255, 255, 0]))),
@@ -246,19 +268,32 @@ fn common_calls() -> Vec<Call> {
         queued!(SetWAITCmd(give(&1500u32.to_le_bytes()))),
         queued!(SetTRIGCmd(give(&[4, 0, 0, 0, 0]))),
         queued!(SetPTPCmd(give(&point(4, &[10.0, 20.0, 30.0, 40.0])))),
-        queued!(SetPTPWithLCmd(give(&point(1, &[200.0, 0.0, 50.0, 0.0, 120.0])))),
+        queued!(SetPTPWithLCmd(give(&point(
+            1,
+            &[200.0, 0.0, 50.0, 0.0, 120.0]
+        )))),
         got!(GetPoseL() l 4),
-        queued!(SetPTPPOCmd(give(&point(1, &[210.0, 10.0, 40.0, 5.0])), give(&OUTPUTS), 2)),
-        queued!("SetPTPPOCmd none" SetPTPPOCmd(give(&point(1, &[210.0, 10.0, 40.0, 5.0])), nowhere(), 0) 0),
-        queued!(SetPTPPOWithLCmd(give(&point(1, &[210.0, 10.0, 40.0, 5.0, 130.0])), give(&OUTPUTS), 2)),
+        queued!(SetPTPPOCmd(
+            give(&point(1, &[210.0, 10.0, 40.0, 5.0])),
+            give(&OUTPUTS),
+            2
+        )),
+        queued!("SetPTPPOCmd none" SetPTPPOCmd(give(&point(1, &[210.0, 10.0, 40.0, 5.0])), null_in(), 0) 0),
+        queued!(SetPTPPOWithLCmd(
+            give(&point(1, &[210.0, 10.0, 40.0, 5.0, 130.0])),
+            give(&OUTPUTS),
+            2
+        )),
         queued!(SetCPCmd(give(&point(1, &[200.0, 10.0, -5.0, 50.0])))),
         queued!(SetCPLECmd(give(&point(1, &[200.0, 10.0, -5.0, 80.0])))),
         queued!(SetARCCmd(give(&two_points()))),
         queued!(SetLostStepCmd()),
         queued!(SetHOMECmd(give(&[0; 4]))),
-        queued!(SetAutoLevelingCmd(give(&[vec![1], floats(&[0.02])].concat()))),
+        queued!(SetAutoLevelingCmd(give(
+            &[vec![1], floats(&[0.02])].concat()
+        ))),
         queued!("SetJOGCmd queued" SetJOGCmd(give(&[1, 4])) 1),
-        at_once!("SetJOGCmd at once" SetJOGCmd(give(&[0, 0]))),
+        immediate!("SetJOGCmd at once" SetJOGCmd(give(&[0, 0]))),
         plain!(ResetPose(1, 45.0, 30.0)),
         plain!(SetQueuedCmdStopExec()),
         plain!(SetQueuedCmdForceStopExec()),
@@ -268,6 +303,12 @@ fn common_calls() -> Vec<Call> {
 
 /// All calls of a family: the common ones, its own, and `more`.
 fn every_call(more: Vec<Call>) -> Vec<Call> {
-    let parts = [beginning(), own_calls(), more, common_calls(), vec![circle()]];
+    let parts = [
+        beginning(),
+        own_calls(),
+        more,
+        common_calls(),
+        vec![circle()],
+    ];
     parts.into_iter().flatten().collect()
 }

@@ -21,13 +21,13 @@ const UNTOUCHED: u8 = 0xEE;
 /// Guard bytes after a result, which must stay untouched.
 const GUARD: usize = 16;
 /// Step of the arm's clock between two requests: long enough that the first one has finished.
-const A_WHILE: Duration = Duration::from_secs(60);
+const CLOCK_STEP: Duration = Duration::from_secs(60);
 /// Ids that the driver reads on its own: the queue, once per connection and after a slow reply.
 const HOUSEKEEPING: [[u8; 2]; 2] = [[246, 0], [247, 0]];
 /// Requests of the driver itself a tenth of a second after connecting: serial number and clock.
 const INTRODUCTION: [[u8; 6]; 2] = [[0xAA, 0xAA, 2, 0, 0, 0], [0xAA, 0xAA, 2, 4, 0, 0xFC]];
 /// Timeout of every wait. Long, for a machine under load.
-const PATIENCE: Duration = Duration::from_secs(120);
+const WAIT_TIMEOUT: Duration = Duration::from_secs(120);
 /// Pin of a `GetIODO` that serves as a barrier: no call under test uses it, and once it is answered
 /// everything sent before has arrived.
 const BARRIER_PIN: u8 = 20;
@@ -43,18 +43,18 @@ pub struct Exchange {
 /// A virtual arm behind a socket, with a record of all frames.
 pub struct Line {
     port: u16,
-    seen: Arc<Seen>,
+    seen: Arc<SeenFrames>,
     get_io_do: Box<dyn Fn(&mut Slot) -> c_int>,
 }
 
 /// Recorded exchanges, with a notification.
 #[derive(Default)]
-struct Seen {
+struct SeenFrames {
     exchanges: Mutex<Vec<Exchange>>,
     more: Condvar,
 }
 
-impl Seen {
+impl SeenFrames {
     fn add(&self, exchange: Exchange) {
         let mut exchanges = self.exchanges.lock().expect("no test panics with it");
         exchanges.push(exchange);
@@ -69,7 +69,9 @@ impl Seen {
             !(requests.iter()).all(|request| came.any(|e| e.request == *request))
         };
         // With a timeout, so that the test fails instead of hanging.
-        let waited = self.more.wait_timeout_while(exchanges, PATIENCE, missing);
+        let waited = self
+            .more
+            .wait_timeout_while(exchanges, WAIT_TIMEOUT, missing);
         let (exchanges, over) = waited.expect("no test panics with it");
         assert!(!over.timed_out(), "{requests:02X?} not in {exchanges:02X?}");
     }
@@ -83,7 +85,7 @@ impl Line {
     fn open(get_io_do: Box<dyn Fn(&mut Slot) -> c_int>) -> Self {
         let listener = TcpListener::bind(("127.0.0.1", 0)).expect("a port");
         let port = listener.local_addr().expect("an address").port();
-        let seen = Arc::<Seen>::default();
+        let seen = Arc::<SeenFrames>::default();
         let book = Arc::clone(&seen);
         thread::spawn(move || {
             let mut arm = Controller::new(Profile::default());
@@ -141,7 +143,7 @@ fn may_be_repeated(exchange: &Exchange) -> bool {
     exchange.request[4] & 2 == 0
 }
 
-fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::Result<()> {
+fn serve(arm: &mut Controller, mut stream: TcpStream, book: &SeenFrames) -> std::io::Result<()> {
     let link = LinkId(1);
     let mut waiting = Vec::new();
     let mut bytes = [0; 1024];
@@ -165,7 +167,7 @@ fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::R
             };
             book.add(exchange);
             stream.write_all(&reply)?;
-            arm.advance(arm.now() + A_WHILE);
+            arm.advance(arm.now() + CLOCK_STEP);
         }
     }
 }
@@ -240,14 +242,14 @@ pub const fn none() -> Buffer {
 
 /// A null pointer for a value.
 #[allow(unsafe_code)]
-pub const fn nowhere<T: Plain>() -> In<T> {
+pub const fn null_in<T: Plain>() -> In<T> {
     // SAFETY: null is allowed.
     unsafe { In::new(ptr::null()) }
 }
 
 /// An invalid pointer for a result.
 #[allow(unsafe_code)]
-pub const fn nowhere_to<T: Plain>() -> Out<T> {
+pub const fn invalid_out<T: Plain>() -> Out<T> {
     // SAFETY: only for what must not be looked at.
     unsafe { Out::new(ptr::dangling_mut()) }
 }
@@ -271,14 +273,14 @@ pub fn floats(numbers: &[f32]) -> Vec<u8> {
 /// A call: name of its frame in the golden list, and the function to run.
 pub struct Call {
     pub name: &'static str,
-    pub make: Box<dyn Fn() -> Made>,
+    pub make: Box<dyn Fn() -> CallResult>,
 }
 
 /// Result of a call: return code, and the results as they should appear in the reply.
-pub type Made = (c_int, Vec<u8>);
+pub type CallResult = (c_int, Vec<u8>);
 
 impl Call {
-    pub fn new(name: &'static str, make: impl Fn() -> Made + 'static) -> Self {
+    pub fn new(name: &'static str, make: impl Fn() -> CallResult + 'static) -> Self {
         let make = Box::new(make);
         Self { name, make }
     }
@@ -306,11 +308,11 @@ fn golden() -> BTreeMap<&'static str, Vec<u8>> {
 }
 
 /// Functions whose set and get concern different things: set switches a sensor, get reads it.
-const UNLIKE: [&str; 2] = ["ColorSensor", "InfraredSensor"];
+const ASYMMETRIC: [&str; 2] = ["ColorSensor", "InfraredSensor"];
 
 /// Makes every call. Compares its frame with the golden list, and its results with the arm's reply
 /// and with the values set before. Guarded functions are refused first, without sending anything.
-pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(Text) -> c_int) {
+pub fn check_golden(line: &Line, family: Family, calls: &[Call], allow: impl Fn(Text) -> c_int) {
     let golden = golden();
     let mut written = BTreeMap::new();
     for call in calls {
@@ -348,7 +350,7 @@ pub fn hold_to_golden(line: &Line, family: Family, calls: &[Call], allow: impl F
         let what = call
             .function()
             .strip_prefix("Get")
-            .filter(|what| !UNLIKE.contains(what));
+            .filter(|what| !ASYMMETRIC.contains(what));
         if let Some(set) = what.and_then(|what| written.get(what)) {
             assert!(
                 set.starts_with(&given),

@@ -14,12 +14,12 @@ fn more_calls() -> Vec<Call> {
         queued!(SetARCCommonParams(give(&floats(&[60.0, 70.0])))),
         got!(GetARCCommonParams() value 8),
         // Older callers leave garbage in these arguments, so they must be ignored.
-        plain!(SetLostStepParams(5.0, 0xEE, nowhere_to())),
+        plain!(SetLostStepParams(5.0, 0xEE, invalid_out())),
         got!(GetUART4PeripheralsType() kind 1),
         plain!(SetUART4PeripheralsEnable(1)),
         got!(GetUART4PeripheralsEnable() on 1),
         got!(GetQueuedCmdMotionFinish() finished 1),
-        at_once!("SendPluse at once" SendPluse(give(&pulses()))),
+        immediate!("SendPluse at once" SendPluse(give(&pulses()))),
         queued!("SendPluse queued" SendPluse(give(&pulses())) 1),
         plain!(SendPluseEx(give(&pulses()))),
     ]

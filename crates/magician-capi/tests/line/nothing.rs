@@ -28,7 +28,7 @@ pub struct Given {
 }
 
 impl Given {
-    pub fn but(missing: Missing) -> Self {
+    pub fn missing(missing: Missing) -> Self {
         let slots = Vec::new();
         Self {
             missing,
@@ -186,12 +186,12 @@ macro_rules! call_about_an_arm {
 
 /// Checks calls with null for every argument: if a pointer is required the call fails, and nothing
 /// is sent.
-pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
+pub fn check_all_null(line: &Line, rows: &[Row]) {
     assert!(rows.len() > 120);
     for row in rows {
         let (name, needs) = (row.name, row.needed().next().is_some());
         line.passed();
-        let code = (row.call)(&mut Given::but(Missing::All));
+        let code = (row.call)(&mut Given::missing(Missing::All));
         let passed = line.called();
         let expected = match row.kind {
             // Not allowed, so refused.
@@ -206,11 +206,11 @@ pub fn hold_to_nothing(line: &Line, rows: &[Row]) {
 }
 
 /// Checks calls with one null pointer: nothing is sent, and all results stay untouched.
-pub fn hold_to_something(line: &Line, rows: &[Row]) {
+pub fn check_one_null(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Command) {
         for missing in row.needed() {
             let (name, argument) = (row.name, row.arguments[missing].0);
-            let mut given = Given::but(Missing::One(missing));
+            let mut given = Given::missing(Missing::One(missing));
             line.passed();
             assert_eq!((row.call)(&mut given), 3, "{name} without {argument}");
             assert!(line.called().is_empty(), "{name} without {argument}");
@@ -223,9 +223,9 @@ pub fn hold_to_something(line: &Line, rows: &[Row]) {
 }
 
 /// Checks functions that this arm does not support: all results are zero, and nothing is sent.
-pub fn hold_to_zero(line: &Line, rows: &[Row]) {
+pub fn check_neutral(line: &Line, rows: &[Row]) {
     for row in rows.iter().filter(|row| row.kind == Kind::Neutral) {
-        let mut given = Given::but(Missing::None);
+        let mut given = Given::missing(Missing::None);
         line.passed();
         assert_eq!((row.call)(&mut given), 0, "{}", row.name);
         assert!(line.called().is_empty(), "{}", row.name);

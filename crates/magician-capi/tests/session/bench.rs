@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician::commands;
 use magician_capi::pointer::{Buffer, In, Out, Text};
-use magician_capi::session::{Patience, Registry, Session, Surroundings, last_error};
+use magician_capi::session::{Environment, Registry, Session, Timeouts, last_error};
 use magician_capi::structure::{ConnectInfo, HOMECmd, Pose};
 use magician_capi::{Family, Outcome, call};
 
@@ -17,8 +17,8 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 pub(crate) const UNTOUCHED: u8 = 0x5A;
 
 /// An environment without variables, ports and networks.
-pub(crate) fn alone() -> Surroundings {
-    Surroundings {
+pub(crate) fn alone() -> Environment {
+    Environment {
         variable: |_| None,
         ports: Vec::new,
         network: Vec::new,
@@ -26,8 +26,8 @@ pub(crate) fn alone() -> Surroundings {
 }
 
 /// Timeouts so long that they never expire in a test.
-pub(crate) fn patient() -> Patience {
-    Patience {
+pub(crate) fn long_timeouts() -> Timeouts {
+    Timeouts {
         serial: DEADLINE,
         network: DEADLINE,
         text: DEADLINE,
@@ -36,12 +36,12 @@ pub(crate) fn patient() -> Patience {
 }
 
 pub(crate) fn registry() -> Registry {
-    Registry::new(alone(), patient())
+    Registry::new(alone(), long_timeouts())
 }
 
 /// Results of `ConnectDobot` of `v1` and `v2`.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Said {
+pub(crate) struct ConnectResult {
     pub(crate) code: c_int,
     pub(crate) firmware: String,
     pub(crate) version: String,
@@ -79,13 +79,13 @@ pub(crate) fn no_buffer() -> Buffer {
     unsafe { Buffer::new(std::ptr::null_mut()) }
 }
 
-pub(crate) fn connect_v1(registry: &Registry, port: &str) -> Said {
+pub(crate) fn connect_v1(registry: &Registry, port: &str) -> ConnectResult {
     let (mut firmware, mut version) = ([0; 100], [0; 100]);
     let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
     let code = with_text(port, |port| {
         registry.connect_v1(port, 115_200, at, version_at)
     });
-    Said {
+    ConnectResult {
         code,
         firmware: string(&firmware),
         version: string(&version),
@@ -100,7 +100,7 @@ pub(crate) fn connect_blindly(registry: &Registry, port: &str) -> c_int {
     })
 }
 
-pub(crate) fn connect_v2(registry: &Registry, port: &str) -> Said {
+pub(crate) fn connect_v2(registry: &Registry, port: &str) -> ConnectResult {
     let (mut firmware, mut version, mut id) = ([0; 100], [0; 100], 77);
     let (at, version_at) = (buffer(&mut firmware), buffer(&mut version));
     // SAFETY: it outlives the call.
@@ -108,7 +108,7 @@ pub(crate) fn connect_v2(registry: &Registry, port: &str) -> Said {
     let code = with_text(port, |port| {
         registry.connect_v2(port, 115_200, at, version_at, id_at)
     });
-    Said {
+    ConnectResult {
         code,
         firmware: string(&firmware),
         version: string(&version),

@@ -9,7 +9,7 @@ use crate::bench::{
 };
 
 #[test]
-fn a_full_queue_is_said_at_once_and_takes_nothing() {
+fn full_queue_is_reported_at_once_without_side_effect() {
     let registry = registry();
     connect_v1(&registry, "sim");
     run(&registry, "SetQueuedCmdStopExec", 0, |arm| {

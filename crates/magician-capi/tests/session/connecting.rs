@@ -2,12 +2,12 @@
 
 use magician::commands::{DeviceName, QueuedCmdStopExec};
 use magician::protocol::Text;
-use magician_capi::session::{Registry, Surroundings};
+use magician_capi::session::{Environment, Registry};
 use magician_capi::{Family, call};
 
 use crate::bench::{
-    alone, connect_blindly, connect_v1, fault, home, no_buffer, no_text, patient, pose, registry,
-    run,
+    alone, connect_blindly, connect_v1, fault, home, long_timeouts, no_buffer, no_text, pose,
+    registry, run,
 };
 
 #[test]
@@ -23,7 +23,7 @@ fn without_a_name_and_without_a_port_nothing_is_found() {
 }
 
 #[test]
-fn what_cannot_be_opened_is_occupied() {
+fn unopenable_port_is_reported_as_occupied() {
     let registry = registry();
     for name in [
         "COM250",
@@ -43,11 +43,11 @@ fn what_cannot_be_opened_is_occupied() {
 #[test]
 fn a_virtual_arm_is_named_by_the_environment() {
     let of = |variable| {
-        let surroundings = Surroundings {
+        let environment = Environment {
             variable,
             ..alone()
         };
-        Registry::new(surroundings, patient())
+        Registry::new(environment, long_timeouts())
     };
     let everywhere = of(|name| (name == "MAGICIAN_PORT").then(|| "sim".into()));
     let said = connect_v1(&everywhere, "");
@@ -60,7 +60,7 @@ fn a_virtual_arm_is_named_by_the_environment() {
 }
 
 #[test]
-fn whoever_connects_again_finds_the_arm_as_it_was_left() {
+fn reconnecting_finds_the_arm_unchanged() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let name = DeviceName {
@@ -82,7 +82,7 @@ fn whoever_connects_again_finds_the_arm_as_it_was_left() {
 }
 
 #[test]
-fn a_second_connection_takes_the_place_of_the_first() {
+fn second_connection_replaces_the_first() {
     let registry = registry();
     connect_v1(&registry, "sim");
     assert_eq!(home(&registry).0, 0);
@@ -94,7 +94,7 @@ fn a_second_connection_takes_the_place_of_the_first() {
 }
 
 #[test]
-fn leaving_is_always_right() {
+fn disconnecting_never_fails() {
     let registry = registry();
     for id in [0, 0, -1, 99] {
         assert_eq!(registry.disconnect(id), 0);
@@ -105,7 +105,7 @@ fn leaving_is_always_right() {
 }
 
 #[test]
-fn a_new_virtual_arm_works_off_its_queue() {
+fn new_virtual_arm_executes_its_queue() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let (code, index) = home(&registry);
@@ -121,17 +121,17 @@ fn a_new_virtual_arm_works_off_its_queue() {
 }
 
 #[test]
-fn what_passes_is_written_down() {
+fn traffic_is_traced() {
     static PATH: std::sync::OnceLock<String> = std::sync::OnceLock::new();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("trace.pcapng");
     PATH.set(path.to_str().unwrap().to_owned()).unwrap();
     let variable = |name: &str| PATH.get().filter(|_| name == "MAGICIAN_TRACE").cloned();
-    let surroundings = Surroundings {
+    let environment = Environment {
         variable,
         ..alone()
     };
-    let registry = Registry::new(surroundings, patient());
+    let registry = Registry::new(environment, long_timeouts());
     connect_v1(&registry, "sim");
     pose(&registry);
     registry.disconnect(0);

@@ -4,9 +4,9 @@ use magician::Ctrl;
 use magician::commands::{DeviceSn, ResetPose};
 use magician::protocol::{Flag, Text};
 use magician_capi::call;
-use magician_capi::session::{Registry, Surroundings};
+use magician_capi::session::{Environment, Registry};
 
-use crate::bench::{alone, connect_v1, fault, patient, registry, run, with_text};
+use crate::bench::{alone, connect_v1, fault, long_timeouts, registry, run, with_text};
 
 fn serial() -> DeviceSn {
     DeviceSn {
@@ -28,7 +28,7 @@ fn reset_pose(registry: &Registry) -> i32 {
 }
 
 #[test]
-fn what_can_unlearn_something_is_refused_until_it_is_allowed() {
+fn dangerous_commands_are_refused_until_allowed() {
     let registry = registry();
     connect_v1(&registry, "sim");
     assert_eq!(set_serial(&registry), 3);
@@ -49,7 +49,7 @@ fn what_can_unlearn_something_is_refused_until_it_is_allowed() {
 }
 
 #[test]
-fn a_name_of_nothing_is_said_to_be_none() {
+fn unknown_name_is_reported() {
     let registry = registry();
     connect_v1(&registry, "sim");
     assert_eq!(
@@ -63,21 +63,21 @@ fn a_name_of_nothing_is_said_to_be_none() {
 }
 
 #[test]
-fn the_environment_allows_too() {
+fn environment_allows_dangerous_commands() {
     let variable =
         |name: &str| (name == "MAGICIAN_ALLOW").then(|| "setdevicesn,UpdateFirmware".into());
-    let surroundings = Surroundings {
+    let environment = Environment {
         variable,
         ..alone()
     };
-    let registry = Registry::new(surroundings, patient());
+    let registry = Registry::new(environment, long_timeouts());
     connect_v1(&registry, "sim");
     assert_eq!(set_serial(&registry), 0);
     assert_eq!(reset_pose(&registry), 3);
 }
 
 #[test]
-fn raw_frames_are_held_to_it_as_well() {
+fn raw_frames_need_the_same_permission() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let raw = |ctrl, params: &[u8]| {

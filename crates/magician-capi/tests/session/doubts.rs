@@ -22,7 +22,7 @@ use crate::bench::{clear, connect_v1, fault, home, pose, registry, run, with_tex
 /// Replies that the bridge drops.
 #[derive(Clone, Copy, PartialEq)]
 #[repr(u8)]
-enum Loses {
+enum Drops {
     Nothing,
     /// The next reply to a queued command.
     One,
@@ -33,14 +33,14 @@ enum Loses {
 
 /// Timeouts of calls, ms: for a reply that arrives, on however busy a machine, and for one that was
 /// dropped. The short one still has to let the request reach the arm.
-const LONG: u32 = 120_000;
-const SHORT: u32 = 1_500;
+const LONG_MS: u32 = 120_000;
+const SHORT_MS: u32 = 1_500;
 
 /// A virtual arm behind a TCP bridge.
 struct Bridge {
     arm: VirtualArm,
     address: SocketAddr,
-    loses: Arc<AtomicU8>,
+    drops: Arc<AtomicU8>,
     over: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -48,10 +48,10 @@ struct Bridge {
 impl Bridge {
     fn new() -> Self {
         let arm = VirtualArm::default();
-        let loses = Arc::new(AtomicU8::new(Loses::Nothing as u8));
+        let drops = Arc::new(AtomicU8::new(Drops::Nothing as u8));
         let (tell, told) = channel();
         let (over, end) = oneshot::channel::<()>();
-        let (far, lost) = (arm.clone(), Arc::clone(&loses));
+        let (far, lost) = (arm.clone(), Arc::clone(&drops));
         let thread = std::thread::spawn(move || {
             let runtime = tokio::runtime::Builder::new_current_thread()
                 .enable_all()
@@ -75,31 +75,31 @@ impl Bridge {
         Self {
             arm,
             address: told.recv().unwrap(),
-            loses,
+            drops,
             over: Some(over),
             thread: Some(thread),
         }
     }
 
-    fn loses(&self, what: Loses) {
-        self.loses.store(what as u8, Ordering::SeqCst);
+    fn drops(&self, what: Drops) {
+        self.drops.store(what as u8, Ordering::SeqCst);
     }
 
     /// Sets which replies are dropped, and a matching timeout: short if replies are lost, long
     /// otherwise.
-    fn goes_on(&self, registry: &Registry, what: Loses) {
-        self.loses(what);
-        let patience = match what {
-            Loses::Nothing | Loses::One => LONG,
-            Loses::All | Loses::Everything => SHORT,
+    fn set_drops(&self, registry: &Registry, what: Drops) {
+        self.drops(what);
+        let timeout_ms = match what {
+            Drops::Nothing | Drops::One => LONG_MS,
+            Drops::All | Drops::Everything => SHORT_MS,
         };
-        registry.set_timeout(0, patience);
+        registry.set_timeout(0, timeout_ms);
     }
 
     fn connect(&self, registry: &Registry) {
         let name = format!("tcp:{}", self.address);
         assert_eq!(connect_v1(registry, &name).code, 0);
-        registry.set_timeout(0, LONG);
+        registry.set_timeout(0, LONG_MS);
     }
 
     /// Connects a registry to the bridge and stops the queue.
@@ -125,7 +125,7 @@ impl Drop for Bridge {
     }
 }
 
-async fn carry(mut client: TcpStream, arm: &VirtualArm, loses: &AtomicU8) {
+async fn carry(mut client: TcpStream, arm: &VirtualArm, drops: &AtomicU8) {
     let line = RawLine::simulated(arm.clone(), LineOptions::default());
     let mut line = line.await.unwrap();
     let (mut there, mut back) = ([0; 1024], [0; 1024]);
@@ -139,17 +139,17 @@ async fn carry(mut client: TcpStream, arm: &VirtualArm, loses: &AtomicU8) {
                 let frame = &back[..came.unwrap()];
                 // Bytes of a frame: two of header, length, id, Ctrl.
                 let queued = frame[4] & 2 != 0;
-                let what = loses.load(Ordering::SeqCst);
+                let what = drops.load(Ordering::SeqCst);
                 let next = match what {
-                    what if what == Loses::One as u8 && queued => Loses::Nothing,
-                    what if what == Loses::All as u8 && queued => Loses::Everything,
-                    what if what == Loses::Everything as u8 => Loses::Everything,
+                    what if what == Drops::One as u8 && queued => Drops::Nothing,
+                    what if what == Drops::All as u8 && queued => Drops::Everything,
+                    what if what == Drops::Everything as u8 => Drops::Everything,
                     _ => {
                         client.write_all(frame).await.unwrap();
                         continue;
                     }
                 };
-                let _ = loses.compare_exchange(what, next as u8, Ordering::SeqCst, Ordering::SeqCst);
+                let _ = drops.compare_exchange(what, next as u8, Ordering::SeqCst, Ordering::SeqCst);
             }
         }
     }
@@ -180,22 +180,22 @@ fn connecting_starts_an_empty_queue_and_no_other() {
 }
 
 #[test]
-fn a_lost_answer_is_made_up_for() {
+fn lost_reply_is_recovered() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     assert_eq!(home(&registry), (0, 2));
     for index in 3..7 {
-        bridge.goes_on(&registry, Loses::One);
+        bridge.set_drops(&registry, Drops::One);
         assert_eq!(home(&registry), (0, index));
     }
     assert_eq!(bridge.queued(), 5, "each was taken once");
 }
 
 #[test]
-fn the_first_command_of_all_is_made_up_for_on_an_arm_at_rest() {
+fn lost_reply_of_the_first_command_is_recovered_at_rest() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::One);
+    bridge.set_drops(&registry, Drops::One);
     // The first index of an arm is 1 or 2. Take 1, so that waiting for it ends.
     assert_eq!(home(&registry), (0, 1));
     assert_eq!(home(&registry), (0, 3));
@@ -203,15 +203,15 @@ fn the_first_command_of_all_is_made_up_for_on_an_arm_at_rest() {
 }
 
 #[test]
-fn what_is_in_doubt_is_never_sent_again() {
+fn commands_in_doubt_are_never_retransmitted() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     assert_eq!(home(&registry), (0, 2));
-    bridge.goes_on(&registry, Loses::All);
+    bridge.set_drops(&registry, Drops::All);
     assert_eq!(home(&registry), (2, 0));
     let first = fault();
     assert!(first.contains("look at the arm"), "{first}");
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     // A stock wrapper retries like this.
     for _ in 0..20 {
         assert_eq!(home(&registry), (2, 0));
@@ -241,12 +241,12 @@ fn what_is_in_doubt_is_never_sent_again() {
 }
 
 #[test]
-fn a_new_connection_begins_without_doubt() {
+fn new_connection_clears_the_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::All);
+    bridge.set_drops(&registry, Drops::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(home(&registry).0, 2);
     assert_eq!(
         connect_v1(&registry, &format!("tcp:{}", bridge.address)).code,
@@ -256,7 +256,7 @@ fn a_new_connection_begins_without_doubt() {
 }
 
 #[test]
-fn a_jog_may_begin_again_and_can_always_end() {
+fn jog_may_be_repeated_and_always_stopped() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     let jog = |cmd: u8| {
@@ -270,19 +270,19 @@ fn a_jog_may_begin_again_and_can_always_end() {
             )
         })
     };
-    bridge.goes_on(&registry, Loses::Everything);
+    bridge.set_drops(&registry, Drops::Everything);
     assert_eq!(jog(1), 2);
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(jog(0), 0);
     assert_eq!(home(&registry).0, 0);
-    bridge.goes_on(&registry, Loses::All);
+    bridge.set_drops(&registry, Drops::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(jog(0), 0, "it ends whatever is in doubt");
 }
 
 #[test]
-fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
+fn lost_reply_of_an_immediate_command_leaves_a_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
     let named = with_text("QueuedCmdStartDownload", |names| registry.allow(names));
@@ -296,20 +296,20 @@ fn an_order_that_must_not_be_repeated_leaves_a_doubt_too() {
             call::set(arm, &start)
         })
     };
-    bridge.goes_on(&registry, Loses::Everything);
+    bridge.set_drops(&registry, Drops::Everything);
     assert_eq!(download(), 2);
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     assert_eq!(download(), 2);
     assert!(fault().contains("not sent"), "{}", fault());
 }
 
 #[test]
-fn raw_frames_know_the_doubt() {
+fn raw_frames_are_refused_while_in_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::All);
+    bridge.set_drops(&registry, Drops::All);
     assert_eq!(home(&registry).0, 2);
-    bridge.goes_on(&registry, Loses::Nothing);
+    bridge.set_drops(&registry, Drops::Nothing);
     let arm = registry.find(magician_capi::Family::V1, 0).unwrap();
     let frame: Result<FrameBuf, _> = arm.raw(31, Ctrl::QUEUED, &[0; 4]);
     assert_eq!(frame.unwrap_err().code as i32, 2);
@@ -317,10 +317,10 @@ fn raw_frames_know_the_doubt() {
 }
 
 #[test]
-fn a_call_without_an_answer_ends_and_touches_nothing() {
+fn call_without_reply_times_out_and_writes_nothing() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::Everything);
+    bridge.set_drops(&registry, Drops::Everything);
     let (code, bytes) = pose(&registry);
     assert_eq!(code, 2);
     assert!(bytes.iter().all(|byte| *byte == crate::bench::UNTOUCHED));
@@ -328,16 +328,16 @@ fn a_call_without_an_answer_ends_and_touches_nothing() {
 }
 
 #[test]
-fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
+fn waiting_command_is_refused_after_one_in_doubt() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::All);
+    bridge.set_drops(&registry, Drops::All);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| home(&registry).0);
         while bridge.queued() == 0 {
             std::thread::yield_now();
         }
-        registry.set_timeout(0, 2 * SHORT);
+        registry.set_timeout(0, 2 * SHORT_MS);
         let second = scope.spawn(|| (home(&registry).0, fault()));
         assert_eq!(first.join().unwrap(), 2);
         let (code, fault) = second.join().unwrap();
@@ -348,10 +348,10 @@ fn a_command_that_waited_for_its_turn_does_not_follow_one_in_doubt() {
 }
 
 #[test]
-fn too_many_callers_are_told_to_try_again() {
+fn excess_callers_get_a_retry_error() {
     let bridge = Bridge::new();
     let registry = bridge.registry();
-    bridge.goes_on(&registry, Loses::Everything);
+    bridge.set_drops(&registry, Drops::Everything);
     let codes: Vec<i32> = std::thread::scope(|scope| {
         let callers: Vec<_> = (0..150)
             .map(|_| scope.spawn(|| pose(&registry).0))
@@ -373,14 +373,14 @@ fn a_forced_stop_waits_for_no_answer() {
         )
     };
     start().unwrap();
-    bridge.goes_on(&registry, Loses::All);
-    registry.set_timeout(0, 4 * SHORT);
+    bridge.set_drops(&registry, Drops::All);
+    registry.set_timeout(0, 4 * SHORT_MS);
     std::thread::scope(|scope| {
         let first = scope.spawn(|| (home(&registry).0, fault()));
-        while bridge.loses.load(Ordering::SeqCst) != Loses::Everything as u8 {
+        while bridge.drops.load(Ordering::SeqCst) != Drops::Everything as u8 {
             std::thread::yield_now();
         }
-        registry.set_timeout(0, SHORT);
+        registry.set_timeout(0, SHORT_MS);
         assert!(bridge.arm.state().queue.started);
         let stop = run(&registry, "SetQueuedCmdForceStopExec", 0, |arm| {
             call::set(arm, &QueuedCmdForceStopExec {})

@@ -5,10 +5,10 @@ use std::sync::OnceLock;
 use magician::commands::{Pose, PtpCmd};
 use magician::protocol::PtpMode;
 use magician_capi::call;
-use magician_capi::session::{Registry, Surroundings};
+use magician_capi::session::{Environment, Registry};
 use tempfile::TempDir;
 
-use crate::bench::{alone, connect_v1, fault, patient, run};
+use crate::bench::{alone, connect_v1, fault, long_timeouts, run};
 
 static SETTINGS: OnceLock<TempDir> = OnceLock::new();
 
@@ -26,11 +26,11 @@ fn settings(name: &str) -> Option<String> {
 }
 
 fn registry(variable: fn(&str) -> Option<String>) -> Registry {
-    let surroundings = Surroundings {
+    let environment = Environment {
         variable,
         ..alone()
     };
-    Registry::new(surroundings, patient())
+    Registry::new(environment, long_timeouts())
 }
 
 fn go(registry: &Registry, z: f32) -> i32 {
@@ -57,7 +57,7 @@ fn a_motion_across_the_fence_is_refused_with_its_values() {
 }
 
 #[test]
-fn nothing_is_connected_by_settings_that_nobody_can_read() {
+fn unreadable_settings_prevent_connecting() {
     let registry = registry(|name| (name == "MAGICIAN_CONFIG").then(|| settings("bad.toml"))?);
     assert_ne!(connect_v1(&registry, "sim").code, 0);
     assert!(fault().contains("bad.toml:4:1"), "{}", fault());

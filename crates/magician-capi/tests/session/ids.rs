@@ -25,7 +25,7 @@ fn ids_are_the_smallest_that_are_free() {
 }
 
 #[test]
-fn every_id_is_another_arm() {
+fn each_id_is_a_separate_arm() {
     let registry = registry();
     let name = |id: i32| DeviceName {
         device_name: Text::new(&format!("arm {id}")).unwrap(),
@@ -69,7 +69,7 @@ fn a_master_is_a_magician_with_its_version() {
 }
 
 #[test]
-fn nobody_is_an_invalid_device_in_v3_alone() {
+fn unknown_id_is_an_invalid_device_in_v3_only() {
     let registry = registry();
     let code = |family| registry.run(family, "GetPose", 5, |_| Ok(()));
     assert_eq!([Family::V1, Family::V2, Family::V3].map(code), [2, 2, 4]);

@@ -3,9 +3,9 @@
 use std::net::Ipv4Addr;
 
 use magician::Port;
-use magician_capi::session::{Registry, Surroundings};
+use magician_capi::session::{Environment, Registry};
 
-use crate::bench::{alone, no_buffer, patient, search};
+use crate::bench::{alone, long_timeouts, no_buffer, search};
 
 fn ports() -> Vec<Port> {
     let port = |path: &str, name: &str| Port {
@@ -23,13 +23,13 @@ fn ports() -> Vec<Port> {
 }
 
 #[test]
-fn ports_come_bare_and_addresses_after_them() {
-    let surroundings = Surroundings {
+fn ports_are_listed_without_prefix_before_addresses() {
+    let environment = Environment {
         ports,
         network: || vec![Ipv4Addr::new(192, 168, 0, 5)],
         ..alone()
     };
-    let registry = Registry::new(surroundings, patient());
+    let registry = Registry::new(environment, long_timeouts());
     assert_eq!(
         search(&registry, 100),
         (3, "ttyUSB0 COM3 192.168.0.5".into())
@@ -40,19 +40,19 @@ fn ports_come_bare_and_addresses_after_them() {
 }
 
 #[test]
-fn what_the_environment_names_comes_first_and_once() {
-    let surroundings = Surroundings {
+fn port_of_the_environment_is_listed_first_and_once() {
+    let environment = Environment {
         variable: |name| (name == "MAGICIAN_PORT").then(|| "COM3".into()),
         ports,
         ..alone()
     };
-    let registry = Registry::new(surroundings, patient());
+    let registry = Registry::new(environment, long_timeouts());
     assert_eq!(search(&registry, 100), (2, "COM3 ttyUSB0".into()));
 }
 
 #[test]
-fn nothing_is_an_empty_list() {
-    let registry = Registry::new(alone(), patient());
+fn no_port_gives_an_empty_list() {
+    let registry = Registry::new(alone(), long_timeouts());
     assert_eq!(search(&registry, 100), (0, String::new()));
     assert_eq!(search(&registry, 1), (0, String::new()));
 }

@@ -8,17 +8,17 @@ use magician::commands::{
 use magician::protocol::PtpMode;
 use magician_capi::call;
 use magician_capi::pointer::Out;
-use magician_capi::session::{Patience, Registry};
+use magician_capi::session::{Registry, Timeouts};
 
-use crate::bench::{alone, connect_v1, fault, home, patient, pose_of, run};
+use crate::bench::{alone, connect_v1, fault, home, long_timeouts, pose_of, run};
 
 /// Registry that looks for the reason without delay.
 fn registry() -> Registry {
-    let patience = Patience {
+    let timeouts = Timeouts {
         standing: Duration::ZERO,
-        ..patient()
+        ..long_timeouts()
     };
-    let registry = Registry::new(alone(), patience);
+    let registry = Registry::new(alone(), timeouts);
     connect_v1(&registry, "sim");
     registry
 }
@@ -61,7 +61,7 @@ fn order<T: magician::protocol::Writable>(registry: &Registry, command: &T) {
 }
 
 #[test]
-fn an_alarm_that_holds_the_queue_is_named_once() {
+fn alarm_that_blocks_the_queue_is_reported_once() {
     let registry = registry();
     go(&registry, 900.0);
     go(&registry, 220.0);
@@ -84,7 +84,7 @@ fn an_alarm_that_holds_the_queue_is_named_once() {
 }
 
 #[test]
-fn a_queue_that_was_not_started_is_spoken_of() {
+fn stopped_queue_is_reported() {
     let registry = registry();
     order(&registry, &QueuedCmdStopExec {});
     go(&registry, 220.0);
@@ -100,7 +100,7 @@ fn a_queue_that_was_not_started_is_spoken_of() {
 }
 
 #[test]
-fn homing_is_not_held_by_an_alarm() {
+fn homing_is_not_reported_as_blocked_by_an_alarm() {
     let registry = registry();
     order(&registry, &QueuedCmdStopExec {});
     go(&registry, 900.0);
@@ -112,7 +112,7 @@ fn homing_is_not_held_by_an_alarm() {
 }
 
 #[test]
-fn who_waits_for_nothing_is_told_nothing() {
+fn finished_queue_is_not_reported() {
     let registry = registry();
     another(&registry);
     for _ in 0..5 {

@@ -6,7 +6,7 @@ use std::thread::scope;
 use crate::bench::{connect_v1, connect_v2, home, pose, pose_of, registry};
 
 #[test]
-fn an_arm_is_asked_by_many_while_others_come_and_go() {
+fn calls_of_many_threads_succeed_while_others_connect() {
     let registry = registry();
     assert_eq!(connect_v2(&registry, "sim").id, 0);
     let over = AtomicBool::new(false);
@@ -39,7 +39,7 @@ fn an_arm_is_asked_by_many_while_others_come_and_go() {
 }
 
 #[test]
-fn an_arm_that_is_taken_away_from_many_comes_back_to_them() {
+fn calls_of_many_threads_succeed_after_reconnecting() {
     let registry = registry();
     let over = AtomicBool::new(false);
     scope(|scope| {
@@ -73,7 +73,7 @@ fn connecting_at_the_same_time_leaves_one_connection() {
 }
 
 #[test]
-fn indices_of_many_threads_are_each_given_once() {
+fn indices_of_many_threads_are_unique() {
     let registry = registry();
     connect_v1(&registry, "sim");
     let mut indices: Vec<u64> = scope(|scope| {

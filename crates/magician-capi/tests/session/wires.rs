@@ -11,12 +11,12 @@ use std::time::Duration;
 
 use magician::serve::{Endpoint, Handle, ServeError, Server};
 use magician::sim::{Controller, Profile, Speed};
-use magician_capi::session::{Patience, Registry};
+use magician_capi::session::{Registry, Timeouts};
 use tokio::sync::oneshot;
 
 use crate::bench::{
-    DEADLINE, UNTOUCHED, alone, connect_blindly, connect_v1, connect_v3, fault, home, patient,
-    pose, registry, run,
+    DEADLINE, UNTOUCHED, alone, connect_blindly, connect_v1, connect_v3, fault, home,
+    long_timeouts, pose, registry, run,
 };
 
 /// A virtual arm served at endpoints, on a thread.
@@ -139,15 +139,15 @@ impl Drop for Device {
 }
 
 /// Registry with short timeouts for a device that never answers, and `text` as given.
-fn impatient(text: Duration) -> Registry {
+fn with_short_timeouts(text: Duration) -> Registry {
     let short = Duration::from_millis(20);
-    let patience = Patience {
+    let timeouts = Timeouts {
         serial: short,
         network: short,
         text,
         standing: short,
     };
-    Registry::new(alone(), patience)
+    Registry::new(alone(), timeouts)
 }
 
 const TEXT: &[u8] = b"\nM10\nM10\nM10\nM10\nM10\n";
@@ -203,7 +203,7 @@ fn a_port_in_use_is_occupied_until_it_is_left() {
 }
 
 #[test]
-fn a_pulled_plug_is_a_timeout_at_once() {
+fn unplugged_line_times_out_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm");
     let served = serve(|server| server.pty(&path));
@@ -222,7 +222,7 @@ fn a_pulled_plug_is_a_timeout_at_once() {
 }
 
 #[test]
-fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
+fn printer_firmware_is_reported_and_its_port_closed() {
     let marlin = |bytes: &[u8]| {
         if bytes.windows(3).any(|word| word == b"M10") {
             b"start\r\nMARLIN: V1.0.2\r\nok\r\n".to_vec()
@@ -231,7 +231,7 @@ fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
         }
     };
     let device = Device::new(marlin);
-    let registry = impatient(DEADLINE);
+    let registry = with_short_timeouts(DEADLINE);
     // Connecting twice works, so the port was closed in between.
     for _ in 0..2 {
         let said = connect_v1(&registry, device.name());
@@ -251,9 +251,9 @@ fn a_printers_firmware_is_told_and_its_port_is_closed_again() {
 }
 
 #[test]
-fn a_silent_port_is_connected_to_all_the_same() {
+fn silent_port_counts_as_connected() {
     let device = Device::silent();
-    let registry = impatient(Duration::from_millis(20));
+    let registry = with_short_timeouts(Duration::from_millis(20));
     let said = connect_v1(&registry, device.name());
     assert_eq!((said.code, said.firmware.as_str()), (0, "DobotSerial"));
     assert_eq!(said.version, "0.0.0");
@@ -273,32 +273,32 @@ fn a_silent_port_is_connected_to_all_the_same() {
 }
 
 #[test]
-fn without_a_place_for_it_nobody_asks_in_text() {
+fn no_text_probe_without_a_firmware_buffer() {
     let device = Device::silent();
-    let registry = impatient(DEADLINE);
+    let registry = with_short_timeouts(DEADLINE);
     assert_eq!(connect_blindly(&registry, device.name()), 0);
     registry.disconnect(0);
     assert!(!device.all().windows(3).any(|bytes| bytes == b"M10"));
 }
 
 #[test]
-fn an_arm_is_never_asked_in_text() {
+fn arm_gets_no_text_probe() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm");
     let _served = serve(|server| server.pty(&path));
     // If the port were asked in text, this timeout would never expire.
-    let patience = Patience {
+    let timeouts = Timeouts {
         text: Duration::MAX,
-        ..patient()
+        ..long_timeouts()
     };
-    let registry = Registry::new(alone(), patience);
+    let registry = Registry::new(alone(), timeouts);
     assert_eq!(connect_v1(&registry, &arm_at(&path)).code, 0);
 }
 
 #[test]
-fn a_call_that_waits_is_let_go_when_the_connection_ends() {
+fn waiting_call_ends_with_its_connection() {
     let device = Device::silent();
-    let registry = impatient(Duration::from_millis(1));
+    let registry = with_short_timeouts(Duration::from_millis(1));
     assert_eq!(connect_v1(&registry, device.name()).code, 0);
     registry.set_timeout(0, u32::MAX);
     std::thread::scope(|scope| {

@@ -10,10 +10,10 @@ use dobotdll_v1::exported;
 use line::{Line, none};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
-use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
+use nothing::{Argument, Row, check_all_null, check_neutral, check_one_null};
 
 #[test]
-fn null_pointers_are_survived() {
+fn null_pointers_are_refused() {
     // SAFETY: null is allowed.
     let line = Line::connected(
         |port| unsafe { exported::ConnectDobot(port, 115_200, none(), none()) },
@@ -21,7 +21,7 @@ fn null_pointers_are_survived() {
         |pin| unsafe { exported::GetIODO(pin.out()) },
     );
     let rows = magician_capi::functions!(crate rows_about_an_arm v1);
-    hold_to_nothing(&line, &rows);
-    hold_to_something(&line, &rows);
-    hold_to_zero(&line, &rows);
+    check_all_null(&line, &rows);
+    check_one_null(&line, &rows);
+    check_neutral(&line, &rows);
 }

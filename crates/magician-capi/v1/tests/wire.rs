@@ -5,7 +5,7 @@
 mod line;
 
 use dobotdll_v1::exported;
-use line::{Call, Line, Slot, floats, give, hold_to_golden, none, nowhere, nowhere_to, text};
+use line::{Call, Line, Slot, check_golden, floats, give, invalid_out, none, null_in, text};
 use magician_capi::Family;
 
 macro_rules! call {
@@ -22,7 +22,7 @@ include!("../../tests/line/more_calls.rs");
 fn own_calls() -> Vec<Call> {
     vec![
         got!(GetDeviceVersion() major 1 minor 1 revision 1),
-        at_once!("v1 SetDeviceWithL at once" SetDeviceWithL(1)),
+        immediate!("v1 SetDeviceWithL at once" SetDeviceWithL(1)),
         queued!("v1 SetDeviceWithL queued" SetDeviceWithL(1) 1),
         got!(GetDeviceWithL() on 1),
         got!(GetPoseEx() pose 32),
@@ -46,5 +46,5 @@ fn every_function_sends_its_frame() {
     );
     // SAFETY: the text stays for ever.
     let allow = |name| unsafe { exported::MagicianAllow(name) };
-    hold_to_golden(&line, Family::V1, &every_call(more_calls()), allow);
+    check_golden(&line, Family::V1, &every_call(more_calls()), allow);
 }

@@ -10,10 +10,10 @@ use dobotdll_v2::exported;
 use line::{Line, Slot, none};
 use magician_capi::Kind;
 use magician_capi::functions::names::*;
-use nothing::{Argument, Row, hold_to_nothing, hold_to_something, hold_to_zero};
+use nothing::{Argument, Row, check_all_null, check_neutral, check_one_null};
 
 #[test]
-fn null_pointers_are_survived() {
+fn null_pointers_are_refused() {
     let mut id = Slot::new(4);
     // SAFETY: null is allowed.
     let line = Line::connected(
@@ -22,7 +22,7 @@ fn null_pointers_are_survived() {
         |pin| unsafe { exported::GetIODO(0, pin.out()) },
     );
     let rows = magician_capi::functions!(crate rows_about_an_arm v2);
-    hold_to_nothing(&line, &rows);
-    hold_to_something(&line, &rows);
-    hold_to_zero(&line, &rows);
+    check_all_null(&line, &rows);
+    check_one_null(&line, &rows);
+    check_neutral(&line, &rows);
 }

@@ -5,7 +5,7 @@
 mod line;
 
 use dobotdll_v3::exported;
-use line::{Call, Line, Slot, floats, give, hold_to_golden, nowhere, nowhere_to, text};
+use line::{Call, Line, Slot, check_golden, floats, give, invalid_out, null_in, text};
 use magician_capi::Family;
 
 macro_rules! call {
@@ -27,13 +27,13 @@ fn own_calls() -> Vec<Call> {
             assert_eq!(version.bytes()[3..], [0; 5]);
             (code, version.bytes()[..3].to_vec())
         }),
-        at_once!("v3 SetDeviceWithL at once" SetDeviceWithL(1, 1)),
+        immediate!("v3 SetDeviceWithL at once" SetDeviceWithL(1, 1)),
         queued!("v3 SetDeviceWithL queued" SetDeviceWithL(1, 1) 1),
         got!(GetDeviceWithL() on 1),
         got!(GetDeviceID() value 12),
-        at_once!("v3 SetColorSensor at once" SetColorSensor(1, 1, 1)),
+        immediate!("v3 SetColorSensor at once" SetColorSensor(1, 1, 1)),
         queued!("v3 SetColorSensor queued" SetColorSensor(1, 1, 1) 1),
-        at_once!("v3 SetInfraredSensor at once" SetInfraredSensor(1, 2, 1)),
+        immediate!("v3 SetInfraredSensor at once" SetInfraredSensor(1, 2, 1)),
         queued!("v3 SetInfraredSensor queued" SetInfraredSensor(1, 2, 1) 1),
     ]
 }
@@ -55,5 +55,5 @@ fn every_function_sends_its_frame() {
     assert_eq!(info.bytes()[..4], [0; 4]);
     // SAFETY: the text stays for ever.
     let allow = |name| unsafe { exported::MagicianAllow(name) };
-    hold_to_golden(&line, Family::V3, &every_call(more_calls()), allow);
+    check_golden(&line, Family::V3, &every_call(more_calls()), allow);
 }

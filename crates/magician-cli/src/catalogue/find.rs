@@ -9,11 +9,11 @@ use crate::failure::Failure;
 
 /// Lowest similarity of a suggested name: 0 is unrelated, 1 equal. A choice: low enough for `Poze`,
 /// high enough that random letters suggest nothing (tested below).
-const ALIKE: f64 = 0.5;
+const MIN_SIMILARITY: f64 = 0.5;
 /// Deduction from the edit-distance similarity. Names that share letter pairs (Sørensen-Dice) are
 /// likelier meant than names with the same letters replaced.
-const SLIP: f64 = 0.2;
-const SUGGESTIONS: usize = 3;
+const EDIT_DISTANCE_DEDUCTION: f64 = 0.2;
+const MAX_SUGGESTIONS: usize = 3;
 
 /// Value parser that accepts any text as a command and offers the names to completions.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ pub(crate) fn find(name: &str) -> Result<&'static Row, Failure> {
 }
 
 /// Returns a name in lower case without `-` and `_`, which do not count in comparisons.
-pub(crate) fn letters(name: &str) -> String {
+pub(crate) fn normalised_name(name: &str) -> String {
     let kept = name.chars().filter(|letter| !matches!(letter, '-' | '_'));
     kept.flat_map(char::to_lowercase).collect()
 }
@@ -71,24 +71,24 @@ fn unknown(name: &str) -> Failure {
 
 /// Returns the names most similar to this one, best first.
 fn nearest(name: &str) -> Vec<&'static str> {
-    let wanted = letters(name);
+    let typed = normalised_name(name);
     let bare = ["get", "set"]
         .iter()
-        .find_map(|prefix| wanted.strip_prefix(prefix));
-    let wanted = bare.unwrap_or(&wanted);
+        .find_map(|prefix| typed.strip_prefix(prefix));
+    let typed = bare.unwrap_or(&typed);
     let score = |row: &Row| {
-        let candidate = letters(row.name);
-        let part = wanted.len() >= 3 && candidate.contains(wanted);
-        strsim::sorensen_dice(&candidate, wanted)
-            .max(strsim::normalized_damerau_levenshtein(&candidate, wanted) - SLIP)
-            + if part { 1.0 } else { 0.0 }
+        let candidate = normalised_name(row.name);
+        let part = typed.len() >= 3 && candidate.contains(typed);
+        strsim::sorensen_dice(&candidate, typed).max(
+            strsim::normalized_damerau_levenshtein(&candidate, typed) - EDIT_DISTANCE_DEDUCTION,
+        ) + if part { 1.0 } else { 0.0 }
     };
     let mut scored: Vec<_> = TABLE.iter().map(|row| (score(row), row.name)).collect();
-    scored.retain(|(score, _)| *score >= ALIKE);
+    scored.retain(|(score, _)| *score >= MIN_SIMILARITY);
     scored.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     scored
         .into_iter()
-        .take(SUGGESTIONS)
+        .take(MAX_SUGGESTIONS)
         .map(|(_, name)| name)
         .collect()
 }
@@ -98,7 +98,7 @@ mod tests {
     use super::nearest;
 
     #[test]
-    fn a_slip_finds_the_name() {
+    fn misspelt_name_finds_the_command() {
         assert_eq!(nearest("GetPos").first(), Some(&"Pose"));
         assert_eq!(nearest("ptpjointparam").first(), Some(&"PTPJointParams"));
         assert_eq!(nearest("jumparams").first(), Some(&"PTPJumpParams"));

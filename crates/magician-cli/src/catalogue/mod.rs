@@ -12,12 +12,12 @@ use crate::context::Context;
 use crate::failure::Failure;
 
 pub(crate) use explain::explain;
-pub(crate) use find::{Names, find, kebab, letters};
+pub(crate) use find::{Names, find, kebab, normalised_name};
 pub(crate) use record::{Entry, chapter_name};
 
 /// The command that a verb is for, and its fields.
 #[derive(Args, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct CommandArguments {
     /// Command: its name (as in the vendor's document or in Rust) or its id
     #[arg(required_unless_present_any = ["help", "short_help"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
@@ -32,7 +32,7 @@ pub(crate) struct Wanted {
     short_help: bool,
 }
 
-impl Wanted {
+impl CommandArguments {
     /// Returns the name of the command, or `None` if help was asked for and has been shown.
     pub(crate) fn name(&self, verb: &str, context: &mut Context) -> Result<Option<&str>, Failure> {
         match self.name.as_deref() {

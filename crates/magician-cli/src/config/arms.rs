@@ -10,19 +10,23 @@ use toml::de::DeValue;
 pub(super) use magician::arms::TABLE;
 
 /// Settings of an arm: name, text shown while it is not set, and type.
-const SETTINGS: [(&str, &str, Kind); 8] = [
-    ("port", "", Kind::Text),
-    ("laser", "true", Kind::Flag),
-    ("lowest_j2", "-13.5, with a warning below -5", Kind::Number),
-    ("fence.floor", "no floor", Kind::Number),
-    ("fence.box", "no box", Kind::Box),
-    ("fence.keep_out", "no keep-outs", Kind::Boxes),
-    ("fence.top_speed", "no top speed", Kind::Number),
-    ("fence.strongest_laser", "100", Kind::Number),
+const SETTINGS: [(&str, &str, SettingType); 8] = [
+    ("port", "", SettingType::Text),
+    ("laser", "true", SettingType::Flag),
+    (
+        "lowest_j2",
+        "-13.5, with a warning below -5",
+        SettingType::Number,
+    ),
+    ("fence.floor", "no floor", SettingType::Number),
+    ("fence.box", "no box", SettingType::Box),
+    ("fence.keep_out", "no keep-outs", SettingType::Boxes),
+    ("fence.top_speed", "no top speed", SettingType::Number),
+    ("fence.strongest_laser", "100", SettingType::Number),
 ];
 
 #[derive(Clone, Copy)]
-enum Kind {
+enum SettingType {
     Text,
     Flag,
     Number,
@@ -62,7 +66,7 @@ pub(crate) fn default_of(name: &str) -> &'static str {
     setting(name).map_or("", |(default, _)| default)
 }
 
-fn setting(name: &str) -> Option<(&'static str, Kind)> {
+fn setting(name: &str) -> Option<(&'static str, SettingType)> {
     let (arm, setting) = name
         .strip_prefix(TABLE)?
         .strip_prefix('.')?
@@ -77,20 +81,20 @@ fn setting(name: &str) -> Option<(&'static str, Kind)> {
 }
 
 /// Converts a value as typed by the user into TOML.
-pub(crate) fn written(name: &str, value: &str) -> Result<String, String> {
+pub(crate) fn to_toml(name: &str, value: &str) -> Result<String, String> {
     let value = value.trim();
     let (_, kind) = setting(name).ok_or("no such setting")?;
     match kind {
-        Kind::Text => Ok(toml::Value::from(value).to_string()),
-        Kind::Flag if ["true", "false"].contains(&value) => Ok(value.to_owned()),
-        Kind::Flag => Err("expected true or false".to_owned()),
-        Kind::Number => value
+        SettingType::Text => Ok(toml::Value::from(value).to_string()),
+        SettingType::Flag if ["true", "false"].contains(&value) => Ok(value.to_owned()),
+        SettingType::Flag => Err("expected true or false".to_owned()),
+        SettingType::Number => value
             .parse::<f64>()
             .map(|number| toml::Value::from(number).to_string())
             .map_err(|_| format!("`{value}` is not a number")),
-        Kind::Box | Kind::Boxes if value.starts_with('[') => Ok(value.to_owned()),
-        Kind::Box => corners(value),
-        Kind::Boxes => {
+        SettingType::Box | SettingType::Boxes if value.starts_with('[') => Ok(value.to_owned()),
+        SettingType::Box => corners(value),
+        SettingType::Boxes => {
             let boxes: Result<Vec<String>, String> = value.split(';').map(corners).collect();
             Ok(format!("[{}]", boxes?.join(", ")))
         }
@@ -112,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_person_types_is_what_the_file_takes() {
+    fn typed_value_is_valid_in_the_file() {
         for (name, typed, written) in [
             ("arms.white.fence.floor", "-60", Some("-60.0")),
             ("arms.white.port", "COM3", Some("\"COM3\"")),
@@ -131,7 +135,7 @@ mod tests {
             ("arms.white.fence.box", "1,2,3", None),
         ] {
             assert_eq!(
-                super::written(name, typed).ok().as_deref(),
+                super::to_toml(name, typed).ok().as_deref(),
                 written,
                 "{name}"
             );

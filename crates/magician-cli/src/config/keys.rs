@@ -19,12 +19,12 @@ pub(crate) struct Key {
     /// Value that applies while it is not set.
     pub(crate) default: &'static str,
     /// Type of the value.
-    pub(crate) kind: Kind,
+    pub(crate) kind: ValueType,
 }
 
 /// Type of a setting's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum ValueType {
     Port,
     Tool,
     /// Whole number from 1 to 8.
@@ -58,63 +58,63 @@ pub(crate) const KEYS: [Key; 19] = [
         about: "port of the arm, like --port",
         variable: Some("MAGICIAN_PORT"),
         default: "the only arm found",
-        kind: Kind::Port,
+        kind: ValueType::Port,
     },
     Key {
         name: "tool",
         about: "tool on the arm: none, suction, gripper, pen, laser, or X,Y,Z in mm",
         variable: Some("MAGICIAN_TOOL"),
         default: "chosen by the verb or the program",
-        kind: Kind::Tool,
+        kind: ValueType::Tool,
     },
     Key {
         name: "window",
         about: "requests in flight at once, 1 to 8",
         variable: Some("MAGICIAN_WINDOW"),
         default: "1",
-        kind: Kind::Window,
+        kind: ValueType::Window,
     },
     Key {
         name: "surface",
         about: "height of the work surface, mm: z of `magician pose` when the tool touches it",
         variable: None,
         default: "none; -60 for a virtual arm",
-        kind: Kind::Surface,
+        kind: ValueType::Surface,
     },
     Key {
         name: "sheet",
         about: "position, rotation and height of the sheet, measured by `magician calibrate`",
         variable: None,
         default: "not calibrated",
-        kind: Kind::Sheet,
+        kind: ValueType::Sheet,
     },
     Key {
         name: "park",
         about: "parking position of the tip of the tool at the end of a file: X,Y,Z in mm",
         variable: None,
         default: "not parked",
-        kind: Kind::Place,
+        kind: ValueType::Place,
     },
     Key {
         name: "draw.speed",
         about: "speed of the pen on the paper, mm/s",
         variable: None,
         default: "50",
-        kind: Kind::Option("speed"),
+        kind: ValueType::Option("speed"),
     },
     Key {
         name: "draw.travel_speed",
         about: "speed of the pen above the paper, mm/s",
         variable: None,
         default: "200",
-        kind: Kind::Option("travel_speed"),
+        kind: ValueType::Option("travel_speed"),
     },
     Key {
         name: "draw.lift",
         about: "pen lift above the paper, mm",
         variable: None,
         default: "10",
-        kind: Kind::Option("lift"),
+        kind: ValueType::Option("lift"),
     },
     Key {
         name: "engrave.speed",
@@ -122,56 +122,56 @@ pub(crate) const KEYS: [Key; 19] = [
             not set, images are burnt at the highest constant speed, at most 20",
         variable: None,
         default: "20",
-        kind: Kind::Option("speed"),
+        kind: ValueType::Option("speed"),
     },
     Key {
         name: "engrave.power",
         about: "full power of the laser, percent, or LEAST..MOST, like --power",
         variable: None,
         default: "100",
-        kind: Kind::Power,
+        kind: ValueType::Power,
     },
     Key {
         name: "serve.listen",
         about: "address at which `magician serve` listens, HOST:PORT, like --listen",
         variable: None,
         default: "localhost:8910",
-        kind: Kind::Address,
+        kind: ValueType::Address,
     },
     Key {
         name: "serve.allow_host",
         about: "additional host names of the station, HOST[:PORT],.., like --allow-host",
         variable: None,
         default: "none",
-        kind: Kind::List,
+        kind: ValueType::List,
     },
     Key {
         name: "serve.allow_origin",
         about: "origins of web pages that may use the station, like --allow-origin",
         variable: None,
         default: "none",
-        kind: Kind::List,
+        kind: ValueType::List,
     },
     Key {
         name: "serve.student_laser",
         about: "allow the role student to switch on the laser of a real arm: true or false",
         variable: None,
         default: "false",
-        kind: Kind::Switch,
+        kind: ValueType::Switch,
     },
     Key {
         name: "serve.programs",
         about: "folder of the station's program library, like --programs",
         variable: None,
         default: "`programs` in magician's user data folder",
-        kind: Kind::Folder,
+        kind: ValueType::Folder,
     },
     Key {
         name: "serve.link",
         about: "serve programs for DobotLink, like --link: true or false",
         variable: None,
         default: "false",
-        kind: Kind::Switch,
+        kind: ValueType::Switch,
     },
     Key {
         name: "serve.ring",
@@ -179,14 +179,14 @@ pub(crate) const KEYS: [Key; 19] = [
             while an arm moves; at most 5 while it stands; 0 records only what clients read",
         variable: None,
         default: "50",
-        kind: Kind::Rate,
+        kind: ValueType::Rate,
     },
     Key {
         name: "serve.save_on_alarm",
         about: "save the last ten minutes to a file when an alarm occurs: true or false",
         variable: None,
         default: "true",
-        kind: Kind::Switch,
+        kind: ValueType::Switch,
     },
 ];
 
@@ -201,18 +201,20 @@ impl Key {
     pub(crate) fn write(&self, text: &str) -> Result<String, String> {
         let text = text.trim();
         match self.kind {
-            Kind::Port => {
+            ValueType::Port => {
                 let target = text.parse::<Target>().map_err(|error| error.to_string());
                 target.map(|_| quoted(text))
             }
-            Kind::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
-            Kind::Window | Kind::Rate => self.number(text).map(|value| format!("{value:.0}")),
-            Kind::Surface => self.number(text).map(|value| value.to_string()),
-            Kind::Option(option) => {
+            ValueType::Tool => text.parse::<Tool>().map(|tool| quoted(&tool.to_string())),
+            ValueType::Window | ValueType::Rate => {
+                self.number(text).map(|value| format!("{value:.0}"))
+            }
+            ValueType::Surface => self.number(text).map(|value| value.to_string()),
+            ValueType::Option(option) => {
                 check(option, text)?;
                 self.number(text).map(|value| value.to_string())
             }
-            Kind::Power => {
+            ValueType::Power => {
                 check("power", text)?;
                 let power = text.parse::<Power>()?.to_string();
                 // A single power stays a number in the file, for files from before ranges were
@@ -223,45 +225,57 @@ impl Key {
                     power
                 })
             }
-            Kind::Place => numbers::<3>(text).map(|_| quoted(text)),
-            Kind::Sheet => Err("set it with `magician calibrate`".to_owned()),
-            Kind::Address => match Listener::check(text) {
+            ValueType::Place => numbers::<3>(text).map(|_| quoted(text)),
+            ValueType::Sheet => Err("set it with `magician calibrate`".to_owned()),
+            ValueType::Address => match Listener::check(text) {
                 Ok(()) => Ok(quoted(text)),
                 Err(error) => Err(error.to_string()),
             },
-            Kind::List => {
+            ValueType::List => {
                 let texts: Vec<_> = list(text).map(toml::Value::from).collect();
                 Ok(toml::Value::from(texts).to_string())
             }
-            Kind::Folder if text.is_empty() => Err("expected a folder".to_owned()),
-            Kind::Folder => Ok(quoted(text)),
-            Kind::Switch if ["true", "false"].contains(&text) => Ok(text.to_owned()),
-            Kind::Switch => Err("expected true or false".to_owned()),
+            ValueType::Folder if text.is_empty() => Err("expected a folder".to_owned()),
+            ValueType::Folder => Ok(quoted(text)),
+            ValueType::Switch if ["true", "false"].contains(&text) => Ok(text.to_owned()),
+            ValueType::Switch => Err("expected true or false".to_owned()),
         }
     }
 
     /// Converts a value of a file into what a user would type.
     pub(super) fn read(&self, value: &DeValue<'_>) -> Result<String, String> {
         let text = match (self.kind, value) {
-            (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
-            (Kind::Sheet, _) => return Err("expected a table".to_owned()),
-            (Kind::Surface, DeValue::Table(_)) => return Ok("tilted".to_owned()),
+            (ValueType::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
+            (ValueType::Sheet, _) => return Err("expected a table".to_owned()),
+            (ValueType::Surface, DeValue::Table(_)) => return Ok("tilted".to_owned()),
             (
-                Kind::Port | Kind::Tool | Kind::Place | Kind::Power | Kind::Address | Kind::Folder,
+                ValueType::Port
+                | ValueType::Tool
+                | ValueType::Place
+                | ValueType::Power
+                | ValueType::Address
+                | ValueType::Folder,
                 DeValue::String(text),
             ) => text.to_string(),
-            (Kind::Port | Kind::Tool | Kind::Place | Kind::Address | Kind::Folder, _) => {
+            (
+                ValueType::Port
+                | ValueType::Tool
+                | ValueType::Place
+                | ValueType::Address
+                | ValueType::Folder,
+                _,
+            ) => {
                 return Err("expected a quoted string".to_owned());
             }
-            (Kind::List, DeValue::Array(texts)) => {
+            (ValueType::List, DeValue::Array(texts)) => {
                 let texts = texts.iter().map(|text| text.get_ref().as_str());
                 let texts: Option<Vec<_>> = texts.collect();
                 let texts = texts.ok_or("expected quoted strings in brackets")?;
                 texts.join(",")
             }
-            (Kind::List, _) => return Err("expected quoted strings in brackets".to_owned()),
-            (Kind::Switch, DeValue::Boolean(on)) => on.to_string(),
-            (Kind::Switch, _) => return Err("expected true or false".to_owned()),
+            (ValueType::List, _) => return Err("expected quoted strings in brackets".to_owned()),
+            (ValueType::Switch, DeValue::Boolean(on)) => on.to_string(),
+            (ValueType::Switch, _) => return Err("expected true or false".to_owned()),
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
             _ => return Err("expected a number".to_owned()),
@@ -272,11 +286,11 @@ impl Key {
     fn number(&self, text: &str) -> Result<f64, String> {
         let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
         let (good, wanted): (fn(f64) -> bool, _) = match self.kind {
-            Kind::Window => (
+            ValueType::Window => (
                 |value| (1.0..=8.0).contains(&value) && value.fract() == 0.0,
                 "expected a whole number from 1 to 8",
             ),
-            Kind::Rate => (
+            ValueType::Rate => (
                 |value| (0.0..=50.0).contains(&value) && value.fract() == 0.0,
                 "expected a whole number from 0 to 50",
             ),
@@ -329,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_what_the_flags_take() {
+    fn settings_accept_the_values_of_flags() {
         assert_eq!(write("port", "COM3"), Ok("\"COM3\"".to_owned()));
         assert_eq!(write("tool", "Pen"), Ok("\"pen\"".to_owned()));
         assert_eq!(write("window", "4"), Ok("4".to_owned()));

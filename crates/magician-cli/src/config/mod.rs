@@ -51,7 +51,7 @@ impl Config {
     fn of(file: SettingsFile) -> Result<Self, Failure> {
         let (values, arms) = check(file.text()).map_err(|problem| {
             let name = file.path().unwrap_or(Path::new("config.toml"));
-            broken(name, file.text(), &problem)
+            invalid_file(name, file.text(), &problem)
         })?;
         Ok(Self { file, values, arms })
     }
@@ -62,7 +62,7 @@ impl Config {
     }
 
     /// Returns the file's value of a setting, or `None` if it is not set.
-    pub(crate) fn says(&self, name: &str) -> Option<&str> {
+    pub(crate) fn file_value(&self, name: &str) -> Option<&str> {
         let mut values = self.values.iter();
         let (_, value) = values.find(|(known, _)| *known == name)?;
         Some(value)
@@ -73,7 +73,7 @@ impl Config {
         let variable = key.variable.and_then(|name| std::env::var(name).ok());
         let variable = variable.filter(|value| !value.is_empty());
         let file = || {
-            self.says(key.name)
+            self.file_value(key.name)
                 .map(|value| (value.to_owned(), Source::File))
         };
         variable
@@ -99,7 +99,7 @@ impl Config {
     }
 
     /// Returns the value of an arm's setting as the file writes it, without quotes.
-    pub(crate) fn says_of_arm(&self, name: &str) -> Option<&str> {
+    pub(crate) fn arm_value(&self, name: &str) -> Option<&str> {
         let value = self.file.written(name)?;
         let bare = value
             .strip_prefix(['"', '\''])
@@ -108,7 +108,7 @@ impl Config {
     }
 
     /// Sets or, with `None`, removes a setting of an arm. `value` is in TOML.
-    pub(crate) fn set_of_arm(&mut self, name: &str, value: Option<&str>) -> Result<(), Failure> {
+    pub(crate) fn set_arm_value(&mut self, name: &str, value: Option<&str>) -> Result<(), Failure> {
         let edited = match value {
             Some(value) => self.file.with(name, value),
             None => self.file.without(name),
@@ -118,12 +118,12 @@ impl Config {
             Self::of(edited.clone())?;
         }
         let said = value.is_some();
-        self.change(edited, |config| config.says_of_arm(name).is_some() == said)
+        self.change(edited, |config| config.arm_value(name).is_some() == said)
     }
 
     /// Returns a number of the file. Loading has checked its syntax.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
-        self.says(name)?.parse().ok()
+        self.file_value(name)?.parse().ok()
     }
 
     /// Returns the plane of the work surface from the file.
@@ -133,13 +133,13 @@ impl Config {
 
     /// Returns a list of texts from the file; empty if it is not set.
     pub(crate) fn list(&self, name: &str) -> Vec<String> {
-        let said = self.says(name).unwrap_or_default();
+        let said = self.file_value(name).unwrap_or_default();
         list(said).map(str::to_owned).collect()
     }
 
     /// Returns a laser power from the file.
     pub(crate) fn power(&self, name: &str) -> Option<Power> {
-        self.says(name)?.parse().ok()
+        self.file_value(name)?.parse().ok()
     }
 
     /// Deserializes a table that another verb has written.
@@ -156,24 +156,24 @@ impl Config {
     /// Sets a setting. `value` is in TOML.
     pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
         self.change(self.file.with(name, value), |config| {
-            config.says(name).is_some()
+            config.file_value(name).is_some()
         })
     }
 
     /// Sets a setting to a table under its own header.
     pub(crate) fn set_table(&mut self, name: &str, value: &impl Serialize) -> Result<(), Failure> {
         self.change(self.file.with_table(name, value), |config| {
-            config.says(name).is_some()
+            config.file_value(name).is_some()
         })
     }
 
     /// Removes a setting. Returns true if it was set.
     pub(crate) fn unset(&mut self, name: &str) -> Result<bool, Failure> {
-        if self.says(name).is_none() {
+        if self.file_value(name).is_none() {
             return Ok(false);
         }
         self.change(self.file.without(name), |config| {
-            config.says(name).is_none()
+            config.file_value(name).is_none()
         })?;
         Ok(true)
     }
@@ -244,7 +244,7 @@ fn entry(
 ) -> Result<(&'static str, String), Diagnostic> {
     let Some(key) = KEYS.iter().find(|key| key.name == name) else {
         let problem = Diagnostic::new(lines.origin(place), format!("unknown setting `{name}`"));
-        return Err(problem.help(near(name)));
+        return Err(problem.help(suggestion(name)));
     };
     let text = key.read(value.get_ref());
     let text =
@@ -259,7 +259,7 @@ fn section(name: &str) -> Option<&str> {
 
 /// Returns a hint for an unknown name: the settings of that name in a section, or the most similar
 /// one.
-pub(crate) fn near(name: &str) -> String {
+pub(crate) fn suggestion(name: &str) -> String {
     let in_sections: Vec<String> = KEYS
         .iter()
         .filter(|key| {
@@ -280,7 +280,7 @@ pub(crate) fn near(name: &str) -> String {
     }
 }
 
-fn broken(path: &Path, text: &str, problem: &Diagnostic) -> Failure {
+fn invalid_file(path: &Path, text: &str, problem: &Diagnostic) -> Failure {
     let file = path.display().to_string();
     let drawn = diagnostics::draw(problem, Severity::Error, &file, Some(text));
     Failure::invalid(format!("{file}: {problem}")).drawn(drawn)
@@ -291,7 +291,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_file_says_is_checked_with_its_place() {
+    fn invalid_value_is_reported_with_its_position() {
         let text = "port = 'COM3'\nsurface = -6_0.5\n[draw]\nspeed = 60\n[sheet]\nrotation = 1\n";
         let (values, _) = check(text).expect("it is right");
         let wanted = [

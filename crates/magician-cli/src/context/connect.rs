@@ -18,30 +18,30 @@ use magician_station::client::{
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
-use super::policy::{Burns, Rules, UnderWay};
-use super::{Context, FAREWELL};
+use super::policy::{BurnEnd, Rules, Untracked};
+use super::{Context, DISCONNECT_TIMEOUT};
 use crate::failure::{Failure, Kind};
-use crate::paint::tell;
-use crate::progress::attended;
-use crate::serving::grow;
+use crate::paint::print_stderr;
+use crate::progress::announce_wait;
+use crate::serving::open_growing;
 
 /// Treatment of a virtual arm in this process by a verb.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sim {
     /// Speed of its clock if the port does not name one.
     pub(crate) speed: SimSpeed,
-    pub(crate) taken: Taken,
+    pub(crate) condition: VirtualArmUse,
 }
 
 /// Condition under which a virtual arm in this process is used without being named by the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Taken {
+pub(crate) enum VirtualArmUse {
     /// Never: `sim` must be named.
-    IfAsked,
+    Named,
     /// If no arm is found.
-    IfAlone,
+    NoArmFound,
     /// Always, unless a port is given.
-    Unasked,
+    NoPortGiven,
 }
 
 /// Open connection and what is known of it.
@@ -50,7 +50,7 @@ pub(super) struct Connected {
     /// Value of `--station` or `--port` it was opened for.
     place: Option<String>,
     /// Task that ends when the station's line has been closed; `None` without a station.
-    ends: Option<JoinHandle<()>>,
+    line_end: Option<JoinHandle<()>>,
     /// Reason why the station's line broke, once it has.
     line: LineEnd,
     /// Lease of the station's line; `None` without a station.
@@ -58,7 +58,7 @@ pub(super) struct Connected {
     /// True if the driver reconnects when the line breaks.
     reconnects: bool,
     /// Motion or laser that this program started but the driver cannot track.
-    pub(super) under_way: UnderWay,
+    pub(super) untracked: Untracked,
 }
 
 impl Connected {
@@ -80,14 +80,16 @@ impl Connected {
             "waiting up to {seconds:.0} s for the lease of {}, which has disconnected, to expire",
             visible(holder)
         );
-        attended(json, &what, lease.take(free + LEASE_MARGIN)).await?;
+        announce_wait(json, &what, lease.take(free + LEASE_MARGIN)).await?;
         Ok(())
     }
 
     /// Replaces a port failure by the station's refusal if that is why the line broke.
-    pub(super) fn meant(&self, failure: Failure) -> Failure {
+    pub(super) fn explain_failure(&self, failure: Failure) -> Failure {
         match self.line.why() {
-            Some(error @ ClientError::Refused { .. }) if failure.kind == PORT => error.into(),
+            Some(error @ ClientError::Refused { .. }) if failure.kind == PORT_FAILURE => {
+                error.into()
+            }
             _ => failure,
         }
     }
@@ -95,22 +97,22 @@ impl Connected {
     /// True if a signal has something to stop: a motion, a laser, a motor.
     pub(super) fn needs_stop(&self) -> bool {
         let moves = self.arm.moving() || !self.arm.motors().running().is_empty();
-        self.under_way.needs_stop() || moves
+        self.untracked.needs_stop() || moves
     }
 
     /// True if the end of the station has something to stop: work begun over this connection. Other
     /// clients may be ending their own runs on the arm.
     pub(super) fn needs_end(&self) -> bool {
         let moves = self.arm.moving() || !self.arm.motors().running().is_empty();
-        self.under_way.laser == Some(Burns::WhileConnected) || moves
+        self.untracked.laser == Some(BurnEnd::WhileConnected) || moves
     }
 
     /// Closes the connection, and waits until the station has seen that.
     pub(super) async fn close(self) {
         self.arm.close().await;
-        if let Some(ends) = self.ends {
+        if let Some(ends) = self.line_end {
             // A station that does not close the line in time does not block the caller.
-            let _ = timeout(FAREWELL, ends).await;
+            let _ = timeout(DISCONNECT_TIMEOUT, ends).await;
         }
     }
 }
@@ -119,10 +121,10 @@ impl Connected {
 /// left. A choice.
 const LEASE_MARGIN: Duration = Duration::from_secs(1);
 
-const PORT: Kind = Kind::Driver(magician::ErrorKind::Port);
+const PORT_FAILURE: Kind = Kind::Driver(magician::ErrorKind::Port);
 
 /// Virtual arm that a verb has set up for its own connection.
-pub(super) struct Stage {
+pub(super) struct PreparedVirtualArm {
     arm: VirtualArm,
     /// True if process time is virtual while the verb works: waits take no wall time, so that
     /// nothing runs dry because the host is slow.
@@ -130,16 +132,16 @@ pub(super) struct Stage {
 }
 
 /// Guard that pauses tokio's clock: it advances to the next timer as soon as there is no work left.
-pub(super) struct ArmTime;
+pub(super) struct PausedClock;
 
-impl ArmTime {
+impl PausedClock {
     fn begin() -> Self {
         tokio::time::pause();
         Self
     }
 }
 
-impl Drop for ArmTime {
+impl Drop for PausedClock {
     fn drop(&mut self) {
         tokio::time::resume();
     }
@@ -147,24 +149,24 @@ impl Drop for ArmTime {
 
 impl Context {
     /// Uses this virtual arm for connections of this verb to `sim`.
-    pub(crate) fn put_up(&mut self, arm: VirtualArm) {
+    pub(crate) fn use_virtual(&mut self, arm: VirtualArm) {
         let in_arm_time = false;
-        self.stage = Some(Stage { arm, in_arm_time });
+        self.stage = Some(PreparedVirtualArm { arm, in_arm_time });
     }
 
-    /// Like [`put_up`](Self::put_up), but lets all timers of this process follow virtual time while
-    /// the verb works. Motions take as long by the arm's clock as on a real arm, and almost no wall
-    /// time.
-    pub(crate) fn put_up_in_arm_time(&mut self, arm: VirtualArm) {
+    /// Like [`use_virtual`](Self::use_virtual), but lets all timers of this process follow virtual
+    /// time while the verb works. Motions take as long by the arm's clock as on a real arm, and
+    /// almost no wall time.
+    pub(crate) fn use_virtual_in_arm_time(&mut self, arm: VirtualArm) {
         let in_arm_time = true;
-        self.stage = Some(Stage { arm, in_arm_time });
+        self.stage = Some(PreparedVirtualArm { arm, in_arm_time });
     }
 
     /// Pauses tokio's clock if the verb's virtual arm asks for that. Must be called within a
     /// runtime.
-    pub(super) fn arm_time(&self) -> Option<ArmTime> {
+    pub(super) fn arm_time(&self) -> Option<PausedClock> {
         let stage = self.stage.as_ref().filter(|stage| stage.in_arm_time);
-        stage.map(|_| ArmTime::begin())
+        stage.map(|_| PausedClock::begin())
     }
 
     /// True if a connection is open already, as between lines of a shell.
@@ -198,7 +200,7 @@ impl Context {
             Some(connected) => connected,
             None => self.open(sim, rules).await?,
         };
-        connected.under_way.begins(rules);
+        connected.untracked.begin(rules);
         let arm = self.connected.insert(connected).arm.clone();
         let timeout = self.global.timeout;
         arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
@@ -242,11 +244,11 @@ impl Context {
         Ok(Connected {
             arm,
             place,
-            ends: None,
+            line_end: None,
             line: LineEnd::default(),
             lease: None,
             reconnects,
-            under_way: UnderWay::default(),
+            untracked: Untracked::default(),
         })
     }
 
@@ -296,12 +298,12 @@ impl Context {
         Ok(Connected {
             arm,
             place: Some(url.to_owned()),
-            ends: Some(ends),
+            line_end: Some(ends),
             line: end,
             lease: Some(lease),
             // The station reconnects a broken line to the arm itself.
             reconnects: true,
-            under_way: UnderWay::default(),
+            untracked: Untracked::default(),
         })
     }
 
@@ -314,7 +316,7 @@ impl Context {
 
     /// Returns the connection options that flags and settings ask for.
     pub(crate) fn options(&mut self) -> Result<Options, Failure> {
-        self.settle()?;
+        self.apply_config()?;
         let mut options = Options::default();
         options.timeout = self.global.timeout.unwrap_or(options.timeout);
         options.window = self.global.window.map_or(options.window, usize::from);
@@ -344,7 +346,7 @@ impl Context {
             return Ok(tracer.clone().ok());
         }
         // A trace that cannot be written (a full disk) does not stop the work that is traced.
-        let tracer = Tracer::new(grow(path)?).map_err(|error| {
+        let tracer = Tracer::new(open_growing(path)?).map_err(|error| {
             tracing::warn!(%error, "the trace cannot be written and ends here");
             error.to_string()
         });
@@ -353,7 +355,7 @@ impl Context {
     }
 
     /// Ends the trace. Returns why it is incomplete, or `None` if it is complete.
-    pub(super) fn untraced(&self) -> Option<String> {
+    pub(super) fn end_trace(&self) -> Option<String> {
         let failed = self.trace.as_ref().map(|(_, trace)| trace);
         match failed? {
             Ok(tracer) => {
@@ -366,13 +368,13 @@ impl Context {
 
     /// Returns the port, if a flag, the environment or the settings name one.
     pub(crate) fn port(&mut self) -> Result<Option<String>, Failure> {
-        self.settle()?;
+        self.apply_config()?;
         Ok(self.global.port.clone())
     }
 
     /// Returns the target to connect to, searching for an arm if no port is given.
     pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
-        self.settle()?;
+        self.apply_config()?;
         if self.global.station.is_some() {
             let message = "this needs the port of the arm: it cannot be used with --station";
             return Err(Failure::usage(message));
@@ -381,13 +383,13 @@ impl Context {
         let speed = sim.map_or(SimSpeed::Max, |sim| sim.speed);
         Ok(match (given, sim) {
             (Some(port), _) => Target::parse(port, speed)?,
-            (None, Some(sim)) if sim.taken == Taken::Unasked => Target::Sim(speed),
+            (None, Some(sim)) if sim.condition == VirtualArmUse::NoPortGiven => Target::Sim(speed),
             (None, sim) => match Target::discover() {
                 Err(error)
                     if error.code() == ErrorCode::NoArm
-                        && sim.is_some_and(|sim| sim.taken == Taken::IfAlone) =>
+                        && sim.is_some_and(|sim| sim.condition == VirtualArmUse::NoArmFound) =>
                 {
-                    tell(format_args!("{error}; using a virtual arm"));
+                    print_stderr(format_args!("{error}; using a virtual arm"));
                     Target::Sim(speed)
                 }
                 found => found?,

@@ -9,7 +9,7 @@ use crate::interrupt::Signals;
 use crate::output::Output;
 
 /// End of a job before its completion.
-pub(crate) enum Ended {
+pub(crate) enum JobFailure {
     Failed(Failure),
     /// The job was stopped by a signal, a key or a typed line.
     Interrupted {
@@ -19,7 +19,7 @@ pub(crate) enum Ended {
     },
 }
 
-impl<T: Into<Failure>> From<T> for Ended {
+impl<T: Into<Failure>> From<T> for JobFailure {
     fn from(failure: T) -> Self {
         Self::Failed(failure.into())
     }
@@ -38,9 +38,9 @@ impl Context {
     pub(crate) fn job<T>(
         &mut self,
         policy: JobPolicy,
-        work: impl AsyncFnOnce(&Arm, &mut Output, &mut Signals) -> Result<T, Ended>,
+        work: impl AsyncFnOnce(&Arm, &mut Output, &mut Signals) -> Result<T, JobFailure>,
     ) -> Result<T, Failure> {
-        self.settle()?;
+        self.apply_config()?;
         let runtime = self.runtime()?;
         let rules = policy.rules();
         runtime.block_on(async {
@@ -48,7 +48,7 @@ impl Context {
             let _time = self.arm_time();
             let connected = tokio::select! {
                 connected = self.connect_leased(&rules) => connected,
-                _ = signals.next() => Err(self.halt(&mut signals).await),
+                _ = signals.next() => Err(self.stop_for_signal(&mut signals).await),
             };
             let arm = match connected {
                 Ok(arm) if self.laser_allowed => arm.allowing_laser(),
@@ -64,16 +64,16 @@ impl Context {
             self.terminated |= signals.terminates();
             match ended {
                 Ok(done) => {
-                    self.ends(rules.end);
+                    self.note_success(rules.end);
                     Ok(done)
                 }
-                Err(Ended::Failed(failure)) => Err(match &self.connected {
-                    Some(connected) => connected.meant(failure),
+                Err(JobFailure::Failed(failure)) => Err(match &self.connected {
+                    Some(connected) => connected.explain_failure(failure),
                     None => failure,
                 }),
-                Err(Ended::Interrupted { failure, stands }) => {
-                    self.ends(End::Stands);
-                    self.interrupted(stands).await;
+                Err(JobFailure::Interrupted { failure, stands }) => {
+                    self.note_success(End::Standing);
+                    self.disconnect_after_stop(stands).await;
                     Err(failure)
                 }
             }

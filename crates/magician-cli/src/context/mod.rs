@@ -22,10 +22,10 @@ use crate::options::Global;
 use crate::output::{Output, Text};
 use crate::saved::SavedSettings;
 
-use connect::{Connected, Stage, Trace};
-pub(crate) use connect::{Sim, Taken};
-pub(crate) use job::Ended;
-pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
+use connect::{Connected, PreparedVirtualArm, Trace};
+pub(crate) use connect::{Sim, VirtualArmUse};
+pub(crate) use job::JobFailure;
+pub(crate) use policy::{BurnEnd, JobPolicy, SignalPolicy, StopPolicy};
 pub(crate) use stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, place, stop};
 
 /// Access to the whole command line, for verbs that show it or run lines of it.
@@ -48,7 +48,7 @@ pub(crate) struct Context {
     config: Option<Rc<Config>>,
     trace: Option<Trace>,
     /// Virtual arm that the verb has set up, used if the target is `sim`.
-    stage: Option<Stage>,
+    stage: Option<PreparedVirtualArm>,
     /// Settings that the running verb changed and must restore on the arm.
     pub(crate) saved: SavedSettings,
     /// True in a shell: Ctrl-C then stops the arm and keeps the connection.
@@ -61,10 +61,10 @@ pub(crate) struct Context {
 
 /// Longest wait for the arm to confirm a stop before the program ends without knowing. A choice:
 /// long for a line that answers, short for a user who waits.
-pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
+pub(crate) const STOP_CONFIRM_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Longest wait for dropped connections to send their last frames (stop, laser off). A choice.
-pub(crate) const FAREWELL: Duration = Duration::from_millis(600);
+pub(crate) const DISCONNECT_TIMEOUT: Duration = Duration::from_millis(600);
 
 impl Context {
     pub(crate) fn new(global: Global, out: Output, command_line: CommandLine) -> Self {
@@ -85,7 +85,7 @@ impl Context {
     }
 
     /// Begins a command line with these options.
-    pub(crate) fn begins(&mut self, global: Global) {
+    pub(crate) fn begin(&mut self, global: Global) {
         self.global = global;
         self.laser_allowed = self.global.yes;
     }
@@ -167,11 +167,11 @@ impl Context {
     }
 
     /// Fills in from the settings file the options that neither a flag nor the environment has set.
-    fn settle(&mut self) -> Result<(), Failure> {
+    fn apply_config(&mut self) -> Result<(), Failure> {
         let config = self.config()?;
         let global = &mut self.global;
         let port = global.port.take().filter(|port| !port.is_empty());
-        global.port = port.or_else(|| config.says("port").map(str::to_owned));
+        global.port = port.or_else(|| config.file_value("port").map(str::to_owned));
         let window = config.number("window").map(|window| window as u8);
         global.window = global.window.or(window);
         Ok(())

@@ -4,7 +4,7 @@
 //! Common to all policies:
 //!
 //! * **Ctrl-C, SIGTERM, SIGHUP**: the work is dropped. If this connection moves the arm
-//!   ([`Arm::moving`]) or runs a motor, or if [`UnderWay`] notes something, the arm is stopped:
+//!   ([`Arm::moving`]) or runs a motor, or if [`Untracked`] notes something, the arm is stopped:
 //!   motion, queue, laser, motors. Changed settings are restored, and the program waits until the
 //!   arm stands. A second stop ([`StopRule`]) moves nothing more, but settings are still restored.
 //!   A shell keeps its connection and continues, except after SIGTERM and SIGHUP.
@@ -47,7 +47,7 @@ pub(crate) enum StopPolicy {
     Pad,
     /// Lights the laser for longer than the verb. A signal switches it off. `laser on` in a shell;
     /// `set` and `io` where they may burn.
-    Light(Burns),
+    Light(BurnEnd),
     /// Switches the laser off, before anything else is done: `laser off`.
     Darken,
     /// Stops the arm, before anything else is done, so that a signal has nothing left to stop:
@@ -60,18 +60,18 @@ pub(crate) enum StopPolicy {
 
 /// End of a burn that outlasts its verb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Burns {
+pub(crate) enum BurnEnd {
     /// Until the connection, a shell's, ends. A signal during a later line switches it off.
     WhileConnected,
     /// Beyond the end of the program, because the user asked for that or no shell keeps the
     /// connection. Only an error or `laser off` switches it off.
-    ForGood,
+    UntilSwitchedOff,
 }
 
-/// Policy for [`Context::until_told`](super::Context::until_told), where a signal is the regular
-/// end of the work: the work is notified and completes.
+/// Policy for [`Context::until_signal`](super::Context::until_signal), where a signal is the
+/// regular end of the work: the work is notified and completes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ToldPolicy {
+pub(crate) enum SignalPolicy {
     /// Records until then: `record`.
     Record,
     /// Keeps the laser burning until then. The driver reconnects a broken line, to switch it off.
@@ -106,33 +106,33 @@ pub(super) struct Rules {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// Everything continues.
-    AsBegun,
+    Continues,
     /// The arm stands.
-    Stands,
+    Standing,
     /// The laser is off.
-    Dark,
+    LaserOff,
     /// The laser burns on, also after the connection.
-    Burns,
+    LaserOn,
     /// The arm stands and the laser is off.
     Stopped,
 }
 
-const LOOKS: Rules = Rules {
+const READ_RULES: Rules = Rules {
     moves: false,
     lights: false,
     reconnects: false,
-    end: End::AsBegun,
+    end: End::Continues,
 };
 
-const MOVES: Rules = Rules {
+const MOTION_RULES: Rules = Rules {
     moves: true,
-    end: End::Stands,
-    ..LOOKS
+    end: End::Standing,
+    ..READ_RULES
 };
 
-const LIGHTS: Rules = Rules {
+const LASER_RULES: Rules = Rules {
     lights: true,
-    ..LOOKS
+    ..READ_RULES
 };
 
 impl StopPolicy {
@@ -145,23 +145,23 @@ impl StopPolicy {
     /// otherwise for good.
     pub(crate) fn lights(context: &Context) -> Self {
         Self::Light(if context.in_shell() {
-            Burns::WhileConnected
+            BurnEnd::WhileConnected
         } else {
-            Burns::ForGood
+            BurnEnd::UntilSwitchedOff
         })
     }
 
     pub(super) const fn rules(self) -> Rules {
         match self {
-            Self::Look | Self::Order | Self::Hold => LOOKS,
-            Self::Watch => LOOKS.reconnecting(),
-            Self::HandOver => MOVES.ending(End::AsBegun),
-            Self::Move => MOVES,
-            Self::Pad => MOVES.reconnecting(),
-            Self::Light(Burns::WhileConnected) => LIGHTS,
-            Self::Light(Burns::ForGood) => LIGHTS.ending(End::Burns),
-            Self::Darken => LOOKS.ending(End::Dark),
-            Self::Stop => LOOKS.ending(End::Stopped),
+            Self::Look | Self::Order | Self::Hold => READ_RULES,
+            Self::Watch => READ_RULES.reconnecting(),
+            Self::HandOver => MOTION_RULES.ending(End::Continues),
+            Self::Move => MOTION_RULES,
+            Self::Pad => MOTION_RULES.reconnecting(),
+            Self::Light(BurnEnd::WhileConnected) => LASER_RULES,
+            Self::Light(BurnEnd::UntilSwitchedOff) => LASER_RULES.ending(End::LaserOn),
+            Self::Darken => READ_RULES.ending(End::LaserOff),
+            Self::Stop => READ_RULES.ending(End::Stopped),
         }
     }
 
@@ -175,11 +175,11 @@ impl StopPolicy {
     }
 }
 
-impl ToldPolicy {
+impl SignalPolicy {
     pub(super) const fn rules(self) -> Rules {
         match self {
-            Self::Record => LOOKS,
-            Self::Burn => LIGHTS.ending(End::Dark).reconnecting(),
+            Self::Record => READ_RULES,
+            Self::Burn => LASER_RULES.ending(End::LaserOff).reconnecting(),
         }
     }
 }
@@ -187,8 +187,8 @@ impl ToldPolicy {
 impl JobPolicy {
     pub(super) const fn rules(self) -> Rules {
         match self {
-            Self::Dark => MOVES,
-            Self::Burning => MOVES.reconnecting(),
+            Self::Dark => MOTION_RULES,
+            Self::Burning => MOTION_RULES.reconnecting(),
         }
     }
 }
@@ -209,34 +209,34 @@ impl Rules {
 /// Motion and laser that this program started but the driver cannot track: motions queued by other
 /// programs, a laser lit for longer than a verb, a move that is only planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct UnderWay {
+pub(super) struct Untracked {
     motion: bool,
     /// End of the burn of a laser that outlasts its verb; `None` if no such laser is lit.
-    pub(super) laser: Option<Burns>,
+    pub(super) laser: Option<BurnEnd>,
 }
 
-impl UnderWay {
-    pub(super) fn begins(&mut self, rules: &Rules) {
+impl Untracked {
+    pub(super) fn begin(&mut self, rules: &Rules) {
         self.motion |= rules.moves;
         if rules.lights {
-            self.laser = Some(Burns::WhileConnected);
+            self.laser = Some(BurnEnd::WhileConnected);
         }
     }
 
     /// Notes that the work has succeeded.
-    pub(super) fn ends(&mut self, end: End) {
+    pub(super) fn note_success(&mut self, end: End) {
         match end {
-            End::AsBegun => {}
-            End::Stands => self.motion = false,
-            End::Dark => self.laser = None,
-            End::Burns => self.laser = Some(Burns::ForGood),
+            End::Continues => {}
+            End::Standing => self.motion = false,
+            End::LaserOff => self.laser = None,
+            End::LaserOn => self.laser = Some(BurnEnd::UntilSwitchedOff),
             End::Stopped => *self = Self::default(),
         }
     }
 
     /// True if a signal must stop the arm, whatever the driver knows.
     pub(super) fn needs_stop(self) -> bool {
-        self.motion || self.laser == Some(Burns::WhileConnected)
+        self.motion || self.laser == Some(BurnEnd::WhileConnected)
     }
 }
 

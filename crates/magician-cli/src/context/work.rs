@@ -12,14 +12,14 @@ use magician::Arm;
 use tokio::time::timeout;
 
 use super::connect::{Connected, Sim};
-use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
+use super::policy::{BurnEnd, End, Rules, SignalPolicy, StopPolicy};
 use super::stop::{INTERRUPTED, STATION_ENDED, kind_of_stop, stop, stop_again};
-use super::{Context, FAREWELL, STAND_BY};
+use super::{Context, DISCONNECT_TIMEOUT, STOP_CONFIRM_TIMEOUT};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
-use crate::paint::tell;
-use crate::progress::attended;
+use crate::paint::print_stderr;
+use crate::progress::announce_wait;
 use crate::saved::{Access, SavedSettings, Settled};
 
 impl Context {
@@ -44,10 +44,10 @@ impl Context {
 
     /// Runs work that lasts until a signal or the system's request to end: `work` is notified
     /// through its future and completes regularly.
-    pub(crate) fn until_told<T>(
+    pub(crate) fn until_signal<T>(
         &mut self,
         sim: Sim,
-        policy: ToldPolicy,
+        policy: SignalPolicy,
         work: impl AsyncFnOnce(
             &Arm,
             &mut Output,
@@ -55,45 +55,45 @@ impl Context {
         ) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let rules = policy.rules();
-        let begin = rules.ending(End::AsBegun);
+        let begin = rules.ending(End::Continues);
         let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
         let arm = self.work(Some(sim), begin, Access::Reads, clone)?;
-        let done = self.alone(async |out, signals| {
+        let done = self.run_without_arm(async |out, signals| {
             let ends = arm.front_end().end_notice();
-            let told = async {
+            let signal = async {
                 tokio::select! {
                     _ = signals.next() => {}
                     () = ends.given() => {}
                 }
             };
-            work(&arm, out, pin!(told)).await
+            work(&arm, out, pin!(signal)).await
         })?;
-        self.ends(rules.end);
+        self.note_success(rules.end);
         Ok(done)
     }
 
     /// Runs work that opens its lines itself. A signal drops it, and its connections stop what they
     /// started.
-    pub(crate) fn attending<T>(
+    pub(crate) fn run_with_own_line<T>(
         &mut self,
         work: impl AsyncFnOnce(&mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.let_go()?;
-        self.alone(async |out, signals| {
+        self.close_connection()?;
+        self.run_without_arm(async |out, signals| {
             tokio::select! {
                 outcome = work(out) => return outcome,
                 _ = signals.next() => {}
             }
             // Dropping the work has closed its connections. Their tasks send the last frames
             // meanwhile.
-            tokio::time::sleep(FAREWELL).await;
+            tokio::time::sleep(DISCONNECT_TIMEOUT).await;
             Err(Failure::interrupted())
         })
     }
 
     /// Runs work that does not use the context's arm and handles signals itself: servers, verbs
     /// that step a clock of their own, viewers of files.
-    pub(crate) fn alone<T>(
+    pub(crate) fn run_without_arm<T>(
         &mut self,
         work: impl AsyncFnOnce(&mut Output, &mut Signals) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
@@ -111,12 +111,12 @@ impl Context {
         let runtime = self.runtime()?;
         runtime.block_on(async {
             let mut signals = Signals::listen_after(signal)?;
-            Ok(self.halt(&mut signals).await)
+            Ok(self.stop_for_signal(&mut signals).await)
         })
     }
 
     /// Closes the connection, for a verb that opens the line in its own way.
-    pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
+    pub(crate) fn close_connection(&mut self) -> Result<(), Failure> {
         let runtime = self.runtime()?;
         runtime.block_on(self.disconnect());
         Ok(())
@@ -124,10 +124,10 @@ impl Context {
 
     /// Closes the connection, if there is one. Motions continue if `outcome` is a success and are
     /// stopped otherwise.
-    pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
+    pub(crate) fn finish(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
         self.disconnect_after(outcome.is_ok());
-        let untraced = self.untraced();
-        outcome.and_then(|()| match untraced {
+        let trace_error = self.end_trace();
+        outcome.and_then(|()| match trace_error {
             Some(why) => Err(incomplete("trace", &why)),
             None => Ok(()),
         })
@@ -137,15 +137,15 @@ impl Context {
         let (Some(connected), Some(runtime)) = (self.connected.take(), &self.runtime) else {
             return;
         };
-        let (arm, laser) = (connected.arm.clone(), connected.under_way.laser);
+        let (arm, laser) = (connected.arm.clone(), connected.untracked.laser);
         if well {
             note_running_motors(&arm, self.global.station.is_some());
         }
         runtime.block_on(async {
             let dark = match laser {
                 _ if !well => None,
-                Some(Burns::ForGood) => Some(Ok(())),
-                Some(Burns::WhileConnected) => Some(arm.laser().switch_off().await),
+                Some(BurnEnd::UntilSwitchedOff) => Some(Ok(())),
+                Some(BurnEnd::WhileConnected) => Some(arm.laser().switch_off().await),
                 None => Some(arm.laser().switch_off_after().await),
             };
             // If switching off was not answered the connection is not detached, so that its end
@@ -167,9 +167,9 @@ impl Context {
     }
 
     /// Notes that the work has succeeded.
-    pub(super) fn ends(&mut self, end: End) {
+    pub(super) fn note_success(&mut self, end: End) {
         if let Some(connected) = &mut self.connected {
-            connected.under_way.ends(end);
+            connected.untracked.note_success(end);
         }
     }
 
@@ -180,7 +180,7 @@ impl Context {
         access: Access,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.settle()?;
+        self.apply_config()?;
         let runtime = self.runtime()?;
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
@@ -193,7 +193,7 @@ impl Context {
                 let ends = arm.front_end().end_notice();
                 let work = async {
                     let settled = SavedSettings::settle(arm, access).await;
-                    self.out.settled(&settled, self.global.json);
+                    self.out.note_settled(&settled, self.global.json);
                     let done = if self.laser_allowed {
                         work(&arm.allowing_laser(), &mut self.out).await
                     } else {
@@ -202,7 +202,7 @@ impl Context {
                     // Before the work the arm's queue was busy; now it may be empty.
                     if let Settled::Later(_) = settled {
                         let settled = SavedSettings::settle(arm, Access::Sets).await;
-                        self.out.settled(&settled, self.global.json);
+                        self.out.note_settled(&settled, self.global.json);
                     }
                     Ok(done)
                 };
@@ -216,13 +216,13 @@ impl Context {
             let outcome = tokio::select! {
                 outcome = work => match outcome {
                     Ok(Some(done)) => {
-                        self.ends(rules.end);
+                        self.note_success(rules.end);
                         Ok(done)
                     }
-                    Ok(None) => Err(self.halt_for_station(&mut signals).await),
-                    Err(failure) => Err(self.make_good(failure, &mut signals).await),
+                    Ok(None) => Err(self.stop_for_station(&mut signals).await),
+                    Err(failure) => Err(self.restore_after_failure(failure, &mut signals).await),
                 },
-                _ = signals.next() => Err(self.halt(&mut signals).await),
+                _ = signals.next() => Err(self.stop_for_signal(&mut signals).await),
             };
             self.terminated |= signals.terminates();
             outcome
@@ -230,42 +230,43 @@ impl Context {
     }
 
     /// Restores settings after a failure. A signal limits the time for that but does not cancel it.
-    async fn make_good(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
+    async fn restore_after_failure(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
         let Some(connected) = &self.connected else {
             return failure;
         };
-        let failure = connected.meant(failure);
+        let failure = connected.explain_failure(failure);
         let restored = {
             let mut restoring = pin!(self.saved.restore_after_failure(&connected.arm));
             tokio::select! {
                 () = &mut restoring => return failure,
-                _ = signals.next() => timeout(STAND_BY, restoring).await.is_ok(),
+                _ = signals.next() => timeout(STOP_CONFIRM_TIMEOUT, restoring).await.is_ok(),
             }
         };
         self.saved.leave();
-        self.interrupted(restored).await;
+        self.disconnect_after_stop(restored).await;
         Failure::interrupted()
     }
 
     /// Stops what was started, and waits until the arm stands. A second stop moves nothing more.
-    pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
+    pub(super) async fn stop_for_signal(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_stop);
-        let (message, _) = self.halted(needs_stop, INTERRUPTED, signals).await;
+        let (message, _) = self.stop_arm(needs_stop, INTERRUPTED, signals).await;
         Failure::new(Kind::Interrupted, message)
     }
 
-    /// Stops the arm like [`halt`](Self::halt), because the arm's station is about to end.
-    async fn halt_for_station(&mut self, signals: &mut Signals) -> Failure {
+    /// Stops the arm like [`stop_for_signal`](Self::stop_for_signal), because the arm's station is
+    /// about to end.
+    async fn stop_for_station(&mut self, signals: &mut Signals) -> Failure {
         let open = self.connected.as_ref();
         let needs_stop = open.is_some_and(Connected::needs_end) || !self.saved.is_empty();
-        let (message, again) = self.halted(needs_stop, STATION_ENDED, signals).await;
+        let (message, again) = self.stop_arm(needs_stop, STATION_ENDED, signals).await;
         Failure::new(kind_of_stop(true, again), message)
     }
 
     /// Stops the arm if `needs_stop`, and ends the connection. Returns the sentence about it, which
     /// begins with `cause`, and true if a signal came meanwhile.
-    async fn halted(
+    async fn stop_arm(
         &mut self,
         needs_stop: bool,
         cause: &str,
@@ -275,7 +276,8 @@ impl Context {
         let outcome = match &self.connected {
             Some(open) if needs_stop => {
                 let arm = &open.arm;
-                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved, cause));
+                let ended =
+                    announce_wait(self.global.json, "stopping", stop(arm, &self.saved, cause));
                 let ended = tokio::select! {
                     biased;
                     // A signal takes precedence over a stop that is confirmed at the same time.
@@ -289,18 +291,18 @@ impl Context {
                         stop_again(arm, &self.saved).await
                     }
                 };
-                self.ends(End::Stopped);
+                self.note_success(End::Stopped);
                 ended
             }
             _ => Ok(cause.to_owned()),
         };
         self.saved.leave();
-        self.interrupted(outcome.is_ok()).await;
+        self.disconnect_after_stop(outcome.is_ok()).await;
         (outcome.unwrap_or_else(|message| message), again)
     }
 
     /// Decides about the connection after an interruption.
-    pub(super) async fn interrupted(&mut self, stands: bool) {
+    pub(super) async fn disconnect_after_stop(&mut self, stands: bool) {
         if !stands {
             // Dropping the connection sends its last frames without waiting for answers, since the
             // arm may not answer.
@@ -316,7 +318,7 @@ fn note_running_motors(arm: &Arm, at_station: bool) {
     for motor in arm.motors().running() {
         let output = u8::from(motor) + 1;
         if at_station {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "note: motor {output} stops: at a station a motor runs only while its program holds the lease"
             ));
             continue;
@@ -325,7 +327,7 @@ fn note_running_motors(arm: &Arm, at_station: bool) {
             1 => "`magician conveyor stop`".to_owned(),
             output => format!("`magician conveyor stop --motor {output}`"),
         };
-        tell(format_args!(
+        print_stderr(format_args!(
             "note: motor {output} keeps running; {stops} or `magician stop` stops it"
         ));
     }

@@ -19,7 +19,7 @@ pub(crate) enum Control {
 /// otherwise the system obeys it.
 pub(crate) struct JobControl {
     #[cfg(unix)]
-    heard: Option<unix::Heard>,
+    pipes: Option<unix::SignalPipes>,
 }
 
 impl JobControl {
@@ -28,8 +28,8 @@ impl JobControl {
     pub(crate) fn listen() -> io::Result<Self> {
         #[cfg(unix)]
         {
-            let heard = unix::Heard::listen()?;
-            Ok(Self { heard })
+            let pipes = unix::SignalPipes::listen()?;
+            Ok(Self { pipes })
         }
         #[cfg(not(unix))]
         Ok(Self {})
@@ -38,8 +38,8 @@ impl JobControl {
     /// Waits for the next event. Never completes where there is no job control.
     pub(crate) async fn next(&mut self) -> Control {
         #[cfg(unix)]
-        if let Some(heard) = &mut self.heard {
-            return heard.next().await;
+        if let Some(pipes) = &mut self.pipes {
+            return pipes.next().await;
         }
         std::future::pending().await
     }
@@ -47,7 +47,7 @@ impl JobControl {
     /// Returns an event that has already come, if any; the continuation if both have.
     pub(crate) fn take(&mut self) -> Option<Control> {
         #[cfg(unix)]
-        return self.heard.as_mut()?.take();
+        return self.pipes.as_mut()?.take();
         #[cfg(not(unix))]
         None
     }
@@ -80,42 +80,42 @@ mod unix {
     static LISTENERS: AtomicUsize = AtomicUsize::new(0);
     /// True while there is no listener, so that the system's default applies. `None` inside if the
     /// signal was ignored from the start.
-    static FOLLOWED: OnceLock<Option<Arc<AtomicBool>>> = OnceLock::new();
+    static DEFAULT_APPLIES: OnceLock<Option<Arc<AtomicBool>>> = OnceLock::new();
 
     /// Returns the flag of the default handler, installed at the first call: a handler stays for
     /// the life of the process.
-    fn followed() -> Option<&'static AtomicBool> {
-        let followed = FOLLOWED.get_or_init(|| {
+    fn default_applies() -> Option<&'static AtomicBool> {
+        let default_applies = DEFAULT_APPLIES.get_or_init(|| {
             if is_ignored(SIGTSTP) {
                 return None;
             }
-            let followed = Arc::new(AtomicBool::new(true));
-            let kept = flag::register_conditional_default(SIGTSTP, Arc::clone(&followed));
-            kept.ok().map(|_| followed)
+            let default_applies = Arc::new(AtomicBool::new(true));
+            let kept = flag::register_conditional_default(SIGTSTP, Arc::clone(&default_applies));
+            kept.ok().map(|_| default_applies)
         });
-        followed.as_deref()
+        default_applies.as_deref()
     }
 
-    pub(super) struct Heard {
-        suspend: Wake,
-        goes_on: Wake,
+    pub(super) struct SignalPipes {
+        suspend: SignalPipe,
+        resume: SignalPipe,
     }
 
-    impl Heard {
+    impl SignalPipes {
         pub(super) fn listen() -> io::Result<Option<Self>> {
-            let Some(followed) = followed() else {
+            let Some(default_applies) = default_applies() else {
                 return Ok(None);
             };
-            let goes_on = Wake::of(SIGCONT)?;
-            let suspend = Wake::of(SIGTSTP)?;
+            let resume = SignalPipe::of(SIGCONT)?;
+            let suspend = SignalPipe::of(SIGTSTP)?;
             LISTENERS.fetch_add(1, Ordering::SeqCst);
-            followed.store(false, Ordering::SeqCst);
+            default_applies.store(false, Ordering::SeqCst);
             // The system has already obeyed a request from before the listener, and this program
             // has been continued since.
-            if goes_on.take() {
+            if resume.take() {
                 suspend.take();
             }
-            Ok(Some(Self { suspend, goes_on }))
+            Ok(Some(Self { suspend, resume }))
         }
 
         pub(super) async fn next(&mut self) -> Control {
@@ -124,34 +124,34 @@ mod unix {
                 // the program running, and a running program can be suspended again.
                 biased;
                 () = self.suspend.next() => Control::Suspend,
-                () = self.goes_on.next() => Control::Continue,
+                () = self.resume.next() => Control::Continue,
             }
         }
 
         pub(super) fn take(&mut self) -> Option<Control> {
             let suspend = self.suspend.take().then_some(Control::Suspend);
-            let goes_on = self.goes_on.take().then_some(Control::Continue);
-            goes_on.or(suspend)
+            let resume = self.resume.take().then_some(Control::Continue);
+            resume.or(suspend)
         }
     }
 
-    impl Drop for Heard {
+    impl Drop for SignalPipes {
         fn drop(&mut self) {
             if LISTENERS.fetch_sub(1, Ordering::SeqCst) == 1
-                && let Some(followed) = followed()
+                && let Some(default_applies) = default_applies()
             {
-                followed.store(true, Ordering::SeqCst);
+                default_applies.store(true, Ordering::SeqCst);
             }
         }
     }
 
     /// A signal to wait for. Signals from before its creation do not count.
-    struct Wake {
+    struct SignalPipe {
         pipe: UnixStream,
         id: SigId,
     }
 
-    impl Wake {
+    impl SignalPipe {
         fn of(signal: i32) -> io::Result<Self> {
             let (read, write) = Pipe::pair()?;
             read.set_nonblocking(true)?;
@@ -179,7 +179,7 @@ mod unix {
         }
     }
 
-    impl Drop for Wake {
+    impl Drop for SignalPipe {
         fn drop(&mut self) {
             low_level::unregister(self.id);
         }

@@ -49,7 +49,7 @@ impl Signals {
     /// Begins to catch signals after `first`, which counts as the first stop.
     pub(crate) fn listen_after(first: Signal) -> io::Result<Self> {
         let mut signals = Self::listen()?;
-        signals.hears(first);
+        signals.next_stop(first);
         Ok(signals)
     }
 
@@ -64,7 +64,7 @@ impl Signals {
         loop {
             let signal = self.caught.next().await;
             self.terminates |= signal != Signal::Interrupt;
-            if let Some(order) = self.hears(signal) {
+            if let Some(order) = self.next_stop(signal) {
                 return (signal, order);
             }
         }
@@ -72,7 +72,7 @@ impl Signals {
 
     /// Returns the order that follows from a signal now, or from a key that stands for one; `None`
     /// if the rule ignores it.
-    pub(crate) fn hears(&mut self, signal: Signal) -> Option<StopOrder> {
+    pub(crate) fn next_stop(&mut self, signal: Signal) -> Option<StopOrder> {
         self.rule.hears(signal, self.begun.elapsed())
     }
 

@@ -12,11 +12,11 @@ use tokio::signal::unix::{self, SignalKind, signal};
 use super::Signal;
 
 /// Number of SIGHUP.
-const HANGUP: i32 = 1;
+const SIGHUP: i32 = 1;
 
 /// True if SIGHUP was ignored when this program began. Read once: after we catch it, the system no
 /// longer reports that.
-static IGNORED: OnceLock<bool> = OnceLock::new();
+static HANGUP_IGNORED: OnceLock<bool> = OnceLock::new();
 
 /// Makes a write beyond the file size limit (`ulimit -f`) fail as on a full disk. SIGXFSZ would
 /// otherwise kill the process while the arm moves.
@@ -30,7 +30,7 @@ pub(super) fn survive_file_limit() -> io::Result<()> {
 /// True if SIGHUP is ignored, as in a program started by `nohup`.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
-    let told = status.ok().and_then(|status| ignores(&status, HANGUP));
+    let told = status.ok().and_then(|status| ignores(&status, SIGHUP));
     // Without `/proc`: a process without a terminal on any of its three streams was started to
     // outlive it.
     let terminals = [
@@ -71,7 +71,7 @@ pub(super) struct Signals {
 impl Signals {
     /// Begins to catch signals. Must be called within a runtime.
     pub(super) fn listen() -> io::Result<Self> {
-        let ignored = *IGNORED.get_or_init(hangup_is_ignored);
+        let ignored = *HANGUP_IGNORED.get_or_init(hangup_is_ignored);
         let hangup = (!ignored).then(|| signal(SignalKind::hangup()));
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
@@ -86,7 +86,7 @@ impl Signals {
 
     /// Waits for the next signal.
     pub(super) async fn next(&mut self) -> Signal {
-        let hung_up = async {
+        let wait_for_hangup = async {
             match &mut self.hangup {
                 Some(hangup) => hangup.recv().await,
                 None => pending().await,
@@ -98,7 +98,7 @@ impl Signals {
             _ = spent.recv() => Signal::Terminate,
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.terminate.recv() => Signal::Terminate,
-            _ = hung_up => Signal::HangUp,
+            _ = wait_for_hangup => Signal::HangUp,
         }
     }
 }
@@ -111,9 +111,9 @@ mod tests {
     fn the_mask_of_ignored_signals_tells_of_nohup() {
         let status =
             |mask: &str| format!("Name:\tmagician\nSigBlk:\t0\nSigIgn:\t{mask}\nSigCgt:\t1\n");
-        assert_eq!(ignores(&status("0000000000001001"), HANGUP), Some(true));
-        assert_eq!(ignores(&status("0000000000001000"), HANGUP), Some(false));
+        assert_eq!(ignores(&status("0000000000001001"), SIGHUP), Some(true));
+        assert_eq!(ignores(&status("0000000000001000"), SIGHUP), Some(false));
         assert_eq!(ignores(&status("0000000000001000"), 13), Some(true));
-        assert_eq!(ignores("Name:\tmagician\n", HANGUP), None);
+        assert_eq!(ignores("Name:\tmagician\n", SIGHUP), None);
     }
 }

@@ -15,14 +15,14 @@ pub(crate) fn alarm_lines(
     theme: Theme,
 ) -> Vec<Line<'static>> {
     let (width, room) = (usize::from(width), usize::from(room));
-    let told = |causes| {
+    let lines_for = |causes| {
         let all = alarms.codes().map(move |code| alarm(code, causes));
         all.map(|(name, texts)| styled(&name, &texts, width, theme.alarm(name.code)))
             .collect::<Vec<_>>()
     };
-    let mut all = told(true);
+    let mut all = lines_for(true);
     if all.iter().map(Vec::len).sum::<usize>() > room {
-        all = told(false);
+        all = lines_for(false);
     }
     if all.is_empty() {
         return vec![Line::styled("no alarm", theme.dim())];

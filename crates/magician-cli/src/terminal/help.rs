@@ -9,9 +9,9 @@ use ratatui::widgets::{Block, BorderType, Clear, Paragraph};
 use super::{Theme, wrapped};
 
 /// Width of the column with the keys.
-const HANGING: usize = 13;
+const KEY_COLUMN_WIDTH: usize = 13;
 /// Smallest width of the list where the screen has room.
-const LEAST: usize = 68;
+const MIN_WIDTH: usize = 68;
 
 /// List of keys while it is shown, one page at a time if the screen is too small.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,9 +42,9 @@ impl Help {
         theme: Theme,
     ) {
         let longest = keys.iter().map(|(_, what)| what.chars().count() + 16);
-        let width = longest.max().unwrap_or(0).max(LEAST);
+        let width = longest.max().unwrap_or(0).max(MIN_WIDTH);
         let width = u16::try_from(width).unwrap_or(u16::MAX).min(area.width);
-        let room = usize::from(width).saturating_sub(2 + HANGING);
+        let room = usize::from(width).saturating_sub(2 + KEY_COLUMN_WIDTH);
         let height = usize::from(area.height).saturating_sub(2).max(1);
         let pages = pages(keys, room, height, theme);
         let count = isize::try_from(pages.len()).unwrap_or(isize::MAX).max(1);
@@ -85,7 +85,7 @@ fn pages(
 ) -> Vec<Vec<Line<'static>>> {
     let mut pages: Vec<Vec<Line<'static>>> = vec![Vec::new()];
     for (key, what) in keys {
-        let lines = described(key, what, room, theme);
+        let lines = key_lines(key, what, room, theme);
         match pages.last_mut() {
             Some(page) if page.is_empty() || page.len() + lines.len() <= height => {
                 page.extend(lines);
@@ -97,11 +97,11 @@ fn pages(
 }
 
 /// Returns a key and its description, wrapped.
-fn described(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'static>> {
+fn key_lines(key: &str, what: &str, room: usize, theme: Theme) -> Vec<Line<'static>> {
     let lines = wrapped(what, room).into_iter().enumerate();
     let line = |(nth, text)| {
         let key = if nth == 0 { key } else { "" };
-        let key = format!(" {key:<width$}", width = HANGING - 1);
+        let key = format!(" {key:<width$}", width = KEY_COLUMN_WIDTH - 1);
         Line::from(vec![Span::styled(key, theme.key()), Span::raw(text)])
     };
     lines.map(line).collect()
@@ -113,7 +113,7 @@ mod tests {
     use crate::terminal::test::{screen, shows};
 
     #[test]
-    fn arrows_turn_pages_round_and_round_and_any_other_key_closes() {
+    fn arrows_cycle_through_pages_and_other_keys_close() {
         let keys: Vec<_> = (0..9).map(|_| ("key", "what it does")).collect();
         let drawn = |help: Help, height| {
             screen(60, height, |frame| {

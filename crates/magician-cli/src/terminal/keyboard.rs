@@ -14,11 +14,11 @@ pub(crate) struct Keyboard {
 
 /// Result of a wait.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Waited {
+pub(crate) enum WaitResult {
     /// An event of the keyboard or the terminal.
-    Came(Event),
+    Event(Event),
     /// Timeout.
-    Nothing,
+    Timeout,
     /// The terminal is gone.
     Gone,
 }
@@ -35,28 +35,30 @@ impl Keyboard {
     }
 
     /// Waits for an event, at most `patience`.
-    pub(crate) fn wait(&self, patience: Duration) -> io::Result<Waited> {
+    pub(crate) fn wait(&self, timeout: Duration) -> io::Result<WaitResult> {
         // crossterm may have buffered events, so it is polled before the line. But if the terminal
         // is gone its poll would loop for ever waiting for a byte, so that is checked first.
         if self.line(Duration::ZERO)? == TerminalInput::Gone {
-            return Ok(Waited::Gone);
+            return Ok(WaitResult::Gone);
         }
         if event::poll(Duration::ZERO)? {
-            return event::read().map(Waited::Came);
+            return event::read().map(WaitResult::Event);
         }
-        match self.line(patience)? {
-            TerminalInput::Gone => Ok(Waited::Gone),
-            TerminalInput::Silent => Ok(Waited::Nothing),
-            TerminalInput::Ready if event::poll(Duration::ZERO)? => event::read().map(Waited::Came),
-            TerminalInput::Ready => Ok(Waited::Nothing),
-            TerminalInput::Untold if event::poll(patience)? => event::read().map(Waited::Came),
-            TerminalInput::Untold => Ok(Waited::Nothing),
+        match self.line(timeout)? {
+            TerminalInput::Gone => Ok(WaitResult::Gone),
+            TerminalInput::Silent => Ok(WaitResult::Timeout),
+            TerminalInput::Ready if event::poll(Duration::ZERO)? => {
+                event::read().map(WaitResult::Event)
+            }
+            TerminalInput::Ready => Ok(WaitResult::Timeout),
+            TerminalInput::Unknown if event::poll(timeout)? => event::read().map(WaitResult::Event),
+            TerminalInput::Unknown => Ok(WaitResult::Timeout),
         }
     }
 
     /// Returns the state of the line, waiting at most `patience`.
     #[cfg(unix)]
-    fn line(&self, patience: Duration) -> io::Result<TerminalInput> {
+    fn line(&self, timeout: Duration) -> io::Result<TerminalInput> {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         use rustix::io::Errno;
         use std::os::fd::AsFd;
@@ -64,18 +66,18 @@ impl Keyboard {
         let stdin = io::stdin();
         let line = self.other.as_ref().map_or(stdin.as_fd(), AsFd::as_fd);
         let mut lines = [PollFd::new(&line, PollFlags::IN)];
-        let patience = Timespec::try_from(patience).map_err(io::Error::other)?;
-        match poll(&mut lines, Some(&patience)) {
+        let timeout = Timespec::try_from(timeout).map_err(io::Error::other)?;
+        match poll(&mut lines, Some(&timeout)) {
             Ok(0) => return Ok(TerminalInput::Silent),
             // Interrupted by a signal, such as SIGWINCH. The caller polls again.
             Err(Errno::INTR) => return Ok(TerminalInput::Silent),
-            told => told?,
+            events => events?,
         };
         let [line] = lines;
-        let told = line.revents();
-        Ok(if told.contains(PollFlags::NVAL) {
-            TerminalInput::Untold
-        } else if told.intersects(PollFlags::HUP | PollFlags::ERR) {
+        let events = line.revents();
+        Ok(if events.contains(PollFlags::NVAL) {
+            TerminalInput::Unknown
+        } else if events.intersects(PollFlags::HUP | PollFlags::ERR) {
             TerminalInput::Gone
         } else {
             TerminalInput::Ready
@@ -84,7 +86,7 @@ impl Keyboard {
 
     #[cfg(not(unix))]
     fn line(&self, _: Duration) -> io::Result<TerminalInput> {
-        Ok(TerminalInput::Untold)
+        Ok(TerminalInput::Unknown)
     }
 }
 
@@ -99,5 +101,5 @@ enum TerminalInput {
     Silent,
     Gone,
     /// Unknown: this system does not report it.
-    Untold,
+    Unknown,
 }

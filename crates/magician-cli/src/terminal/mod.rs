@@ -2,16 +2,16 @@
 //! widgets.
 //!
 //! They draw on stderr, so that stdout stays free for results. The picture has its own thread
-//! ([`Shown`]), so that neither a slow terminal nor a key delays the connection to the arm.
+//! ([`PictureThread`]), so that neither a slow terminal nor a key delays the connection to the arm.
 
 mod alarms;
+mod full_screen;
 mod help;
 mod keyboard;
+mod observed_arm;
 mod panel;
+mod picture_thread;
 mod screen;
-mod seen;
-mod shown;
-mod stage;
 #[cfg(test)]
 pub(crate) mod test;
 mod theme;
@@ -19,15 +19,17 @@ mod theme;
 use std::time::Duration;
 
 pub(crate) use alarms::alarm_lines;
+pub(crate) use full_screen::{FullScreen, TerminalEvent};
 pub(crate) use help::Help;
-pub(crate) use keyboard::{Keyboard, Waited};
-pub(crate) use panel::{arrow, fitted, lamp, log_lines, mm, panel, said, thirds, wrapped};
-pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
-pub(crate) use seen::{Seen, sparkline};
-pub(crate) use shown::{Shown, Suspends, hung_up};
-pub(crate) use stage::{Stage, Told};
+pub(crate) use keyboard::{Keyboard, WaitResult};
+pub(crate) use observed_arm::{ObservedArm, sparkline};
+pub(crate) use panel::{
+    arrow, fitted, header_body_footer, lamp, log_lines, message_lines, mm, panel, wrapped,
+};
+pub(crate) use picture_thread::{PictureThread, SuspendRequests, wait_for_hangup};
+pub(crate) use screen::{EventKinds, LogWriter, Screen, check, take_log};
 pub(crate) use theme::Theme;
 
 /// Shortest time between two frames. A choice: 20 frames a second look smooth, and more would load
 /// a terminal over SSH.
-pub(crate) const FRAME: Duration = Duration::from_millis(50);
+pub(crate) const FRAME_INTERVAL: Duration = Duration::from_millis(50);

@@ -100,17 +100,17 @@ fn hints(keys: &[(&str, &str)], theme: Theme) -> Line<'static> {
 }
 
 /// Formats a message for the foot of the screen, in at most three lines.
-pub(crate) fn said(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
-    const MOST: usize = 3;
+pub(crate) fn message_lines(text: &str, width: u16, style: Style) -> Vec<Line<'static>> {
+    const MAX_LINES: usize = 3;
     let room = usize::from(width).saturating_sub(1).max(1);
-    let lines = wrapped(text, room).into_iter().take(MOST);
+    let lines = wrapped(text, room).into_iter().take(MAX_LINES);
     lines
         .map(|text| Line::styled(format!(" {text}"), style))
         .collect()
 }
 
 /// Splits an area into header, middle, and a foot of as many lines as given.
-pub(crate) fn thirds(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
+pub(crate) fn header_body_footer(area: Rect, foot: &[Line<'_>]) -> [Rect; 3] {
     let foot = u16::try_from(foot.len()).unwrap_or(1);
     Layout::vertical([
         Constraint::Length(1),
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_hint_stays_where_there_is_little_room() {
+    fn narrow_line_keeps_the_last_hint() {
         let keys = [("q", "quit"), ("m", "hold/step"), ("?", "all keys")];
         let text = |width| fitted(&keys, width, Theme::PLAIN).to_string();
         assert_eq!(text(80), " q quit  m hold/step  ? all keys ");
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_of_a_log_is_whole_and_the_one_before_is_cut() {
+    fn newest_log_entry_is_whole_and_older_ones_are_truncated() {
         let log = |room| -> Vec<String> {
             let newest_first = [
                 ("2 ".to_owned(), "new and long"),
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn words_go_on_in_the_next_line() {
+    fn text_wraps_between_words() {
         assert_eq!(wrapped("one two three", 8), ["one two", "three"]);
         assert_eq!(wrapped("unbreakable", 4), ["unbr", "eaka", "ble"]);
         // CJK characters are two columns wide.

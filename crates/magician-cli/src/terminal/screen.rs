@@ -26,37 +26,37 @@ use crate::failure::Failure;
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// True while the terminal reports more than key presses, which must be undone as well.
-static LISTENS: AtomicBool = AtomicBool::new(false);
+static REPORTS_EXTRA: AtomicBool = AtomicBool::new(false);
 
 /// Output of others to stderr while the picture is shown.
 static LOG: Mutex<Vec<u8>> = Mutex::new(Vec::new());
 /// Largest part of that output that is kept, bytes.
-const LOG_KEPT: usize = 1 << 16;
+const MAX_LOG_SIZE: usize = 1 << 16;
 
 /// Size assumed for a terminal that does not report one, in columns and rows.
-const USUAL_SIZE: (u16, u16) = (80, 24);
+const DEFAULT_SIZE: (u16, u16) = (80, 24);
 
 /// Kinds of terminal events to receive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Listen {
+pub(crate) enum EventKinds {
     /// Key presses.
     Presses,
     /// Also key releases where the terminal reports them, changes of the window's focus, and pasted
     /// text, which then does not arrive as keys.
-    Everything,
+    All,
 }
 
 /// Flags of the kitty keyboard protocol for key releases. Letters report releases only if all keys
 /// are sent as escape sequences, and characters typed with Shift only if alternate keys are
 /// reported too. Terminals without the protocol ignore the request and report no releases.
-const RELEASES: KeyboardEnhancementFlags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
+const RELEASE_FLAGS: KeyboardEnhancementFlags = KeyboardEnhancementFlags::DISAMBIGUATE_ESCAPE_CODES
     .union(KeyboardEnhancementFlags::REPORT_EVENT_TYPES)
     .union(KeyboardEnhancementFlags::REPORT_ALTERNATE_KEYS)
     .union(KeyboardEnhancementFlags::REPORT_ALL_KEYS_AS_ESCAPE_CODES);
 
 /// Screen, taken until it is dropped.
 pub(crate) struct Screen {
-    pub(crate) terminal: Terminal<CrosstermBackend<Frames>>,
+    pub(crate) terminal: Terminal<CrosstermBackend<FrameBuffer>>,
     area: Rect,
 }
 
@@ -82,9 +82,9 @@ pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
 }
 
 impl Screen {
-    pub(crate) fn take(listen: Listen) -> io::Result<Self> {
+    pub(crate) fn take(listen: EventKinds) -> io::Result<Self> {
         // Before raw mode, so that no panic can leave the terminal in it.
-        give_back_in_a_panic();
+        install_panic_hook();
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
         let area = size();
@@ -93,12 +93,12 @@ impl Screen {
         let mut screen = Self { terminal, area };
         execute!(io::stderr(), EnterAlternateScreen)?;
         screen.clear()?;
-        if listen == Listen::Everything {
-            LISTENS.store(true, Ordering::SeqCst);
+        if listen == EventKinds::All {
+            REPORTS_EXTRA.store(true, Ordering::SeqCst);
             // Windows consoles report all of this without a request and reject one, so errors are
             // ignored.
             let _ = execute!(io::stderr(), EnableFocusChange, EnableBracketedPaste);
-            let _ = execute!(io::stderr(), PushKeyboardEnhancementFlags(RELEASES));
+            let _ = execute!(io::stderr(), PushKeyboardEnhancementFlags(RELEASE_FLAGS));
         }
         Ok(screen)
     }
@@ -123,9 +123,9 @@ impl Screen {
 
 /// Creates an empty terminal. The library's own clear and resize query the cursor's position over
 /// stdout, which must carry nothing but results.
-fn blank(area: Rect) -> io::Result<Terminal<CrosstermBackend<Frames>>> {
+fn blank(area: Rect) -> io::Result<Terminal<CrosstermBackend<FrameBuffer>>> {
     let viewport = Viewport::Fixed(area);
-    let backend = CrosstermBackend::new(Frames::default());
+    let backend = CrosstermBackend::new(FrameBuffer::default());
     Terminal::with_options(backend, TerminalOptions { viewport })
 }
 
@@ -136,8 +136,8 @@ impl Drop for Screen {
 }
 
 fn size() -> Rect {
-    let told = terminal_size::terminal_size_of(io::stderr());
-    let (width, height) = told.map_or(USUAL_SIZE, |(width, height)| (width.0, height.0));
+    let reported = terminal_size::terminal_size_of(io::stderr());
+    let (width, height) = reported.map_or(DEFAULT_SIZE, |(width, height)| (width.0, height.0));
     Rect::new(0, 0, width, height)
 }
 
@@ -146,7 +146,7 @@ pub(crate) fn restore() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
         let mut stderr = io::stderr().lock();
-        if LISTENS.swap(false, Ordering::SeqCst) {
+        if REPORTS_EXTRA.swap(false, Ordering::SeqCst) {
             let _ = queue!(stderr, PopKeyboardEnhancementFlags);
             let _ = queue!(stderr, DisableFocusChange, DisableBracketedPaste);
         }
@@ -158,31 +158,31 @@ pub(crate) fn restore() {
 }
 
 /// Restores only the terminal's mode, for a terminal that may not accept output any more.
-pub(crate) fn give_back_mode() {
+pub(crate) fn restore_mode() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
     }
 }
 
 /// Installs a panic hook that restores the terminal before the message is printed.
-fn give_back_in_a_panic() {
+fn install_panic_hook() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        let said = panic::take_hook();
+        let previous = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
             restore();
-            said(info);
+            previous(info);
         }));
     });
 }
 
 /// Collects a frame and writes it in one piece, or drops it if the terminal has been restored.
 #[derive(Default)]
-pub(crate) struct Frames {
+pub(crate) struct FrameBuffer {
     bytes: Vec<u8>,
 }
 
-impl Write for Frames {
+impl Write for FrameBuffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.bytes.extend_from_slice(bytes);
         Ok(bytes.len())
@@ -234,7 +234,7 @@ impl Write for LogWriter {
             return Ok(bytes.len());
         }
         let mut log = log();
-        if log.len() + bytes.len() <= LOG_KEPT {
+        if log.len() + bytes.len() <= MAX_LOG_SIZE {
             log.extend_from_slice(bytes);
         }
         Ok(bytes.len())

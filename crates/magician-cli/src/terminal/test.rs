@@ -44,14 +44,14 @@ pub(crate) fn reads(screen: &[String], sentence: &str) -> bool {
     };
     let begins = |row: usize, column: usize| {
         let text: String = lines[row][column..].iter().collect();
-        text.starts_with(first) && read_from(&lines[row..], column, &words)
+        text.starts_with(first) && is_readable_from(&lines[row..], column, &words)
     };
     (0..lines.len()).any(|row| (0..lines[row].len()).any(|column| begins(row, column)))
 }
 
 /// True if these words begin at a column and continue in the lines below, in the same column or at
 /// the edge of the panel.
-fn read_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
+fn is_readable_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
     let Some(line) = lines.first() else {
         return false;
     };
@@ -70,7 +70,7 @@ fn read_from(lines: &[Vec<char>], column: usize, words: &[&str]) -> bool {
     let goes_on = || {
         [column, panel]
             .iter()
-            .any(|at| read_from(&lines[1..], *at, left))
+            .any(|at| is_readable_from(&lines[1..], *at, left))
     };
     left.is_empty() || (left.len() < words.len() && goes_on())
 }

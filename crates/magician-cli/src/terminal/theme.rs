@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier, Style};
 use crate::paint::Paint;
 
 /// Distance to a joint limit below which the angle is highlighted, deg.
-const NEAR: f64 = 5.0;
+const NEAR_LIMIT: f64 = 5.0;
 
 /// Set of styles.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ impl Theme {
     pub(crate) fn near(self, value: f64, range: Range) -> Style {
         match (range.max - value).min(value - range.min) {
             room if room < 0.0 => self.bad(),
-            room if room < NEAR => self.note(),
+            room if room < NEAR_LIMIT => self.note(),
             _ => Style::new(),
         }
     }

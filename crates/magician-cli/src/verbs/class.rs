@@ -20,20 +20,20 @@ use crate::output::Output;
 #[derive(Args, Debug)]
 pub(super) struct Class {
     #[command(subcommand)]
-    what: AtStation,
+    action: StationAction,
 }
 
 /// At all stations of a site. Pupils, turns and codes are a station's own.
 #[derive(Args, Debug)]
 pub(super) struct SiteClass {
     #[command(subcommand)]
-    what: Anywhere,
+    action: ClassAction,
 }
 
 #[derive(Debug, Subcommand)]
-enum AtStation {
+enum StationAction {
     #[command(flatten)]
-    Anywhere(Anywhere),
+    ClassAction(ClassAction),
     /// Generate new codes for these pupils, or for all; pupils signed in with an old code must sign
     /// in again
     Codes {
@@ -59,7 +59,7 @@ enum AtStation {
 }
 
 #[derive(Debug, Subcommand)]
-enum Anywhere {
+enum ClassAction {
     /// Generate missing codes for the pupils in a class file, save them in it, and print the list
     New {
         #[arg(value_name = "FILE", value_hint = ValueHint::FilePath)]
@@ -158,7 +158,7 @@ fn list(context: &mut Context, class: &Value, html: Option<&Path>) -> Result<(),
 
 /// Fails if the stations of a site did not all apply the request alike. The answer of a single
 /// station always passes.
-fn alike(shown: &Value) -> Result<(), Failure> {
+fn check_all_applied(shown: &Value) -> Result<(), Failure> {
     let names = |arms: &Value| {
         let arms = arms.as_array().into_iter().flatten();
         let names: Vec<_> = arms.filter_map(Value::as_str).collect();
@@ -216,7 +216,7 @@ impl Class {
         context: &mut Context,
         call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
     ) -> Result<(), Failure> {
-        self.what.run(context, call)
+        self.action.run(context, call)
     }
 }
 
@@ -227,18 +227,18 @@ impl SiteClass {
         context: &mut Context,
         call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
     ) -> Result<(), Failure> {
-        self.what.run(context, "fleet", call)
+        self.action.run(context, "fleet", call)
     }
 }
 
-impl AtStation {
+impl StationAction {
     fn run(
         self,
         context: &mut Context,
         call: impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure>,
     ) -> Result<(), Failure> {
         match self {
-            Self::Anywhere(what) => what.run(context, "station", call),
+            Self::ClassAction(what) => what.run(context, "station", call),
             Self::Codes { pupils } => {
                 let params = if pupils.is_empty() {
                     json!({})
@@ -251,13 +251,15 @@ impl AtStation {
             Self::End { arms: names } => {
                 let done = call(context, "turn.end", arms(&names))?;
                 context.show(&done, |out| {
-                    say(out, &done, "turn ended", "no arm has a turn")
+                    print_arms(out, &done, "turn ended", "no arm has a turn")
                 })
             }
             Self::Next { arms: names } => {
                 let done = call(context, "turn.next", arms(&names))?;
                 let nobody = "no turn is passed on: no one present is waiting";
-                context.show(&done, |out| say(out, &done, "turn passed on", nobody))
+                context.show(&done, |out| {
+                    print_arms(out, &done, "turn passed on", nobody)
+                })
             }
             Self::Turns => {
                 let turns = call(context, "turn.list", json!({}))?;
@@ -267,7 +269,7 @@ impl AtStation {
     }
 }
 
-impl Anywhere {
+impl ClassAction {
     /// Runs the command `noun class ..`.
     fn run(
         self,
@@ -294,7 +296,7 @@ impl Anywhere {
             Self::List { html } => {
                 let class = call(context, "class.get", json!({}))?;
                 list(context, &class, html.as_deref())?;
-                alike(&class)
+                check_all_applied(&class)
             }
             Self::Set { file, use_codes } => {
                 let text = file.as_deref().map(read).transpose()?.unwrap_or_default();
@@ -306,12 +308,12 @@ impl Anywhere {
                 let done = call(context, "class.freeze", arms(&names))?;
                 context.show(&done, |out| {
                     let how = format!("frozen: free with `magician {noun} class free`");
-                    say(out, &done, &how, "no arm")
+                    print_arms(out, &done, &how, "no arm")
                 })
             }
             Self::Free { arms: names } => {
                 let done = call(context, "class.free", arms(&names))?;
-                context.show(&done, |out| say(out, &done, "free", "no arm"))
+                context.show(&done, |out| print_arms(out, &done, "free", "no arm"))
             }
             Self::Schedule { file } => {
                 let schedule = match file {
@@ -322,14 +324,14 @@ impl Anywhere {
                     Some(text) if !text.trim().is_empty() => out.line(text.trim_end()),
                     _ => out.line("no schedule: every arm is free at any time"),
                 })?;
-                alike(&schedule)
+                check_all_applied(&schedule)
             }
         }
     }
 }
 
 /// Prints the arms that an answer names, or the text `none` for an empty list.
-fn say(out: &mut Output, done: &Value, state: &str, none: &str) -> Result<(), Failure> {
+fn print_arms(out: &mut Output, done: &Value, state: &str, none: &str) -> Result<(), Failure> {
     let arms = done["arms"].as_array().into_iter().flatten();
     let names: Vec<_> = arms.filter_map(Value::as_str).collect();
     if names.is_empty() {

@@ -4,7 +4,7 @@ use clap::Args;
 use magician_protocol::{Row, TABLE};
 use serde::Serialize;
 
-use crate::catalogue::{self, Entry, Names, chapter_name, letters};
+use crate::catalogue::{self, Entry, Names, chapter_name, normalised_name};
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -36,7 +36,7 @@ impl Commands {
             return catalogue::explain(name, context);
         }
         self.check_chapter()?;
-        let rows: Vec<_> = TABLE.iter().filter(|row| self.wants(row)).collect();
+        let rows: Vec<_> = TABLE.iter().filter(|row| self.matches(row)).collect();
         let commands = rows.iter().map(|row| Entry::brief(row)).collect();
         context.show(&List { commands }, |out| list(&rows, out))
     }
@@ -47,7 +47,10 @@ impl Commands {
         };
         let mut names: Vec<_> = TABLE.iter().map(chapter_name).collect();
         names.dedup();
-        if names.iter().any(|name| letters(name) == letters(wanted)) {
+        if names
+            .iter()
+            .any(|name| normalised_name(name) == normalised_name(wanted))
+        {
             return Ok(());
         }
         names.sort();
@@ -56,12 +59,13 @@ impl Commands {
         Err(Failure::usage(message).hint(format!("chapters: {}", names.join(", "))))
     }
 
-    fn wants(&self, row: &Row) -> bool {
+    fn matches(&self, row: &Row) -> bool {
         let chapter = self.chapter.as_ref();
         let word = self.word.as_ref().map(|word| word.to_lowercase());
-        chapter.is_none_or(|chapter| letters(chapter) == letters(&chapter_name(row)))
+        chapter
+            .is_none_or(|chapter| normalised_name(chapter) == normalised_name(&chapter_name(row)))
             && word.is_none_or(|word| {
-                letters(row.name).contains(&letters(&word))
+                normalised_name(row.name).contains(&normalised_name(&word))
                     || row.doc.to_lowercase().contains(&word)
             })
     }

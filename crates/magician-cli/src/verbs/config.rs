@@ -9,7 +9,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 
 /// Terminal width from which the list shows the meanings too, in columns.
-const ROOMY: usize = 120;
+const WIDE_LIST_WIDTH: usize = 120;
 
 /// Show or change settings: defaults of options, named arms
 #[derive(Args, Debug)]
@@ -26,11 +26,11 @@ An option overrides its environment variable (MAGICIAN_PORT, MAGICIAN_TOOL, MAGI
 overrides the settings file. MAGICIAN_CONFIG sets the path of that file.")]
 pub(crate) struct Show {
     #[command(subcommand)]
-    deed: Option<Deed>,
+    action: Option<Action>,
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// Print one value; `magician config` lists the names
     Get {
         /// Name of the setting
@@ -62,7 +62,7 @@ struct Setting {
 }
 
 #[derive(Serialize)]
-struct All {
+struct SettingList {
     path: Option<String>,
     settings: Vec<Setting>,
 }
@@ -74,33 +74,33 @@ struct ConfigPath {
 
 impl Show {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        match self.deed {
-            None => all(context),
-            Some(Deed::Get { key }) if arms::is_name(&key) => one_of_arm(&key, context),
-            Some(Deed::Set { key, value }) if arms::is_name(&key) => {
-                let text = arms::written(&key, &value);
+        match self.action {
+            None => show_all(context),
+            Some(Action::Get { key }) if arms::is_name(&key) => show_arm_setting(&key, context),
+            Some(Action::Set { key, value }) if arms::is_name(&key) => {
+                let text = arms::to_toml(&key, &value);
                 let text = text.map_err(|why| Failure::usage(format!("{key}: {why}")))?;
-                Config::load()?.set_of_arm(&key, Some(&text))?;
-                one_of_arm(&key, context)
+                Config::load()?.set_arm_value(&key, Some(&text))?;
+                show_arm_setting(&key, context)
             }
-            Some(Deed::Unset { key }) if arms::is_name(&key) => {
-                Config::load()?.set_of_arm(&key, None)?;
-                one_of_arm(&key, context)
+            Some(Action::Unset { key }) if arms::is_name(&key) => {
+                Config::load()?.set_arm_value(&key, None)?;
+                show_arm_setting(&key, context)
             }
-            Some(Deed::Get { key }) => one(key_named(&key)?, context),
-            Some(Deed::Set { key, value }) => {
+            Some(Action::Get { key }) => show_setting(key_named(&key)?, context),
+            Some(Action::Set { key, value }) => {
                 let key = key_named(&key)?;
                 let text = key.write(&value);
                 let text = text.map_err(|why| Failure::usage(format!("{}: {why}", key.name)))?;
                 Config::load()?.set(key.name, &text)?;
-                one(key, context)
+                show_setting(key, context)
             }
-            Some(Deed::Unset { key }) => {
+            Some(Action::Unset { key }) => {
                 let key = key_named(&key)?;
                 Config::load()?.unset(key.name)?;
-                one(key, context)
+                show_setting(key, context)
             }
-            Some(Deed::Path) => {
+            Some(Action::Path) => {
                 let path = path_of(&Config::load()?)
                     .ok_or_else(|| Failure::invalid("this system has no directory for settings"))?;
                 context.show(&ConfigPath { path: path.clone() }, |out| out.line(&path))
@@ -127,7 +127,7 @@ fn setting(config: &Config, key: &Key) -> Setting {
     }
 }
 
-fn one(key: &'static Key, context: &mut Context) -> Result<(), Failure> {
+fn show_setting(key: &'static Key, context: &mut Context) -> Result<(), Failure> {
     let setting = setting(&Config::load()?, key);
     context.show(&setting, |out| match &setting.value {
         Some(value) => out.line(value),
@@ -136,7 +136,7 @@ fn one(key: &'static Key, context: &mut Context) -> Result<(), Failure> {
 }
 
 fn setting_of_arm(config: &Config, name: &str) -> Setting {
-    let value = config.says_of_arm(name).map(str::to_owned);
+    let value = config.arm_value(name).map(str::to_owned);
     let source = match value {
         Some(_) => Source::File,
         None => Source::Default,
@@ -148,7 +148,7 @@ fn setting_of_arm(config: &Config, name: &str) -> Setting {
     }
 }
 
-fn one_of_arm(name: &str, context: &mut Context) -> Result<(), Failure> {
+fn show_arm_setting(name: &str, context: &mut Context) -> Result<(), Failure> {
     let setting = setting_of_arm(&Config::load()?, name);
     context.show(&setting, |out| match &setting.value {
         Some(value) => out.line(value),
@@ -157,7 +157,7 @@ fn one_of_arm(name: &str, context: &mut Context) -> Result<(), Failure> {
 }
 
 /// Returns the settings of all arms in the file.
-fn of_arms(config: &Config) -> Vec<Setting> {
+fn arm_settings(config: &Config) -> Vec<Setting> {
     let names = config
         .arms()
         .iter()
@@ -166,17 +166,17 @@ fn of_arms(config: &Config) -> Vec<Setting> {
     settings.filter(|setting| setting.value.is_some()).collect()
 }
 
-fn all(context: &mut Context) -> Result<(), Failure> {
+fn show_all(context: &mut Context) -> Result<(), Failure> {
     let config = Config::load()?;
-    let all = All {
+    let all = SettingList {
         path: path_of(&config),
         settings: (KEYS.iter().map(|key| setting(&config, key)))
-            .chain(of_arms(&config))
+            .chain(arm_settings(&config))
             .collect(),
     };
     context.show(&all, |out| {
         let mut columns = Columns::default();
-        let roomy = out.width() >= ROOMY;
+        let roomy = out.width() >= WIDE_LIST_WIDTH;
         for (key, setting) in KEYS.iter().zip(&all.settings) {
             let source = match (setting.source, key.variable) {
                 (Source::Environment, Some(variable)) => variable,

@@ -73,7 +73,7 @@ pub(super) fn written(
     let (source, plan, read) = job.plan(context)?;
     let made = conversion.file(&plan);
     let (bytes, lost) = made.map_err(|error| refused(error, &source))?;
-    put(to, &bytes)?;
+    write_file(to, &bytes)?;
     notes(&source, &lost, context);
     let names = [source.name.clone(), to.display().to_string()];
     Ok(ConversionReport::new(
@@ -110,6 +110,6 @@ fn refused(error: ConversionError, source: &Source) -> Failure {
     }
 }
 
-fn put(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole(path, bytes).map_err(|error| Failure::unwritable(path, &error))
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 
 /// Run the conveyor belt on a motor output
 #[derive(Args, Debug)]
@@ -78,7 +78,7 @@ impl Conveyor {
                     let message = format!("the speed is {speed} mm/s, but must be above 0");
                     return Err(Failure::invalid(message));
                 }
-                let command = build::conveyor_by(output, within(distance)?, speed);
+                let command = build::conveyor_by(output, checked_distance(distance)?, speed);
                 let quiet = context.global.json;
                 context.arm(StopPolicy::Move, async |arm, _| {
                     advance(arm, command, quiet).await
@@ -103,7 +103,7 @@ impl Conveyor {
 }
 
 /// Returns the distance if a belt command can express it.
-fn within(distance: f32) -> Result<f32, Failure> {
+fn checked_distance(distance: f32) -> Result<f32, Failure> {
     if f64::from(distance).abs() <= CONVEYOR_FARTHEST {
         Ok(distance)
     } else {
@@ -132,6 +132,6 @@ fn turn(
 
 async fn advance(arm: &magician::Arm, command: Set, quiet: bool) -> Result<(), Failure> {
     let mut run = arm.start([command]);
-    attended(quiet, "moving the belt", run.wait(|_| {})).await?;
+    announce_wait(quiet, "moving the belt", run.wait(|_| {})).await?;
     Ok(())
 }

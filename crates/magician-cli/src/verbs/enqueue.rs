@@ -5,7 +5,7 @@ use magician::gate::refuse_unheld;
 use serde::Serialize;
 
 use super::set::{refuse_danger, writable};
-use crate::catalogue::Wanted;
+use crate::catalogue::CommandArguments;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::values;
@@ -24,7 +24,7 @@ Prints the queue index assigned by the arm. The queue is started only with --sta
 )]
 pub(crate) struct Enqueue {
     #[command(flatten)]
-    wanted: Wanted,
+    command: CommandArguments,
     /// Start the queue
     #[arg(long)]
     start: bool,
@@ -37,7 +37,7 @@ struct QueuedIndex {
 
 impl Enqueue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = self.wanted.name("enqueue", context)? else {
+        let Some(name) = self.command.name("enqueue", context)? else {
             return Ok(());
         };
         let (row, layout) = writable(name)?;
@@ -46,7 +46,7 @@ impl Enqueue {
             return Err(Failure::usage(message)
                 .hint(format!("`magician set {}` runs it at once", row.name)));
         }
-        let params = values::params(row, layout, &self.wanted.fields)?;
+        let params = values::params(row, layout, &self.command.fields)?;
         refuse_danger(row, context)?;
         let command = magician::Set::decode(row.id, &params)
             .map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;

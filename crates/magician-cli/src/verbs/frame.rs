@@ -52,7 +52,7 @@ impl Frame {
 
     /// Creates the job from the flags.
     pub(super) fn job(mut self) -> Result<Job, Failure> {
-        self.options.give("frame", self.shape.name());
+        self.options.set_option("frame", self.shape.name());
         let mut job = Job::new(None, self.file, self.look, &self.options, self.way)?;
         job.repeats = self.repeat;
         Ok(job)

@@ -3,7 +3,7 @@
 use clap::Args;
 use magician_protocol::{Ctrl, Direction, Row, describe};
 
-use crate::catalogue::{self, Wanted};
+use crate::catalogue::{self, CommandArguments};
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::values;
@@ -21,17 +21,17 @@ Examples:
 )]
 pub(crate) struct Get {
     #[command(flatten)]
-    wanted: Wanted,
+    command: CommandArguments,
 }
 
 impl Get {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = self.wanted.name("get", context)? else {
+        let Some(name) = self.command.name("get", context)? else {
             return Ok(());
         };
         let row = readable(name)?;
         let params = match row.query {
-            Some(query) => values::params(row, query, &self.wanted.fields)?,
+            Some(query) => values::params(row, query, &self.command.fields)?,
             None => Vec::new(),
         };
         let json = context.global.json;

@@ -7,7 +7,7 @@ use magician::{RunOptions, commands};
 use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 
 /// Home the arm: find its reference, move to the home point, clear alarms
 #[derive(Args, Debug)]
@@ -25,7 +25,7 @@ impl Home {
         }
         let pose = context.arm(StopPolicy::Move, async |arm, _| {
             let home = arm.home_with(RunOptions::default().keep(self.keep));
-            attended(quiet, "homing", home).await?;
+            announce_wait(quiet, "homing", home).await?;
             Ok(arm.get::<commands::Pose>().await?)
         })?;
         let answer = PoseReport::from(pose);

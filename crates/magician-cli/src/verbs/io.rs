@@ -17,7 +17,7 @@ use crate::options::number;
 use crate::output::Output;
 
 /// Highest address of a pin (document 1.15.1).
-pub(super) const PINS: u8 = 20;
+pub(super) const PIN_COUNT: u8 = 20;
 
 /// Read and set the pins of the arm's connectors
 #[derive(Args, Debug)]
@@ -87,8 +87,11 @@ enum Action {
 }
 
 fn pin(text: &str) -> Result<u8, String> {
-    let pin = text.parse().ok().filter(|pin| (1..=PINS).contains(pin));
-    pin.ok_or_else(|| format!("expected a pin, 1 to {PINS}"))
+    let pin = text
+        .parse()
+        .ok()
+        .filter(|pin| (1..=PIN_COUNT).contains(pin));
+    pin.ok_or_else(|| format!("expected a pin, 1 to {PIN_COUNT}"))
 }
 
 fn level(text: &str) -> Result<bool, String> {
@@ -233,7 +236,7 @@ async fn act(arm: &Arm, action: Action) -> Result<Vec<Pin>, Failure> {
     let pin = match action {
         Action::List { .. } => {
             let mut pins = Vec::new();
-            for address in 1..=PINS {
+            for address in 1..=PIN_COUNT {
                 pins.push(read(arm, address).await?);
             }
             return Ok(pins);
@@ -310,7 +313,7 @@ fn overview(pins: &[Pin], all: bool, out: &mut Output) -> Result<(), Failure> {
     let none = Some(u8::from(IoFunction::None));
     write(pins.iter().filter(|pin| all || pin.multiplex != none), out)?;
     let idle = pins.iter().filter(|pin| pin.multiplex == none).count();
-    let told = match idle {
+    let other_pins = match idle {
         _ if all => return Ok(()),
         0 => return Ok(()),
         1 => "1 pin has no function".to_owned(),
@@ -318,7 +321,7 @@ fn overview(pins: &[Pin], all: bool, out: &mut Output) -> Result<(), Failure> {
         count => format!("{count} pins have no function"),
     };
     let hint = "`io --all` shows them, `io mux PIN FUNCTION` gives one a function";
-    note(&format!("{told}; {hint}"), out)
+    note(&format!("{other_pins}; {hint}"), out)
 }
 
 fn write<'a>(pins: impl IntoIterator<Item = &'a Pin>, out: &mut Output) -> Result<(), Failure> {

@@ -10,19 +10,19 @@ use magician::{Arm, Link, build};
 use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 
-use super::jog::AT_SIGHT;
+use super::jog::REAL_TIME_ARM;
 use super::tools::{Switch, show};
-use crate::context::{Burns, Context, StopPolicy, ToldPolicy};
+use crate::context::{BurnEnd, Context, SignalPolicy, StopPolicy};
 use crate::failure::{Failure, Kind};
 use crate::options::seconds;
 use crate::output::Output;
-use crate::permission::Asks;
-use crate::progress::attended;
+use crate::permission::ConfirmationSource;
+use crate::progress::announce_wait;
 
 /// Longest wait for a broken line to return, so that the laser can be switched off. A choice.
-const BACK: Duration = Duration::from_secs(10);
+const RECONNECT_TIMEOUT: Duration = Duration::from_secs(10);
 /// Interval of checking the line.
-const LOOK: Duration = Duration::from_millis(50);
+const LINE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Switch the laser on until Ctrl-C, or off
 #[derive(Args, Debug)]
@@ -62,14 +62,14 @@ impl Laser {
             return Err(Failure::usage(message)
                 .hint("give --for SECONDS, or use `magician shell`, which keeps the lease"));
         }
-        context.permit_laser(Asks::AtTheTerminal)?;
+        context.permit_laser(ConfirmationSource::AtTheTerminal)?;
         if lasts {
             return self.burn(context);
         }
         let burns = if self.keep_on {
-            Burns::ForGood
+            BurnEnd::UntilSwitchedOff
         } else {
-            Burns::WhileConnected
+            BurnEnd::WhileConnected
         };
         context.arm(StopPolicy::Light(burns), async |arm, _| {
             Ok(arm.set_any(&build::laser(true)).await?)
@@ -90,16 +90,20 @@ impl Laser {
     /// Burns until the user, the time limit or the system ends it.
     fn burn(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
-        context.until_told(AT_SIGHT, ToldPolicy::Burn, async |arm, out, told| {
-            arm.set_any(&build::laser(true)).await?;
-            said(quiet, out, "on")?;
-            let end = self.end(arm, quiet, told).await;
-            // Switch the laser off before reporting the result, however the wait ended.
-            let dark = arm.laser().switch_off().await;
-            end?;
-            dark?;
-            said(quiet, out, "off")
-        })
+        context.until_signal(
+            REAL_TIME_ARM,
+            SignalPolicy::Burn,
+            async |arm, out, signal| {
+                arm.set_any(&build::laser(true)).await?;
+                print_state(quiet, out, "on")?;
+                let end = self.end(arm, quiet, signal).await;
+                // Switch the laser off before reporting the result, however the wait ended.
+                let dark = arm.laser().switch_off().await;
+                end?;
+                dark?;
+                print_state(quiet, out, "off")
+            },
+        )
     }
 
     /// Waits for the end.
@@ -107,7 +111,7 @@ impl Laser {
         &self,
         arm: &Arm,
         quiet: bool,
-        told: Pin<&mut dyn Future<Output = ()>>,
+        signal: Pin<&mut dyn Future<Output = ()>>,
     ) -> Result<(), Failure> {
         let over = async {
             match self.time {
@@ -118,14 +122,14 @@ impl Laser {
         tokio::select! {
             biased;
             // A requested end takes precedence over a line that breaks at the same time.
-            () = told => Ok(()),
+            () = signal => Ok(()),
             () = over => Ok(()),
-            failure = lost(arm, quiet) => Err(failure),
+            failure = line_restored(arm, quiet) => Err(failure),
         }
     }
 }
 
-fn said(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
+fn print_state(json: bool, out: &mut Output, state: &str) -> Result<(), Failure> {
     if json {
         out.json(&serde_json::json!({ "state": state }))?;
     } else {
@@ -139,29 +143,29 @@ async fn end_of_input(quiet: bool) {
     if !quiet {
         let _ = writeln!(io::stderr(), "Ctrl-C switches it off");
     }
-    let (tell, told) = oneshot::channel();
+    let (sender, signal) = oneshot::channel();
     // A read from stdin cannot be cancelled, so it has its own thread, which ends with the process.
     std::thread::spawn(move || {
         let mut bytes = [0; 256];
         let mut stdin = io::stdin().lock();
         while matches!(stdin.read(&mut bytes), Ok(1..)) {}
-        let _ = tell.send(());
+        let _ = sender.send(());
     });
-    if told.await.is_err() {
+    if signal.await.is_err() {
         pending::<()>().await;
     }
 }
 
 /// Waits until the line breaks, and then until it is back: the driver's first frames then switch
 /// the laser off.
-async fn lost(arm: &Arm, quiet: bool) -> Failure {
+async fn line_restored(arm: &Arm, quiet: bool) -> Failure {
     while arm.link() == Link::Up {
-        sleep(LOOK).await;
+        sleep(LINE_CHECK_INTERVAL).await;
     }
-    let back = attended(
+    let back = announce_wait(
         quiet,
         "line lost: waiting to switch the laser off when it is back",
-        timeout(BACK, arm.reconnected()),
+        timeout(RECONNECT_TIMEOUT, arm.reconnected()),
     );
     let message = match back.await {
         Ok(Ok(())) => "the line to the arm broke; it is back, and the laser is off",

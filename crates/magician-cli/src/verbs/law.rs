@@ -52,7 +52,7 @@ fn lines(report: &LawReport) -> Vec<String> {
 }
 
 /// Formats as `jog in space: 60 mm/s2 to 30 mm/s, ratio 50 %`.
-fn told(speeds: &Speeds) -> String {
+fn format_group(speeds: &Speeds) -> String {
     let (name, unit) = (speeds.kind.name(), speeds.kind.unit());
     let mut line = format!("  {name}: acceleration {} {unit}/s2", speeds.acceleration);
     if let Some(speed) = speeds.speed {

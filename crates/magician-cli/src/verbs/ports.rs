@@ -13,7 +13,7 @@ use crate::mdns::{self, FoundStation};
 use magician::stations::stations;
 
 /// Default time for arms on Wi-Fi and stations to answer. A choice.
-const PATIENCE: Duration = Duration::from_secs(1);
+const DEFAULT_SEARCH_TIME: Duration = Duration::from_secs(1);
 
 /// List serial ports, stations, and arms on Wi-Fi
 ///
@@ -34,11 +34,11 @@ struct List {
     ports: Vec<Entry>,
     stations: Vec<FoundStation>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    wifi: Option<Vec<OnWifi>>,
+    wifi: Option<Vec<WifiArm>>,
 }
 
 #[derive(Serialize)]
-struct OnWifi {
+struct WifiArm {
     /// Value for `--port`.
     port: String,
     address: String,
@@ -47,7 +47,7 @@ struct OnWifi {
     version: Option<String>,
 }
 
-impl From<Found> for OnWifi {
+impl From<Found> for WifiArm {
     fn from(found: Found) -> Self {
         Self {
             port: found.target().to_string(),
@@ -98,7 +98,7 @@ impl From<magician::Port> for Entry {
 impl Ports {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let ports: Vec<Entry> = magician::ports()?.into_iter().map(Entry::from).collect();
-        let patience = context.global.timeout.unwrap_or(PATIENCE);
+        let patience = context.global.timeout.unwrap_or(DEFAULT_SEARCH_TIME);
         // A query of one host does not ask for others.
         let asks = !self.local && !matches!(self.wifi, Some(Some(_)));
         let elsewhere = asks.then(|| std::thread::spawn(move || mdns::find(patience)));
@@ -131,9 +131,9 @@ impl Ports {
             columns.write(out)?;
             let on_usb = list.ports.iter().any(|port| port.likely_arm);
             match &list.wifi {
-                Some(arms) if arms.is_empty() => note(NOBODY_ON_WIFI, out),
+                Some(arms) if arms.is_empty() => note(NO_WIFI_ARM, out),
                 None if !on_usb && list.stations.is_empty() => {
-                    note(&nobody(list.ports.is_empty()), out)
+                    note(&no_arm_advice(list.ports.is_empty()), out)
                 }
                 _ => Ok(()),
             }
@@ -160,19 +160,19 @@ fn all_stations(elsewhere: Vec<FoundStation>) -> Vec<FoundStation> {
 }
 
 /// Searches for arms on Wi-Fi.
-fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<OnWifi>, Failure> {
+fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<WifiArm>, Failure> {
     let search = host.map_or_else(Search::networks, Search::host);
-    let patience = context.global.timeout.unwrap_or(PATIENCE);
+    let patience = context.global.timeout.unwrap_or(DEFAULT_SEARCH_TIME);
     let found = search.find_blocking(patience)?;
-    Ok(found.into_iter().map(OnWifi::from).collect())
+    Ok(found.into_iter().map(WifiArm::from).collect())
 }
 
-const NOBODY_ON_WIFI: &str = "no arm replied on Wi-Fi; is its module plugged in and its light \
+const NO_WIFI_ARM: &str = "no arm replied on Wi-Fi; is its module plugged in and its light \
     green? Networks behind a router are not searched: `magician ports --wifi HOST` queries one \
     address there";
 
 /// Returns the advice for a user without an arm.
-fn nobody(no_ports: bool) -> String {
+fn no_arm_advice(no_ports: bool) -> String {
     let found = if no_ports {
         "no serial ports"
     } else {
@@ -207,7 +207,7 @@ fn device(port: &Entry) -> String {
         .join(" ")
 }
 
-fn module(arm: &OnWifi) -> String {
+fn module(arm: &WifiArm) -> String {
     let version = arm.version.as_deref().unwrap_or_default();
     let text = format!("{} {version} {}", arm.name, arm.mac);
     text.trim().to_owned()

@@ -12,7 +12,7 @@ use crate::columns::Columns;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::paint::obeys;
+use crate::paint::is_terminal_with_escapes;
 
 /// Show the pose: tool position and joint angles
 #[derive(Args, Debug)]
@@ -36,7 +36,7 @@ impl Pose {
         let json = context.global.json;
         context.arm(StopPolicy::Look, async |arm, out| {
             if self.watch {
-                return self.go_on(arm, json, out).await;
+                return self.print_repeatedly(arm, json, out).await;
             }
             let answer = PoseReport::from(arm.get::<commands::Pose>().await?);
             if json {
@@ -47,7 +47,12 @@ impl Pose {
         })
     }
 
-    async fn go_on(&self, arm: &Arm, json: bool, out: &mut Output) -> Result<(), Failure> {
+    async fn print_repeatedly(
+        &self,
+        arm: &Arm,
+        json: bool,
+        out: &mut Output,
+    ) -> Result<(), Failure> {
         let mut ticks = tokio::time::interval(Duration::from_secs_f64(1.0 / self.rate));
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let mut next = async || {
@@ -55,8 +60,8 @@ impl Pose {
             let pose = arm.get::<commands::Pose>().await?;
             Ok::<_, Failure>(PoseReport::from(pose))
         };
-        if !json && obeys(&std::io::stdout()) {
-            let mut live = Live(out);
+        if !json && is_terminal_with_escapes(&std::io::stdout()) {
+            let mut live = LiveLine(out);
             loop {
                 live.show(&next().await?.line())?;
             }
@@ -111,16 +116,16 @@ impl ShowPose for PoseReport {
 }
 
 /// Line that is rewritten in place; dropping it ends the line.
-struct Live<'o>(&'o mut Output);
+struct LiveLine<'o>(&'o mut Output);
 
-impl Live<'_> {
+impl LiveLine<'_> {
     fn show(&mut self, line: &str) -> Result<(), Failure> {
         write!(self.0, "\r{line}\x1b[K")?;
         self.0.flush()
     }
 }
 
-impl Drop for Live<'_> {
+impl Drop for LiveLine<'_> {
     fn drop(&mut self) {
         // The reader is gone, and `drop` cannot report it.
         let _ = self.0.line("").and_then(|()| self.0.flush());

@@ -28,11 +28,11 @@ built-in preset of the same name.
 The built-in presets have not been tried on a real arm: start with a `magician testgrid` on a piece of the material.")]
 pub(crate) struct Verb {
     #[command(subcommand)]
-    deed: Deed,
+    action: Action,
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// List all presets
     List,
     /// Print the flags of a preset
@@ -71,16 +71,16 @@ struct Removed {
 
 impl Verb {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        match self.deed {
-            Deed::List => list(context),
-            Deed::Show { name } => {
+        match self.action {
+            Action::List => list(context),
+            Action::Show { name } => {
                 let preset = load(&name)?;
                 let text = preset.text.clone();
                 context.show(&PresetReport::from(&preset), |out| {
                     out.line(text.trim_end())
                 })
             }
-            Deed::Save(save) => {
+            Action::Save(save) => {
                 let options = save.options.options(false)?;
                 let presets = Presets::of_user();
                 let saved = presets.save(&save.name, save.note.as_deref(), &options);
@@ -93,7 +93,7 @@ impl Verb {
                     None => Ok(()),
                 })
             }
-            Deed::Remove { name } => {
+            Action::Remove { name } => {
                 let path = Presets::of_user().remove(&name).map_err(failure)?;
                 let removed = Removed {
                     removed: name,

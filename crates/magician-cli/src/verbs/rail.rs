@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 use crate::saved::SavedSettings;
 
 /// Enable the sliding rail, show its position, or move along it
@@ -73,9 +73,9 @@ impl Rail {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (quiet, saved) = (context.global.json, context.saved.clone());
         let answer = match self.action {
-            None => context.arm(StopPolicy::Look, async |arm, _| look(arm).await)?,
-            Some(Action::On { version }) => tell(context, true, version)?,
-            Some(Action::Off) => tell(context, false, 2)?,
+            None => context.arm(StopPolicy::Look, async |arm, _| read_rail(arm).await)?,
+            Some(Action::On { version }) => set_enabled(context, true, version)?,
+            Some(Action::Off) => set_enabled(context, false, 2)?,
             Some(Action::To { place, how }) => context.arm(StopPolicy::Move, async |arm, _| {
                 let pose = arm.get::<Pose>().await?;
                 go(arm, build::rail_to(place, &pose), how, quiet, &saved).await
@@ -92,15 +92,15 @@ impl Rail {
     }
 }
 
-fn tell(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Failure> {
+fn set_enabled(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Failure> {
     let command = build::rail(on, RailVersion::from(version.saturating_sub(1)));
     context.arm(StopPolicy::Order, async |arm, _| {
         arm.set_any(&command).await?;
-        look(arm).await
+        read_rail(arm).await
     })
 }
 
-async fn look(arm: &Arm) -> Result<RailReport, Failure> {
+async fn read_rail(arm: &Arm) -> Result<RailReport, Failure> {
     let rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
     let l = if rail {
         Some(arm.get::<PoseL>().await?.pose_l)
@@ -112,7 +112,7 @@ async fn look(arm: &Arm) -> Result<RailReport, Failure> {
 
 /// Fails if the rail is not enabled on the arm: only the joints would move then.
 pub(super) async fn needs_rail(arm: &Arm) -> Result<(), Failure> {
-    if look(arm).await?.rail {
+    if read_rail(arm).await?.rail {
         return Ok(());
     }
     let message = "the rail is not enabled, so only the joints would move; nothing was sent";
@@ -120,7 +120,7 @@ pub(super) async fn needs_rail(arm: &Arm) -> Result<(), Failure> {
 }
 
 /// Moves along the rail, checked before anything is sent.
-async fn go(
+async fn move_along(
     arm: &Arm,
     travel: Set,
     how: How,
@@ -139,7 +139,7 @@ async fn go(
     let check = arm.preflight_for(&commands).await?;
     let program = check.program(&commands)?;
     let mut run = arm.start_checked(program, RunOptions::default());
-    attended(quiet, "moving along the rail", run.wait(|_| {})).await?;
+    announce_wait(quiet, "moving along the rail", run.wait(|_| {})).await?;
     saved.forget();
-    look(arm).await
+    read_rail(arm).await
 }

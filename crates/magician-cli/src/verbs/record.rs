@@ -12,17 +12,17 @@ use magician_record::law::LawReport;
 use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
-use super::jog::AT_SIGHT;
+use super::jog::REAL_TIME_ARM;
 use super::law;
 use super::pose::rate;
 use super::replay;
-use crate::context::{Context, ToldPolicy};
+use crate::context::{Context, SignalPolicy};
 use crate::failure::Failure;
 use crate::options::{number, seconds};
-use crate::paint::{obeys, tell, width_of_stderr};
+use crate::paint::{is_terminal_with_escapes, print_stderr, width_of_stderr};
 
 /// Interval of updates of the progress line.
-const FRAME: Duration = Duration::from_millis(100);
+const UPDATE_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Record the motion of the arm, as readings or as a program
 #[derive(Args, Debug)]
@@ -66,7 +66,7 @@ pub(crate) struct Record {
 
 /// Summary as JSON.
 #[derive(Serialize)]
-struct Told<'a> {
+struct RecordReport<'a> {
     #[serde(flatten)]
     summary: &'a Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -84,9 +84,10 @@ impl Record {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         check(&self.file, self.law, context)?;
         let json = context.global.json;
-        let summary = context.until_told(AT_SIGHT, ToldPolicy::Record, async |arm, _, over| {
-            self.record(arm, json, over).await
-        })?;
+        let summary =
+            context.until_signal(REAL_TIME_ARM, SignalPolicy::Record, async |arm, _, over| {
+                self.record(arm, json, over).await
+            })?;
         show(&summary, self.law, context)
     }
 
@@ -102,7 +103,7 @@ impl Record {
             ..Options::new(SystemTime::now(), self.rate)
         };
         let mut recorder = Recorder::begin(arm, &self.file, options).await?;
-        let mut live = Live::begin(json, &self.file, self.lasting.is_some());
+        let mut live = ProgressLine::begin(json, &self.file, self.lasting.is_some());
         let time = async {
             match self.lasting {
                 Some(lasting) => sleep(lasting).await,
@@ -116,7 +117,7 @@ impl Record {
             }
         };
         let mut end = std::pin::pin!(end);
-        let mut frames = interval(FRAME);
+        let mut frames = interval(UPDATE_INTERVAL);
         frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
@@ -156,10 +157,10 @@ pub(super) fn show(summary: &Summary, law: bool, context: &mut Context) -> Resul
     } else {
         None
     };
-    let told = Told { summary, law };
-    context.show(&told, |out| {
+    let report = RecordReport { summary, law };
+    context.show(&report, |out| {
         out.line(in_words(summary))?;
-        if let Some(report) = &told.law {
+        if let Some(report) = &report.law {
             law::show(report, out)?;
         }
         if summary.format.is_program() {
@@ -189,18 +190,18 @@ fn in_words(summary: &Summary) -> String {
 }
 
 /// Progress on a line of stderr that is rewritten in place.
-struct Live {
+struct ProgressLine {
     on: bool,
     width: usize,
 }
 
-impl Live {
+impl ProgressLine {
     fn begin(json: bool, file: &std::path::Path, timed: bool) -> Self {
         let stderr = io::stderr();
-        let on = !json && stderr.is_terminal() && obeys(&stderr);
+        let on = !json && stderr.is_terminal() && is_terminal_with_escapes(&stderr);
         if !json {
             let end = if timed { "" } else { "; Ctrl-C ends it" };
-            tell(format_args!("recording {}{end}", file.display()));
+            print_stderr(format_args!("recording {}{end}", file.display()));
         }
         Self {
             on,
@@ -217,7 +218,7 @@ impl Live {
     }
 }
 
-impl Drop for Live {
+impl Drop for ProgressLine {
     fn drop(&mut self) {
         if self.on {
             let _ = write!(io::stderr(), "\r\x1b[K");

@@ -23,7 +23,7 @@ Examples:
 Levels and voltages of pins: `magician io`.")]
 pub(crate) struct Sensor {
     /// Kind of sensor
-    kind: Kind,
+    kind: SensorKind,
     /// Connector that the sensor is plugged into
     connector: Connector,
     /// Read the sensor continuously until Ctrl-C
@@ -41,7 +41,7 @@ pub(crate) struct Sensor {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Kind {
+enum SensorKind {
     /// Distinguishes red, green and blue
     #[value(alias = "colour")]
     Color,
@@ -77,7 +77,7 @@ impl From<Connector> for Port {
 /// Reading of a sensor.
 #[derive(Serialize)]
 #[serde(untagged)]
-enum Seen {
+enum SensorReading {
     Color {
         port: Connector,
         r: u8,
@@ -104,7 +104,7 @@ impl Sensor {
             ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
             loop {
                 ticks.tick().await;
-                let seen = self.look(arm).await?;
+                let seen = self.read_sensor(arm).await?;
                 if json {
                     out.json(&seen)?;
                 } else {
@@ -122,19 +122,19 @@ impl Sensor {
         let version = SensorVersion::from(self.version.saturating_sub(1));
         let (port, on) = (self.connector.into(), !self.off);
         let command = match self.kind {
-            Kind::Color => build::color_sensor(port, on, version),
-            Kind::Infrared => build::infrared(port, on, version),
+            SensorKind::Color => build::color_sensor(port, on, version),
+            SensorKind::Infrared => build::infrared(port, on, version),
         };
         Ok(arm.set_any(&command).await?)
     }
 
-    async fn look(&self, arm: &Arm) -> Result<Seen, Failure> {
+    async fn read_sensor(&self, arm: &Arm) -> Result<SensorReading, Failure> {
         let port = self.connector;
         if self.off {
-            return Ok(Seen::Off { port, on: false });
+            return Ok(SensorReading::Off { port, on: false });
         }
         Ok(match self.kind {
-            Kind::Color => {
+            SensorKind::Color => {
                 let query = build::color_at(port.into());
                 let seen = arm.get_with::<ColorSensor>(&query).await?;
                 let color = seen.sensed().map(|color| match color {
@@ -143,7 +143,7 @@ impl Sensor {
                     Color::Blue => "blue",
                 });
                 let ColorSensor { r, g, b } = seen;
-                Seen::Color {
+                SensorReading::Color {
                     port,
                     r,
                     g,
@@ -151,16 +151,16 @@ impl Sensor {
                     color,
                 }
             }
-            Kind::Infrared => {
+            SensorKind::Infrared => {
                 let query = build::infrared_at(port.into());
                 let blocked = arm.get_with::<IrSwitch>(&query).await?.sensed();
-                Seen::Infrared { port, blocked }
+                SensorReading::Infrared { port, blocked }
             }
         })
     }
 }
 
-impl Seen {
+impl SensorReading {
     fn line(&self) -> String {
         match self {
             Self::Color { r, g, b, color, .. } => {

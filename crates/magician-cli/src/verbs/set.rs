@@ -6,7 +6,7 @@ use magician::{Ctrl, Set as Command, sets_in_motion};
 use magician_protocol::{LayoutInfo, Row};
 use serde_json::json;
 
-use crate::catalogue::{self, Wanted};
+use crate::catalogue::{self, CommandArguments};
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::values;
@@ -24,16 +24,16 @@ Examples:
 )]
 pub(crate) struct Set {
     #[command(flatten)]
-    wanted: Wanted,
+    command: CommandArguments,
 }
 
 impl Set {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let Some(name) = self.wanted.name("set", context)? else {
+        let Some(name) = self.command.name("set", context)? else {
             return Ok(());
         };
         let (row, layout) = writable(name)?;
-        let params = values::params(row, layout, &self.wanted.fields)?;
+        let params = values::params(row, layout, &self.command.fields)?;
         refuse_danger(row, context)?;
         let command = Command::decode(row.id, &params);
         let command = command.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;

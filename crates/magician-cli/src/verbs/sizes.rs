@@ -20,7 +20,7 @@ fn all() -> Vec<Example> {
 }
 
 #[test]
-fn all_that_a_person_needs_can_be_read_at_every_size() {
+fn essential_text_is_readable_at_every_size() {
     let mut missing = Vec::new();
     for example in all() {
         for (width, height) in SIZES {

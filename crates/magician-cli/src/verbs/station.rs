@@ -17,11 +17,11 @@ use magician::stations::{folder, stations};
 #[derive(Args, Debug)]
 pub(crate) struct Station {
     #[command(subcommand)]
-    what: What,
+    action: Action,
 }
 
 #[derive(Debug, Subcommand)]
-enum What {
+enum Action {
     /// Create a token and print it once; list tokens, or revoke one
     Token(Token),
     /// Print a six-digit pairing code, valid for one token within two minutes
@@ -70,17 +70,17 @@ pub(crate) fn tokens() -> Result<TokenStore, Failure> {
 impl Station {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let store = tokens()?;
-        match self.what {
-            What::Class(class) => class.run(context, call),
-            What::Results(results) => results.run(context, call),
-            What::Pair(pair) => {
+        match self.action {
+            Action::Class(class) => class.run(context, call),
+            Action::Results(results) => results.run(context, call),
+            Action::Pair(pair) => {
                 let code = store.pair(pair.role)?;
                 let seconds = CODE.as_secs();
                 let answer = json!({"code": code, "role": pair.role.name(), "seconds": seconds});
                 context.show(&answer, |out| out.line(&code))
             }
-            What::Token(token) if token.list => list(&store, context),
-            What::Token(Token {
+            Action::Token(token) if token.list => list(&store, context),
+            Action::Token(Token {
                 revoke: Some(name), ..
             }) => {
                 store.revoke(&name)?;
@@ -88,7 +88,7 @@ impl Station {
                     out.line(format_args!("{name} is revoked"))
                 })
             }
-            What::Token(token) => {
+            Action::Token(token) => {
                 let (name, text) = store.create(token.new.as_deref(), token.role)?;
                 let answer = json!({"name": name, "role": token.role.name(), "token": text});
                 context.show(&answer, |out| out.line(&text))
@@ -119,7 +119,7 @@ fn call(context: &mut Context, method: &str, params: Value) -> Result<Value, Fai
         }
     };
     let (token, trust) = (context.global.token_for(&url), context.global.trust());
-    context.alone(async |_, _| {
+    context.run_without_arm(async |_, _| {
         let client = StationClient::connect_trusting(&url, "magician", token.as_deref(), &trust);
         Ok(client.await?.call(method, params).await?)
     })

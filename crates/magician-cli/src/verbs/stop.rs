@@ -11,7 +11,7 @@ use serde_json::json;
 use tokio::time::timeout;
 
 use super::pose::ShowPose;
-use crate::context::{Context, STAND_BY, StopPolicy};
+use crate::context::{Context, STOP_CONFIRM_TIMEOUT, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -29,7 +29,7 @@ pub(crate) struct Stop {
 }
 
 /// Note of a stop that opened no session.
-const UNREAD: &str =
+const NO_SESSION_NOTE: &str =
     "no session at the station: it is unknown if the suction cup or the gripper are still on";
 
 impl Stop {
@@ -65,7 +65,7 @@ impl Stop {
         if !self.gentle {
             match outputs {
                 Some(outputs) => left_on(&outputs).iter().for_each(|note| context.note(note)),
-                None => context.note(&Diagnostic::of_file(UNREAD)),
+                None => context.note(&Diagnostic::of_file(NO_SESSION_NOTE)),
             }
         }
         let what = if self.gentle { "stopping" } else { "stopped" };
@@ -87,7 +87,7 @@ fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure>
     let (token, trust) = (context.global.token_for(&url), context.global.trust());
     let call = async |method, params| {
         let call = StationClient::call_once(&url, token.as_deref(), &trust, method, params);
-        timeout(STAND_BY, call)
+        timeout(STOP_CONFIRM_TIMEOUT, call)
             .await
             .unwrap_or(Err(ClientError::Lost))
     };
@@ -109,7 +109,7 @@ fn stop_by_request(context: &mut Context) -> Result<Option<PoseReport>, Failure>
         let pose = PoseReport::deserialize(&stopped["pose"]).ok();
         Ok::<_, ClientError>(pose.filter(|_| stopped["stood"] == true))
     };
-    context.alone(async |_, signals| {
+    context.run_without_arm(async |_, signals| {
         tokio::select! {
             stopped = stop => Ok(stopped.ok().flatten()),
             _ = signals.next() => Err(Failure::interrupted()),

@@ -64,7 +64,7 @@ impl TestGrid {
         grid.labels = !self.no_labels;
         grid.check()
             .map_err(|(flag, message)| Failure::usage(format!("--{flag}: {message}")))?;
-        let file = File::given("test grid", Format::TestGrid);
+        let file = File::from_argument("test grid", Format::TestGrid);
         let work = WorkOption::Engrave;
         let looks = self.look.is_wanted();
         let mut job = Job::new(work, file, self.look, &self.options, self.way)?;

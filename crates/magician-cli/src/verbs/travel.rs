@@ -14,11 +14,11 @@ use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 use crate::saved::SavedSettings;
 
 /// Largest deviation from the target of an arm that counts as there, mm and deg.
-const REACHED: f64 = 0.1;
+const TARGET_TOLERANCE: f64 = 0.1;
 
 /// Move to a pose and wait for arrival
 #[derive(Args, Debug)]
@@ -78,7 +78,7 @@ fn percent(text: &str) -> Result<f32, String> {
 }
 
 #[derive(Serialize)]
-struct Taken {
+struct QueuedMove {
     index: u64,
 }
 
@@ -96,15 +96,15 @@ impl Move {
         if self.no_wait {
             let index = context
                 .arm(StopPolicy::HandOver, async |arm, _| {
-                    self.hand_over(arm, &saved).await
+                    self.start_without_wait(arm, &saved).await
                 })?
                 .0;
-            return context.show(&Taken { index }, |out| {
+            return context.show(&QueuedMove { index }, |out| {
                 out.line(format_args!("index {index}"))
             });
         }
         let pose = context.arm(StopPolicy::Move, async |arm, _| {
-            self.go(arm, quiet, &saved).await
+            self.run_move(arm, quiet, &saved).await
         })?;
         let answer = PoseReport::from(pose);
         context.show(&answer, |out| {
@@ -113,7 +113,7 @@ impl Move {
     }
 
     /// Moves, and verifies that the arm is at its target.
-    async fn go(
+    async fn run_move(
         &self,
         arm: &Arm,
         quiet: bool,
@@ -122,12 +122,12 @@ impl Move {
         let program = self.plan(arm, saved).await?;
         let end = { program.end() }.map(|end| [end.pose.x, end.pose.y, end.pose.z]);
         let mut run = arm.start_checked(program, RunOptions::default().keep(self.keep));
-        attended(quiet, "moving", run.wait(|_| {})).await?;
+        announce_wait(quiet, "moving", run.wait(|_| {})).await?;
         saved.forget();
         let pose = arm.get::<commands::Pose>().await?;
         let found = [pose.x, pose.y, pose.z].map(f64::from);
         match end {
-            Some(end) if (0..3).any(|at| (found[at] - end[at]).abs() > REACHED) => {
+            Some(end) if (0..3).any(|at| (found[at] - end[at]).abs() > TARGET_TOLERANCE) => {
                 let [x, y, z] = found;
                 Err(Failure::unexpected(format!(
                     "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: another \
@@ -139,7 +139,11 @@ impl Move {
     }
 
     /// Starts the move and reports its queue index.
-    async fn hand_over(&self, arm: &Arm, saved: &SavedSettings) -> Result<QueueIndex, Failure> {
+    async fn start_without_wait(
+        &self,
+        arm: &Arm,
+        saved: &SavedSettings,
+    ) -> Result<QueueIndex, Failure> {
         let program = self.plan(arm, saved).await?;
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
         let mut run = arm.start_checked(program, RunOptions::default().keep(self.keep));

@@ -23,7 +23,7 @@ struct Version {
 }
 
 #[cfg(feature = "site")]
-const SITE_FLAW: Option<&str> = magician_site::carrier::LINGER_FLAW;
+const SITE_FLAW: Option<&str> = magician_site::carrier::LINGER_WARNING;
 #[cfg(not(feature = "site"))]
 const SITE_FLAW: Option<&str> = None;
 

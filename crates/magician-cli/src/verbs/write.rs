@@ -67,8 +67,11 @@ impl Write {
     /// Creates the job from the flags.
     pub(super) fn job(self) -> Result<Job, Failure> {
         let (file, text) = match self.text.as_slice() {
-            [stdin] if stdin == "-" => (File::given("-", Format::Text), None),
-            words => (File::given("text", Format::Text), Some(words.join(" "))),
+            [stdin] if stdin == "-" => (File::from_argument("-", Format::Text), None),
+            words => (
+                File::from_argument("text", Format::Text),
+                Some(words.join(" ")),
+            ),
         };
         let draw = WorkOption::Draw;
         let mut job = Job::new(draw, file, self.look, &self.options, self.way)?;

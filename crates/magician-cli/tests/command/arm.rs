@@ -28,7 +28,7 @@ fn pose_has_the_eight_numbers_of_an_arm_that_was_switched_on() {
 }
 
 #[test]
-fn jog_that_nothing_holds_is_refused_with_the_verb_to_use() {
+fn unattended_jog_is_refused_with_the_verb_to_use() {
     let jog = "JOGCmd is_joint=1 cmd=1";
     let lines = [
         format!("set {jog}"),
@@ -51,7 +51,7 @@ fn jog_that_nothing_holds_is_refused_with_the_verb_to_use() {
 }
 
 #[test]
-fn moves_arrive_and_keep_the_rotation_that_is_left_out() {
+fn moves_reach_their_target_and_keep_an_omitted_rotation() {
     let run = script(
         "home\n\
          move 220 40 30 15\n\
@@ -77,7 +77,7 @@ fn moves_arrive_and_keep_the_rotation_that_is_left_out() {
 }
 
 #[test]
-fn a_speed_ratio_is_for_one_move_and_a_tool_stays() {
+fn speed_ratio_applies_to_one_move_and_tool_persists() {
     let run = script(
         "move 250 0 0 --speed-ratio 20 --tool suction\n\
          get PTPCommonParams\n\
@@ -103,7 +103,7 @@ fn without_waiting_the_answer_is_the_index() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_refused_before_anything_is_sent() {
+fn unreachable_target_is_refused_before_sending() {
     let run = run_with(
         &["--port", "sim", "--json", "shell", "--keep-going"],
         b"move 400 0 0\nqueue status\npose\n",
@@ -158,7 +158,7 @@ fn get_set_and_enqueue_speak_every_name() {
 }
 
 #[test]
-fn mistakes_with_commands_are_usage_and_send_nothing() {
+fn invalid_commands_are_usage_errors_and_send_nothing() {
     for arguments in [
         &["get", "ResetPose"][..],
         &["set", "Pose"],
@@ -187,7 +187,7 @@ fn mistakes_with_commands_are_usage_and_send_nothing() {
 }
 
 #[test]
-fn every_dangerous_set_needs_yes_and_no_other() {
+fn only_dangerous_sets_need_yes() {
     let commands = run(&["commands", "--json"]).object();
     for row in commands["commands"].as_array().expect("array") {
         if row["set"].is_null() {
@@ -237,7 +237,7 @@ fn every_readable_command_answers_with_its_fields() {
 }
 
 #[test]
-fn storing_a_program_wants_yes_and_says_why() {
+fn storing_a_program_needs_yes_and_says_why() {
     let store = [
         "set",
         "QueuedCmdStartDownload",
@@ -320,7 +320,7 @@ fn tools_pins_alarms_and_the_queue() {
 }
 
 #[test]
-fn an_alarm_is_told_with_cause_and_cure() {
+fn alarm_is_shown_with_cause_and_remedy() {
     // The raw verbs send any values; the arm itself refuses this one.
     let run = script(
         "alarms --clear\n\
@@ -336,7 +336,7 @@ fn an_alarm_is_told_with_cause_and_cure() {
 }
 
 #[test]
-fn no_arm_is_a_port_error_never_the_simulator() {
+fn missing_arm_is_a_port_error_without_fallback_to_the_simulator() {
     let run = run(&["--port", "/dev/no-such-arm", "--json", "pose"]);
     assert_eq!(
         (run.status, run.error()["kind"].as_str()),
@@ -444,7 +444,7 @@ fn a_real_arm_does_not_move_without_yes() {
 }
 
 #[test]
-fn a_flag_that_does_not_exist_is_no_number() {
+fn unknown_flag_is_not_parsed_as_a_number() {
     let run = run_with(
         &[
             "--port", "sim", "--json", "move", "220", "40", "30", "--slow",
@@ -477,7 +477,7 @@ fn a_flag_that_does_not_exist_is_no_number() {
 }
 
 #[test]
-fn a_shell_has_one_connection_and_no_shell_in_it() {
+fn shell_has_one_connection_and_cannot_be_nested() {
     for line in [
         "--port sim pose",
         "pose --window 4",

@@ -26,7 +26,7 @@ fn the_virtual_arm_passes_and_every_case_is_an_object() {
 }
 
 #[test]
-fn people_read_a_line_a_chapter() {
+fn text_output_has_one_line_per_chapter() {
     let run = run(&[
         "--port",
         "sim",
@@ -60,7 +60,7 @@ fn cases_can_be_read_without_an_arm() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn contradictory_flags_are_refused() {
     let unknown = run(&["--port", "sim", "conform", "--only", "pto", "--json"]);
     assert_eq!(
         (unknown.status, unknown.error()["kind"].as_str()),
@@ -79,9 +79,9 @@ mod on_a_line {
     use crate::magician::served::Served;
 
     #[test]
-    fn an_arm_moves_only_when_somebody_says_so() {
+    fn arm_moves_only_with_confirmation() {
         let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-        let port = arm.door("tcp");
+        let port = arm.endpoint("tcp");
         let refused = run(&["--port", &port, "conform", "--only", "ptp", "--json"]);
         assert_eq!(refused.status, 2, "{refused:?}");
         let error = refused.error();
@@ -94,7 +94,7 @@ mod on_a_line {
     }
 
     #[test]
-    fn another_arm_fails_by_name_and_keeps_its_parameters() {
+    fn different_arm_fails_by_name_and_keeps_its_parameters() {
         let profile = run(&["sim", "--profile", "-"]).out;
         let other = profile.replace("depth = 32 ", "depth = 16 ");
         assert_ne!(profile, other);
@@ -102,7 +102,7 @@ mod on_a_line {
         std::fs::write(file.path(), other).expect("it is written");
         let path = file.path().to_str().expect("UTF-8");
         let arm = Served::start(&["--tcp", "127.0.0.1:0", "--profile", path], 1);
-        let port = arm.door("tcp");
+        let port = arm.endpoint("tcp");
         let set = [
             "--port",
             &port,

@@ -78,14 +78,14 @@ fn keys_act_and_q_ends() {
 }
 
 #[test]
-fn ctrl_c_ends_it_as_an_interrupt() {
+fn ctrl_c_exits_as_interrupted() {
     let (mut terminal, before) = picture(&[]);
     terminal.types("\x03");
     ends(terminal, before, 130);
 }
 
 #[test]
-fn signals_leave_the_terminal_as_it_was() {
+fn signals_restore_the_terminal() {
     for (signal, status) in [("-TERM", 0), ("-INT", 130), ("-HUP", 0)] {
         let (terminal, before) = picture(&[]);
         let id = terminal.child.id().to_string();
@@ -105,7 +105,7 @@ fn several_arms_are_shown_one_by_one() {
 }
 
 #[test]
-fn without_a_terminal_it_is_refused() {
+fn picture_without_a_terminal_is_refused() {
     let refused = run(&["sim", "--tcp", "127.0.0.1:0", "--tui"]);
     assert_eq!((refused.status, refused.out.as_str()), (2, ""));
     assert!(refused.err.contains("not a terminal"), "{}", refused.err);

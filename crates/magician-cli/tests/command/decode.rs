@@ -54,7 +54,7 @@ fn same(found: &Value, wanted: &toml::Value) -> bool {
 }
 
 #[test]
-fn every_vector_is_told_as_it_is() {
+fn every_vector_is_decoded() {
     let vectors = vectors("vector");
     assert_eq!(vectors.len(), 95);
     for vector in &vectors {
@@ -92,7 +92,7 @@ fn every_vector_is_told_as_it_is() {
 }
 
 #[test]
-fn the_guess_never_contradicts_a_vector_it_does_not_doubt() {
+fn detected_direction_matches_unambiguous_vectors() {
     for vector in vectors("vector")
         .iter()
         .filter(|v| v["frame_valid"].as_bool() == Some(true))
@@ -115,7 +115,7 @@ fn the_guess_never_contradicts_a_vector_it_does_not_doubt() {
 }
 
 #[test]
-fn every_stream_gives_its_frames() {
+fn every_stream_yields_its_frames() {
     let streams = vectors("stream");
     assert_eq!(streams.len(), 6);
     for stream in &streams {
@@ -162,7 +162,7 @@ fn arguments_files_and_stdin_say_the_same() {
 }
 
 #[test]
-fn what_is_no_frame_has_an_offset_and_an_error() {
+fn invalid_bytes_have_an_offset_and_an_error() {
     let input = "4D 31 30 AA AA 02 0A 00 F6 AA AA 01 AA AA 02 0A 00 F5 AA AA 02 FE 00 02 \
                  AA AA 03 54 03 00 A9 AA AA 13 54";
     let run = run(&["decode", "--json", "--from", "host", input]);
@@ -208,7 +208,7 @@ fn an_unknown_id_keeps_its_bytes() {
 }
 
 #[test]
-fn a_run_of_noise_is_one_object_however_long() {
+fn run_of_noise_is_one_object_of_any_length() {
     let mut input = vec![0x55; 300_000];
     input.extend(bytes("AA AA 02 0A 00 F6"));
     let run = run_with(&["decode", "--json", "-"], &input);
@@ -221,7 +221,7 @@ fn a_run_of_noise_is_one_object_however_long() {
 }
 
 #[test]
-fn nothing_is_no_failure() {
+fn empty_input_is_no_failure() {
     let run = run_with(&["decode", "-"], b"");
     assert_eq!(
         (run.status, run.out.as_str(), run.err.as_str()),
@@ -242,7 +242,7 @@ fn neither_hex_nor_file_is_invalid_input() {
 }
 
 #[test]
-fn people_see_names_units_and_enum_names() {
+fn text_output_has_names_units_and_enum_names() {
     let run = run(&[
         "decode",
         "AA AA 13 54 03 01 00 00 7A 43 00 00 00 00 00 00 00 00 00 00 00 00 EB",

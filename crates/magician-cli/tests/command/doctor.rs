@@ -40,7 +40,7 @@ fn says(finding: &Value, text: &str) -> bool {
 }
 
 #[test]
-fn an_arm_is_looked_over_and_nothing_is_queued() {
+fn arm_is_examined_without_queueing_commands() {
     let run = doctor("sim", &[]);
     assert_eq!(run.status, 0, "{run:?}");
     let report = run.object();
@@ -56,7 +56,7 @@ fn an_arm_is_looked_over_and_nothing_is_queued() {
 }
 
 #[test]
-fn the_queue_is_tried_when_asked_and_left_empty() {
+fn queue_is_tested_on_request_and_left_empty() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("arm");
     let path = path.to_str().expect("UTF-8");
@@ -95,7 +95,7 @@ fn the_queue_is_tried_when_asked_and_left_empty() {
 }
 
 #[test]
-fn every_way_of_having_no_arm_is_told_apart() {
+fn causes_of_a_missing_arm_are_distinguished() {
     let silent = Device::answering(|_| Vec::new());
     let printer = Device::answering(|_| b"echo:Unknown command\nok\nMarlin 2.1\n".to_vec());
     let garbage = Device::answering(|_| vec![0xF8, 0x00, 0x78, 0x80, 0xFE]);
@@ -117,7 +117,7 @@ fn every_way_of_having_no_arm_is_told_apart() {
 }
 
 #[test]
-fn a_port_that_is_held_or_not_there_is_told() {
+fn busy_or_missing_port_is_reported() {
     let held = Device::answering(|_| Vec::new());
     flock(&held.line, FlockOperation::NonBlockingLockExclusive).expect("it locks");
     let run = doctor(&held.path, &[]);
@@ -143,7 +143,7 @@ fn a_port_that_is_held_or_not_there_is_told() {
 }
 
 #[test]
-fn a_host_where_nothing_listens_is_told() {
+fn host_without_a_listener_is_reported() {
     let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
     let port = format!("udp:{}", socket.local_addr().expect("an address"));
     let silent = doctor(&port, &[]);
@@ -162,7 +162,7 @@ fn a_host_where_nothing_listens_is_told() {
 fn no_window_is_recommended_for_datagrams() {
     let arm = Served::start(&["--udp", "127.0.0.1:0"], 1);
     for more in [&[][..], &["--yes"]] {
-        let asked = doctor(&arm.door("udp"), more);
+        let asked = doctor(&arm.endpoint("udp"), more);
         assert_eq!(asked.status, 0, "{asked:?}");
         assert_eq!(asked.object()["window"], 1);
         assert!(!asked.out.contains("MAGICIAN_WINDOW"), "{asked:?}");
@@ -170,9 +170,9 @@ fn no_window_is_recommended_for_datagrams() {
 }
 
 #[test]
-fn a_queue_in_which_a_long_move_runs_is_not_taken_for_one_that_stands() {
+fn long_move_is_not_mistaken_for_a_stopped_queue() {
     let arm = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
-    let port = arm.door("tcp");
+    let port = arm.endpoint("tcp");
     let script = "alarms --clear\nmove 220 80 50 --speed-ratio 1 --no-wait\n";
     let moving = magician::run_with(&["--port", &port, "shell"], script.as_bytes());
     assert_eq!(moving.status, 0, "{moving:?}");
@@ -184,7 +184,7 @@ fn a_queue_in_which_a_long_move_runs_is_not_taken_for_one_that_stands() {
 }
 
 #[test]
-fn people_read_a_line_each_and_what_to_do() {
+fn text_output_has_one_line_per_finding_with_advice() {
     let run = run(&["--port", "sim", "doctor", "--count", "5"]);
     assert_eq!((run.status, run.err.as_str()), (0, ""));
     assert!(
@@ -236,7 +236,7 @@ fn bench_measures_everything_on_a_virtual_arm() {
 }
 
 #[test]
-fn bench_lets_an_arm_draw_only_when_told() {
+fn bench_draws_only_with_confirmation() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("arm");
     let path = path.to_str().expect("UTF-8");

@@ -65,15 +65,15 @@ const OUTPUTS: [(&str, &str, Kind); 27] = [
 ];
 
 /// Input files, and a folder for the output.
-struct Place {
+struct Fixture {
     inputs: tempfile::TempDir,
     outputs: tempfile::TempDir,
 }
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         let [inputs, outputs] = [(); 2].map(|()| tempfile::tempdir().expect("a directory"));
-        let place = Self { inputs, outputs };
+        let fixture = Self { inputs, outputs };
         // A spiral makes every output larger than the disk.
         let spiral: String = (0..120)
             .map(|nth| {
@@ -87,23 +87,23 @@ impl Place {
         let pupils: String = (0..20)
             .map(|pupil| format!("[[pupil]]\nname = \"P{pupil}\"\ncode = \"{pupil:04}\"\n"))
             .collect();
-        place.input("IN.gcode", &drawing);
+        fixture.input("IN.gcode", &drawing);
         let burnt = format!("G21 G90\nM3 S500\nG0 X225 Y0\nF3000\n{spiral}M5\n");
-        place.input("BURN.gcode", &burnt);
-        place.input("POINTS.csv", &format!("x,y,z\n{rows}"));
-        place.input("CLASS.toml", &pupils);
-        let session = place.inputs.path().join("SESSION.pcapng");
+        fixture.input("BURN.gcode", &burnt);
+        fixture.input("POINTS.csv", &format!("x,y,z\n{rows}"));
+        fixture.input("CLASS.toml", &pupils);
+        let session = fixture.inputs.path().join("SESSION.pcapng");
         let session = session.to_str().expect("UTF-8");
         let traced = run(&[
             "move", "220", "0", "20", "--port", "sim", "--trace", session,
         ]);
         assert_eq!(traced.status, 0, "{traced:?}");
         // Another user must be able to use both folders.
-        for folder in [&place.inputs, &place.outputs] {
+        for folder in [&fixture.inputs, &fixture.outputs] {
             let all = fs::Permissions::from_mode(0o777);
             fs::set_permissions(folder.path(), all).expect("set");
         }
-        place
+        fixture
     }
 
     fn input(&self, name: &str, text: &str) {
@@ -203,23 +203,23 @@ fn killed_behind(words: &[String], folder: &Path, name: &str, bytes: u64) -> Exi
 }
 
 #[test]
-fn full_disk_leaves_the_old_file_and_no_stump() {
-    let place = Place::new();
+fn full_disk_leaves_the_old_file_and_no_partial_file() {
+    let fixture = Fixture::new();
     for (line, name, kind) in OUTPUTS {
-        let words = place.words(line, name);
+        let words = fixture.words(line, name);
         let as_words: Vec<&str> = words.iter().map(String::as_str).collect();
-        place.before(name, Some(OLD));
+        fixture.before(name, Some(OLD));
         let done = run(&as_words);
         assert_eq!(done.status, 0, "{line}: {done:?}");
-        let [(_, whole)] = &place.files()[..] else {
-            panic!("{line}: {:?}", place.files());
+        let [(_, whole)] = &fixture.files()[..] else {
+            panic!("{line}: {:?}", fixture.files());
         };
         assert!(whole.len() > 2 * ROOM as usize, "{line}: {}", whole.len());
         for old in [Some(OLD), None] {
-            place.before(name, old);
+            fixture.before(name, old);
             let done = on_small_disk(&words, ROOM);
             let err = String::from_utf8_lossy(&done.stderr);
-            let files = place.files();
+            let files = fixture.files();
             let there = files.iter().find(|(file, _)| file == name);
             let there = there.map(|(_, bytes)| bytes.as_slice());
             if old.is_some() || kind == Whole {
@@ -252,14 +252,14 @@ fn full_disk_leaves_the_old_file_and_no_stump() {
 
 #[test]
 fn killed_while_it_writes_a_verb_leaves_the_old_file() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     for (line, name, _) in OUTPUTS {
-        let words = place.words(line, name);
+        let words = fixture.words(line, name);
         // Three instants during writing.
         for bytes in [0, 512, 1536] {
-            place.before(name, Some(OLD));
-            let status = killed_behind(&words, place.outputs.path(), name, bytes);
-            let files = place.files();
+            fixture.before(name, Some(OLD));
+            let status = killed_behind(&words, fixture.outputs.path(), name, bytes);
+            let files = fixture.files();
             let there = files.iter().find(|(file, _)| file == name);
             let (_, there) = there.expect("one of them");
             // If it ended before the kill, the new file must be complete.
@@ -275,11 +275,11 @@ fn killed_while_it_writes_a_verb_leaves_the_old_file() {
 }
 
 #[test]
-fn stump_of_a_killed_process_is_removed_and_what_another_one_writes_is_not() {
-    let place = Place::new();
-    let words = place.words("convert IN OUT", "a.svg");
-    place.before("a.svg", None);
-    let at = |name: &str| place.outputs.path().join(name);
+fn partial_file_of_a_killed_process_is_removed_but_not_of_a_running_one() {
+    let fixture = Fixture::new();
+    let words = fixture.words("convert IN OUT", "a.svg");
+    fixture.before("a.svg", None);
+    let at = |name: &str| fixture.outputs.path().join(name);
     let (left, young, locked, other) = (
         "a.svg.4000000-0.new",
         "a.svg.4000000-1.new",
@@ -300,7 +300,7 @@ fn stump_of_a_killed_process_is_removed_and_what_another_one_writes_is_not() {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let done = run(&words);
     assert_eq!(done.status, 0, "{done:?}");
-    let names: Vec<String> = place.files().into_iter().map(|(name, _)| name).collect();
+    let names: Vec<String> = fixture.files().into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["a.svg", young, locked, other]);
 }
 
@@ -319,50 +319,50 @@ fn as_nobody(words: &[String], home: &Path) -> Output {
 }
 
 #[test]
-fn file_or_folder_without_permission_is_left_alone() {
-    let place = Place::new();
+fn file_or_folder_without_permission_stays_unchanged() {
+    let fixture = Fixture::new();
     let home = tempfile::tempdir().expect("a directory");
     fs::set_permissions(home.path(), fs::Permissions::from_mode(0o777)).expect("set");
     for (line, name, _) in OUTPUTS
         .into_iter()
         .filter(|(line, ..)| !line.contains("CLASS"))
     {
-        let words = place.words(line, name);
+        let words = fixture.words(line, name);
         for (folder, file) in [(0o555, 0o666), (0o777, 0o444)] {
-            place.before(name, Some(OLD));
+            fixture.before(name, Some(OLD));
             let mode = |path: &Path, mode| {
                 fs::set_permissions(path, fs::Permissions::from_mode(mode)).expect("set");
             };
-            mode(&place.outputs.path().join(name), file);
-            mode(place.outputs.path(), folder);
+            mode(&fixture.outputs.path().join(name), file);
+            mode(fixture.outputs.path(), folder);
             let done = as_nobody(&words, home.path());
-            mode(place.outputs.path(), 0o777);
+            mode(fixture.outputs.path(), 0o777);
             assert!(!done.status.success(), "{line} {name}: {done:?}");
             let old = (name.to_owned(), OLD.as_bytes().to_vec());
-            assert_eq!(place.files(), [old], "{line} {name}");
+            assert_eq!(fixture.files(), [old], "{line} {name}");
         }
     }
 }
 
 #[test]
 fn served_arm_replaces_a_file_at_its_end_and_a_kill_keeps_both() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     for option in ["--trace", "--record"] {
         let name = "a.kept";
-        let path = place.outputs.path().join(name);
+        let path = fixture.outputs.path().join(name);
         let words = [
             "--tcp",
             "127.0.0.1:0",
             option,
             path.to_str().expect("UTF-8"),
         ];
-        place.before(name, Some(OLD));
+        fixture.before(name, Some(OLD));
         let mut served = Served::start(&words, 1);
-        assert_eq!(run(&["--port", &served.door("tcp"), "pose"]).status, 0);
+        assert_eq!(run(&["--port", &served.endpoint("tcp"), "pose"]).status, 0);
         assert_eq!(fs::read(&path).expect("read"), OLD.as_bytes(), "{option}");
         served.child.kill().expect("killed");
         served.child.wait().expect("it ends");
-        let files = place.files();
+        let files = fixture.files();
         assert_eq!(files[0].1, OLD.as_bytes(), "{option}: {files:?}");
         assert_eq!(
             (files.len(), &*files[1].0),
@@ -372,7 +372,7 @@ fn served_arm_replaces_a_file_at_its_end_and_a_kill_keeps_both() {
         let part = files[1].1.clone();
         let served = Served::start(&words, 1);
         served.end("-TERM");
-        let files = place.files();
+        let files = fixture.files();
         assert!(files[0].1.len() > OLD.len(), "{option}: {files:?}");
         assert_eq!(
             files[1..],
@@ -384,13 +384,13 @@ fn served_arm_replaces_a_file_at_its_end_and_a_kill_keeps_both() {
 
 #[test]
 fn output_that_is_an_input_or_another_output_is_refused_and_nothing_is_touched() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm'>\
         <path d='M0 0H90V90' fill='none' stroke='black'/></svg>";
-    place.input("h.svg", drawing);
-    place.input("x.svg", "[table]\n");
+    fixture.input("h.svg", drawing);
+    fixture.input("x.svg", "[table]\n");
     let at = |name: &str| {
-        let path = place.inputs.path().join(name);
+        let path = fixture.inputs.path().join(name);
         path.to_str().expect("UTF-8").to_owned()
     };
     let planned = run(&["convert", &at("IN.gcode"), &at("o.plan.json")]);
@@ -405,7 +405,7 @@ fn output_that_is_an_input_or_another_output_is_refused_and_nothing_is_touched()
         all.map(|path| fs::read(path).expect("read"))
     };
     let before = contents();
-    let names = || fs::read_dir(place.inputs.path()).expect("read").count();
+    let names = || fs::read_dir(fixture.inputs.path()).expect("read").count();
     let count = names();
     for words in [
         &["draw", &svg, "--preview", &svg][..],

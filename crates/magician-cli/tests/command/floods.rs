@@ -16,12 +16,12 @@ const LINES: usize = 60;
 
 /// Sends damaged frames, then a valid one whose answer shows that all were read.
 fn floods(served: &Served) {
-    let door = served.door("tcp");
-    let address = door.strip_prefix("tcp:").expect("TCP");
+    let endpoint = served.endpoint("tcp");
+    let address = endpoint.strip_prefix("tcp:").expect("TCP");
     let mut stream = TcpStream::connect(address).expect("it listens");
     stream.write_all(&DAMAGED.repeat(COUNT)).expect("written");
     drop(stream);
-    assert_eq!(run(&["--port", &door, "pose"]).status, 0);
+    assert_eq!(run(&["--port", &endpoint, "pose"]).status, 0);
 }
 
 #[test]
@@ -47,14 +47,14 @@ fn a_flood_of_damaged_frames_is_a_few_lines_of_a_proxys_log() {
     ] {
         let first = if options.is_empty() { 2 } else { 0 };
         let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-        let at = arm.door("tcp");
+        let at = arm.endpoint("tcp");
         let arguments = [&["--port", &at, "--tcp", "127.0.0.1:0"], options].concat();
         let mut served = Served::verb("proxy", &arguments, first);
         if first == 0 {
             let line = served.until(|line| line.contains("serving"));
             let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");
             let endpoint = object["endpoint"].as_str().expect("text");
-            served.doors = vec![format!("serving {endpoint}")];
+            served.endpoints = vec![format!("serving {endpoint}")];
         }
         floods(&served);
         let log = served.log();
@@ -66,11 +66,11 @@ fn a_flood_of_damaged_frames_is_a_few_lines_of_a_proxys_log() {
 }
 
 #[test]
-fn a_proxy_that_other_computers_reach_says_who_may_move_the_arm() {
+fn proxy_reachable_from_other_computers_warns() {
     let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-    let at = arm.door("tcp");
+    let at = arm.endpoint("tcp");
     let exposed = Served::verb("proxy", &["--port", &at, "--tcp", "0.0.0.0:0"], 3);
-    let warning = exposed.doors.last().expect("three lines");
+    let warning = exposed.endpoints.last().expect("three lines");
     for part in ["warning: every computer that reaches tcp:0.0.0.0:", &at] {
         assert!(warning.contains(part), "{warning}");
     }
@@ -84,9 +84,9 @@ fn a_proxy_that_other_computers_reach_says_who_may_move_the_arm() {
 }
 
 #[test]
-fn a_virtual_arm_that_other_computers_reach_says_so() {
+fn virtual_arm_reachable_from_other_computers_warns() {
     let arm = Served::start(&["--tcp", "0.0.0.0:0"], 2);
-    let note = arm.doors.last().expect("three lines");
+    let note = arm.endpoints.last().expect("three lines");
     assert!(
         note.contains("note: every computer that reaches tcp:0.0.0.0:"),
         "{note}"
@@ -105,7 +105,7 @@ fn path(folder: &tempfile::TempDir) -> String {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_path_of_a_virtual_arm_that_lives_is_not_taken() {
+fn path_of_a_running_virtual_arm_is_not_replaced() {
     let folder = tempfile::tempdir().expect("a directory");
     let path = path(&folder);
     let mut first = Served::start(&["--pty", &path], 1);
@@ -126,7 +126,7 @@ fn the_path_of_a_virtual_arm_that_lives_is_not_taken() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn the_program_that_uses_a_virtual_arm_is_named_and_not_the_arm() {
+fn program_at_a_virtual_arm_is_named_in_its_log() {
     let folder = tempfile::tempdir().expect("a directory");
     let path = path(&folder);
     let served = Served::start(&["--pty", &path], 1);

@@ -3,17 +3,17 @@
 
 use std::process::{Output, Stdio};
 
-use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::drawing::{Fixture, PAPER, last};
 use crate::magician::{run, sample};
 use serde_json::{Value, json};
 
 const LASER: [&str; 5] = ["--tool", "laser", "--surface", "-50", "--json"];
 
 /// Runs a command with a trace. Returns its result and the frames by which it wrote.
-fn traced(place: &Place, arguments: &[&str]) -> (Output, Vec<Value>) {
-    let trace = place.dir.path().join("trace.pcapng");
+fn traced(fixture: &Fixture, arguments: &[&str]) -> (Output, Vec<Value>) {
+    let trace = fixture.dir.path().join("trace.pcapng");
     let trace = trace.to_str().expect("UTF-8");
-    let done = place
+    let done = fixture
         .command(&[arguments, &["--trace", trace]].concat())
         .output();
     let all = run(&["decode", trace, "--json"]).objects();
@@ -34,8 +34,8 @@ fn may_burn(frame: &Value) -> bool {
 }
 
 #[test]
-fn a_frame_lights_nothing_and_asks_nothing_however_often() {
-    let place = Place::homed("100");
+fn frame_never_lights_the_laser_and_asks_nothing() {
+    let fixture = Fixture::homed("100");
     let image = sample("engrave_gradient.png");
     let frames = [
         [&["frame", &image, "--width", "40"], &LASER[..]].concat(),
@@ -49,7 +49,7 @@ fn a_frame_lights_nothing_and_asks_nothing_however_often() {
     ];
     let mut paths = Vec::new();
     for arguments in &frames {
-        let (done, frames) = traced(&place, arguments);
+        let (done, frames) = traced(&fixture, arguments);
         assert!(done.status.success(), "{done:?}");
         let path: Vec<Value> = frames
             .iter()
@@ -63,7 +63,7 @@ fn a_frame_lights_nothing_and_asks_nothing_however_often() {
         );
         let burning: Vec<_> = frames.iter().filter(|frame| may_burn(frame)).collect();
         assert!(burning.is_empty(), "{burning:?}");
-        assert_eq!(last(&place.run(&["info"]))["laser"], json!(false));
+        assert_eq!(last(&fixture.run(&["info"]))["laser"], json!(false));
         assert!(last(&done)["power"].is_null());
         paths.push(path);
     }
@@ -71,21 +71,21 @@ fn a_frame_lights_nothing_and_asks_nothing_however_often() {
 }
 
 #[test]
-fn a_frame_is_lit_by_a_person_alone_and_faintly() {
-    let place = Place::homed("100");
+fn frame_is_lit_faintly_only_after_confirmation() {
+    let fixture = Fixture::homed("100");
     let frame = [
         &["frame", "line.svg", "--frame-power"],
         &["3"][..],
         &LASER[..],
     ]
     .concat();
-    let (refused, frames) = traced(&place, &frame);
+    let (refused, frames) = traced(&fixture, &frame);
     assert_eq!(
         (refused.status.code(), frames.len()),
         (Some(2), 0),
         "{refused:?}"
     );
-    let (done, frames) = traced(&place, &[&frame[..], &["--yes"]].concat());
+    let (done, frames) = traced(&fixture, &[&frame[..], &["--yes"]].concat());
     assert!(done.status.success(), "{done:?}");
     let powers: Vec<_> = frames
         .iter()
@@ -97,20 +97,20 @@ fn a_frame_is_lit_by_a_person_alone_and_faintly() {
         "{powers:?}"
     );
     assert_eq!(last(&done)["power"], json!({"most": 3.0, "least": 3.0}));
-    assert_eq!(last(&place.run(&["info"]))["laser"], json!(false));
+    assert_eq!(last(&fixture.run(&["info"]))["laser"], json!(false));
     let too_strong = [
         &["frame", "line.svg", "--frame-power", "6", "--yes"],
         &LASER[..],
     ]
     .concat();
-    assert_eq!(traced(&place, &too_strong).0.status.code(), Some(2));
+    assert_eq!(traced(&fixture, &too_strong).0.status.code(), Some(2));
 }
 
 #[test]
-fn ctrl_c_ends_a_repeated_frame_well_with_a_standing_arm() {
-    let place = Place::homed("20");
+fn ctrl_c_ends_a_repeated_frame_with_the_arm_at_rest() {
+    let fixture = Fixture::homed("20");
     for (tool, height) in [("laser", PAPER), ("pen", PAPER + 10.0)] {
-        let mut frame = place.command(&[
+        let mut frame = fixture.command(&[
             "frame",
             "line.svg",
             "--repeat",
@@ -122,8 +122,8 @@ fn ctrl_c_ends_a_repeated_frame_well_with_a_standing_arm() {
         ]);
         frame.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = frame.spawn().expect("it starts");
-        let round = |place: &Place| (place.number("pose", "z") - height).abs() < 0.1;
-        assert!((0..10_000).any(|_| round(&place)), "it never goes round");
+        let round = |fixture: &Fixture| (fixture.number("pose", "z") - height).abs() < 0.1;
+        assert!((0..10_000).any(|_| round(&fixture)), "it never goes round");
         assert!(child.try_wait().expect("a child").is_none());
         let id = child.id().to_string();
         let kill = std::process::Command::new("kill")
@@ -133,24 +133,24 @@ fn ctrl_c_ends_a_repeated_frame_well_with_a_standing_arm() {
         let done = child.wait_with_output().expect("it ends");
         assert_eq!(done.status.code(), Some(0), "{done:?}");
         assert_eq!(last(&done)["stopped"], json!(true));
-        let pose = last(&place.run(&["pose"]));
-        assert_eq!(last(&place.run(&["pose"])), pose);
+        let pose = last(&fixture.run(&["pose"]));
+        assert_eq!(last(&fixture.run(&["pose"])), pose);
         for (axis, name) in ["x", "y", "z"].iter().enumerate() {
             let said = last(&done)["at"][axis].as_f64().expect("a number");
             let stands = pose[*name].as_f64().expect("a number");
             assert!((said - stands).abs() < 0.01, "{name}: {said} {stands}");
         }
-        assert_eq!(last(&place.run(&["info"]))["laser"], json!(false));
+        assert_eq!(last(&fixture.run(&["info"]))["laser"], json!(false));
     }
 }
 
 #[test]
 fn an_arm_that_was_not_homed_is_not_framed_with_and_burns_no_grid() {
-    let place = Place::new("100");
+    let fixture = Fixture::new("100");
     let frame = [&["frame", "line.svg"], &LASER[..]].concat();
     let grid = [&["testgrid", "--yes"], &LASER[..]].concat();
     for arguments in [&frame, &grid] {
-        let refused = place.command(arguments).output().expect("it runs");
+        let refused = fixture.command(arguments).output().expect("it runs");
         assert_eq!(refused.status.code(), Some(3), "{refused:?}");
         let text = String::from_utf8_lossy(&refused.stderr).into_owned();
         assert!(
@@ -158,15 +158,15 @@ fn an_arm_that_was_not_homed_is_not_framed_with_and_burns_no_grid() {
             "{text}"
         );
     }
-    let unhomed = place
+    let unhomed = fixture
         .command(&[&frame[..], &["--unhomed"]].concat())
         .output();
     assert!(unhomed.expect("it runs").status.success());
 }
 
 #[test]
-fn a_grid_burns_nothing_on_a_real_arm_unless_a_person_says_so() {
-    let place = Place::homed("100");
+fn grid_burns_on_a_real_arm_only_with_confirmation() {
+    let fixture = Fixture::homed("100");
     let grid = [
         &[
             "testgrid", "--power", "20:40:2", "--speed", "20:30:2", "--cell", "3",
@@ -174,13 +174,13 @@ fn a_grid_burns_nothing_on_a_real_arm_unless_a_person_says_so() {
         &LASER[..],
     ]
     .concat();
-    let (refused, frames) = traced(&place, &grid);
+    let (refused, frames) = traced(&fixture, &grid);
     assert_eq!(
         (refused.status.code(), frames.len()),
         (Some(2), 0),
         "{refused:?}"
     );
-    let (done, frames) = traced(&place, &[&grid[..], &["--yes"]].concat());
+    let (done, frames) = traced(&fixture, &[&grid[..], &["--yes"]].concat());
     assert!(done.status.success(), "{done:?}");
     let powers = frames
         .iter()
@@ -199,7 +199,7 @@ fn a_grid_burns_nothing_on_a_real_arm_unless_a_person_says_so() {
 }
 
 #[test]
-fn a_grid_is_written_as_a_plan_that_runs_alike() {
+fn grid_written_as_a_plan_runs_equally() {
     let dir = tempfile::tempdir().expect("a directory");
     let plan = dir.path().join("grid.plan.json");
     let plan = plan.to_str().expect("UTF-8");
@@ -228,11 +228,11 @@ fn extent(report: &Value, name: &str) -> [f64; 2] {
 }
 
 #[test]
-fn frame_goes_round_what_the_tool_in_force_would_make_and_says_so_first() {
-    let place = Place::homed("100");
+fn frame_traces_the_outline_for_the_tool_in_force() {
+    let fixture = Fixture::homed("100");
     let checked = |arguments: &[&str]| {
         let more = ["--surface", "-50", "--check", "--json"];
-        let done = place.command(&[arguments, &more].concat()).output();
+        let done = fixture.command(&[arguments, &more].concat()).output();
         let done = done.expect("it runs");
         assert!(done.status.success(), "{done:?}");
         last(&done)
@@ -254,7 +254,7 @@ fn frame_goes_round_what_the_tool_in_force_would_make_and_says_so_first() {
     ] {
         let bias = format!("x_bias={bias}");
         let set = ["set", "EndEffectorParams", &bias, "y_bias=0", "z_bias=0"];
-        assert!(place.run(&set).status.success());
+        assert!(fixture.run(&set).status.success());
         let frame = checked(&["frame", "line.svg"]);
         let work = checked(&[verb, "line.svg"]);
         let [frame_x, work_x] = [extent(&frame, "travel_bounds"), extent(&work, "bounds")];
@@ -272,7 +272,7 @@ fn frame_goes_round_what_the_tool_in_force_would_make_and_says_so_first() {
 
 #[test]
 fn move_out_of_reach_names_an_unknown_tool_and_its_flag() {
-    let place = Place::homed("100");
+    let fixture = Fixture::homed("100");
     let set = [
         "set",
         "EndEffectorParams",
@@ -280,8 +280,8 @@ fn move_out_of_reach_names_an_unknown_tool_and_its_flag() {
         "y_bias=0",
         "z_bias=0",
     ];
-    assert!(place.run(&set).status.success());
-    let refused = place.command(&["move", "320", "0", "20"]).output();
+    assert!(fixture.run(&set).status.success());
+    let refused = fixture.command(&["move", "320", "0", "20"]).output();
     let refused = String::from_utf8(refused.expect("it runs").stderr).expect("UTF-8");
     assert!(refused.contains("out of reach"), "{refused}");
     assert!(

@@ -13,13 +13,13 @@ use serde_json::json;
 const DRAWING: &str =
     "G21 G90\nG0 X200 Y0 Z20\nG1 Z0 F3000\nG1 X230\nG1 Y30\nG1 X200\nG1 Y0\nG0 Z20\n";
 
-struct Place(tempfile::TempDir);
+struct Fixture(tempfile::TempDir);
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
-        let place = Self(tempfile::tempdir().expect("a directory"));
-        std::fs::write(place.at("square.gcode"), DRAWING).expect("written");
-        place
+        let fixture = Self(tempfile::tempdir().expect("a directory"));
+        std::fs::write(fixture.at("square.gcode"), DRAWING).expect("written");
+        fixture
     }
 
     fn at(&self, name: &str) -> String {
@@ -42,11 +42,11 @@ impl Place {
 }
 
 #[test]
-fn a_recording_on_a_full_disk_leaves_the_drawing_whole() {
-    let place = Place::new();
+fn full_disk_ends_the_recording_and_not_the_drawing() {
+    let fixture = Fixture::new();
     for name in ["a.csv", "b.jsonl", "c.mcap"] {
-        let file = place.full(name);
-        let (done, drawn) = place.draws(&format!("{name}.svg"), &["--record", &file]);
+        let file = fixture.full(name);
+        let (done, drawn) = fixture.draws(&format!("{name}.svg"), &["--record", &file]);
         assert_eq!(done.status, 4, "{done:?}");
         assert!(done.out.contains("done in"), "{done:?}");
         assert!(done.err.contains("the run continues"), "{done:?}");
@@ -61,10 +61,10 @@ fn a_recording_on_a_full_disk_leaves_the_drawing_whole() {
 }
 
 #[test]
-fn with_json_the_result_comes_and_then_the_error() {
-    let place = Place::new();
-    let file = place.full("a.csv");
-    let (done, _) = place.draws("a.svg", &["--record", &file, "--json"]);
+fn json_result_precedes_the_error() {
+    let fixture = Fixture::new();
+    let file = fixture.full("a.csv");
+    let (done, _) = fixture.draws("a.svg", &["--record", &file, "--json"]);
     assert_eq!(done.status, 4, "{done:?}");
     assert_eq!(
         done.objects().last().expect("a result")["first_step"],
@@ -74,11 +74,11 @@ fn with_json_the_result_comes_and_then_the_error() {
 }
 
 #[test]
-fn a_trace_on_a_full_disk_leaves_the_drawing_whole() {
-    let place = Place::new();
-    let (_, drawn) = place.draws("whole.svg", &[]);
-    let file = place.full("line.pcapng");
-    let (done, same) = place.draws("a.svg", &["--trace", &file]);
+fn full_disk_ends_the_trace_and_not_the_drawing() {
+    let fixture = Fixture::new();
+    let (_, drawn) = fixture.draws("whole.svg", &[]);
+    let file = fixture.full("line.pcapng");
+    let (done, same) = fixture.draws("a.svg", &["--trace", &file]);
     assert_eq!(done.status, 4, "{done:?}");
     assert!(done.out.contains("done in"), "{done:?}");
     assert!(
@@ -92,20 +92,20 @@ fn a_trace_on_a_full_disk_leaves_the_drawing_whole() {
 const LIMIT: &str = "ulimit -c 0; ulimit -f 4";
 
 #[test]
-fn limit_for_the_size_of_files_ends_a_trace_and_never_the_work() {
-    let place = Place::new();
-    let svg = place.at("square.svg");
+fn file_size_limit_ends_the_trace_and_not_the_work() {
+    let fixture = Fixture::new();
+    let svg = fixture.at("square.svg");
     let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' \
         viewBox='0 0 20 20'><path d='M2 5H18V18H2' fill='none' stroke='black'/></svg>";
     std::fs::write(&svg, drawing).expect("written");
-    let gcode = place.at("square.gcode");
+    let gcode = fixture.at("square.gcode");
     for (words, option, what) in [
         (&["run", &gcode][..], "--trace", "trace"),
         (&["run", &gcode, "--rate", "50"], "--record", "recording"),
         (&["draw", &svg], "--trace", "trace"),
         (&["engrave", &svg, "--yes"], "--trace", "trace"),
     ] {
-        let file = place.at("cut.csv");
+        let file = fixture.at("cut.csv");
         let words = [words, &["--port", "sim", option, &file]].concat();
         let words: Vec<String> = words.into_iter().map(str::to_owned).collect();
         let done = behind(LIMIT, &words).output().expect("it runs");
@@ -119,15 +119,15 @@ fn limit_for_the_size_of_files_ends_a_trace_and_never_the_work() {
 }
 
 #[test]
-fn limit_for_the_size_of_files_leaves_an_arm_served() {
-    let place = Place::new();
+fn file_size_limit_does_not_end_a_served_arm() {
+    let fixture = Fixture::new();
     for (option, expected) in [("--trace", 0), ("--record", 4)] {
-        let file = place.at("cut");
+        let file = fixture.at("cut");
         let words = ["--tcp", "127.0.0.1:0", option, &file];
         let served = Served::of(behind(LIMIT, &[]), "sim", &words, 2);
-        let door = served.door("tcp");
+        let endpoint = served.endpoint("tcp");
         for _ in 0..20 {
-            let asked = run(&["--port", &door, "info"]);
+            let asked = run(&["--port", &endpoint, "info"]);
             assert_eq!(asked.status, 0, "{option}: {asked:?}");
         }
         let (status, _) = served.end("-TERM");
@@ -138,31 +138,31 @@ fn limit_for_the_size_of_files_leaves_an_arm_served() {
 
 /// A file takes the place of the journals' folder; not even root can write there.
 #[test]
-fn drawing_whose_progress_cannot_be_kept_warns_once_and_promises_no_resumption() {
+fn drawing_without_saved_progress_warns_once_and_offers_no_resume() {
     use std::process::{Command, Stdio};
     for json in [false, true] {
-        let place = drawing::Place::homed("5");
-        let runs = place.dir.path().join("state/magician/runs");
+        let fixture = drawing::Fixture::homed("5");
+        let runs = fixture.dir.path().join("state/magician/runs");
         let _ = std::fs::remove_dir_all(&runs);
         std::fs::write(&runs, "").expect("written");
         let more: &[&str] = if json { &["--json"] } else { &[] };
-        let mut drawing = place.draw(more);
+        let mut drawing = fixture.draw(more);
         drawing.stdout(Stdio::piped()).stderr(Stdio::piped());
         let drawing = drawing.spawn().expect("it starts");
-        place.until_drawn(2.0);
+        fixture.until_drawn(2.0);
         let id = drawing.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().is_ok());
         let output = drawing.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(130), "{output:?}");
         let [out, err] =
             [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
-        let (place, said) = if json {
+        let (fixture, said) = if json {
             (&out, r#""text":"the progress cannot be kept: "#)
         } else {
             (&err, "the progress cannot be kept: ")
         };
-        assert_eq!(place.matches(said).count(), 1, "{out} {err}");
-        assert!(place.contains(": after a stop this job starts again from the beginning"));
+        assert_eq!(fixture.matches(said).count(), 1, "{out} {err}");
+        assert!(fixture.contains(": after a stop this job starts again from the beginning"));
         assert!(!err.contains("--resume"), "{err}");
         if !json {
             assert!(err.contains("--from "), "{err}");

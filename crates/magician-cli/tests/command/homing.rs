@@ -52,40 +52,40 @@ const PADS: [&[&str]; 4] = [
 ];
 
 /// Virtual arm in another process, which counts as a real one.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     served: Served,
 }
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         let dir = tempfile::tempdir().expect("directory");
         let served = serve(&dir.path().join("arm"));
-        let place = Self { dir, served };
-        place.write(
+        let fixture = Self { dir, served };
+        fixture.write(
             "line.svg",
             "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
              <path d='M2 5 L18 5' fill='none' stroke='black'/></svg>",
         );
-        place.write(
+        fixture.write(
             "pen.gcode",
             "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\nG0 Z10\n",
         );
-        place.write(
+        fixture.write(
             "burn.gcode",
             "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n",
         );
-        place.write(
+        fixture.write(
             "a.plan.json",
             &plan(r#"{"move":[220,0,0,0],"by":"joints"}"#),
         );
-        place.write("points.csv", "x,y,z\n220,0,20\n220,10,20\n");
+        fixture.write("points.csv", "x,y,z\n220,0,20\n220,10,20\n");
         let taught = "magician-program/samples/jump_suction_named_v170.playback";
         let taught = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
             .join("..")
             .join(taught);
-        std::fs::copy(taught, place.path("taught.playback")).expect("copied");
-        place
+        std::fs::copy(taught, fixture.path("taught.playback")).expect("copied");
+        fixture
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -187,11 +187,11 @@ fn plan(steps: &str) -> String {
 }
 
 #[test]
-fn homing_is_told_before_an_unknown_surface() {
-    let place = Place::new();
-    place.refuses(&["draw", "line.svg"]);
+fn missing_homing_is_reported_before_an_unknown_surface() {
+    let fixture = Fixture::new();
+    fixture.refuses(&["draw", "line.svg"]);
     let surface = |arguments: &[&str]| {
-        let refused = place.run(arguments);
+        let refused = fixture.run(arguments);
         assert_eq!(refused.status, 3, "{refused:?}");
         assert!(
             refused.err.contains("work surface height unknown"),
@@ -201,45 +201,45 @@ fn homing_is_told_before_an_unknown_surface() {
     surface(&["draw", "line.svg", "--unhomed"]);
     // A preview needs no homed arm.
     surface(&["draw", "line.svg", "--check"]);
-    place.does(&["home"]);
+    fixture.does(&["home"]);
     surface(&["draw", "line.svg"]);
 }
 
 #[test]
-fn nothing_is_drawn_burnt_or_played_on_an_arm_that_is_not_known_to_be_homed() {
-    let mut place = Place::new();
+fn unhomed_arm_does_not_draw_burn_or_play() {
+    let mut fixture = Fixture::new();
     for cleared in [false, true] {
         if cleared {
-            let told = place.does(&["alarms", "--clear"]);
+            let told = fixture.does(&["alarms", "--clear"]);
             assert!(told.out.contains("is still not homed"), "{told:?}");
         }
         for verb in RUNS {
-            place.refuses(verb);
+            fixture.refuses(verb);
         }
     }
     for verb in RUNS {
-        place.does(&[verb, &["--unhomed"]].concat());
+        fixture.does(&[verb, &["--unhomed"]].concat());
     }
-    place.refuses(RUNS[0]);
-    place.does(&["home"]);
+    fixture.refuses(RUNS[0]);
+    fixture.does(&["home"]);
     for verb in RUNS {
-        place.does(verb);
+        fixture.does(verb);
     }
-    place.power_cycle();
-    place.refuses(RUNS[0]);
-    place.does(&["alarms", "--clear"]);
-    place.refuses(RUNS[0]);
+    fixture.power_cycle();
+    fixture.refuses(RUNS[0]);
+    fixture.does(&["alarms", "--clear"]);
+    fixture.refuses(RUNS[0]);
 }
 
 #[test]
-fn nothing_is_taught_or_calibrated_on_an_arm_that_is_not_known_to_be_homed() {
-    let place = Place::new();
+fn unhomed_arm_is_not_taught_or_calibrated() {
+    let fixture = Fixture::new();
     for cleared in [false, true] {
         if cleared {
-            place.does(&["alarms", "--clear"]);
+            fixture.does(&["alarms", "--clear"]);
         }
         for verb in PADS {
-            let mut terminal = place.person(verb);
+            let mut terminal = fixture.person(verb);
             terminal.until("--unhomed goes on anyway");
             assert_eq!(
                 terminal.child.wait().expect("it ends").code(),
@@ -249,20 +249,20 @@ fn nothing_is_taught_or_calibrated_on_an_arm_that_is_not_known_to_be_homed() {
         }
     }
     let unhomed = &[PADS[0], &["--unhomed"]].concat();
-    place.person(unhomed).until_drawn("link up");
-    place.does(&["home"]);
+    fixture.person(unhomed).until_drawn("link up");
+    fixture.does(&["home"]);
     for verb in PADS {
-        place.person(verb).until_drawn("link up");
+        fixture.person(verb).until_drawn("link up");
     }
 }
 
 #[test]
-fn looks_and_plain_moves_need_no_homed_arm() {
-    let place = Place::new();
-    place.does(&["draw", "line.svg", "--surface", "-50", "--check"]);
-    place.does(&["move", "220", "0", "20"]);
+fn reads_and_plain_moves_need_no_homed_arm() {
+    let fixture = Fixture::new();
+    fixture.does(&["draw", "line.svg", "--surface", "-50", "--check"]);
+    fixture.does(&["move", "220", "0", "20"]);
     let sim = Run::of(
-        place
+        fixture
             .command(&["run", "a.plan.json"])
             .args(["--port", "sim"]),
         b"",
@@ -271,33 +271,33 @@ fn looks_and_plain_moves_need_no_homed_arm() {
 }
 
 #[test]
-fn program_that_homes_first_needs_no_homed_arm_and_leaves_one() {
-    let place = Place::new();
-    place.write(
+fn program_that_homes_first_needs_no_homed_arm() {
+    let fixture = Fixture::new();
+    fixture.write(
         "homes.plan.json",
         &plan(r#"{"home":true},{"move":[220,0,0,0],"by":"joints"}"#),
     );
-    place.write(
+    fixture.write(
         "late.plan.json",
         &plan(r#"{"move":[220,0,0,0],"by":"joints"},{"home":true}"#),
     );
-    place.refuses(&["run", "late.plan.json"]);
-    place.does(&["run", "homes.plan.json"]);
-    place.does(&["run", "late.plan.json"]);
-    place.does(&["run", "a.plan.json"]);
+    fixture.refuses(&["run", "late.plan.json"]);
+    fixture.does(&["run", "homes.plan.json"]);
+    fixture.does(&["run", "late.plan.json"]);
+    fixture.does(&["run", "a.plan.json"]);
 }
 
 #[test]
 fn homing_is_remembered_however_the_arm_was_homed() {
     for way in [&["home"][..], &["shell"], &["jog"]] {
-        let place = Place::new();
+        let fixture = Fixture::new();
         match way {
             ["shell"] => {
-                let done = Run::of(&mut place.command(way), b"home\n");
+                let done = Run::of(&mut fixture.command(way), b"home\n");
                 assert_eq!(done.status, 0, "{done:?}");
             }
             ["jog"] => {
-                let mut terminal = place.person(way);
+                let mut terminal = fixture.person(way);
                 terminal.until_drawn("0x00 ResetOccurred");
                 terminal.types("h");
                 terminal.until_drawn("y/n");
@@ -306,31 +306,31 @@ fn homing_is_remembered_however_the_arm_was_homed() {
                 terminal.types("q");
                 assert!(terminal.child.wait().expect("it ends").success());
             }
-            way => drop(place.does(way)),
+            way => drop(fixture.does(way)),
         }
-        place.does(&["run", "a.plan.json"]);
+        fixture.does(&["run", "a.plan.json"]);
     }
 }
 
 #[test]
-fn homing_that_was_broken_off_is_not_remembered() {
-    let place = Place::new();
-    place.does(&["home"]);
-    place.does(&["run", "a.plan.json"]);
+fn cancelled_homing_is_not_remembered() {
+    let fixture = Fixture::new();
+    fixture.does(&["home"]);
+    fixture.does(&["run", "a.plan.json"]);
     // The homing waits in the queue and is dropped by the stop.
-    place.does(&["enqueue", "HOMECmd"]);
-    place.does(&["stop"]);
-    place.refuses(&["run", "a.plan.json"]);
+    fixture.does(&["enqueue", "HOMECmd"]);
+    fixture.does(&["stop"]);
+    fixture.refuses(&["run", "a.plan.json"]);
 }
 
 #[test]
 fn two_arms_of_one_serial_number_are_kept_apart() {
-    let (one, mut two) = (Place::new(), Place::new());
+    let (one, mut two) = (Fixture::new(), Fixture::new());
     // Both use the same memory of homings.
     let state = one.path("state");
     one.does(&["home"]);
-    let at = |place: &Place| {
-        let mut command = place.command(&["run", "a.plan.json"]);
+    let at = |fixture: &Fixture| {
+        let mut command = fixture.command(&["run", "a.plan.json"]);
         Run::of(command.env("XDG_STATE_HOME", &state), b"").status
     };
     assert_eq!((at(&one), at(&two)), (0, 3));
@@ -339,36 +339,36 @@ fn two_arms_of_one_serial_number_are_kept_apart() {
 }
 
 #[test]
-fn doctor_tells_what_is_known() {
-    let place = Place::new();
-    assert!(place.homed().starts_with("no, "));
-    place.does(&["alarms", "--clear"]);
-    assert!(place.homed().starts_with("unknown: "));
-    place.does(&["home"]);
-    assert!(place.homed().starts_with("yes, "));
-    let fresh = Place::new();
+fn doctor_reports_the_homing_state() {
+    let fixture = Fixture::new();
+    assert!(fixture.homed().starts_with("no, "));
+    fixture.does(&["alarms", "--clear"]);
+    assert!(fixture.homed().starts_with("unknown: "));
+    fixture.does(&["home"]);
+    assert!(fixture.homed().starts_with("yes, "));
+    let fresh = Fixture::new();
     let alarms = fresh.does(&["alarms"]);
     assert!(alarms.out.contains("remedy: home the arm"), "{alarms:?}");
 }
 
 #[test]
-fn station_and_what_goes_through_it_are_held_to_the_same() {
-    let place = Place::new();
+fn station_and_its_clients_need_a_homed_arm_too() {
+    let fixture = Fixture::new();
     let mut command = command();
-    command.current_dir(place.dir.path());
-    command.env("XDG_STATE_HOME", place.path("state"));
+    command.current_dir(fixture.dir.path());
+    command.env("XDG_STATE_HOME", fixture.path("state"));
     let station = Served::of(
         command,
         "serve",
         &["--port", "./arm", "--listen", "127.0.0.1:0"],
         1,
     );
-    let address = station.door("http").replace("http:", "");
+    let address = station.endpoint("http").replace("http:", "");
     let url = format!("http://{}", address.trim_matches('/'));
     let through = |arguments: &[&str]| {
-        let mut command = place.command(arguments);
+        let mut command = fixture.command(arguments);
         // Memory of another computer: the station knows that the arm is homed.
-        command.env("XDG_STATE_HOME", place.path("elsewhere"));
+        command.env("XDG_STATE_HOME", fixture.path("elsewhere"));
         command.args(["--station", &url]);
         Run::of(&mut command, b"")
     };
@@ -390,7 +390,7 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
         assert_eq!(through(&["run", "a.plan.json"]).status, 3);
         // A surface is measured with a homed arm, so every front end asks for homing first.
         let drawn = |options: &[(&str, Value)]| {
-            let line = fs::read_to_string(place.path("line.svg")).expect("a drawing");
+            let line = fs::read_to_string(fixture.path("line.svg")).expect("a drawing");
             let mut asked = json!({"text": line, "setup": {"work": "draw"}});
             for (name, value) in options {
                 asked[*name] = value.clone();
@@ -434,25 +434,25 @@ fn station_and_what_goes_through_it_are_held_to_the_same() {
     assert_eq!(done.status, 0, "{done:?}");
     // The homing that the station saw is remembered on its computer.
     station.end("-TERM");
-    place.does(&["run", "a.plan.json"]);
+    fixture.does(&["run", "a.plan.json"]);
 }
 
 #[test]
-fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
-    let place = Place::new();
-    let mut command = place.command(&[]);
+fn height_measured_by_a_page_applies_to_every_front_end() {
+    let fixture = Fixture::new();
+    let mut command = fixture.command(&[]);
     command.env("MAGICIAN_TOKEN", "");
     let served = Served::of(command, "serve", &["--listen", "127.0.0.1:0"], 1);
-    let url = served.door("http");
+    let url = served.endpoint("http");
     let call = |method: &str, params: Value| rpc(url.trim_end_matches('/'), method, &params);
     let drawing = || {
-        let text = std::fs::read_to_string(place.path("line.svg")).expect("a file");
+        let text = std::fs::read_to_string(fixture.path("line.svg")).expect("a file");
         json!({"text": text, "setup": {"work": "draw"}, "preview": true})
     };
 
     // The remedy for an unknown height is data, as on the command line.
     let unknown = call("job.check", drawing());
-    let told = place
+    let told = fixture
         .run(&["draw", "line.svg", "--check", "--json"])
         .error();
     assert_eq!(unknown["error"]["data"]["remedies"], told["remedies"]);
@@ -484,11 +484,11 @@ fn height_that_a_page_takes_from_the_arm_is_that_of_every_door() {
     assert_eq!(checked["result"]["ok"], json!(true), "{checked}");
     drop(served);
 
-    let config = std::fs::read_to_string(place.path("config.toml")).expect("settings");
+    let config = std::fs::read_to_string(fixture.path("config.toml")).expect("settings");
     assert_eq!(config, format!("surface = {z}\n"));
-    let shown = place.does(&["calibrate", "show", "--json"]).object();
+    let shown = fixture.does(&["calibrate", "show", "--json"]).object();
     assert_eq!(shown["surface"].as_f64(), Some(z));
-    let report = place
+    let report = fixture
         .does(&["draw", "line.svg", "--check", "--json"])
         .object();
     assert_eq!(report["ok"], json!(true), "{report}");

@@ -4,19 +4,19 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 use serde_json::{Value, json};
 
 /// Arm at real speed behind a pseudo-terminal, its alarms cleared, with a second endpoint for
 /// observation.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     served: Served,
 }
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         Self::answering_after("0")
     }
@@ -26,15 +26,15 @@ impl Place {
         let dir = tempfile::tempdir().expect("directory");
         let path = dir.path().join("arm");
         let path = path.to_str().expect("UTF-8");
-        let doors = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", "1"];
-        let served = Served::start(&[&doors[..], &["--turnaround", turnaround]].concat(), 2);
-        let place = Self { dir, served };
+        let endpoints = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", "1"];
+        let served = Served::start(&[&endpoints[..], &["--turnaround", turnaround]].concat(), 2);
+        let fixture = Self { dir, served };
         assert_eq!(
-            run(&["--port", &place.port(), "alarms", "--clear"]).status,
+            run(&["--port", &fixture.port(), "alarms", "--clear"]).status,
             0
         );
-        as_if_homed(command(), &place.port());
-        place
+        mark_homed(command(), &fixture.port());
+        fixture
     }
 
     fn port(&self) -> String {
@@ -43,8 +43,8 @@ impl Place {
     }
 
     fn look(&self, arguments: &[&str]) -> Value {
-        let door = self.served.door("tcp");
-        run(&[&["--port", &door, "--json"], arguments].concat()).object()
+        let endpoint = self.served.endpoint("tcp");
+        run(&[&["--port", &endpoint, "--json"], arguments].concat()).object()
     }
 
     /// Starts a command, and waits until the second endpoint shows its effect.
@@ -87,29 +87,29 @@ fn outcome(child: Child) -> (Option<i32>, Value) {
 }
 
 #[test]
-fn a_signal_stops_the_arm_and_gives_the_settings_back() {
+fn signal_stops_the_arm_and_restores_settings() {
     for name in ["-INT", "-TERM"] {
-        let place = Place::new();
-        let child = place.slow_move();
+        let fixture = Fixture::new();
+        let child = fixture.slow_move();
         assert!(signal(name, child.id()));
         let (status, error) = outcome(child);
         assert_eq!((status, &error["kind"]), (Some(130), &json!("interrupted")));
         let message = error["message"].as_str().expect("text");
         assert!(message.contains("the arm stands at x "), "{message}");
-        assert_eq!(place.look(&["pose"]), place.look(&["pose"]));
-        let queue = place.look(&["queue"]);
+        assert_eq!(fixture.look(&["pose"]), fixture.look(&["pose"]));
+        let queue = fixture.look(&["queue"]);
         assert_eq!(queue["left_space"], 32);
-        let ratios = place.look(&["get", "PTPCommonParams"]);
+        let ratios = fixture.look(&["get", "PTPCommonParams"]);
         let before = json!({"velocity_ratio": 50.0, "acceleration_ratio": 50.0});
         assert_eq!(ratios, before);
     }
 }
 
 #[test]
-fn signals_again_and_again_end_it_even_when_the_arm_is_deaf() {
-    let place = Place::new();
-    let mut child = place.slow_move();
-    assert!(signal("-STOP", place.served.child.id()));
+fn repeated_signals_end_the_command_even_if_the_arm_is_silent() {
+    let fixture = Fixture::new();
+    let mut child = fixture.slow_move();
+    assert!(signal("-STOP", fixture.served.child.id()));
     while child.try_wait().expect("a child").is_none() {
         signal("-INT", child.id());
     }
@@ -117,17 +117,17 @@ fn signals_again_and_again_end_it_even_when_the_arm_is_deaf() {
     assert_eq!(status, Some(130));
     let message = error["message"].as_str().expect("text");
     assert!(message.contains("may still be moving"), "{message}");
-    assert!(signal("-CONT", place.served.child.id()));
+    assert!(signal("-CONT", fixture.served.child.id()));
 }
 
 #[test]
-fn what_others_set_going_is_left_alone() {
-    let place = Place::new();
-    let mut slow = place.slow_move();
+fn motions_of_other_programs_continue() {
+    let fixture = Fixture::new();
+    let mut slow = fixture.slow_move();
     let watch = command()
         .args([
             "--port",
-            &place.served.door("tcp"),
+            &fixture.served.endpoint("tcp"),
             "--json",
             "pose",
             "--watch",
@@ -154,29 +154,29 @@ fn what_others_set_going_is_left_alone() {
 }
 
 #[test]
-fn a_move_whose_arm_dies_is_a_port_error() {
-    let mut place = Place::new();
-    let child = place.slow_move();
-    place.served.child.kill().expect("it lives");
+fn move_with_a_lost_arm_is_a_port_error() {
+    let mut fixture = Fixture::new();
+    let child = fixture.slow_move();
+    fixture.served.child.kill().expect("it lives");
     let (status, error) = outcome(child);
     assert_eq!((status, &error["kind"]), (Some(4), &json!("port")));
 }
 
 #[test]
-fn doctor_drops_what_it_put_into_the_queue() {
-    let place = Place::answering_after("100");
-    let before = place.look(&["queue"]);
-    let child = place.busy(&["doctor", "--yes"], &["queue"]);
+fn doctor_clears_its_queued_commands() {
+    let fixture = Fixture::answering_after("100");
+    let before = fixture.look(&["queue"]);
+    let child = fixture.busy(&["doctor", "--yes"], &["queue"]);
     assert!(signal("-INT", child.id()));
     assert_eq!(outcome(child).0, Some(130));
-    assert_eq!(place.look(&["queue"]), before);
+    assert_eq!(fixture.look(&["queue"]), before);
 }
 
 #[test]
-fn bench_gives_the_path_speeds_back() {
-    let place = Place::new();
+fn bench_restores_the_path_speeds() {
+    let fixture = Fixture::new();
     let speeds = ["get", "CPParams"];
-    let before = place.look(&speeds);
+    let before = fixture.look(&speeds);
     for only in ["h2", "h4"] {
         let arguments = [
             "bench",
@@ -188,21 +188,21 @@ fn bench_gives_the_path_speeds_back() {
             "--seconds",
             "600",
         ];
-        let child = place.busy(&arguments, &speeds);
+        let child = fixture.busy(&arguments, &speeds);
         assert!(signal("-INT", child.id()));
         assert_eq!(outcome(child).0, Some(130), "{only}");
-        assert_eq!(place.look(&speeds), before, "{only}");
-        assert_eq!(place.look(&["queue"])["left_space"], 32, "{only}");
+        assert_eq!(fixture.look(&speeds), before, "{only}");
+        assert_eq!(fixture.look(&["queue"])["left_space"], 32, "{only}");
     }
 }
 
 #[test]
 fn signal_switches_off_the_belt_that_a_shell_started() {
-    let place = Place::new();
-    let trace = place.dir.path().join("trace.pcapng");
+    let fixture = Fixture::new();
+    let trace = fixture.dir.path().join("trace.pcapng");
     let trace = trace.to_str().expect("UTF-8");
     let mut child = command()
-        .args(["--port", &place.port(), "--trace", trace, "shell"])
+        .args(["--port", &fixture.port(), "--trace", trace, "shell"])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -9,19 +9,19 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
 /// Arm behind a pseudo-terminal, with a second endpoint for observation.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     served: Served,
 }
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         Self::at_speed("1")
     }
@@ -30,14 +30,14 @@ impl Place {
         let dir = tempfile::tempdir().expect("directory");
         let path = dir.path().join("arm");
         let path = path.to_str().expect("UTF-8");
-        let doors = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", speed];
-        let place = Self {
-            served: Served::start(&doors, 2),
+        let endpoints = ["--pty", path, "--tcp", "127.0.0.1:0", "--speed", speed];
+        let fixture = Self {
+            served: Served::start(&endpoints, 2),
             dir,
         };
-        assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
-        as_if_homed(command(), &place.port());
-        place
+        assert_eq!(fixture.run(&["alarms", "--clear"]).status, 0);
+        mark_homed(command(), &fixture.port());
+        fixture
     }
 
     fn port(&self) -> String {
@@ -76,8 +76,8 @@ impl Place {
     }
 
     fn look(&self, arguments: &[&str]) -> Value {
-        let door = self.served.door("tcp");
-        run(&[&["--port", &door, "--json"], arguments].concat()).object()
+        let endpoint = self.served.endpoint("tcp");
+        run(&[&["--port", &endpoint, "--json"], arguments].concat()).object()
     }
 
     fn burns(&self) -> bool {
@@ -130,9 +130,12 @@ struct Relay {
 }
 
 impl Relay {
-    fn to(place: &Place) -> Self {
-        let door = place.served.door("tcp");
-        let arm = door.strip_prefix("tcp:").expect("a TCP port").to_owned();
+    fn to(fixture: &Fixture) -> Self {
+        let endpoint = fixture.served.endpoint("tcp");
+        let arm = endpoint
+            .strip_prefix("tcp:")
+            .expect("a TCP port")
+            .to_owned();
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let port = format!("tcp:{}", listener.local_addr().expect("an address"));
         let lines = Arc::new(Mutex::new(Vec::new()));
@@ -221,10 +224,10 @@ const BURNING: [&[&str]; 12] = [
 
 #[test]
 fn nothing_burns_on_a_real_arm_without_yes() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     for arguments in BURNING {
         for json in [&[][..], &["--json"]] {
-            let (done, written) = place.traced(&[arguments, json].concat(), b"y\n");
+            let (done, written) = fixture.traced(&[arguments, json].concat(), b"y\n");
             assert_eq!(done.status, 2, "{arguments:?}: {done:?}");
             assert!(
                 done.err.contains("laser of the arm"),
@@ -234,14 +237,14 @@ fn nothing_burns_on_a_real_arm_without_yes() {
         }
         // In a shell too.
         let line = arguments.join(" ");
-        let (done, written) = place.traced(&["shell"], line.as_bytes());
+        let (done, written) = fixture.traced(&["shell"], line.as_bytes());
         assert_eq!(
             (done.status, written.len()),
             (2, 0),
             "{arguments:?}: {done:?}"
         );
     }
-    assert!(!place.burns());
+    assert!(!fixture.burns());
     // Commands that cannot burn need no confirmation.
     for arguments in [
         &["laser", "off"][..],
@@ -256,7 +259,7 @@ fn nothing_burns_on_a_real_arm_without_yes() {
             "duty_cycle=10",
         ],
     ] {
-        let done = place.run(arguments);
+        let done = fixture.run(arguments);
         assert_eq!(done.status, 0, "{arguments:?}: {done:?}");
     }
     // A virtual arm in the process needs none.
@@ -270,25 +273,25 @@ fn nothing_burns_on_a_real_arm_without_yes() {
 }
 
 #[test]
-fn a_file_that_burns_wants_yes_also_from_stdin_and_at_a_terminal_with_json() {
-    let place = Place::new();
-    let file = plan(place.dir.path(), &SLOW_LINE);
+fn burning_file_needs_yes_on_stdin_and_with_json() {
+    let fixture = Fixture::new();
+    let file = plan(fixture.dir.path(), &SLOW_LINE);
     let file = file.to_str().expect("UTF-8");
     let text = std::fs::read(file).expect("read");
-    let (done, written) = place.traced(&["run", file], b"y\n");
+    let (done, written) = fixture.traced(&["run", file], b"y\n");
     assert_eq!((done.status, written.len()), (2, 0), "{done:?}");
-    let (done, written) = place.traced(&["run", "-", "--format", "gcode"], &text);
+    let (done, written) = fixture.traced(&["run", "-", "--format", "gcode"], &text);
     assert_eq!((done.status, written.len()), (2, 0), "{done:?}");
-    let mut terminal = place.person(&["run", file, "--json"]);
+    let mut terminal = fixture.person(&["run", file, "--json"]);
     terminal.until("\"usage\"");
     assert_eq!(terminal.child.wait().expect("it ends").code(), Some(2));
 }
 
 #[test]
-fn an_arm_without_a_laser_has_its_pins_for_itself() {
-    let place = Place::new();
-    let config = place.file("config.toml");
-    let port = place.port();
+fn arm_without_a_laser_drives_its_pins_freely() {
+    let fixture = Fixture::new();
+    let config = fixture.file("config.toml");
+    let port = fixture.port();
     let text = format!("[arms.white]\nport = '{port}'\nlaser = false\n");
     std::fs::write(&config, text).expect("written");
     let with = |arguments: &[&str]| {
@@ -313,30 +316,30 @@ fn an_arm_without_a_laser_has_its_pins_for_itself() {
 }
 
 #[test]
-fn a_person_at_the_terminal_is_asked_on_stderr() {
-    let place = Place::new();
+fn user_at_the_terminal_is_asked_on_stderr() {
+    let fixture = Fixture::new();
     for (answer, status) in [("n\n", 2), ("\n", 2), ("yes\n", 0), ("Y\n", 0)] {
-        let mut terminal = place.person(&["laser", "on", "--for", "0.2"]);
+        let mut terminal = fixture.person(&["laser", "on", "--for", "0.2"]);
         terminal.until("y/n ");
-        assert!(!place.burns());
+        assert!(!fixture.burns());
         terminal.types(answer);
         let ended = terminal.child.wait().expect("it ends");
         assert_eq!(ended.code(), Some(status), "{answer:?}");
-        assert!(!place.burns());
+        assert!(!fixture.burns());
     }
 }
 
 #[test]
-fn a_laser_burns_until_ctrl_c_or_the_end_of_input_or_the_time_is_over() {
-    let place = Place::new();
-    let needs = place.run(&["laser", "on", "--yes"]);
+fn laser_burns_until_ctrl_c_end_of_input_or_time_limit() {
+    let fixture = Fixture::new();
+    let needs = fixture.run(&["laser", "on", "--yes"]);
     assert_eq!(needs.status, 2, "{needs:?}");
     assert!(needs.err.contains("--keep-on"), "{needs:?}");
     // Ctrl-C and Ctrl-D at the terminal.
     for key in ["\x03", "\x04"] {
-        let mut terminal = place.person(&["laser", "on", "--yes"]);
+        let mut terminal = fixture.person(&["laser", "on", "--yes"]);
         terminal.until("laser: on");
-        place.waits_until(true);
+        fixture.waits_until(true);
         if key == "\x03" {
             signal("-INT", terminal.child.id());
         } else {
@@ -347,36 +350,39 @@ fn a_laser_burns_until_ctrl_c_or_the_end_of_input_or_the_time_is_over() {
             Some(0),
             "{key:?}"
         );
-        assert!(!place.burns(), "{key:?}");
+        assert!(!fixture.burns(), "{key:?}");
     }
     // Signals.
     for name in ["-INT", "-TERM", "-HUP"] {
-        let mut child = place.start(&["laser", "on", "--for", "600", "--yes"], Stdio::null());
-        place.waits_until(true);
+        let mut child = fixture.start(&["laser", "on", "--for", "600", "--yes"], Stdio::null());
+        fixture.waits_until(true);
         signal(name, child.id());
         assert_eq!(child.wait().expect("it ends").code(), Some(0), "{name}");
-        assert!(!place.burns(), "{name}");
+        assert!(!fixture.burns(), "{name}");
     }
     // The time limit.
-    let done = place.run(&["laser", "on", "--for", "0.1", "--yes", "--json"]);
+    let done = fixture.run(&["laser", "on", "--for", "0.1", "--yes", "--json"]);
     assert_eq!(done.status, 0, "{done:?}");
     assert_eq!(
         done.objects(),
         [json!({"state": "on"}), json!({"state": "off"})]
     );
-    assert!(!place.burns());
+    assert!(!fixture.burns());
     // And `--keep-on`, which leaves it on.
-    assert_eq!(place.run(&["laser", "on", "--keep-on", "--yes"]).status, 0);
-    assert!(place.burns());
-    assert_eq!(place.run(&["laser", "off"]).status, 0);
-    assert!(!place.burns());
+    assert_eq!(
+        fixture.run(&["laser", "on", "--keep-on", "--yes"]).status,
+        0
+    );
+    assert!(fixture.burns());
+    assert_eq!(fixture.run(&["laser", "off"]).status, 0);
+    assert!(!fixture.burns());
 }
 
 #[test]
-fn in_a_shell_it_burns_until_laser_off_or_the_end() {
-    let place = Place::new();
+fn laser_in_a_shell_burns_until_laser_off_or_the_end() {
+    let fixture = Fixture::new();
     let script = b"laser on\nget EndEffectorLaser\nlaser off\nget EndEffectorLaser\nlaser on\n";
-    let port = place.port();
+    let port = fixture.port();
     let done = run_with(&["--port", &port, "--yes", "--json", "shell"], script);
     assert_eq!(done.status, 0, "{done:?}");
     let seen: Vec<_> = done
@@ -385,29 +391,29 @@ fn in_a_shell_it_burns_until_laser_off_or_the_end() {
         .filter_map(|one| one["is_on"].as_u64())
         .collect();
     assert_eq!(seen, [1, 0]);
-    assert!(!place.burns());
+    assert!(!fixture.burns());
     let lit = run_with(
         &["--port", &port, "--yes", "shell"],
         b"set EndEffectorLaser enable_ctrl=1 on=1\n",
     );
     assert_eq!(lit.status, 0, "{lit:?}");
-    assert!(!place.burns());
+    assert!(!fixture.burns());
 }
 
 #[test]
-fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
-    let place = Place::at_speed("max");
-    let file = plan(place.dir.path(), &["G1 X230 F600"]);
+fn lit_laser_is_shown_and_blocks_motion_except_homing() {
+    let fixture = Fixture::at_speed("max");
+    let file = plan(fixture.dir.path(), &["G1 X230 F600"]);
     let file = file.to_str().expect("UTF-8");
     for pins in [false, true] {
         let lit = if pins {
-            assert_eq!(place.run(&["io", "mux", "4", "digital-output"]).status, 0);
-            place.run(&["io", "set", "4", "on", "--yes"])
+            assert_eq!(fixture.run(&["io", "mux", "4", "digital-output"]).status, 0);
+            fixture.run(&["io", "set", "4", "on", "--yes"])
         } else {
-            place.run(&["laser", "on", "--keep-on", "--yes"])
+            fixture.run(&["laser", "on", "--keep-on", "--yes"])
         };
         assert_eq!(lit.status, 0, "{lit:?}");
-        let info = place.run(&["info"]);
+        let info = fixture.run(&["info"]);
         assert!(
             info.out
                 .lines()
@@ -433,7 +439,7 @@ fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
             ],
             &["queue", "start"],
         ] {
-            let (done, written) = place.traced(arguments, b"");
+            let (done, written) = fixture.traced(arguments, b"");
             assert_eq!(done.status, 3, "{arguments:?}: {done:?}");
             assert!(
                 done.err.contains("magician laser off"),
@@ -441,17 +447,17 @@ fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
             );
             assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
         }
-        let (done, written) = place.traced(&["home"], b"");
+        let (done, written) = fixture.traced(&["home"], b"");
         assert_eq!(done.status, 0, "{done:?}");
         let at = |name: &str| written.iter().position(|one| one.contains(name));
         assert!(
             at("EndEffectorLaser").is_some() && at("EndEffectorLaser") < at("HOMECmd"),
             "{written:?}"
         );
-        assert!(!place.burns());
-        assert_eq!(place.run(&["move", "220", "10", "30"]).status, 0);
+        assert!(!fixture.burns());
+        assert_eq!(fixture.run(&["move", "220", "10", "30"]).status, 0);
     }
-    let mut watch = place.start(&["watch", "--json"], Stdio::null());
+    let mut watch = fixture.start(&["watch", "--json"], Stdio::null());
     let mut line = String::new();
     let mut lines = std::io::BufReader::new(watch.stdout.take().expect("stdout"));
     std::io::BufRead::read_line(&mut lines, &mut line).expect("a line");
@@ -465,8 +471,8 @@ fn a_laser_that_is_on_is_shown_and_keeps_everything_but_homing_from_moving() {
 }
 
 #[test]
-fn a_queue_of_another_program_is_not_let_run_without_yes() {
-    let place = Place::at_speed("max");
+fn queue_of_another_program_needs_yes() {
+    let fixture = Fixture::at_speed("max");
     let wait = ["enqueue", "WAITCmd", "timeout=1"];
     for arguments in [
         &["queue", "start"][..],
@@ -477,31 +483,31 @@ fn a_queue_of_another_program_is_not_let_run_without_yes() {
         &["home", "--keep"],
         &["move", "220", "0", "30", "--keep"],
     ] {
-        assert_eq!(place.run(&["queue", "stop"]).status, 0);
-        assert_eq!(place.run(&wait).status, 0);
-        let (done, written) = place.traced(arguments, b"y\n");
+        assert_eq!(fixture.run(&["queue", "stop"]).status, 0);
+        assert_eq!(fixture.run(&wait).status, 0);
+        let (done, written) = fixture.traced(arguments, b"y\n");
         assert_eq!(done.status, 2, "{arguments:?}: {done:?}");
         assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
     }
-    assert_eq!(place.run(&["queue", "start", "--yes"]).status, 0);
+    assert_eq!(fixture.run(&["queue", "start", "--yes"]).status, 0);
     // Without commands of other programs in the queue there is no question.
-    assert_eq!(place.run(&["stop"]).status, 0);
-    assert_eq!(place.run(&["queue", "start"]).status, 0);
-    assert_eq!(place.run(&["alarms", "--clear"]).status, 0);
+    assert_eq!(fixture.run(&["stop"]).status, 0);
+    assert_eq!(fixture.run(&["queue", "start"]).status, 0);
+    assert_eq!(fixture.run(&["alarms", "--clear"]).status, 0);
 }
 
 #[test]
-fn every_signal_leaves_a_burning_job_dark() {
+fn every_signal_switches_the_laser_of_a_job_off() {
     for name in ["-INT", "-TERM", "-HUP"] {
-        let place = Place::new();
-        let file = plan(place.dir.path(), &SLOW_LINE);
+        let fixture = Fixture::new();
+        let file = plan(fixture.dir.path(), &SLOW_LINE);
         let file = file.to_str().expect("UTF-8");
-        let trace = place.file("job.pcapng");
-        let mut child = place.start(&["run", file, "--yes", "--trace", &trace], Stdio::null());
+        let trace = fixture.file("job.pcapng");
+        let mut child = fixture.start(&["run", file, "--yes", "--trace", &trace], Stdio::null());
         // On the way to the line, and along it: 60 mm at 3 mm/s.
         for along in [-30.5..-29.5, -28.0..29.0] {
             let deadline = Instant::now() + Duration::from_secs(60);
-            let y = || place.look(&["pose"])["y"].as_f64().expect("a number");
+            let y = || fixture.look(&["pose"])["y"].as_f64().expect("a number");
             while !along.contains(&y()) {
                 let runs = child.try_wait().expect("a child").is_none();
                 assert!(runs && Instant::now() < deadline, "{name}");
@@ -520,18 +526,18 @@ fn every_signal_leaves_a_burning_job_dark() {
         // At most the current piece and the next one were ever in the arm.
         let pieces = sent.iter().filter(|one| one.contains("CPLECmd")).count();
         assert!((1..15).contains(&pieces), "{name}: {sent:?}");
-        assert!(!place.burns(), "{name}");
-        assert_eq!(place.look(&["queue"])["left_space"], 32, "{name}");
+        assert!(!fixture.burns(), "{name}");
+        assert_eq!(fixture.look(&["queue"])["left_space"], 32, "{name}");
     }
 }
 
 #[test]
-fn a_burning_job_finds_a_broken_line_again_also_where_it_first_looks_how_the_arm_stands() {
-    let place = Place::new();
-    let file = place.file("relative.gcode");
+fn burning_job_reconnects_a_broken_line_after_an_initial_read() {
+    let fixture = Fixture::new();
+    let file = fixture.file("relative.gcode");
     let text = "$30=1000\nG21 G91\nM3 S200 F180\nG1 X0 Y60\nM5\nM2\n";
     std::fs::write(&file, text).expect("written");
-    let relay = Relay::to(&place);
+    let relay = Relay::to(&fixture);
     let mut job = command()
         .args(["--port", &relay.port, "run", &file, "--yes", "--unhomed"])
         .stdin(Stdio::null())
@@ -540,7 +546,7 @@ fn a_burning_job_finds_a_broken_line_again_also_where_it_first_looks_how_the_arm
         .spawn()
         .expect("the command starts");
     let deadline = Instant::now() + Duration::from_secs(60);
-    while place.look(&["pose"])["y"].as_f64().expect("a number") < 2.0 {
+    while fixture.look(&["pose"])["y"].as_f64().expect("a number") < 2.0 {
         assert!(Instant::now() < deadline, "it does not begin");
     }
     let before = relay.count();
@@ -553,18 +559,18 @@ fn a_burning_job_finds_a_broken_line_again_also_where_it_first_looks_how_the_arm
     }
     signal("-INT", job.id());
     job.wait().expect("it ends");
-    assert!(!place.burns());
+    assert!(!fixture.burns());
 }
 
 #[test]
-fn a_shell_that_is_to_end_does_no_more_lines_though_the_one_under_way_ends_well() {
-    let place = Place::new();
-    let mut shell = place.start(&["--yes", "shell"], Stdio::piped());
+fn terminated_shell_runs_no_further_lines() {
+    let fixture = Fixture::new();
+    let mut shell = fixture.start(&["--yes", "shell"], Stdio::piped());
     let mut lines = shell.stdin.take().expect("stdin");
     let script = b"laser on --for 600\npose\n";
     lines.write_all(script).expect("written");
     drop(lines);
-    place.waits_until(true);
+    fixture.waits_until(true);
     signal("-TERM", shell.id());
     assert_eq!(shell.wait().expect("it ends").code(), Some(130));
     let mut said = String::new();

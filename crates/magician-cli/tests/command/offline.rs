@@ -10,7 +10,7 @@ fn close(value: &Value, to: f64) -> bool {
 }
 
 #[test]
-fn forward_and_inverse_undo_each_other() {
+fn forward_and_inverse_are_inverse() {
     let pose = run(&[
         "forward", "0", "45", "45", "0", "--tool", "suction", "--json",
     ])
@@ -72,7 +72,7 @@ fn out_of_reach_names_value_and_limit() {
 }
 
 #[test]
-fn what_is_no_number_is_invalid_input() {
+fn non_number_is_invalid_input() {
     let run = run(&["inverse", "nan", "0", "0", "0", "--json"]);
     assert_eq!(
         (run.status, run.error()["kind"].as_str()),
@@ -81,7 +81,7 @@ fn what_is_no_number_is_invalid_input() {
 }
 
 #[test]
-fn mistakes_of_usage_exit_2_and_are_json_when_asked() {
+fn usage_errors_exit_2_and_are_json_with_the_flag() {
     for arguments in [
         &["frobnicate", "--json"][..],
         &["--json", "inverse", "1"],
@@ -145,7 +145,7 @@ fn every_command_is_explained_under_each_of_its_names() {
 }
 
 #[test]
-fn a_slip_is_answered_with_the_nearest_name() {
+fn misspelt_name_suggests_the_nearest() {
     let run = run(&["commands", "PTPJointParms"]);
     assert_eq!(run.status, 2);
     assert!(run.err.contains("PTPJointParams"), "{}", run.err);
@@ -168,7 +168,7 @@ fn completions_and_pages_for_every_verb() {
 }
 
 #[test]
-fn the_version_says_what_it_speaks() {
+fn version_states_the_protocol() {
     let version = run(&["--version", "--json"]).object();
     assert_eq!(version["name"], "magician");
     assert_eq!(version["version"], env!("CARGO_PKG_VERSION"));
@@ -177,7 +177,7 @@ fn the_version_says_what_it_speaks() {
 }
 
 #[test]
-fn a_reader_that_leaves_is_no_error() {
+fn closed_stdout_is_no_error() {
     let mut child = command()
         .arg("commands")
         .stdout(std::process::Stdio::piped())

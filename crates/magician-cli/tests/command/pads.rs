@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{command, run, run_with};
@@ -16,12 +16,12 @@ const UP: &str = "\x1b[A";
 const LEFT: &str = "\x1b[D";
 
 /// Virtual arm at real speed in another process, and a program connected to it.
-struct Place {
+struct Fixture {
     served: Served,
     terminal: Terminal,
 }
 
-impl Place {
+impl Fixture {
     fn at(arguments: &[&str], shown: &str) -> Self {
         Self::within(Path::new("."), arguments, shown)
     }
@@ -29,24 +29,24 @@ impl Place {
     /// Creates a place whose program runs in this directory.
     fn within(dir: &Path, arguments: &[&str], shown: &str) -> Self {
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
-        as_if_homed(command(), &served.door("tcp"));
+        mark_homed(command(), &served.endpoint("tcp"));
         let mut command = command();
         command
-            .args(["--port", &served.door("tcp")])
+            .args(["--port", &served.endpoint("tcp")])
             .args(arguments)
             .current_dir(dir);
         let mut terminal = Terminal::running(command);
         terminal.until("\x1b[?1049h");
         terminal.until_drawn("link up");
-        let mut place = Self { served, terminal };
-        place.shows("", shown);
-        place
+        let mut fixture = Self { served, terminal };
+        fixture.shows("", shown);
+        fixture
     }
 
     /// Reads the arm's state as another program.
     fn look(&self, arguments: &[&str]) -> Value {
-        let door = self.served.door("tcp");
-        run(&[&["--port", &door, "--json"], arguments].concat()).object()
+        let endpoint = self.served.endpoint("tcp");
+        run(&[&["--port", &endpoint, "--json"], arguments].concat()).object()
     }
 
     fn axis(&self, name: &str) -> f64 {
@@ -76,127 +76,128 @@ impl Place {
 }
 
 #[test]
-fn jog_steps_and_refuses_what_is_out_of_reach() {
-    let mut place = Place::at(&["jog"], "x 259.10");
-    place.terminal.types(UP);
-    place.terminal.until_drawn("command 2 finished");
-    assert!((place.axis("x") - 264.104).abs() < 0.001);
-    place.shows("++", "step 50 mm");
-    place.terminal.types(UP);
-    place.terminal.until_drawn("x 314.10 mm");
-    place.terminal.until_drawn("stands");
-    place.shows(UP, "is out of reach");
-    assert!((place.axis("x") - 314.104).abs() < 0.001);
-    place.shows("?", "stop all motion");
-    place.terminal.types("xq");
-    place.ends(0, "left at: x  314.10");
+fn jog_steps_and_refuses_unreachable_targets() {
+    let mut fixture = Fixture::at(&["jog"], "x 259.10");
+    fixture.terminal.types(UP);
+    fixture.terminal.until_drawn("command 2 finished");
+    assert!((fixture.axis("x") - 264.104).abs() < 0.001);
+    fixture.shows("++", "step 50 mm");
+    fixture.terminal.types(UP);
+    fixture.terminal.until_drawn("x 314.10 mm");
+    fixture.terminal.until_drawn("stands");
+    fixture.shows(UP, "is out of reach");
+    assert!((fixture.axis("x") - 314.104).abs() < 0.001);
+    fixture.shows("?", "stop all motion");
+    fixture.terminal.types("xq");
+    fixture.ends(0, "left at: x  314.10");
 }
 
 #[test]
-fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
-    let mut place = Place::at(&["jog"], "x 259.10");
-    place.shows("m", "hold: moves while held");
+fn jog_continues_only_while_the_key_repeats() {
+    let mut fixture = Fixture::at(&["jog"], "x 259.10");
+    fixture.shows("m", "hold: moves while held");
     // A terminal without release events repeats a held key.
     let moved = (0..1000).any(|_| {
-        place.terminal.types(LEFT);
-        place.axis("y") > 5.0
+        fixture.terminal.types(LEFT);
+        fixture.axis("y") > 5.0
     });
     assert!(moved, "the arm does not move");
-    place.stands();
-    let y = place.axis("y");
+    fixture.stands();
+    let y = fixture.axis("y");
     assert!(y > 5.0 && y < 200.0, "{y}");
     // The speed is restored.
-    place.shows(".", "speed 75 %");
-    let ratio = |place: &Place| place.look(&["get", "JOGCommonParams"])["velocity_ratio"].clone();
-    assert_eq!(ratio(&place), 75.0);
-    place.terminal.types("q");
-    place.terminal.until("left at:");
-    assert_eq!(ratio(&place), 50.0);
+    fixture.shows(".", "speed 75 %");
+    let ratio =
+        |fixture: &Fixture| fixture.look(&["get", "JOGCommonParams"])["velocity_ratio"].clone();
+    assert_eq!(ratio(&fixture), 75.0);
+    fixture.terminal.types("q");
+    fixture.terminal.until("left at:");
+    assert_eq!(ratio(&fixture), 50.0);
 }
 
 #[test]
-fn releases_end_a_jog_where_the_terminal_tells_them() {
-    let mut place = Place::at(&["jog"], "x 259.10");
+fn key_releases_end_a_jog_if_the_terminal_reports_them() {
+    let mut fixture = Fixture::at(&["jog"], "x 259.10");
     // The release of another key shows that releases are reported; then the key is held without
     // further events.
-    place.shows("m\x1b[120;1:3u", "hold: moves until release");
-    place.terminal.types("\x1b[1;1:1D");
-    let moved = (0..1000).any(|_| place.axis("y") > 20.0);
+    fixture.shows("m\x1b[120;1:3u", "hold: moves until release");
+    fixture.terminal.types("\x1b[1;1:1D");
+    let moved = (0..1000).any(|_| fixture.axis("y") > 20.0);
     assert!(moved, "the arm does not move on while the key is held");
-    place.terminal.types("\x1b[1;1:3D");
-    place.stands();
-    place.terminal.types("\x1b[1;1:1C");
-    let moved = (0..1000).any(|_| place.axis("y") < 15.0);
+    fixture.terminal.types("\x1b[1;1:3D");
+    fixture.stands();
+    fixture.terminal.types("\x1b[1;1:1C");
+    let moved = (0..1000).any(|_| fixture.axis("y") < 15.0);
     assert!(moved, "the arm does not move back");
     // The window loses the focus, so the release will not be seen.
-    place.terminal.types("\x1b[O");
-    place.stands();
+    fixture.terminal.types("\x1b[O");
+    fixture.stands();
     // A suspended program could not end a jog, so it ends the jog and is not suspended.
-    place.terminal.types("\x1b[1;1:1D");
-    let y = place.axis("y");
-    let moved = (0..1000).any(|_| place.axis("y") > y + 5.0);
+    fixture.terminal.types("\x1b[1;1:1D");
+    let y = fixture.axis("y");
+    let moved = (0..1000).any(|_| fixture.axis("y") > y + 5.0);
     assert!(moved, "the arm does not move again");
-    let id = place.terminal.child.id().to_string();
+    let id = fixture.terminal.child.id().to_string();
     let told = Command::new("kill").args(["-TSTP", &id]).status();
     assert!(told.expect("kill runs").success());
-    place.stands();
-    place.terminal.types("q");
-    place.ends(0, "left at:");
+    fixture.stands();
+    fixture.terminal.types("q");
+    fixture.ends(0, "left at:");
 }
 
 #[test]
-fn a_pad_that_is_left_leaves_the_laser_dark() {
-    let mut place = Place::at(&["jog"], "x 259.10");
-    place.shows("l", "goggles");
-    place.shows("y", "the laser burns");
-    assert_eq!(place.look(&["get", "EndEffectorLaser"])["is_on"], 1);
-    place.terminal.types("q");
-    place.terminal.until("left at:");
-    assert_eq!(place.look(&["get", "EndEffectorLaser"])["is_on"], 0);
-    place.ends_with(0);
+fn leaving_the_pad_switches_the_laser_off() {
+    let mut fixture = Fixture::at(&["jog"], "x 259.10");
+    fixture.shows("l", "goggles");
+    fixture.shows("y", "the laser burns");
+    assert_eq!(fixture.look(&["get", "EndEffectorLaser"])["is_on"], 1);
+    fixture.terminal.types("q");
+    fixture.terminal.until("left at:");
+    assert_eq!(fixture.look(&["get", "EndEffectorLaser"])["is_on"], 0);
+    fixture.ends_with(0);
 }
 
 #[test]
-fn pad_that_is_left_with_a_cup_that_sucks_says_so() {
+fn leaving_the_pad_reports_active_suction() {
     for (pad, keys, status) in [("jog", "q", 0), ("jog", "\x03", 130), ("teach", "q", 0)] {
-        let mut place = Place::at(&[pad], "x 259.10");
-        place.shows("p", "suction on");
-        place.terminal.types(keys);
+        let mut fixture = Fixture::at(&[pad], "x 259.10");
+        fixture.shows("p", "suction on");
+        fixture.terminal.types(keys);
         let note = "the suction cup is still on (`magician suction off` switches it off)";
-        place.terminal.until_seen(note);
+        fixture.terminal.until_seen(note);
         assert_eq!(
-            place.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
+            fixture.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
             1
         );
-        place.ends_with(status);
+        fixture.ends_with(status);
     }
 }
 
 #[test]
 fn ctrl_c_and_signals_stop_the_arm() {
     for signal in [None, Some("-TERM"), Some("-HUP")] {
-        let mut place = Place::at(&["jog"], "x 259.10");
-        place.shows("++", "step 50 mm");
-        let before = place.look(&["pose"]);
-        place.terminal.types("w");
-        let moves = (0..1000).any(|_| place.look(&["pose"]) != before);
+        let mut fixture = Fixture::at(&["jog"], "x 259.10");
+        fixture.shows("++", "step 50 mm");
+        let before = fixture.look(&["pose"]);
+        fixture.terminal.types("w");
+        let moves = (0..1000).any(|_| fixture.look(&["pose"]) != before);
         assert!(moves, "the step does not begin");
         match signal {
-            None => place.terminal.types("\x03"),
+            None => fixture.terminal.types("\x03"),
             Some(signal) => {
-                let id = place.terminal.child.id().to_string();
+                let id = fixture.terminal.child.id().to_string();
                 let kill = Command::new("kill").args([signal, &id]).status();
                 assert!(kill.expect("kill runs").success());
             }
         }
-        place.terminal.until("\x1b[?1049l");
-        place.terminal.until("the arm stands at x ");
-        assert_eq!(place.look(&["pose"]), place.look(&["pose"]));
-        place.ends_with(130);
+        fixture.terminal.until("\x1b[?1049l");
+        fixture.terminal.until("the arm stands at x ");
+        assert_eq!(fixture.look(&["pose"]), fixture.look(&["pose"]));
+        fixture.ends_with(130);
     }
 }
 
-impl Place {
+impl Fixture {
     fn ends_with(mut self, status: i32) {
         let ended = self.terminal.child.wait().expect("it ends");
         assert_eq!(ended.code(), Some(status));
@@ -204,14 +205,14 @@ impl Place {
 }
 
 #[test]
-fn an_arm_that_goes_away_is_said_and_can_be_left() {
-    let mut place = Place::at(&["jog"], "x 259.10");
-    place.served.child.kill().expect("it lives");
-    place.terminal.until_drawn("the line broke");
-    place.shows("", "LINK LOST, reconnecting");
-    place.terminal.types("\x03");
-    place.terminal.until("\x1b[?1049l");
-    place.ends_with(130);
+fn lost_arm_is_reported_and_the_pad_can_be_left() {
+    let mut fixture = Fixture::at(&["jog"], "x 259.10");
+    fixture.served.child.kill().expect("it lives");
+    fixture.terminal.until_drawn("the line broke");
+    fixture.shows("", "LINK LOST, reconnecting");
+    fixture.terminal.types("\x03");
+    fixture.terminal.until("\x1b[?1049l");
+    fixture.ends_with(130);
 }
 
 /// Returns the plan of a taught file.
@@ -232,14 +233,14 @@ fn teach_stores_points_plays_them_and_saves_them() {
         let path = dir.path().join(name);
         let file = path.to_str().expect("UTF-8");
         let rescue = dir.path().join(format!("{name}~"));
-        let mut place = Place::at(&["teach", file, "--tool", "suction"], "x 259.10");
-        place.shows("\r", "P1 stored");
-        place.terminal.types(UP);
-        place.terminal.until_drawn("x 264.10");
-        place.terminal.until_drawn("stands");
-        place.shows("\rt", "2 rows");
-        place.shows("SP0.5\r", "MOVL 264.1 0.0 -8.5 suck 0.5s");
-        place.shows("nput\x7f\x7f\x7f\x7f\x7ftake\r", "take MOVL");
+        let mut fixture = Fixture::at(&["teach", file, "--tool", "suction"], "x 259.10");
+        fixture.shows("\r", "P1 stored");
+        fixture.terminal.types(UP);
+        fixture.terminal.until_drawn("x 264.10");
+        fixture.terminal.until_drawn("stands");
+        fixture.shows("\rt", "2 rows");
+        fixture.shows("SP0.5\r", "MOVL 264.1 0.0 -8.5 suck 0.5s");
+        fixture.shows("nput\x7f\x7f\x7f\x7f\x7ftake\r", "take MOVL");
         assert_eq!(
             Plan::from_json(&std::fs::read(&rescue).expect("kept"))
                 .expect("a plan")
@@ -247,16 +248,16 @@ fn teach_stores_points_plays_them_and_saves_them() {
                 .len(),
             4
         );
-        place.shows("O", "play");
-        place.terminal.until_drawn("played");
+        fixture.shows("O", "play");
+        fixture.terminal.until_drawn("played");
         assert_eq!(
-            place.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
+            fixture.look(&["get", "EndEffectorSuctionCup"])["is_sucked"],
             1
         );
-        place.shows("\x13", "saved to");
+        fixture.shows("\x13", "saved to");
         assert!(!rescue.exists());
-        place.terminal.types("q");
-        place.ends(0, ": 2 rows");
+        fixture.terminal.types("q");
+        fixture.ends(0, ": 2 rows");
         let plan = taught(&path);
         let moves: Vec<_> = plan
             .steps
@@ -276,20 +277,20 @@ fn teach_stores_points_plays_them_and_saves_them() {
 }
 
 #[test]
-fn what_was_not_saved_is_there_the_next_time() {
+fn unsaved_points_are_offered_at_the_next_start() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("pick.playback");
     let file = path.to_str().expect("UTF-8");
-    let mut place = Place::at(&["teach", file], "x 259.10");
-    place.shows("\r", "P1 stored");
-    let id = place.terminal.child.id().to_string();
+    let mut fixture = Fixture::at(&["teach", file], "x 259.10");
+    fixture.shows("\r", "P1 stored");
+    let id = fixture.terminal.child.id().to_string();
     let kill = Command::new("kill").args(["-KILL", &id]).status();
     assert!(kill.expect("kill runs").success());
-    let mut place = Place::at(&["teach", file], "left unsaved last time");
-    place.shows("y", "1 rows");
-    place.shows("q", "not saved. Save it?");
-    place.terminal.types("y");
-    place.ends(0, ": 1 rows");
+    let mut fixture = Fixture::at(&["teach", file], "left unsaved last time");
+    fixture.shows("y", "1 rows");
+    fixture.shows("q", "not saved. Save it?");
+    fixture.terminal.types("y");
+    fixture.ends(0, ": 1 rows");
     assert_eq!(
         taught(&path)
             .steps
@@ -299,54 +300,54 @@ fn what_was_not_saved_is_there_the_next_time() {
         1
     );
     // Left without saving, the unsaved lesson is gone.
-    let mut place = Place::at(&["teach", file], "P1 MOVJ");
-    place.shows("x", "0 rows");
-    place.terminal.types("qn");
-    place.ends(0, "nothing was saved");
+    let mut fixture = Fixture::at(&["teach", file], "P1 MOVJ");
+    fixture.shows("x", "0 rows");
+    fixture.terminal.types("qn");
+    fixture.ends(0, "nothing was saved");
     assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
 }
 
 #[test]
-fn what_was_taught_with_another_tool_goes_on_with_that_one() {
+fn lesson_continues_with_its_tool() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("pick.playback");
     let file = path.to_str().expect("UTF-8");
-    let mut place = Place::at(&["teach", file], "x 259.10");
-    place.shows("\r", "P1 stored");
-    let id = place.terminal.child.id().to_string();
+    let mut fixture = Fixture::at(&["teach", file], "x 259.10");
+    fixture.shows("\r", "P1 stored");
+    let id = fixture.terminal.child.id().to_string();
     let kill = Command::new("kill").args(["-KILL", &id]).status();
     assert!(kill.expect("kill runs").success());
     let arguments = ["teach", file, "--tool", "pen"];
-    let mut place = Place::at(&arguments, "left unsaved last time");
-    place.shows("y", "the arm uses the tool that");
-    place.shows("", "x 259.10");
-    place.terminal.types("qy");
-    let bias = place.look(&["get", "EndEffectorParams"]);
+    let mut fixture = Fixture::at(&arguments, "left unsaved last time");
+    fixture.shows("y", "the arm uses the tool that");
+    fixture.shows("", "x 259.10");
+    fixture.terminal.types("qy");
+    let bias = fixture.look(&["get", "EndEffectorParams"]);
     assert_eq!(bias["x_bias"], 59.7);
-    place.ends(0, ": 1 rows");
+    fixture.ends(0, ": 1 rows");
 }
 
 #[test]
-fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
+fn unnamed_lesson_asks_for_a_name_and_overwrites_no_file() {
     let dir = tempfile::tempdir().expect("directory");
     let there = dir.path().join("there.plan.json");
     std::fs::write(&there, "mine").expect("written");
-    let mut place = Place::within(dir.path(), &["teach"], "lesson.playback");
-    place.shows("\r\x13", "save as");
+    let mut fixture = Fixture::within(dir.path(), &["teach"], "lesson.playback");
+    fixture.shows("\r\x13", "save as");
     let erase = "\x7f".repeat("lesson.playback".len());
-    place.shows(&format!("{erase}there.plan.json\r"), "already exists");
-    place.shows("n", "1 rows");
+    fixture.shows(&format!("{erase}there.plan.json\r"), "already exists");
+    fixture.shows("n", "1 rows");
     assert_eq!(std::fs::read_to_string(&there).expect("text"), "mine");
-    place.shows(&format!("\x13{erase}there.plan.json\r"), "already exists");
-    place.shows("y", "saved to");
-    place.terminal.types("q");
-    place.ends(0, ": 1 rows");
+    fixture.shows(&format!("\x13{erase}there.plan.json\r"), "already exists");
+    fixture.shows("y", "saved to");
+    fixture.terminal.types("q");
+    fixture.ends(0, ": 1 rows");
     assert_eq!(taught(&there).steps.len(), 1);
     assert_eq!(std::fs::read_dir(dir.path()).expect("read").count(), 1);
 }
 
 #[test]
-fn a_hand_that_lets_go_of_the_key_stores_the_place() {
+fn releasing_the_unlock_key_stores_the_position() {
     let dir = tempfile::tempdir().expect("directory");
     let port = dir.path().join("arm");
     let port = port.to_str().expect("UTF-8");
@@ -354,7 +355,7 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
     sim.args(["sim", "--pty", port, "--tui"]);
     let mut sim = Terminal::with_stdout(sim, Some(Stdio::piped()));
     sim.until_seen("from above");
-    as_if_homed(command(), port);
+    mark_homed(command(), port);
     let mut teach = command();
     teach
         .args(["--port", port, "teach"])
@@ -374,28 +375,28 @@ fn a_hand_that_lets_go_of_the_key_stores_the_place() {
 }
 
 #[test]
-fn watch_shows_an_arm_that_others_move_and_leaves_it_alone() {
-    let mut place = Place::at(&["watch"], "x 259.10");
-    let door = place.served.door("tcp");
-    let moved = run(&["--port", &door, "--json", "move", "220", "40", "30"]);
+fn watch_shows_a_moving_arm_without_affecting_it() {
+    let mut fixture = Fixture::at(&["watch"], "x 259.10");
+    let endpoint = fixture.served.endpoint("tcp");
+    let moved = run(&["--port", &endpoint, "--json", "move", "220", "40", "30"]);
     assert_eq!(moved.status, 0, "{moved:?}");
-    run(&["--port", &door, "io", "mux", "6", "digital-output"]);
-    run(&["--port", &door, "io", "set", "6", "1"]);
-    place.terminal.until_drawn("x 220.00 mm");
-    place.terminal.until_drawn("done 2");
-    place.terminal.until_drawn("6o●");
-    place.terminal.until_drawn("tool stands");
-    place.shows("?", "Nothing here moves");
-    place.terminal.types("x");
-    let before = place.look(&["queue"]);
-    place.terminal.types("q");
-    place.terminal.until("\x1b[?25h");
-    assert_eq!(place.look(&["queue"]), before);
-    place.ends_with(0);
+    run(&["--port", &endpoint, "io", "mux", "6", "digital-output"]);
+    run(&["--port", &endpoint, "io", "set", "6", "1"]);
+    fixture.terminal.until_drawn("x 220.00 mm");
+    fixture.terminal.until_drawn("done 2");
+    fixture.terminal.until_drawn("6o●");
+    fixture.terminal.until_drawn("tool stands");
+    fixture.shows("?", "Nothing here moves");
+    fixture.terminal.types("x");
+    let before = fixture.look(&["queue"]);
+    fixture.terminal.types("q");
+    fixture.terminal.until("\x1b[?25h");
+    assert_eq!(fixture.look(&["queue"]), before);
+    fixture.ends_with(0);
 }
 
 #[test]
-fn watch_prints_lines_where_there_is_no_terminal() {
+fn watch_prints_lines_without_a_terminal() {
     for (json, arguments) in [
         (true, &["--json", "watch"][..]),
         (false, &["watch", "--rate", "50"]),
@@ -454,7 +455,7 @@ fn one_step_needs_no_terminal() {
 }
 
 #[test]
-fn pads_are_refused_without_a_person() {
+fn pads_are_refused_without_a_terminal() {
     let refused = run(&["--port", "sim", "jog"]);
     assert_eq!((refused.status, refused.out.as_str()), (2, ""));
     assert!(refused.err.contains("jog x 10"), "{}", refused.err);

@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::drawing::{Fixture, PAPER, last};
 use crate::magician::terminal::Terminal;
 use rustix::termios::{LocalModes, tcgetattr};
 use serde_json::{Value, json};
@@ -49,9 +49,9 @@ impl Talk {
 }
 
 #[test]
-fn lines_of_json_pause_a_job_and_go_on_with_it() {
-    let place = Place::homed("5");
-    let mut talk = Talk::with(place.draw(&[]));
+fn json_lines_pause_and_resume_a_job() {
+    let fixture = Fixture::homed("5");
+    let mut talk = Talk::with(fixture.draw(&[]));
     while talk.until("progress")["step"].as_u64() < Some(3) {}
     talk.says("{\"do\":\"pause\"}");
     let paused = talk.until("paused");
@@ -59,15 +59,15 @@ fn lines_of_json_pause_a_job_and_go_on_with_it() {
         paused,
         json!({"event": "paused", "part": null, "reason": "person"})
     );
-    assert_eq!(place.number("queue", "left_space"), 32.0);
-    let height = place.number("pose", "z");
+    assert_eq!(fixture.number("queue", "left_space"), 32.0);
+    let height = fixture.number("pose", "z");
     assert!(height > PAPER + 9.0, "{height}");
     // The arm may be moved meanwhile; an invalid line is returned.
-    last(&place.run(&["move", "10", "0", "5", "--relative"]));
+    last(&fixture.run(&["move", "10", "0", "5", "--relative"]));
     talk.says("go on");
     let ignored = talk.until("ignored");
     assert_eq!(ignored, json!({"event": "ignored", "line": "go on"}));
-    assert_eq!(place.number("queue", "left_space"), 32.0);
+    assert_eq!(fixture.number("queue", "left_space"), 32.0);
     talk.says("{\"do\":\"resume\"}");
     assert_eq!(talk.until("resumed"), json!({"event": "resumed"}));
     let done = loop {
@@ -82,10 +82,10 @@ fn lines_of_json_pause_a_job_and_go_on_with_it() {
 }
 
 #[test]
-fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
-    let place = Place::homed("5");
+fn json_line_stops_a_paused_job() {
+    let fixture = Fixture::homed("5");
     for paused in [false, true] {
-        let mut talk = Talk::with(place.draw(&[]));
+        let mut talk = Talk::with(fixture.draw(&[]));
         while talk.until("progress")["step"].as_u64() < Some(3) {}
         if paused {
             talk.says("{\"do\":\"pause\"}");
@@ -94,10 +94,10 @@ fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
         talk.says("{\"do\":\"stop\"}");
         let status = talk.child.wait().expect("it ends");
         assert_eq!(status.code(), Some(130));
-        assert!(place.number("pose", "z") > PAPER + 9.0);
+        assert!(fixture.number("pose", "z") > PAPER + 9.0);
     }
     // A stopped run can be resumed.
-    let done = place
+    let done = fixture
         .draw(&["--resume", "--json"])
         .output()
         .expect("it runs");
@@ -105,9 +105,9 @@ fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
 }
 
 #[test]
-fn keys_pause_a_job_go_on_with_it_and_stop_it() {
-    let place = Place::homed("5");
-    let mut terminal = Terminal::running(place.draw(&[]));
+fn keys_pause_resume_and_stop_a_job() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = Terminal::running(fixture.draw(&[]));
     let canonical = |terminal: &Terminal| {
         let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
         modes.contains(LocalModes::ICANON | LocalModes::ECHO)
@@ -116,7 +116,7 @@ fn keys_pause_a_job_go_on_with_it_and_stop_it() {
     assert!(!canonical(&terminal));
     terminal.types("p");
     terminal.until_seen("paused: p resumes, space stops");
-    assert!(place.number("pose", "z") > PAPER + 9.0);
+    assert!(fixture.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_seen("left");
     terminal.types(" ");
@@ -124,6 +124,6 @@ fn keys_pause_a_job_go_on_with_it_and_stop_it() {
     terminal.until_seen("--resume continues with step");
     let status = terminal.child.wait().expect("it ends");
     assert_eq!(status.code(), Some(130));
-    assert!(place.number("pose", "z") > PAPER + 9.0);
+    assert!(fixture.number("pose", "z") > PAPER + 9.0);
     assert!(canonical(&terminal));
 }

@@ -9,13 +9,13 @@ const LIGHTBURN: &str = "; LightBurn 1.4.00\n; GRBL device profile, absolute coo
                          M8\nG0 X220 Y0\n; Layer C00\nG1 X240S200F600\nM9\nG1 S0\nM5\nM2\n";
 
 /// Directory with a settings file.
-struct Place(tempfile::TempDir);
+struct Fixture(tempfile::TempDir);
 
-impl Place {
+impl Fixture {
     fn new(settings: &str) -> Self {
-        let place = Self(tempfile::tempdir().expect("directory"));
-        place.write("config.toml", settings);
-        place
+        let fixture = Self(tempfile::tempdir().expect("directory"));
+        fixture.write("config.toml", settings);
+        fixture
     }
 
     fn write(&self, name: &str, text: &str) -> String {
@@ -53,21 +53,21 @@ fn of(least: f64, most: f64) -> Value {
 }
 
 #[test]
-fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
-    let place = Place::new("");
-    let file = place.write("job.gcode", LIGHTBURN);
+fn lightburn_job_at_20_percent_burns_at_20_percent() {
+    let fixture = Fixture::new("");
+    let file = fixture.write("job.gcode", LIGHTBURN);
     for look in [&["--check"][..], &["--estimate"], &["--port", "sim"]] {
         assert_eq!(
-            place.power(&[&["run", &file], look].concat()),
+            fixture.power(&[&["run", &file], look].concat()),
             of(20.0, 20.0),
             "{look:?}"
         );
     }
     assert_eq!(
-        place.power(&["run", &file, "--check", "--s-max", "400"]),
+        fixture.power(&["run", &file, "--check", "--s-max", "400"]),
         of(50.0, 50.0)
     );
-    let (_, answer, _) = place.run(&["run", &file, "--check", "--json"]);
+    let (_, answer, _) = fixture.run(&["run", &file, "--check", "--json"]);
     let notes = answer["notes"].as_array().expect("notes");
     let power = notes.iter().find(|note| note["code"] == "power");
     let (line, text) = power.map_or((0, ""), |note| {
@@ -80,21 +80,21 @@ fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
         "{text}"
     );
     assert!(text.contains("--s-max"), "{text}");
-    let (_, _, err) = place.run(&["run", &file, "--check"]);
+    let (_, _, err) = fixture.run(&["run", &file, "--check"]);
     assert!(err.contains("full power is S1000"), "{err}");
-    let beyond = place.write("beyond.gcode", "G0 X220 Y0\nM3 S2000\nG1 X240 F600\nM5\n");
-    let (status, answer, _) = place.run(&["run", &beyond, "--check", "--json"]);
+    let beyond = fixture.write("beyond.gcode", "G0 X220 Y0\nM3 S2000\nG1 X240 F600\nM5\n");
+    let (status, answer, _) = fixture.run(&["run", &beyond, "--check", "--json"]);
     assert_eq!(status, 3);
     assert!(answer.to_string().contains("S2000"), "{answer}");
     assert_eq!(answer["error"]["remedies"][0]["option"], "s_max");
-    let (_, _, err) = place.run(&["run", &beyond, "--check"]);
+    let (_, _, err) = fixture.run(&["run", &beyond, "--check"]);
     assert!(err.contains("--s-max"), "{err}");
     // A drawing does not burn, so no power is reported.
     assert_eq!(
-        place.power(&["run", &sample("house.svg"), "--check"]),
+        fixture.power(&["run", &sample("house.svg"), "--check"]),
         Value::Null
     );
-    let (_, answer, _) = place.run(&[
+    let (_, answer, _) = fixture.run(&[
         "run",
         &sample("house.svg"),
         "--check",
@@ -109,12 +109,12 @@ fn a_job_of_lightburn_at_a_fifth_burns_at_a_fifth_and_says_so() {
 }
 
 #[test]
-fn power_is_of_every_source_and_its_default_too() {
-    let place = Place::new("");
-    let habit = Place::new("[engrave]\npower = 50\n");
-    let range = Place::new("[engrave]\npower = \"10..50\"\n");
-    let gcode = place.write("job.gcode", LIGHTBURN);
-    let plan = place.write(
+fn power_applies_to_every_source_and_default() {
+    let fixture = Fixture::new("");
+    let habit = Fixture::new("[engrave]\npower = 50\n");
+    let range = Fixture::new("[engrave]\npower = \"10..50\"\n");
+    let gcode = fixture.write("job.gcode", LIGHTBURN);
+    let plan = fixture.write(
         "job.plan.json",
         r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"line"},{"burn":[230,0,0],"power":20},{"laser":false}]}"#,
     );
@@ -122,17 +122,17 @@ fn power_is_of_every_source_and_its_default_too() {
     for verb in ["run", "engrave"] {
         for file in [&gcode, &plan] {
             assert_eq!(
-                place.power(&[verb, file, "--check"]),
+                fixture.power(&[verb, file, "--check"]),
                 of(20.0, 20.0),
                 "{verb} {file}"
             );
             assert_eq!(
-                place.power(&[verb, file, "--check", "--power", "50"]),
+                fixture.power(&[verb, file, "--check", "--power", "50"]),
                 of(10.0, 10.0),
                 "{verb} {file}"
             );
             assert_eq!(
-                place.power(&[verb, file, "--check", "--power", "10..50"]),
+                fixture.power(&[verb, file, "--check", "--power", "10..50"]),
                 of(18.0, 18.0)
             );
             assert_eq!(habit.power(&[verb, file, "--check"]), of(10.0, 10.0));
@@ -142,7 +142,7 @@ fn power_is_of_every_source_and_its_default_too() {
                 of(20.0, 20.0)
             );
         }
-        for (given, more) in [(&place, &["--power", "10..50"][..]), (&range, &[])] {
+        for (given, more) in [(&fixture, &["--power", "10..50"][..]), (&range, &[])] {
             let power = given.power(&[&[verb, &image, "--check"], more].concat());
             assert!(
                 power["least"].as_f64() >= Some(10.0) && power["most"].as_f64() <= Some(50.0),
@@ -156,11 +156,11 @@ fn power_is_of_every_source_and_its_default_too() {
         );
     }
     assert_eq!(
-        place.power(&["engrave", &drawing, "--check"]),
+        fixture.power(&["engrave", &drawing, "--check"]),
         of(100.0, 100.0)
     );
     assert_eq!(
-        place.power(&["engrave", &drawing, "--check", "--power", "10..50"]),
+        fixture.power(&["engrave", &drawing, "--check", "--power", "10..50"]),
         of(50.0, 50.0)
     );
     assert_eq!(
@@ -169,46 +169,46 @@ fn power_is_of_every_source_and_its_default_too() {
     );
     for wrong in ["0", "120", "50..10"] {
         assert_eq!(
-            place.run(&["run", &gcode, "--power", wrong]).0,
+            fixture.run(&["run", &gcode, "--power", wrong]).0,
             2,
             "{wrong}"
         );
     }
     // A converted file has its own power: the default is applied once, when it is run.
-    let made = place.0.path().join("made.plan.json");
+    let made = fixture.0.path().join("made.plan.json");
     let made = made.to_str().expect("UTF-8");
     assert_eq!(habit.run(&["convert", &gcode, made]).0, 0);
     assert_eq!(habit.power(&["run", made, "--check"]), of(10.0, 10.0));
 }
 
 #[test]
-fn the_usual_speed_of_the_laser_is_that_of_what_says_none() {
-    let place = Place::new("[engrave]\nspeed = 5\n");
-    let seconds = |place: &Place, file: &str| {
-        let (status, answer, err) = place.run(&["run", file, "--estimate", "--json"]);
+fn default_laser_speed_applies_to_files_without_speed() {
+    let fixture = Fixture::new("[engrave]\nspeed = 5\n");
+    let seconds = |fixture: &Fixture, file: &str| {
+        let (status, answer, err) = fixture.run(&["run", file, "--estimate", "--json"]);
         assert_eq!(status, 0, "{err}");
         answer["seconds"].as_f64().expect("a number")
     };
-    let usual = Place::new("");
-    let silent = place.write("silent.gcode", "G0 X220 Y0\nM3 S500\nG1 X240\nM5\n");
-    assert!(seconds(&place, &silent) > seconds(&usual, &silent) + 2.0);
+    let usual = Fixture::new("");
+    let silent = fixture.write("silent.gcode", "G0 X220 Y0\nM3 S500\nG1 X240\nM5\n");
+    assert!(seconds(&fixture, &silent) > seconds(&usual, &silent) + 2.0);
     let image = sample("engrave_gradient.png");
-    assert!(seconds(&place, &image) > 1.5 * seconds(&usual, &image));
-    let said = place.write("said.gcode", "G0 X220 Y0\nM3 S500\nG1 X240 F600\nM5\n");
-    assert!((seconds(&place, &said) - seconds(&usual, &said)).abs() < 1e-9);
+    assert!(seconds(&fixture, &image) > 1.5 * seconds(&usual, &image));
+    let said = fixture.write("said.gcode", "G0 X220 Y0\nM3 S500\nG1 X240 F600\nM5\n");
+    assert!((seconds(&fixture, &said) - seconds(&usual, &said)).abs() < 1e-9);
 }
 
 #[test]
 fn m4_burns_in_proportion_to_speed() {
-    let place = Place::new("");
-    let m4 = place.write("m4.gcode", "G0 X220 Y0\nM4 S500\nG1 X240 F1200\nM5\n");
-    let power = place.power(&["run", &m4, "--check"]);
+    let fixture = Fixture::new("");
+    let m4 = fixture.write("m4.gcode", "G0 X220 Y0\nM4 S500\nG1 X240 F1200\nM5\n");
+    let power = fixture.power(&["run", &m4, "--check"]);
     let [least, most] = ["least", "most"].map(|name| power[name].as_f64().expect("a number"));
     assert!(least < 7.0 && most > 49.0 && most <= 50.0, "{power}");
-    let (_, _, err) = place.run(&["run", &m4, "--check"]);
+    let (_, _, err) = fixture.run(&["run", &m4, "--check"]);
     assert!(!err.contains("never"), "{err}");
     // While the speed F is not reached, the power stays lower.
-    let (_, answer, err) = place.run(&["run", &m4, "--check", "--json", "--speed", "10"]);
+    let (_, answer, err) = fixture.run(&["run", &m4, "--check", "--json", "--speed", "10"]);
     assert!(
         answer["power"]["most"].as_f64() <= Some(25.0),
         "{answer} {err}"
@@ -219,7 +219,7 @@ fn m4_burns_in_proportion_to_speed() {
     );
     // A range applies to everything that burns.
     assert_eq!(
-        place.power(&["run", &m4, "--check", "--power", "40..40"]),
+        fixture.power(&["run", &m4, "--check", "--power", "40..40"]),
         of(40.0, 40.0)
     );
 }

@@ -20,7 +20,7 @@ fn check(folder: &Path, more: &[&str]) -> Value {
 }
 
 #[test]
-fn a_flag_goes_before_a_preset_and_a_preset_before_the_settings() {
+fn flag_overrides_preset_and_preset_overrides_settings() {
     let place = tempfile::tempdir().expect("a directory");
     let folder = place.path();
     std::fs::write(
@@ -114,7 +114,7 @@ fn presets_are_listed_shown_saved_and_removed() {
 }
 
 #[test]
-fn a_key_that_is_none_is_refused_with_its_place() {
+fn unknown_key_is_refused_with_its_position() {
     let place = tempfile::tempdir().expect("a directory");
     let folder = place.path();
     std::fs::create_dir(folder.join("presets")).expect("a folder");

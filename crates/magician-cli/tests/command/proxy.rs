@@ -150,7 +150,7 @@ fn the_lines_before_ready_are_objects_too() {
     let desk = Desk::new();
     let _arm = desk.arm();
     let proxy = desk.proxy(&["--json", "--quiet", "--udp", "127.0.0.1:0"]);
-    let first = objects(&proxy.doors.join("\n"));
+    let first = objects(&proxy.endpoints.join("\n"));
     assert_eq!(first[0], json!({"event": "proxy", "arm": desk.path("arm")}));
     assert_eq!(
         first[1],
@@ -162,7 +162,7 @@ fn the_lines_before_ready_are_objects_too() {
 }
 
 #[test]
-fn an_interrupt_ends_it_with_130() {
+fn interrupt_exits_with_130() {
     let desk = Desk::new();
     let _arm = desk.arm();
     let (status, rest) = desk.proxy(&[]).end("-INT");
@@ -170,7 +170,7 @@ fn an_interrupt_ends_it_with_130() {
 }
 
 #[test]
-fn what_cannot_be_served_is_an_error_and_nothing_is_left() {
+fn failed_endpoint_is_an_error_and_leaves_no_files() {
     let twins = run(&["proxy", "--port", "sim", "--pty", "./A", "--pty", "./A"]);
     assert_eq!(twins.status, 2, "{twins:?}");
     assert!(twins.err.contains("twice"), "{twins:?}");
@@ -202,7 +202,7 @@ fn what_cannot_be_served_is_an_error_and_nothing_is_left() {
 }
 
 #[test]
-fn a_lost_line_is_found_again_under_programs_that_stay() {
+fn lost_line_is_reconnected_while_programs_stay() {
     let desk = Desk::new();
     let arm = desk.arm();
     let mut proxy = desk.proxy(&[]);
@@ -221,7 +221,7 @@ fn a_lost_line_is_found_again_under_programs_that_stay() {
 }
 
 #[test]
-fn a_jog_ends_with_the_program_that_began_it() {
+fn jog_ends_with_its_program() {
     let desk = Desk::new();
     let _arm = desk.arm();
     let begin = JogCmd {
@@ -250,7 +250,7 @@ fn a_jog_ends_with_the_program_that_began_it() {
 }
 
 #[test]
-fn a_line_can_be_spoilt() {
+fn faults_disturb_a_line() {
     let desk = Desk::new();
     let _arm = desk.arm();
     let proxy = desk.proxy(&["--faults", "drop=1,only=replies,seed=7"]);

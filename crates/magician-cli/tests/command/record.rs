@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::{Run, command, run};
 use serde_json::Value;
 
 /// Arm at real speed in another process, its alarms cleared, and a directory.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     served: Served,
 }
@@ -21,14 +21,14 @@ struct Recording {
     child: Child,
 }
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         let dir = tempfile::tempdir().expect("directory");
         let served = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "1"], 1);
-        let place = Self { dir, served };
-        assert_eq!(place.arm(&["alarms", "--clear"]).status, 0);
-        as_if_homed(command(), &place.served.door("tcp"));
-        place
+        let fixture = Self { dir, served };
+        assert_eq!(fixture.arm(&["alarms", "--clear"]).status, 0);
+        mark_homed(command(), &fixture.served.endpoint("tcp"));
+        fixture
     }
 
     fn file(&self, name: &str) -> PathBuf {
@@ -40,8 +40,8 @@ impl Place {
     }
 
     fn arm(&self, arguments: &[&str]) -> Run {
-        let door = self.served.door("tcp");
-        run(&[&["--port", &door], arguments].concat())
+        let endpoint = self.served.endpoint("tcp");
+        run(&[&["--port", &endpoint], arguments].concat())
     }
 
     fn moves(&self, to: &[&str]) {
@@ -52,7 +52,7 @@ impl Place {
     fn command(&self, name: &str, more: &[&str]) -> Command {
         let mut command = command();
         command
-            .args(["--json", "--port", &self.served.door("tcp"), "record"])
+            .args(["--json", "--port", &self.served.endpoint("tcp"), "record"])
             .arg(self.file(name))
             .args(more)
             .stdin(Stdio::null())
@@ -113,13 +113,13 @@ fn rows(text: &str) -> Vec<Vec<&str>> {
 
 #[test]
 fn a_table_has_every_reading_from_beginning_to_end() {
-    let place = Place::new();
-    let recording = place.record("a.csv", "259.");
-    place.moves(&["230", "40", "60", "--linear"]);
+    let fixture = Fixture::new();
+    let recording = fixture.record("a.csv", "259.");
+    fixture.moves(&["230", "40", "60", "--linear"]);
     let (status, out, err) = recording.end("-INT");
     assert_eq!(status, Some(0), "{err}");
     let summary: Value = serde_json::from_str(&out).expect("an object");
-    let text = place.text("a.csv");
+    let text = fixture.text("a.csv");
     assert!(
         text.starts_with("time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms\n"),
         "{text}"
@@ -149,16 +149,16 @@ fn a_table_has_every_reading_from_beginning_to_end() {
 
 #[test]
 fn a_motion_is_recorded_as_a_program_that_repeats_it() {
-    let place = Place::new();
-    let recording = place.record("led.plan.json", "\"move\"");
+    let fixture = Fixture::new();
+    let recording = fixture.record("led.plan.json", "\"move\"");
     // Joints that move together lead the tool along a curve; J4 does not turn, as when the arm is
     // led by hand.
-    place.moves(&["20", "40", "30", "0", "--joints"]);
-    place.moves(&["-20", "30", "40", "0", "--joints"]);
+    fixture.moves(&["20", "40", "30", "0", "--joints"]);
+    fixture.moves(&["-20", "30", "40", "0", "--joints"]);
     let (status, out, err) = recording.end("-INT");
     assert_eq!(status, Some(0), "{err}");
     let summary: Value = serde_json::from_str(&out).expect("an object");
-    let text = place.text("led.plan.json");
+    let text = fixture.text("led.plan.json");
     let plan: Value = serde_json::from_str(&text).expect("a plan");
     let steps = plan["steps"].as_array().expect("steps");
     assert_eq!(summary["steps"], steps.len());
@@ -173,27 +173,27 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
     assert!((3..40).contains(&path.len()), "{text}");
 
     // Another arm that runs the file ends at the same place.
-    let there = place.arm(&["--json", "pose"]).object();
-    let file = place.file("led.plan.json");
+    let there = fixture.arm(&["--json", "pose"]).object();
+    let file = fixture.file("led.plan.json");
     let file = file.to_str().expect("UTF-8");
-    let door = place.served.door("tcp");
-    place.moves(&["220", "0", "50", "0"]);
+    let endpoint = fixture.served.endpoint("tcp");
+    fixture.moves(&["220", "0", "50", "0"]);
     let ran = run(&[
         "--port",
-        &door,
+        &endpoint,
         "run",
         file,
         "--record",
-        place.file("r.csv").to_str().expect("UTF-8"),
+        fixture.file("r.csv").to_str().expect("UTF-8"),
     ]);
     assert_eq!(ran.status, 0, "{}", ran.err);
-    let again = place.arm(&["--json", "pose"]).object();
+    let again = fixture.arm(&["--json", "pose"]).object();
     for axis in ["x", "y", "z"] {
         let [a, b] = [&there, &again].map(|pose| pose[axis].as_f64().expect("a number"));
         assert!((a - b).abs() < 0.01, "{axis}: {a} {b}");
     }
     // A run is recorded in the same format, with its steps.
-    let text = place.text("r.csv");
+    let text = fixture.text("r.csv");
     assert!(
         text.starts_with("time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step\n"),
         "{text}"
@@ -204,25 +204,25 @@ fn a_motion_is_recorded_as_a_program_that_repeats_it() {
 }
 
 #[test]
-fn a_tool_that_another_program_tells_the_arm_is_no_motion() {
-    let place = Place::new();
+fn tool_set_by_another_program_is_no_motion() {
+    let fixture = Fixture::new();
     let tells = |bias: &str| {
         let told = ["set", "EndEffectorParams", bias, "y_bias=0", "z_bias=0"];
-        assert_eq!(place.arm(&told).status, 0);
+        assert_eq!(fixture.arm(&told).status, 0);
     };
     // Set before any motion, it is the program's tool; set later, the program keeps the earlier
     // tool.
-    let recording = place.record("told.plan.json", "\"move\"");
+    let recording = fixture.record("told.plan.json", "\"move\"");
     tells("x_bias=61");
-    place.moves(&["240", "30", "20", "0"]);
-    let there = place.arm(&["--json", "pose"]).object();
+    fixture.moves(&["240", "30", "20", "0"]);
+    let there = fixture.arm(&["--json", "pose"]).object();
     tells("x_bias=0");
-    place.moves(&["200", "30", "20", "0"]);
+    fixture.moves(&["200", "30", "20", "0"]);
     tells("x_bias=61");
-    place.moves(&["240", "-30", "20", "0"]);
+    fixture.moves(&["240", "-30", "20", "0"]);
     let (status, out, err) = recording.end("-INT");
     assert_eq!(status, Some(0), "{err}");
-    let plan: Value = serde_json::from_str(&place.text("told.plan.json")).expect("a plan");
+    let plan: Value = serde_json::from_str(&fixture.text("told.plan.json")).expect("a plan");
     assert_eq!(plan["tool"], "pen");
     let steps = plan["steps"].as_array().expect("steps");
     let ends: Vec<_> = steps
@@ -243,36 +243,36 @@ fn a_tool_that_another_program_tells_the_arm_is_no_motion() {
 }
 
 #[test]
-fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
-    let place = Place::new();
+fn killed_recording_keeps_its_file_and_existing_files_are_not_replaced() {
+    let fixture = Fixture::new();
     for (name, wanted) in [
         ("a.jsonl", "\"left_space\":32"),
         ("a.mcap", "position"),
         ("a.csv", "259."),
     ] {
-        let recording = place.record(name, wanted);
+        let recording = fixture.record(name, wanted);
         let (status, ..) = recording.end("-KILL");
         assert_eq!(status, None);
-        let size = std::fs::metadata(place.file(name)).expect("a file").len();
-        let refused = place
+        let size = std::fs::metadata(fixture.file(name)).expect("a file").len();
+        let refused = fixture
             .command(name, &["--for", "0.1"])
             .output()
             .expect("it runs");
         assert_eq!(refused.status.code(), Some(2));
         assert!(String::from_utf8_lossy(&refused.stderr).contains("already exists"));
         assert_eq!(
-            std::fs::metadata(place.file(name)).expect("a file").len(),
+            std::fs::metadata(fixture.file(name)).expect("a file").len(),
             size
         );
-        let replaced = place.command(name, &["--for", "0.1", "--yes"]).output();
+        let replaced = fixture.command(name, &["--for", "0.1", "--yes"]).output();
         assert_eq!(replaced.expect("it runs").status.code(), Some(0));
     }
-    for line in place.text("a.jsonl").lines() {
+    for line in fixture.text("a.jsonl").lines() {
         let row: Value = serde_json::from_str(line).expect("an object");
         assert_eq!(row["index"], 0, "{row}");
     }
     // Topics and schemas are the same as in a virtual arm's own recording.
-    let bytes = std::fs::read(place.file("a.mcap")).expect("a file");
+    let bytes = std::fs::read(fixture.file("a.mcap")).expect("a file");
     let text = String::from_utf8_lossy(&bytes);
     for wanted in [
         "/pose",
@@ -287,10 +287,10 @@ fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
 }
 
 #[test]
-fn a_line_that_breaks_ends_it_and_keeps_what_was_seen() {
-    let place = Place::new();
-    let recording = place.record("a.jsonl", "\"left_space\":32");
-    let Place { dir, served } = place;
+fn broken_line_ends_the_recording_and_keeps_its_rows() {
+    let fixture = Fixture::new();
+    let recording = fixture.record("a.jsonl", "\"left_space\":32");
+    let Fixture { dir, served } = fixture;
     served.end("-TERM");
     let (status, out, err) = recording.ended();
     assert_eq!((status, out.as_str()), (Some(4), ""), "{err}");
@@ -300,7 +300,7 @@ fn a_line_that_breaks_ends_it_and_keeps_what_was_seen() {
 }
 
 #[test]
-fn what_cannot_be_recorded_is_refused_before_the_arm_is_asked() {
+fn unsupported_recording_is_refused_before_connecting() {
     for (file, more, part) in [
         ("a.txt", &[][..], ".mcap, .csv or .jsonl"),
         ("a", &[], "does not end in a format to record"),
@@ -324,11 +324,11 @@ fn what_cannot_be_recorded_is_refused_before_the_arm_is_asked() {
 }
 
 #[test]
-fn law_of_an_arm_at_rest_is_what_the_file_tells_later() {
-    let place = Place::new();
+fn residue_at_rest_matches_the_recorded_file() {
+    let fixture = Fixture::new();
     for name in ["a.csv", "a.jsonl", "a.mcap"] {
         let more = ["--law", "--for", "0.5"];
-        let child = place.command(name, &more).spawn().expect("it starts");
+        let child = fixture.command(name, &more).spawn().expect("it starts");
         let (status, out, err) = Recording { child }.ended();
         assert_eq!(status, Some(0), "{err}");
         let summary: Value = serde_json::from_str(&out).expect("an object");
@@ -338,7 +338,7 @@ fn law_of_an_arm_at_rest_is_what_the_file_tells_later() {
             untold[0]["why"], "the arm was at rest throughout",
             "{summary}"
         );
-        let file = place.file(name);
+        let file = fixture.file(name);
         let later = run(&["replay", "--law", "--json", file.to_str().expect("UTF-8")]);
         assert_eq!(later.object(), summary["law"]);
     }
@@ -352,27 +352,27 @@ fn law_of_an_arm_at_rest_is_what_the_file_tells_later() {
 }
 
 #[test]
-fn what_is_watched_is_recorded_until_the_signal() {
-    let place = Place::new();
+fn watch_records_until_the_signal() {
+    let fixture = Fixture::new();
     let watch = |name: &str| {
         let mut command = command();
         command
             .args([
                 "--json",
                 "--port",
-                &place.served.door("tcp"),
+                &fixture.served.endpoint("tcp"),
                 "watch",
                 "--law",
                 "--record",
             ])
-            .arg(place.file(name))
+            .arg(fixture.file(name))
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
         command
     };
     let child = watch("w.csv").spawn().expect("it starts");
-    place.until("w.csv", "259.");
+    fixture.until("w.csv", "259.");
     let (status, out, err) = Recording { child }.end("-INT");
     assert_eq!(status, Some(0), "{err}");
     let lines: Vec<Value> = out
@@ -388,7 +388,7 @@ fn what_is_watched_is_recorded_until_the_signal() {
         (&summary["format"], &summary["law"]["basis"]),
         (&"csv".into(), &"readings".into())
     );
-    assert_eq!(summary["readings"], rows(&place.text("w.csv")).len());
+    assert_eq!(summary["readings"], rows(&fixture.text("w.csv")).len());
     let again = watch("w.csv").output().expect("it ends");
     assert_eq!(again.status.code(), Some(2));
     assert_eq!(run(&["watch", "--law", "--port", "sim"]).status, 2);

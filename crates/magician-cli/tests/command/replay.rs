@@ -25,7 +25,7 @@ fn session(dir: &Path, speed: &str) -> PathBuf {
         &["--tcp", "127.0.0.1:0", "--speed", speed, "--trace", trace],
         1,
     );
-    let port = served.door("tcp");
+    let port = served.endpoint("tcp");
     for words in [
         &["get", "DeviceTime"][..],
         &[
@@ -64,7 +64,7 @@ fn replay(arguments: &[&str], trace: &Path) -> magician::Run {
 }
 
 #[test]
-fn a_recorded_session_comes_out_the_same() {
+fn recorded_session_replays_equally() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = session(dir.path(), "max");
     // Values that depend on the exact microsecond of a poll are left out, since the process
@@ -124,7 +124,7 @@ fn a_saved_session_is_the_same_as_itself() {
 }
 
 #[test]
-fn a_difference_is_told_with_both_values_and_status_10() {
+fn difference_has_both_values_and_exits_with_10() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = dir.path().join("session.pcapng");
     // Pose of the vendor's document, at which this arm does not stand.
@@ -221,7 +221,7 @@ fn a_scenario_and_a_profile_are_those_of_the_new_arm() {
 }
 
 #[test]
-fn the_decoder_says_of_a_trace_what_decode_says() {
+fn replay_to_the_decoder_matches_decode() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = dir.path().join("session.pcapng");
     written(
@@ -293,7 +293,7 @@ fn bad_input_is_refused_with_the_reason() {
 }
 
 #[test]
-fn it_can_be_interrupted_while_it_waits() {
+fn replay_can_be_interrupted_while_waiting() {
     let dir = tempfile::tempdir().expect("a directory");
     let path = dir.path().join("session.pcapng");
     written(

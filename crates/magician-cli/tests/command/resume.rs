@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 use crate::magician::drawing::last;
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, signal};
 use serde_json::Value;
@@ -14,28 +14,32 @@ use serde_json::Value;
 const PAIRS: usize = 24;
 
 /// Arm in another process, and a directory for programs and journals.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     served: Served,
-    door: String,
+    endpoint: String,
 }
 
-impl Place {
+impl Fixture {
     fn new(more: &[&str]) -> Self {
         let dir = tempfile::tempdir().expect("directory");
         let served = serve(more);
-        let door = served.door("tcp");
-        let place = Self { dir, served, door };
-        assert!(place.run(&["alarms", "--clear"]).status.success());
-        place.is_homed();
-        place
+        let endpoint = served.endpoint("tcp");
+        let fixture = Self {
+            dir,
+            served,
+            endpoint,
+        };
+        assert!(fixture.run(&["alarms", "--clear"]).status.success());
+        fixture.is_homed();
+        fixture
     }
 
     /// Marks the arm as homed.
     fn is_homed(&self) {
         let mut command = command();
         command.env("XDG_STATE_HOME", self.dir.path().join("state"));
-        as_if_homed(command, &self.door);
+        mark_homed(command, &self.endpoint);
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -67,7 +71,7 @@ impl Place {
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = command();
         command
-            .args(["--port", &self.door, "--json"])
+            .args(["--port", &self.endpoint, "--json"])
             .args(arguments);
         command.env("XDG_STATE_HOME", self.dir.path().join("state"));
         command
@@ -116,33 +120,33 @@ fn until_waits(served: &mut Served, count: usize) {
 }
 
 #[test]
-fn a_killed_run_goes_on_and_no_step_is_done_twice() {
-    let mut place = Place::new(&[]);
-    let program = place.program("0.03");
-    let mut child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 5);
+fn killed_run_resumes_without_repeating_steps() {
+    let mut fixture = Fixture::new(&[]);
+    let program = fixture.program("0.03");
+    let mut child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 5);
     signal("-KILL", &child);
     child.wait().expect("it ends");
-    assert_eq!(place.journals(), 1);
-    let done = place.run(&["run", &program, "--resume"]);
+    assert_eq!(fixture.journals(), 1);
+    let done = fixture.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
     let first = last(&done)["first_step"].as_u64().expect("a step");
     assert!(first > 10, "{done:?}");
-    assert_eq!(place.journals(), 0, "a good end leaves nothing");
-    assert_eq!(waits(&place.served.log()), PAIRS);
+    assert_eq!(fixture.journals(), 0, "a good end leaves nothing");
+    assert_eq!(waits(&fixture.served.log()), PAIRS);
 }
 
 #[test]
-fn ctrl_c_says_where_it_goes_on_and_it_does() {
-    let mut place = Place::new(&[]);
-    let program = place.program("0.03");
-    let child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 4);
+fn ctrl_c_reports_the_resume_step_and_the_run_resumes_there() {
+    let mut fixture = Fixture::new(&[]);
+    let program = fixture.program("0.03");
+    let child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 4);
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(error(&output)["kind"], "interrupted");
-    let text = std::fs::read_dir(place.path("state/magician/runs")).expect("journals");
+    let text = std::fs::read_dir(fixture.path("state/magician/runs")).expect("journals");
     let path = text
         .map(|entry| entry.expect("an entry").path())
         .next()
@@ -152,11 +156,11 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
     let finished = mark["finished"].as_u64().expect("a number");
     assert!((8..48).contains(&finished), "{mark}");
     assert!(mark["ended"].is_string(), "{mark}");
-    let done = place.run(&["run", &program, "--resume"]);
+    let done = fixture.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
     assert_eq!(last(&done)["first_step"], finished + 1);
     assert_eq!(last(&done)["steps"], 2 * PAIRS as u64 - finished);
-    let again = place.run(&["run", &program, "--resume"]);
+    let again = fixture.run(&["run", &program, "--resume"]);
     assert_eq!(again.status.code(), Some(3), "{again:?}");
     assert!(
         error(&again)["message"]
@@ -167,62 +171,62 @@ fn ctrl_c_says_where_it_goes_on_and_it_does() {
 }
 
 #[test]
-fn an_alarm_ends_a_run_and_once_cleared_it_goes_on() {
+fn run_ended_by_an_alarm_resumes_after_clearing() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("alarm.toml");
     let text = "[[fault]]\nkind = \"alarm\"\nalarm = 0x10\nindex = 20\n";
     std::fs::write(&scenario, text).expect("written");
-    let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
-    let program = place.program("0.01");
-    let failed = place.run(&["run", &program]);
+    let fixture = Fixture::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
+    let program = fixture.program("0.01");
+    let failed = fixture.run(&["run", &program]);
     assert_eq!(failed.status.code(), Some(8), "{failed:?}");
     assert_eq!(error(&failed)["kind"], "alarm");
-    let held = place.run(&["run", &program, "--resume"]);
+    let held = fixture.run(&["run", &program, "--resume"]);
     assert_eq!(
         held.status.code(),
         Some(8),
         "it stands until it is cleared: {held:?}"
     );
-    assert!(place.run(&["alarms", "--clear"]).status.success());
-    let done = place.run(&["run", &program, "--resume"]);
+    assert!(fixture.run(&["alarms", "--clear"]).status.success());
+    let done = fixture.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
     let first = last(&done)["first_step"].as_u64().expect("a step");
     assert!((15..=21).contains(&first), "{first}");
 }
 
 #[test]
-fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
+fn switched_off_arm_needs_an_explicit_start() {
     // At another port a virtual arm gets another serial number, unless its profile sets one.
     let profile = tempfile::NamedTempFile::new().expect("a file");
     std::fs::write(&profile, "[identity]\nserial = \"DT7\"\n").expect("written");
     let own = ["--profile", profile.path().to_str().expect("UTF-8")];
-    let mut place = Place::new(&own);
-    let program = place.program("0.03");
-    let child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 4);
-    place.served.child.kill().expect("it lives");
+    let mut fixture = Fixture::new(&own);
+    let program = fixture.program("0.03");
+    let child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 4);
+    fixture.served.child.kill().expect("it lives");
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(
         (output.status.code(), &error(&output)["kind"]),
         (Some(4), &Value::from("port"))
     );
-    assert_eq!(place.journals(), 1);
+    assert_eq!(fixture.journals(), 1);
     // Another arm with the same serial number and an empty history.
-    place.served = serve(&own);
-    place.door = place.served.door("tcp");
-    assert!(place.run(&["alarms", "--clear"]).status.success());
-    place.is_homed();
-    let doubt = place.run(&["run", &program, "--resume"]);
+    fixture.served = serve(&own);
+    fixture.endpoint = fixture.served.endpoint("tcp");
+    assert!(fixture.run(&["alarms", "--clear"]).status.success());
+    fixture.is_homed();
+    let doubt = fixture.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
     assert_eq!(error(&doubt)["kind"], "uncertain");
-    let mut shown = place.command(&["run", &program, "--resume"]);
+    let mut shown = fixture.command(&["run", &program, "--resume"]);
     let shown = shown.args(["--json=false"]).output().expect("it runs");
     assert_eq!(
         shown.status.code(),
         Some(2),
         "flags take no values: {shown:?}"
     );
-    let done = place.run(&["run", &program, "--from", "9"]);
+    let done = fixture.run(&["run", &program, "--from", "9"]);
     assert!(done.status.success(), "{done:?}");
     assert_eq!(
         (&last(&done)["first_step"], &last(&done)["steps"]),
@@ -231,58 +235,58 @@ fn an_arm_that_was_switched_off_leaves_it_to_the_person() {
 }
 
 #[test]
-fn an_arm_that_was_reset_meanwhile_does_nothing_twice() {
+fn arm_reset_meanwhile_repeats_no_step() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("reset.toml");
     let text = "[[fault]]\nkind = \"reset\"\nindex = 20\n";
     std::fs::write(&scenario, text).expect("written");
-    let place = Place::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
-    let program = place.program("0.03");
-    let failed = place.run(&["run", &program]);
+    let fixture = Fixture::new(&["--scenario", scenario.to_str().expect("UTF-8")]);
+    let program = fixture.program("0.03");
+    let failed = fixture.run(&["run", &program]);
     assert_eq!(failed.status.code(), Some(9), "{failed:?}");
-    assert!(place.run(&["alarms", "--clear"]).status.success());
-    place.is_homed();
+    assert!(fixture.run(&["alarms", "--clear"]).status.success());
+    fixture.is_homed();
     // The reset arm's index is 0 again, which does not prove that nothing was done.
-    let doubt = place.run(&["run", &program, "--resume"]);
+    let doubt = fixture.run(&["run", &program, "--resume"]);
     assert_eq!(doubt.status.code(), Some(9), "{doubt:?}");
     assert_eq!(error(&doubt)["kind"], "uncertain");
 }
 
 #[test]
-fn what_counts_from_where_the_tool_stood_goes_on_from_there() {
-    let mut place = Place::new(&[]);
-    let moved = place.run(&["move", "210.1234", "-10", "20"]);
+fn relative_program_resumes_from_its_start_position() {
+    let mut fixture = Fixture::new(&[]);
+    let moved = fixture.run(&["move", "210.1234", "-10", "20"]);
     assert!(moved.status.success(), "{moved:?}");
     let lines = "G1 X1 F300\nG4 P30\n".repeat(24);
-    let program = place.write("relative.gcode", &format!("G21 G91\n{lines}"));
-    let child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 4);
+    let program = fixture.write("relative.gcode", &format!("G21 G91\n{lines}"));
+    let child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 4);
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130));
     // The arm stands elsewhere now, so everything would be displaced.
     for more in [&["--resume"][..], &["--from", "9"]] {
-        let refused = place.run(&[&["run", &program], more].concat());
+        let refused = fixture.run(&[&["run", &program], more].concat());
         assert_eq!(refused.status.code(), Some(2), "{refused:?}");
     }
     let said = ["--start", "210.123,-10.000,20.000", "--resume"];
-    let done = place.run(&[&["run", &program], &said[..]].concat());
+    let done = fixture.run(&[&["run", &program], &said[..]].concat());
     assert!(done.status.success(), "{done:?}");
-    let pose = last(&place.run(&["pose"]));
+    let pose = last(&fixture.run(&["pose"]));
     let x = pose["x"].as_f64().expect("a number");
     assert!((x - 234.123).abs() < 0.01, "{pose}");
 }
 
 #[test]
-fn people_are_told_how_to_go_on() {
-    let mut place = Place::new(&[]);
-    let program = place.program("0.03");
+fn text_output_states_how_to_resume() {
+    let mut fixture = Fixture::new(&[]);
+    let program = fixture.program("0.03");
     let mut told = command();
-    told.args(["--port", &place.door, "run", &program]);
-    told.env("XDG_STATE_HOME", place.path("state"));
+    told.args(["--port", &fixture.endpoint, "run", &program]);
+    told.env("XDG_STATE_HOME", fixture.path("state"));
     told.stdout(Stdio::piped()).stderr(Stdio::piped());
     let child = told.spawn().expect("it starts");
-    until_waits(&mut place.served, 3);
+    until_waits(&mut fixture.served, 3);
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     let text = String::from_utf8_lossy(&output.stderr);
@@ -292,38 +296,38 @@ fn people_are_told_how_to_go_on() {
 }
 
 #[test]
-fn a_stop_from_elsewhere_ends_a_run_that_can_go_on() {
-    let mut place = Place::new(&[]);
-    let program = place.program("0.03");
-    let child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 3);
-    assert!(place.run(&["stop"]).status.success());
+fn stop_by_another_program_ends_a_resumable_run() {
+    let mut fixture = Fixture::new(&[]);
+    let program = fixture.program("0.03");
+    let child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 3);
+    assert!(fixture.run(&["stop"]).status.success());
     let output = child.wait_with_output().expect("it ends");
     assert!(!output.status.success(), "{output:?}");
-    let done = place.run(&["run", &program, "--resume"]);
+    let done = fixture.run(&["run", &program, "--resume"]);
     assert!(done.status.success(), "{done:?}");
     assert!(last(&done)["first_step"].as_u64().expect("a step") > 6);
 }
 
 #[test]
-fn nothing_is_resumed_that_was_placed_in_another_way() {
-    let mut place = Place::new(&[]);
-    let program = place.program("0.03");
-    let mut child = place.start(&["run", &program]);
-    until_waits(&mut place.served, 3);
+fn resume_with_different_placement_is_refused() {
+    let mut fixture = Fixture::new(&[]);
+    let program = fixture.program("0.03");
+    let mut child = fixture.start(&["run", &program]);
+    until_waits(&mut fixture.served, 3);
     signal("-INT", &child);
     child.wait().expect("it ends");
-    let other = place.run(&["run", &program, "--move", "0,0,5", "--resume"]);
+    let other = fixture.run(&["run", &program, "--move", "0,0,5", "--resume"]);
     assert_eq!(other.status.code(), Some(3), "{other:?}");
     assert!(Path::new(&program).exists());
 }
 
 #[test]
-fn a_laser_burns_on_an_arm_only_when_told_to() {
-    let place = Place::new(&[]);
+fn resumed_laser_job_needs_confirmation() {
+    let fixture = Fixture::new(&[]);
     let text = "G21 G90\nG0 X220 Y0 Z0\nM3 S0\nG1 X221 F600 S500\nM5\n";
-    let file = place.write("burn.gcode", text);
-    let refused = place.run(&["run", &file]);
+    let file = fixture.write("burn.gcode", text);
+    let refused = fixture.run(&["run", &file]);
     assert_eq!(refused.status.code(), Some(2), "{refused:?}");
     assert!(
         error(&refused)["message"]
@@ -331,79 +335,86 @@ fn a_laser_burns_on_an_arm_only_when_told_to() {
             .expect("text")
             .contains("laser")
     );
-    let check = place.run(&["run", &file, "--check"]);
+    let check = fixture.run(&["run", &file, "--check"]);
     assert!(check.status.success(), "{check:?}");
-    let burnt = place.run(&["run", &file, "--yes"]);
+    let burnt = fixture.run(&["run", &file, "--yes"]);
     assert!(burnt.status.success(), "{burnt:?}");
-    let laser = place.run(&["get", "EndEffectorLaser"]);
+    let laser = fixture.run(&["get", "EndEffectorLaser"]);
     assert_eq!(last(&laser)["is_on"], 0, "it ends dark");
 }
 
 #[test]
 fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
-    let place = Place::new(&[]);
+    let fixture = Fixture::new(&[]);
     let steps = r#"{"format":"magician-plan","version":1,"title":"a","steps":[{"move":[220,0,0,0],"by":"joints"}]}"#;
-    let file = place.write("a.plan.json", steps);
-    let waits = place.run(&["enqueue", "WAITCmd", "timeout=10"]);
+    let file = fixture.write("a.plan.json", steps);
+    let waits = fixture.run(&["enqueue", "WAITCmd", "timeout=10"]);
     assert!(waits.status.success());
-    let strangers = place.run(&["run", &file]);
+    let strangers = fixture.run(&["run", &file]);
     assert_eq!(strangers.status.code(), Some(3), "{strangers:?}");
     let strangers = error(&strangers);
     assert_eq!(strangers["code"], "foreign-commands");
     assert_eq!(strangers["remedies"][1]["option"], "keep", "{strangers}");
     // Waiting commands may burn: they cannot be read back.
-    let unread = place.run(&["run", &file, "--keep"]);
+    let unread = fixture.run(&["run", &file, "--keep"]);
     assert_eq!(unread.status.code(), Some(2), "{unread:?}");
     assert!(
-        place
+        fixture
             .run(&["run", &file, "--keep", "--yes"])
             .status
             .success()
     );
     let fresh = serve(&[]);
     let mut unhomed = command();
-    let door = fresh.door("tcp");
-    unhomed.args(["--port", &door, "--json", "run", &file, "--require-homed"]);
+    let endpoint = fresh.endpoint("tcp");
+    unhomed.args([
+        "--port",
+        &endpoint,
+        "--json",
+        "run",
+        &file,
+        "--require-homed",
+    ]);
     let unhomed = unhomed.output().expect("it runs");
     assert_eq!(unhomed.status.code(), Some(3), "{unhomed:?}");
 }
 
 #[test]
-fn a_look_with_a_port_reads_the_settings_in_force() {
-    let place = Place::new(&[]);
-    let file = place.write("a.gcode", "G21 G90\nG0 X220 Y0 Z0\nG0 X260\n");
-    let seconds = |place: &Place| {
-        let look = place.run(&["run", &file, "--estimate"]);
+fn preview_with_a_port_reads_the_settings_in_force() {
+    let fixture = Fixture::new(&[]);
+    let file = fixture.write("a.gcode", "G21 G90\nG0 X220 Y0 Z0\nG0 X260\n");
+    let seconds = |fixture: &Fixture| {
+        let look = fixture.run(&["run", &file, "--estimate"]);
         assert!(look.status.success(), "{look:?}");
         last(&look)["seconds"].as_f64().expect("a time")
     };
-    let usual = seconds(&place);
+    let usual = seconds(&fixture);
     let slow = [
         "set",
         "PTPCommonParams",
         "velocity_ratio=5",
         "acceleration_ratio=5",
     ];
-    assert!(place.run(&slow).status.success());
-    assert!(seconds(&place) > 3.0 * usual);
+    assert!(fixture.run(&slow).status.success());
+    assert!(seconds(&fixture) > 3.0 * usual);
     assert_eq!(
-        last(&place.run(&["queue"]))["current_index"],
+        last(&fixture.run(&["queue"]))["current_index"],
         0,
         "nothing was sent"
     );
 }
 
 #[test]
-fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
-    let place = Place::new(&[]);
+fn real_arm_needs_a_known_surface_height() {
+    let fixture = Fixture::new(&[]);
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
                <path d='M5 5 L15 15' stroke='black'/></svg>";
-    let file = place.write("line.svg", svg);
-    let refused = place.run(&["draw", &file]);
+    let file = fixture.write("line.svg", svg);
+    let refused = fixture.run(&["draw", &file]);
     assert_eq!(refused.status.code(), Some(3), "{refused:?}");
     let mut told = command();
     let told = told
-        .args(["--port", &place.door, "draw", &file, "--unhomed"])
+        .args(["--port", &fixture.endpoint, "draw", &file, "--unhomed"])
         .output()
         .expect("it runs");
     let text = String::from_utf8_lossy(&told.stderr);
@@ -412,7 +423,7 @@ fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
         "{text}"
     );
     assert!(
-        place
+        fixture
             .run(&["draw", &file, "--surface", "-50"])
             .status
             .success()
@@ -420,26 +431,26 @@ fn a_real_arm_is_not_told_to_guess_how_high_the_paper_lies() {
 }
 
 #[test]
-fn a_line_that_was_cut_short_goes_on_where_the_pen_stopped() {
-    let place = Place::new(&[]);
+fn interrupted_line_resumes_where_the_pen_stopped() {
+    let fixture = Fixture::new(&[]);
     let steps = r#"{"format":"magician-plan","version":1,"title":"a line","tool":"pen","steps":[
         {"command":"CPParams","values":{"plan_acc":100,"junction_vel":10,"acc_or_period":100,"real_time_track":0}},
         {"move":[220,-40,0,0],"by":"line"},
         {"path":[220,40,0]},
         {"move":[220,40,20,0],"by":"line"}]}"#;
-    let file = place.write("line.plan.json", steps);
+    let file = fixture.write("line.plan.json", steps);
     let at = || {
-        let pose = last(&place.run(&["pose"]));
+        let pose = last(&fixture.run(&["pose"]));
         ["x", "y"].map(|axis| pose[axis].as_f64().expect("a number"))
     };
-    let child = place.start(&["run", &file]);
+    let child = fixture.start(&["run", &file]);
     while !matches!(at(), [x, y] if x < 221.0 && (-30.0..30.0).contains(&y)) {}
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let [_, stood] = at();
     assert!((-30.0..40.0).contains(&stood), "{stood}");
-    let done = place.run(&["run", &file, "--resume"]);
+    let done = fixture.run(&["run", &file, "--resume"]);
     assert!(done.status.success(), "{done:?}");
     let done = last(&done);
     assert_eq!(done["first_step"], 3);

@@ -14,9 +14,9 @@ fn said_after<T: std::str::FromStr>(flag: &str, text: &str) -> T {
 }
 
 /// Directory for output.
-struct Place(tempfile::TempDir);
+struct Fixture(tempfile::TempDir);
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         Self(tempfile::tempdir().expect("directory"))
     }
@@ -140,8 +140,8 @@ fn a_drawing_that_does_not_fit_fails_its_check() {
 
 #[test]
 fn complaints_have_their_place_in_the_file() {
-    let place = Place::new();
-    let file = place.write("far.gcode", FAR);
+    let fixture = Fixture::new();
+    let file = fixture.write("far.gcode", FAR);
     let check = run(&["run", &file, "--check"]);
     assert_eq!(check.status, 10);
     for part in [
@@ -193,10 +193,10 @@ fn complaints_have_their_place_in_the_file() {
 }
 
 #[test]
-fn one_complaint_is_shown_and_ten_with_v_and_all_are_counted() {
-    let place = Place::new();
+fn one_complaint_is_shown_or_ten_with_v_and_all_are_counted() {
+    let fixture = Fixture::new();
     let far: String = (0..25).map(|y| format!("G1 X400 Y{y}\n")).collect();
-    let file = place.write(
+    let file = fixture.write(
         "far.gcode",
         &format!("G21 G90 F1200\nG0 X220 Y0 Z10\n{far}"),
     );
@@ -211,17 +211,17 @@ fn one_complaint_is_shown_and_ten_with_v_and_all_are_counted() {
 }
 
 #[test]
-fn files_that_nobody_understands() {
-    let place = Place::new();
-    let garbage = place.write("notes.txt", "Good morning\n");
+fn unknown_formats_are_refused() {
+    let fixture = Fixture::new();
+    let garbage = fixture.write("notes.txt", "Good morning\n");
     let unknown = run(&["run", &garbage, "--json"]);
     assert_eq!(
         (unknown.status, &unknown.error()["kind"]),
         (3, &json!("invalid-input"))
     );
-    let missing = run(&["run", &place.path("nothing.svg"), "--json"]);
+    let missing = run(&["run", &fixture.path("nothing.svg"), "--json"]);
     assert_eq!(missing.status, 3);
-    let svg = place.write(
+    let svg = fixture.write(
         "broken.svg",
         "<svg xmlns='http://www.w3.org/2000/svg'>\n<path d='M0 0'\n</svg>\n",
     );
@@ -231,7 +231,7 @@ fn files_that_nobody_understands() {
     let said = run(&["run", &garbage, "--format", "playback", "--json"]);
     assert_eq!(said.status, 3);
     assert_eq!(run(&["run", &garbage, "--format", "song"]).status, 2);
-    let empty = place.write("empty.gcode", "; nothing\n");
+    let empty = fixture.write("empty.gcode", "; nothing\n");
     assert_eq!(run(&["run", &empty, "--check"]).status, 3);
     // The file is checked before an arm is searched.
     assert!(
@@ -243,7 +243,7 @@ fn files_that_nobody_understands() {
 }
 
 #[test]
-fn a_program_comes_from_stdin_too() {
+fn program_is_read_from_stdin() {
     let bytes = std::fs::read(sample("pen_outline.gcode")).expect("a sample");
     for arguments in [
         &["run", "-", "--estimate", "--json"][..],
@@ -256,32 +256,32 @@ fn a_program_comes_from_stdin_too() {
 }
 
 #[test]
-fn a_look_leaves_a_preview_and_a_run_a_picture() {
-    let place = Place::new();
+fn check_writes_a_preview_and_run_writes_a_picture() {
+    let fixture = Fixture::new();
     let file = sample("house.svg");
     let svg = run(&[
         "draw",
         &file,
         "--preview",
-        &place.path("look.svg"),
+        &fixture.path("look.svg"),
         "--json",
     ]);
-    assert_eq!(svg.object()["preview"], place.path("look.svg"));
-    assert!(place.text("look.svg").starts_with("<svg"));
+    assert_eq!(svg.object()["preview"], fixture.path("look.svg"));
+    assert!(fixture.text("look.svg").starts_with("<svg"));
     assert_eq!(
         run(&[
             "draw",
             &file,
             "--preview",
-            &place.path("look.png"),
+            &fixture.path("look.png"),
             "--check"
         ])
         .status,
         0
     );
-    assert!(place.read("look.png").starts_with(b"\x89PNG"));
+    assert!(fixture.read("look.png").starts_with(b"\x89PNG"));
     assert_eq!(
-        run(&["draw", &file, "--preview", &place.path("look.bmp")]).status,
+        run(&["draw", &file, "--preview", &fixture.path("look.bmp")]).status,
         2
     );
     for name in ["left.svg", "left.png"] {
@@ -291,27 +291,28 @@ fn a_look_leaves_a_preview_and_a_run_a_picture() {
             "draw",
             &file,
             "--picture",
-            &place.path(name),
+            &fixture.path(name),
         ]);
         assert_eq!(done.status, 0, "{done:?}");
         assert!(
-            done.out.contains(&format!("picture: {}", place.path(name))),
+            done.out
+                .contains(&format!("picture: {}", fixture.path(name))),
             "{}",
             done.out
         );
     }
-    assert!(place.text("left.svg").contains("<path"));
+    assert!(fixture.text("left.svg").contains("<path"));
     // A preview of a refused program shows why, also for a drawing that does not fit.
-    let far = place.write("far.gcode", FAR);
+    let far = fixture.write("far.gcode", FAR);
     for large in [
         &["run", far.as_str()][..],
         &["draw", file.as_str(), "--scale", "20"],
         &["draw", file.as_str(), "--at", "0,0"],
     ] {
-        let preview = place.path("far.svg");
+        let preview = fixture.path("far.svg");
         let refused = run(&[large, &["--preview", &preview]].concat());
         assert_eq!(refused.status, 10, "{large:?} {}", refused.err);
-        let picture = place.text("far.svg");
+        let picture = fixture.text("far.svg");
         assert!(picture.contains("class=\"unreachable\""), "{large:?}");
         assert!(picture.contains("out of reach"), "{large:?}");
         std::fs::remove_file(&preview).expect("it is there");
@@ -319,7 +320,7 @@ fn a_look_leaves_a_preview_and_a_run_a_picture() {
 }
 
 #[test]
-fn what_does_not_fit_names_the_largest_scale_that_does() {
+fn oversized_drawing_names_the_largest_fitting_scale() {
     let large = ["draw", &sample("house.svg"), "--scale", "9", "--check"];
     let refused = run(&[&large[..], &["--json"]].concat());
     assert_eq!(refused.status, 10);
@@ -348,11 +349,11 @@ fn what_does_not_fit_names_the_largest_scale_that_does() {
 }
 
 #[test]
-fn what_is_made_to_fit_is_turned_where_that_lets_it_be_larger() {
-    let place = Place::new();
+fn fitting_rotates_a_drawing_if_that_makes_it_larger() {
+    let fixture = Fixture::new();
     let long = "<svg xmlns='http://www.w3.org/2000/svg' width='600mm' height='40mm' viewBox='0 0 600 40'><path d='M0 0H600V40H0Z' \
                 stroke='#000' fill='none'/></svg>";
-    let file = place.write("long.svg", long);
+    let file = fixture.write("long.svg", long);
     let fit = |more: &[&str]| {
         let all = [&["draw", &file, "--fit", "--check", "--json"][..], more].concat();
         let done = run(&all);
@@ -387,17 +388,17 @@ fn what_is_made_to_fit_is_turned_where_that_lets_it_be_larger() {
 }
 
 #[test]
-fn what_becomes_tiny_or_takes_hours_is_told() {
-    let place = Place::new();
+fn tiny_or_hour_long_drawings_are_noted() {
+    let fixture = Fixture::new();
     let huge = "<svg xmlns='http://www.w3.org/2000/svg' width='9000mm' height='9000mm' viewBox='0 0 9 9'><path d='M0 0H9V9' \
                 stroke='#000' fill='none'/></svg>";
-    let file = place.write("huge.svg", huge);
+    let file = fixture.write("huge.svg", huge);
     let check = run(&["draw", &file, "--fit", "--check"]);
     assert_eq!(check.status, 0);
     assert!(check.err.contains("very small"), "{}", check.err);
     let slow = "<svg xmlns='http://www.w3.org/2000/svg' width='90mm' height='90mm' viewBox='0 0 9 9'><path d='M0 0H9V9' \
                 stroke='#000' fill='none'/></svg>";
-    let file = place.write("slow.svg", slow);
+    let file = fixture.write("slow.svg", slow);
     let check = run(&["draw", &file, "--speed", "0.01", "--check", "--json"]);
     let notes = check.object()["notes"].clone();
     let codes = notes.as_array().expect("notes").iter();
@@ -408,9 +409,9 @@ fn what_becomes_tiny_or_takes_hours_is_told() {
 }
 
 #[test]
-fn a_pen_that_is_lifted_by_m3_is_no_laser_where_somebody_says_so() {
-    let place = Place::new();
-    let file = place.write("servo.gcode", "G0 X220 Y0 Z0\nM3 S90\nG1 X240\nM5\n");
+fn pen_lifted_by_m3_is_no_laser_with_the_flag() {
+    let fixture = Fixture::new();
+    let file = fixture.write("servo.gcode", "G0 X220 Y0 Z0\nM3 S90\nG1 X240\nM5\n");
     let names = |arguments: &[&str]| {
         let mut all = vec!["run", file.as_str(), "--dry-run", "--json"];
         all.extend(arguments);
@@ -446,7 +447,7 @@ fn a_dry_run_sends_nothing_and_can_show_every_command() {
 }
 
 #[test]
-fn a_program_begins_at_any_of_its_steps() {
+fn program_can_start_at_any_step() {
     let file = sample("suction_points_v194.playback");
     let whole = run(&["--port", "sim", "run", &file, "--json"])
         .objects()
@@ -480,9 +481,9 @@ fn a_program_begins_at_any_of_its_steps() {
 }
 
 #[test]
-fn settings_are_given_back_and_the_tool_stays() {
-    let place = Place::new();
-    let plan = place.write(
+fn settings_are_restored_and_the_tool_persists() {
+    let fixture = Fixture::new();
+    let plan = fixture.write(
         "fast.gcode",
         "G21 G90\nG0 X220 Y0 Z10\nG1 X240 F1800\nG1 Y10\n",
     );
@@ -522,10 +523,10 @@ const SMALL_CIRCLES: [(&str, &str); 4] = [
 
 #[test]
 fn small_circles_made_large_are_round_with_every_verb() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let round = 80.0 * std::f64::consts::PI;
     for (name, text) in SMALL_CIRCLES {
-        let file = place.write(name, text);
+        let file = fixture.write(name, text);
         for verb in ["draw", "engrave", "run"] {
             for more in [&[][..], &["--tolerance", "0.01"]] {
                 let look = [verb, &file, "--width", "80", "--estimate", "--json"];
@@ -536,9 +537,9 @@ fn small_circles_made_large_are_round_with_every_verb() {
                 assert!((drawn - round).abs() < 0.2, "{verb} {name}: {drawn}");
             }
         }
-        let points = place.path("points.csv");
+        let points = fixture.path("points.csv");
         assert_eq!(run(&["convert", &file, &points, "--width", "80"]).status, 0);
-        let rows = place.text("points.csv").lines().count();
+        let rows = fixture.text("points.csv").lines().count();
         assert!(rows > 60, "{name}: {rows} rows");
     }
 }
@@ -587,10 +588,10 @@ fn placing_moves_scales_turns_and_repeats() {
 
 #[test]
 fn drawings_are_as_large_as_they_are_unless_they_are_made_to_fit() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='400mm' height='400mm' viewBox='0 0 400 400'>\
                <rect id='frame' x='0' y='0' width='400' height='400' fill='none' stroke='black'/></svg>";
-    let file = place.write("large.svg", svg);
+    let file = fixture.write("large.svg", svg);
     let large = run(&["draw", &file, "--check"]);
     assert_eq!(large.status, 10);
     assert!(large.err.contains("--fit"), "{}", large.err);
@@ -681,24 +682,31 @@ fn images_are_engraved_or_outlined() {
 
 #[test]
 fn recordings_have_a_row_for_each_sample() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let file = sample("suction_points_v194.playback");
     for name in ["poses.csv", "poses.jsonl"] {
-        let done = run(&["--port", "sim", "run", &file, "--record", &place.path(name)]);
+        let done = run(&[
+            "--port",
+            "sim",
+            "run",
+            &file,
+            "--record",
+            &fixture.path(name),
+        ]);
         assert_eq!(done.status, 0, "{done:?}");
     }
-    let csv = place.text("poses.csv");
+    let csv = fixture.text("poses.csv");
     let mut rows = csv.lines();
     let head = "time,t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms,step";
     assert_eq!(rows.next(), Some(head));
     assert!(rows.clone().count() >= 2);
     assert!(rows.all(|row| row.split(',').count() == 14));
     // With units, and at twice the rate; both are programs of the same duration.
-    let more = place.path("units.csv");
+    let more = fixture.path("units.csv");
     let run_with_units = ["--port", "sim", "run", &file, "--record", &more];
     let done = run(&[&run_with_units[..], &["--rate", "40", "--units"]].concat());
     assert_eq!(done.status, 0, "{done:?}");
-    let units = place.text("units.csv");
+    let units = fixture.text("units.csv");
     assert_eq!(
         units.lines().nth(1),
         Some(",s,mm,mm,mm,deg,deg,deg,deg,deg,,,,")
@@ -706,13 +714,13 @@ fn recordings_have_a_row_for_each_sample() {
     let ratio = units.lines().count() as f64 / csv.lines().count() as f64;
     assert!((1.9..2.1).contains(&ratio), "{ratio}");
     let seconds = |name: &str| {
-        let check = run(&["run", &place.path(name), "--check", "--json"]);
+        let check = run(&["run", &fixture.path(name), "--check", "--json"]);
         assert_eq!(check.status, 0, "{check:?}");
         check.object()["seconds"].as_f64().expect("a number")
     };
     assert!((seconds("units.csv") - seconds("poses.csv")).abs() < 0.2);
     let last: Value =
-        serde_json::from_str(place.text("poses.jsonl").lines().last().expect("a row"))
+        serde_json::from_str(fixture.text("poses.jsonl").lines().last().expect("a row"))
             .expect("JSON");
     assert_eq!(last["step"], 6);
     let wrong = run(&[
@@ -721,7 +729,7 @@ fn recordings_have_a_row_for_each_sample() {
         "run",
         &file,
         "--record",
-        &place.path("poses.txt"),
+        &fixture.path("poses.txt"),
     ]);
     assert_eq!(wrong.status, 2);
 }
@@ -729,7 +737,7 @@ fn recordings_have_a_row_for_each_sample() {
 #[test]
 fn flags_that_make_no_sense_together() {
     let file = sample("house.svg");
-    let place = Place::new();
+    let fixture = Fixture::new();
     for arguments in [
         &["run", &file, "--check", "--resume"][..],
         &["run", &file, "--check", "--picture", "x.svg"],
@@ -748,13 +756,13 @@ fn flags_that_make_no_sense_together() {
     ] {
         assert_eq!(run(arguments).status, 2, "{arguments:?}");
     }
-    let _ = place;
+    let _ = fixture;
 }
 
 #[test]
-fn conversions_keep_what_can_be_kept_and_tell_what_is_lost() {
-    let place = Place::new();
-    let convert = |from: &str, to: &str| run(&["convert", from, &place.path(to), "--json"]);
+fn conversions_report_lost_content() {
+    let fixture = Fixture::new();
+    let convert = |from: &str, to: &str| run(&["convert", from, &fixture.path(to), "--json"]);
     let taught = sample("suction_points_v194.playback");
     for (to, lost) in [("a.plan.json", 0), ("a.playback", 0), ("a.csv", 1)] {
         let done = convert(&taught, to);
@@ -767,11 +775,11 @@ fn conversions_keep_what_can_be_kept_and_tell_what_is_lost() {
         );
     }
     let figures = |file: &str| run(&["run", file, "--estimate", "--json"]).object();
-    assert_eq!(figures(&place.path("a.plan.json")), figures(&taught));
-    assert_eq!(figures(&place.path("a.playback")), figures(&taught));
-    assert_eq!(place.text("a.csv").lines().count(), 7);
+    assert_eq!(figures(&fixture.path("a.plan.json")), figures(&taught));
+    assert_eq!(figures(&fixture.path("a.playback")), figures(&taught));
+    assert_eq!(fixture.text("a.csv").lines().count(), 7);
     assert_eq!(convert(&sample("house.svg"), "house.svg").status, 0);
-    assert!(place.text("house.svg").contains("<path"));
+    assert!(fixture.text("house.svg").contains("<path"));
     assert_eq!(convert(&sample("house.svg"), "house.png").status, 0);
     assert_eq!(convert(&taught, "a.svg").status, 3, "nothing is drawn");
     assert_eq!(
@@ -784,8 +792,8 @@ fn conversions_keep_what_can_be_kept_and_tell_what_is_lost() {
 
 #[test]
 fn the_tool_and_the_surface_come_from_the_settings() {
-    let place = Place::new();
-    let config = place.write(
+    let fixture = Fixture::new();
+    let config = fixture.write(
         "config.toml",
         "tool = \"70,0,-10\"\nsurface = -30\n[draw]\nspeed = 10\nlift = 8\n",
     );
@@ -834,17 +842,17 @@ fn moves(arguments: &[&str]) -> Vec<Value> {
 
 #[test]
 fn no_flag_takes_a_pen_below_the_calibrated_surface() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let two = "G0 Z5\nG0 X205 Y5\nG1 Z-0.2 F900\nX235\nG0 Z5\nG0 X200 Y0\nG1 Z-3\nX240\nG0 Z5\n";
-    let two = place.write("two.nc", two);
+    let two = fixture.write("two.nc", two);
     let raw = "G0 X220 Y0 Z-30\nG1 Z-62 F900\nX240\nG0 Z-30\n";
-    let raw = place.write("raw.gcode", raw);
-    let plan = place.write(
+    let raw = fixture.write("raw.gcode", raw);
+    let plan = fixture.write(
         "p.plan.json",
         "{\"format\":\"magician-plan\",\"version\":1,\"title\":\"p\",\"tool\":\"pen\",\"steps\":[\
             {\"move\":[220,0,-30,0],\"by\":\"line\"},{\"path\":[220,0,-70]},{\"path\":[240,0,-70]}]}",
     );
-    let config = place.write("config.toml", "surface = -58\n");
+    let config = fixture.write("config.toml", "surface = -58\n");
     let lowest = |arguments: &[&str]| {
         let all = [&["--port", "sim"], arguments, &["--dry-run", "--json"]].concat();
         let answer = Run::of(command().env("MAGICIAN_CONFIG", &config).args(&all), b"");
@@ -887,10 +895,10 @@ fn no_flag_takes_a_pen_below_the_calibrated_surface() {
 }
 
 #[test]
-fn a_program_lifts_first_where_the_arm_stands() {
-    let place = Place::new();
+fn program_lifts_first_at_the_current_position() {
+    let fixture = Fixture::new();
     let program = "G21 G90\nG0 Z50\nG0 X230 Y40\nG1 Z20 F1500\nG1 X240\nM2\n";
-    let file = place.write("z.gcode", program);
+    let file = fixture.write("z.gcode", program);
     let told = moves(&["--port", "sim", "run", &file]);
     let place_of = |nth: usize| ["x", "y", "z"].map(|axis| number(&told[nth]["params"][axis]));
     let [first, second] = [place_of(0), place_of(1)];
@@ -907,10 +915,10 @@ fn a_program_lifts_first_where_the_arm_stands() {
 }
 
 #[test]
-fn a_relative_program_is_told_the_start_that_it_has() {
-    let place = Place::new();
-    let file = place.write("rel.gcode", "G91\nG1 X20 F1500\nG1 Y20\nG1 Z-5\nG1 X-5\n");
-    let record = place.path("rel.jsonl");
+fn relative_program_uses_the_current_position() {
+    let fixture = Fixture::new();
+    let file = fixture.write("rel.gcode", "G91\nG1 X20 F1500\nG1 Y20\nG1 Z-5\nG1 X-5\n");
+    let record = fixture.path("rel.jsonl");
     let ran = run(&["--port", "sim", "run", &file, "--record", &record]);
     assert_eq!(ran.status, 0, "{ran:?}");
     let told = ran
@@ -923,7 +931,7 @@ fn a_relative_program_is_told_the_start_that_it_has() {
         .split(',')
         .map(|at| at.parse().expect("a number"))
         .collect();
-    let first = place.text("rel.jsonl");
+    let first = fixture.text("rel.jsonl");
     let mut lines = first
         .lines()
         .map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
@@ -938,9 +946,9 @@ fn a_relative_program_is_told_the_start_that_it_has() {
 
 #[test]
 fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let square = "G21 G90\nG1 X0 Y0 F1500\nG1 X60\nG1 Y60\nG1 X0\nG1 Y0\nG0 Z5\nG0 X0 Y0\n";
-    let file = place.write("square.gcode", square);
+    let file = fixture.write("square.gcode", square);
     let look = |arguments: &[&str]| {
         let answer = run(&[
             &[arguments[0], &file, "--estimate", "--json"],
@@ -970,7 +978,7 @@ fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
     }
     // The Z of the surface is that of the first drawing line, or the given one; deeper lines are
     // drawn on the surface.
-    let deep = place.write(
+    let deep = fixture.write(
         "deep.gcode",
         "G0 Z5\nG0 X0 Y0\nG1 Z-1 F900\nG1 X40\nG0 Z5\nG0 X0 Y20\nG1 Z0\nG1 X40\nG0 Z5\n",
     );
@@ -1023,9 +1031,9 @@ fn placed_gcode_lies_on_the_surface_and_begins_at_its_own_zero() {
 
 #[test]
 fn a_feed_move_at_the_beginning_draws_nothing_from_where_the_arm_stands() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let text = "G21 G90\nG1 X200 Y-60 Z-40 F1500\nG1 X260\nG1 Y0\nG1 X200\nG1 Y-60\n";
-    let file = place.write("feed.gcode", text);
+    let file = fixture.write("feed.gcode", text);
     let ran = run(&["--port", "sim", "run", &file, "--json"]);
     assert_eq!(ran.status, 0, "{ran:?}");
     let done = ran.objects().pop().expect("a report");
@@ -1036,10 +1044,10 @@ fn a_feed_move_at_the_beginning_draws_nothing_from_where_the_arm_stands() {
 
 #[test]
 fn notes_are_objects_with_json() {
-    let place = Place::new();
+    let fixture = Fixture::new();
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='60mm' height='30mm' viewBox='0 0 60 30'>\n\
                <text id='label' x='5' y='15' font-size='8'>A中</text></svg>";
-    let file = place.write("label.svg", svg);
+    let file = fixture.write("label.svg", svg);
     let look = ["--surface", "-40", "--json"];
     let note = json!({
         "code": "left-out",
@@ -1061,7 +1069,7 @@ fn notes_are_objects_with_json() {
         let last = done.objects().pop().expect("an answer");
         last["notes"][0].clone()
     });
-    let out = place.path("label.csv");
+    let out = fixture.path("label.csv");
     let made = run(&[&["convert", &file, &out], &look[..]].concat()).object();
     assert_eq!(
         [check, estimate, ran, made["notes"][0].clone()],
@@ -1071,7 +1079,7 @@ fn notes_are_objects_with_json() {
 
 /// Playback with rotations, drawings with arcs, and images: content that is made to fit can be run.
 #[test]
-fn what_is_made_to_fit_passes_the_check() {
+fn fitted_content_passes_the_check() {
     // With another tool the pose after homing is unknown, so a Blockly program fails its check at
     // any place. All tools with all kinds of drawings: `tests/fit.rs` of magician-program.
     let fits = |name: &&str| !name.ends_with(".blockly");
@@ -1091,11 +1099,11 @@ fn what_is_made_to_fit_passes_the_check() {
 }
 
 #[test]
-fn a_recording_runs_like_any_file_and_takes_as_long() {
-    let place = Place::new();
+fn recording_runs_with_its_original_duration() {
+    let fixture = Fixture::new();
     let house = sample("house.svg");
     for name in ["way.csv", "way.mcap"] {
-        let file = place.path(name);
+        let file = fixture.path(name);
         let drawn = run(&["--port", "sim", "draw", &house, "--record", &file, "--json"]);
         assert_eq!(drawn.status, 0, "{}", drawn.err);
         let objects = drawn.objects();
@@ -1111,9 +1119,9 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
         assert_eq!(again.status, 0, "{}", again.err);
     }
     // A truncated recording is run as far as it goes; an empty one is refused.
-    let whole = std::fs::read(place.path("way.mcap")).expect("it is there");
+    let whole = std::fs::read(fixture.path("way.mcap")).expect("it is there");
     for share in [0.0, 0.01, 0.3, 0.9, 0.999] {
-        let cut = place.path("cut.mcap");
+        let cut = fixture.path("cut.mcap");
         let end = (whole.len() as f64 * share) as usize;
         std::fs::write(&cut, &whole[..end]).expect("it is written");
         let check = run(&["run", &cut, "--check"]);
@@ -1123,7 +1131,7 @@ fn a_recording_runs_like_any_file_and_takes_as_long() {
 
 /// The remedy in a refusal works.
 #[test]
-fn where_another_place_or_turn_would_do_the_refusal_names_it() {
+fn refusal_names_a_fitting_position_or_rotation() {
     let dir = tempfile::tempdir().expect("directory");
     let write = |name: &str, text: &str| {
         let path = dir.path().join(name);
@@ -1175,7 +1183,7 @@ fn where_another_place_or_turn_would_do_the_refusal_names_it() {
 }
 
 #[test]
-fn remedies_are_those_that_the_verb_takes() {
+fn remedies_name_flags_of_the_verb() {
     let dir = tempfile::tempdir().expect("a directory");
     let write = |name: &str, text: &str| {
         let path = dir.path().join(name);
@@ -1234,10 +1242,10 @@ fn size_or_speed_that_no_arm_has_is_refused() {
 
 /// A laser file has many steps per line, all refused for one reason.
 #[test]
-fn file_at_the_zero_of_another_machine_is_refused_with_one_way_out() {
-    let place = Place::new();
+fn file_with_a_foreign_origin_is_refused_with_one_remedy() {
+    let fixture = Fixture::new();
     let burns = "G21 G90\nM4\nG0 X10Y10\nG1 X60S200F1200\nG1 Y40\nG1 X10\nG1 Y10\nM5\n";
-    let file = place.write("burns.gc", burns);
+    let file = fixture.write("burns.gc", burns);
     let check = run(&["run", &file, "--check"]);
     assert_eq!(
         (check.status, check.out.as_str()),
@@ -1264,7 +1272,7 @@ fn file_at_the_zero_of_another_machine_is_refused_with_one_way_out() {
 }
 
 #[test]
-fn move_out_of_reach_is_told_by_its_place() {
+fn unreachable_move_is_reported_with_its_position() {
     for (to, said) in [
         (
             ["0", "0", "0"],
@@ -1294,7 +1302,7 @@ fn move_out_of_reach_is_told_by_its_place() {
 }
 
 #[test]
-fn order_of_lines_is_told_with_v_alone_and_notes_name_the_file() {
+fn line_order_is_noted_only_with_v_and_notes_name_the_file() {
     let logo = sample("logo.svg");
     let check = run(&["draw", &logo, "--check"]);
     assert!(
@@ -1317,11 +1325,11 @@ fn order_of_lines_is_told_with_v_alone_and_notes_name_the_file() {
 }
 
 #[test]
-fn real_arm_asks_before_it_draws_beside_its_front() {
-    let place = Place::new();
+fn drawing_beside_the_front_of_a_real_arm_asks_for_confirmation() {
+    let fixture = Fixture::new();
     let wide = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
         <rect width='240' height='20' fill='none' stroke='black'/></svg>";
-    let file = place.write("wide.svg", wide);
+    let file = fixture.write("wide.svg", wide);
     let draw = ["draw", &file, "--no-turn", "--surface", "-40"];
     let check = run(&[&draw[..], &["--check"]].concat());
     let note = "note: wide.svg: does not fit in front of the arm: lies at its ";
@@ -1335,10 +1343,10 @@ fn real_arm_asks_before_it_draws_beside_its_front() {
     assert_eq!(drawn.status, 0, "{}", drawn.err);
     let served =
         crate::magician::served::Served::start(&["--tcp", "127.0.0.1:0", "--speed", "max"], 1);
-    let door = served.door("tcp");
+    let endpoint = served.endpoint("tcp");
     let real = |more: &[&str]| {
         run(&[
-            &["--port", &door, "--json"],
+            &["--port", &endpoint, "--json"],
             &draw[..],
             &["--unhomed"],
             more,
@@ -1363,11 +1371,11 @@ fn real_arm_asks_before_it_draws_beside_its_front() {
 }
 
 #[test]
-fn error_of_a_file_that_draws_nothing_has_its_notes() {
-    let place = Place::new();
+fn error_of_an_empty_drawing_includes_its_notes() {
+    let fixture = Fixture::new();
     let font = "<svg xmlns='http://www.w3.org/2000/svg'><defs><font horiz-adv-x='500'>\
         <font-face units-per-em='1000'/><glyph unicode='a' d='M0 0L500 500'/></font></defs></svg>";
-    let file = place.write("letters.svg", font);
+    let file = fixture.write("letters.svg", font);
     let refused = run(&["draw", &file, "--check", "--json"]);
     assert_eq!(refused.status, 10, "{refused:?}");
     let notes = refused.error()["notes"].clone();
@@ -1377,7 +1385,7 @@ fn error_of_a_file_that_draws_nothing_has_its_notes() {
         "{notes}"
     );
     let solid = "0\nSECTION\n2\nENTITIES\n0\n3DSOLID\n0\nENDSEC\n0\nEOF\n";
-    let file = place.write("solid.dxf", solid);
+    let file = fixture.write("solid.dxf", solid);
     let refused = run(&["draw", &file, "--check", "--json"]);
     let notes = refused.error()["notes"].to_string();
     assert!(notes.contains("3DSOLID is left out"), "{notes}");

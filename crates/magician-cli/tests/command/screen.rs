@@ -4,7 +4,7 @@
 use crate::magician;
 use std::process::Stdio;
 
-use crate::magician::drawing::{PAPER, Place};
+use crate::magician::drawing::{Fixture, PAPER};
 use crate::magician::run;
 use crate::magician::terminal::Terminal;
 use rustix::process::Signal;
@@ -16,9 +16,9 @@ fn is_as_it_was(terminal: &Terminal) -> bool {
 }
 
 #[test]
-fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
-    let place = Place::homed("5");
-    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+fn full_screen_job_obeys_the_keys_and_restores_the_terminal() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = Terminal::running(fixture.draw(&["--tui"]));
     terminal.until_drawn("magician draw |");
     terminal.until_drawn("sheet");
     assert!(!is_as_it_was(&terminal));
@@ -26,7 +26,7 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
     terminal.until_drawn("left, at 90 %");
     terminal.types("p");
     terminal.until_drawn("paused: p resumes");
-    assert!(place.number("pose", "z") > PAPER + 9.0);
+    assert!(fixture.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_drawn("running");
     // Shortly after a pause the pen may still be up.
@@ -35,9 +35,9 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
 }
 
 #[test]
-fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
-    let place = Place::homed("5");
-    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+fn ctrl_z_restores_the_terminal_and_continuing_retakes_it() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = Terminal::running(fixture.draw(&["--tui"]));
     terminal.until_drawn("sheet");
     terminal.types("\x1a");
     // The regular screen is restored.
@@ -52,9 +52,9 @@ fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
 }
 
 #[test]
-fn it_ends_with_the_usual_result() {
-    let place = Place::homed("50");
-    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+fn full_screen_job_ends_with_the_regular_result() {
+    let fixture = Fixture::homed("50");
+    let mut terminal = Terminal::running(fixture.draw(&["--tui"]));
     terminal.until_drawn("sheet");
     terminal.until("\x1b[?1049l");
     terminal.until_seen("steps");
@@ -63,10 +63,10 @@ fn it_ends_with_the_usual_result() {
 }
 
 #[test]
-fn the_whole_terminal_is_refused_where_there_is_none() {
-    let place = Place::homed("50");
+fn full_screen_job_needs_a_terminal() {
+    let fixture = Fixture::homed("50");
     let refused = |more: &[&str], why: &str| {
-        let mut command = place.draw(&[&["--tui"], more].concat());
+        let mut command = fixture.draw(&[&["--tui"], more].concat());
         let output = command.stdin(Stdio::null()).output().expect("it runs");
         assert_eq!(output.status.code(), Some(2), "{output:?}");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();

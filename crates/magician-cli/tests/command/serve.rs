@@ -9,8 +9,8 @@ use std::process::{Command, Stdio};
 use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
 
-use crate::magician::drawing::{PAPER, Place, SVG};
-use crate::magician::homed::as_if_homed;
+use crate::magician::drawing::{Fixture, PAPER, SVG};
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::{command, run};
 
@@ -29,7 +29,7 @@ impl Station {
         let listen = ["--listen", "127.0.0.1:0"];
         let served = Served::of(command, "serve", &[arguments, &listen].concat(), 1);
         let address = served
-            .door("http")
+            .endpoint("http")
             .replace("http://", "http:")
             .replace("http:", "");
         let address = address.trim_matches('/').to_owned();
@@ -81,7 +81,7 @@ fn journal() -> Vec<Value> {
 }
 
 #[test]
-fn address_in_use_names_the_station_that_has_it() {
+fn address_in_use_names_its_station() {
     let state = tempfile::tempdir().expect("a directory");
     let with_state = || {
         let mut command = command();
@@ -126,18 +126,18 @@ const OPENING: [&[&str]; 8] = [
 #[test]
 fn busy_port_names_its_station_at_every_verb_and_in_every_spelling() {
     let state = tempfile::tempdir().expect("a directory");
-    let place = tempfile::tempdir().expect("a directory");
-    let arm = place.path().join("arm");
+    let fixture = tempfile::tempdir().expect("a directory");
+    let arm = fixture.path().join("arm");
     let _arm = Served::start(&["--pty", arm.to_str().expect("text"), "--speed", "max"], 1);
     let with_state = || {
         let mut command = command();
         command.env("XDG_STATE_HOME", state.path());
-        command.current_dir(place.path());
+        command.current_dir(fixture.path());
         command
     };
     let station = Station::of(with_state(), &["--port", "./arm"]);
     let url = format!("http://{}/", station.address);
-    std::os::unix::fs::symlink("arm", place.path().join("other")).expect("linked");
+    std::os::unix::fs::symlink("arm", fixture.path().join("other")).expect("linked");
     let terminal = std::fs::canonicalize(&arm).expect("it is there");
     assert!(terminal.starts_with("/dev/"), "{terminal:?}");
     let remedy = json!({
@@ -173,7 +173,7 @@ fn busy_port_names_its_station_at_every_verb_and_in_every_spelling() {
 }
 
 #[test]
-fn warnings_of_a_station_are_said_with_json_too() {
+fn warnings_of_a_station_are_printed_with_json() {
     let job = json!({
         "job": "j1-1", "arm": "arm", "title": null, "state": "done", "step": 0, "steps": null,
         "first_step": null, "loops": 1, "loop": 1, "seconds_left": null, "drawn_mm": null,
@@ -210,7 +210,7 @@ fn warnings_of_a_station_are_said_with_json_too() {
 }
 
 #[test]
-fn an_arm_is_served_moved_and_told_of() {
+fn served_arm_is_moved_and_reported() {
     let station = Station::start(&["--port", "sim"]);
     let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
     assert_eq!(moved["result"]["y"], json!(30.0));
@@ -284,7 +284,7 @@ fn studio_opens_the_address_in_a_browser() {
     let (magician, opened) = with_browser(folder.path(), &["open", "xdg-open"]);
     let words = ["--port", "sim", "--listen", "127.0.0.1:0"];
     let served = Served::of(magician, "studio", &words, 1);
-    let url = served.door("http");
+    let url = served.endpoint("http");
     let opened = shown(&opened);
     assert!(
         url.contains(opened.trim().trim_end_matches('/')),
@@ -301,7 +301,7 @@ fn studio_opens_a_window_of_its_own() {
     let (magician, opened) = with_browser(folder.path(), &["chromium"]);
     let words = ["--app", "--port", "sim", "--listen", "127.0.0.1:0"];
     let served = Served::of(magician, "studio", &words, 1);
-    let url = served.door("http");
+    let url = served.endpoint("http");
     let opened = shown(&opened);
     let (app, rest) = opened.split_once(' ').expect("more than one word");
     let app = app.strip_prefix("--app=").expect("an application");
@@ -340,7 +340,7 @@ fn studio_exports_its_files_to_a_new_folder_alone() {
 }
 
 #[test]
-fn a_command_without_arguments_in_a_script_is_a_mistake_and_opens_nothing() {
+fn command_without_arguments_in_a_script_is_a_usage_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let (mut magician, opened) = with_browser(folder.path(), &["chromium", "xdg-open", "open"]);
     // There is a screen, but a script reads the output.
@@ -350,7 +350,7 @@ fn a_command_without_arguments_in_a_script_is_a_mistake_and_opens_nothing() {
 }
 
 #[test]
-fn what_moves_is_stopped_at_the_end() {
+fn moving_arm_is_stopped_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
     let _arm = Served::start(&["--pty", &port], 1);
@@ -372,17 +372,17 @@ fn what_moves_is_stopped_at_the_end() {
 
 #[test]
 fn a_station_that_ends_lifts_the_pen_of_its_job_and_restores_settings() {
-    let place = Place::homed("5");
-    let before = place.settings();
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
     for signals in [&["-TERM"][..], &["-HUP", "-HUP"], &["-INT", "-INT"]] {
         let mut serve = command();
-        serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
-        let mut station = Station::of(serve, &["--port", &place.door()]);
+        serve.env("XDG_STATE_HOME", fixture.dir.path().join("state"));
+        let mut station = Station::of(serve, &["--port", &fixture.endpoint()]);
         let setup = json!({"surface": PAPER, "speed": 10});
         let job = json!({"text": SVG, "format": "svg", "setup": setup});
         let started = station.call("job.start", &job);
         assert!(started["result"]["job"].is_string(), "{started}");
-        place.until_drawn(2.0);
+        fixture.until_drawn(2.0);
         for signal in signals {
             let id = station.served.child.id().to_string();
             let kill = Command::new("kill").args([*signal, &id]).status();
@@ -390,33 +390,33 @@ fn a_station_that_ends_lifts_the_pen_of_its_job_and_restores_settings() {
         }
         let status = station.served.child.wait().expect("it ends");
         assert_eq!(status.code(), Some(0), "{signals:?}");
-        let up = place.number("pose", "z") - PAPER;
+        let up = fixture.number("pose", "z") - PAPER;
         assert!((up - 10.0).abs() < 0.5, "{signals:?}: {up} mm");
-        assert_eq!(place.settings(), before, "{signals:?}");
-        assert_eq!(place.debts(), 0, "{signals:?}");
+        assert_eq!(fixture.settings(), before, "{signals:?}");
+        assert_eq!(fixture.unrestored(), 0, "{signals:?}");
     }
 }
 
 #[test]
 fn a_station_restores_settings_of_a_job_whose_line_was_lost_and_found() {
-    let place = Place::homed("5");
-    let before = place.settings();
-    let line = place.dir.path().join("line").display().to_string();
-    let proxy = || Served::verb("proxy", &["--port", &place.door(), "--pty", &line], 2);
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
+    let line = fixture.dir.path().join("line").display().to_string();
+    let proxy = || Served::verb("proxy", &["--port", &fixture.endpoint(), "--pty", &line], 2);
     let mut lost = proxy();
     let mut serve = command();
-    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
+    serve.env("XDG_STATE_HOME", fixture.dir.path().join("state"));
     let station = Station::of(serve, &["--port", &line]);
     let setup = json!({"surface": PAPER, "speed": 10});
     let job = json!({"text": SVG, "format": "svg", "setup": setup, "unhomed": true});
     let started = station.call("job.start", &job);
     assert!(started["result"]["job"].is_string(), "{started}");
-    place.until_drawn(2.0);
+    fixture.until_drawn(2.0);
     lost.child.kill().expect("killed");
     lost.child.wait().expect("it ends");
     let _found = proxy();
-    let restored = (0..1_000).any(|_| place.settings() == before);
-    assert!(restored, "{:?}", place.settings());
+    let restored = (0..1_000).any(|_| fixture.settings() == before);
+    assert!(restored, "{:?}", fixture.settings());
 }
 
 #[test]
@@ -438,7 +438,7 @@ fn a_port_that_is_served_names_its_station() {
 }
 
 #[test]
-fn what_cannot_be_served_says_why_and_how_it_exits() {
+fn failure_to_serve_states_its_reason_and_exit_status() {
     for (words, status, said) in [
         (
             vec!["--port", "sim", "serve", "--arm", "a=sim"],
@@ -505,13 +505,13 @@ fn tokens_are_made_listed_used_and_revoked() {
 }
 
 #[test]
-fn a_code_is_printed_for_who_starts_it() {
+fn pairing_code_is_printed_at_start() {
     let station = Served::verb(
         "serve",
         &["--port", "sim", "--listen", "127.0.0.1:0", "--pair"],
         2,
     );
-    let code = station.doors[1].strip_prefix("code ").expect("a code");
+    let code = station.endpoints[1].strip_prefix("code ").expect("a code");
     assert!(
         code.as_bytes()[..6].iter().all(u8::is_ascii_digit),
         "{code}"
@@ -540,7 +540,7 @@ fn a_file_is_drawn_through_a_station() {
 }
 
 #[test]
-fn what_a_station_does_not_do_says_so() {
+fn unsupported_verbs_at_a_station_say_so() {
     let station = Station::start(&["--port", "sim"]);
     let url = format!("http://{}", station.address);
     let traced = run(&["--station", &url, "--trace", "/tmp/t.pcapng", "pose"]);
@@ -626,7 +626,7 @@ fn stations_with_virtual_arms_resume_each_its_own_job() {
 }
 
 #[test]
-fn station_of_a_virtual_arm_knows_nothing_of_the_real_table() {
+fn station_of_a_virtual_arm_ignores_the_calibrated_surface() {
     let home = tempfile::tempdir().unwrap();
     let with_home = || {
         let mut command = command();
@@ -646,14 +646,14 @@ fn station_of_a_virtual_arm_knows_nothing_of_the_real_table() {
 }
 
 #[test]
-fn a_run_goes_on_with_a_job_of_a_station() {
+fn run_resumes_a_job_of_a_station() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();
     let file = folder.path().join("moves.plan.json");
     std::fs::write(&file, plan(12)).unwrap();
     let file = file.to_str().unwrap();
     let _arm = Served::start(&["--pty", &port], 1);
-    as_if_homed(command(), &port);
+    mark_homed(command(), &port);
     let station = Station::start(&["--port", &port]);
     let started = station.call("job.start", &json!({"text": plan(12)}));
     let job = started["result"]["job"].clone();
@@ -671,7 +671,7 @@ fn a_run_goes_on_with_a_job_of_a_station() {
 }
 
 #[test]
-fn job_of_a_real_arm_lies_where_the_settings_say_and_that_of_a_virtual_one_does_not() {
+fn placement_settings_apply_to_jobs_of_real_arms_only() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("config.toml");
     std::fs::write(&config, "surface = -40\n").unwrap();
@@ -679,7 +679,7 @@ fn job_of_a_real_arm_lies_where_the_settings_say_and_that_of_a_virtual_one_does_
         <path d='M1 1H9' stroke='black' fill='none'/></svg>";
     // An arm behind a line counts as real.
     let served = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-    for (port, height) in [(&*served.door("tcp"), -40.0), ("sim", -60.0)] {
+    for (port, height) in [(&*served.endpoint("tcp"), -40.0), ("sim", -60.0)] {
         let mut command = command();
         command.env("MAGICIAN_CONFIG", &config);
         let station = Station::of(command, &["--port", port]);
@@ -693,7 +693,7 @@ fn job_of_a_real_arm_lies_where_the_settings_say_and_that_of_a_virtual_one_does_
 }
 
 #[test]
-fn programs_are_kept_in_a_folder_and_run_by_their_names() {
+fn programs_are_stored_in_a_folder_and_run_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let programs = folder.path().join("programs");
     let named = ["--port", "sim", "--programs", programs.to_str().unwrap()];
@@ -740,7 +740,7 @@ fn programs_are_kept_in_a_folder_and_run_by_their_names() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_leaves_the_program_that_was_there() {
+fn full_disk_keeps_the_stored_program() {
     let folder = tempfile::tempdir().unwrap();
     let programs = folder.path().join("programs");
     // No file of this process may exceed a few MiB: a write then fails as on a full disk.
@@ -798,7 +798,7 @@ fn too_few_descriptors_are_an_error_and_no_panic() {
 /// A build without sites names a build with them, before it opens anything.
 #[cfg(not(feature = "site"))]
 #[test]
-fn sites_are_refused_where_they_are_not_built_in() {
+fn sites_are_refused_in_builds_without_them() {
     for words in [
         &["serve", "--port", "sim", "--site", "lab"][..],
         &["fleet", "--site", "lab", "list"],

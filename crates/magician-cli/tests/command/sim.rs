@@ -11,7 +11,7 @@ use crate::magician::served::Served;
 use serde_json::json;
 
 #[test]
-fn every_door_leads_to_the_same_arm() {
+fn all_endpoints_reach_the_same_arm() {
     let dir = tempfile::tempdir().expect("directory");
     let link = dir.path().join("arm");
     let path = link.to_str().expect("UTF-8");
@@ -26,7 +26,7 @@ fn every_door_leads_to_the_same_arm() {
         "max",
     ];
     let served = Served::start(&arguments, 3);
-    let (udp, tcp) = (served.door("udp"), served.door("tcp"));
+    let (udp, tcp) = (served.endpoint("udp"), served.endpoint("tcp"));
     assert_eq!(run(&["--port", path, "move", "220", "40", "30"]).status, 0);
     for port in [path, &udp, &tcp] {
         let pose = run(&["--port", port, "pose", "--json"]).object();
@@ -41,7 +41,7 @@ fn every_door_leads_to_the_same_arm() {
 }
 
 #[test]
-fn an_interrupt_ends_it_with_130() {
+fn interrupt_exits_with_130() {
     let served = Served::start(&["--udp", "127.0.0.1:0"], 1);
     let (status, rest) = served.end("-INT");
     assert_eq!((status.code(), rest.as_str()), (Some(130), ""));
@@ -63,8 +63,11 @@ fn several_arms_are_served_by_one_process() {
     for number in 1..=3 {
         assert_eq!(name(number), json!(format!("Dobot 2.0 #{number}")));
         let serving = format!("arm {number}: serving {path}.{number} ");
-        let said = served.doors.iter().any(|line| line.starts_with(&serving));
-        assert!(said, "{:?}", served.doors);
+        let said = served
+            .endpoints
+            .iter()
+            .any(|line| line.starts_with(&serving));
+        assert!(said, "{:?}", served.endpoints);
     }
     let (status, rest) = served.end("-TERM");
     assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
@@ -80,7 +83,7 @@ fn several_arms_are_served_by_one_process() {
 }
 
 #[test]
-fn one_arm_that_cannot_be_served_leaves_nothing_of_the_others() {
+fn failure_of_one_arm_cleans_up_the_others() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("arm");
     let taken = dir.path().join("arm.2");
@@ -93,12 +96,12 @@ fn one_arm_that_cannot_be_served_leaves_nothing_of_the_others() {
 }
 
 #[test]
-fn the_trace_holds_what_passed() {
+fn trace_contains_the_traffic() {
     let dir = tempfile::tempdir().expect("directory");
     let trace = dir.path().join("trace.pcapng");
     let path = trace.to_str().expect("UTF-8");
     let served = Served::start(&["--tcp", "127.0.0.1:0", "--trace", path], 1);
-    let port = served.door("tcp");
+    let port = served.endpoint("tcp");
     assert_eq!(run(&["--port", &port, "alarms", "--clear"]).status, 0);
     served.end("-TERM");
     let decoded = run(&["decode", "--json", path]);
@@ -118,7 +121,7 @@ fn the_trace_holds_what_passed() {
 }
 
 #[test]
-fn a_door_that_cannot_open_is_an_error_and_nothing_is_left() {
+fn failed_endpoint_is_an_error_and_leaves_no_files() {
     let dir = tempfile::tempdir().expect("directory");
     let taken = dir.path().join("taken");
     std::fs::write(&taken, "mine").expect("written");
@@ -154,11 +157,11 @@ fn discovered(address: &str) -> String {
 }
 
 #[test]
-fn a_program_that_looks_for_an_arm_finds_it() {
+fn discovery_finds_the_arm() {
     let arguments = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
     let served = Served::start(&arguments, 2);
-    let door = served.door("discovery");
-    let address = door.trim_start_matches("discovery:");
+    let endpoint = served.endpoint("discovery");
+    let address = endpoint.trim_start_matches("discovery:");
     let answer = discovered(address);
     assert!(answer.starts_with("127.0.0.1,02"), "{answer}");
 
@@ -171,7 +174,7 @@ fn a_program_that_looks_for_an_arm_finds_it() {
 /// On another loopback address, which only Linux has.
 #[cfg(target_os = "linux")]
 #[test]
-fn an_arm_on_the_usual_port_is_found_unless_another_is() {
+fn default_port_is_discovered_unless_in_use() {
     let [_, a, b, c] = std::process::id().to_be_bytes();
     let host = format!("127.{}.{b}.{c}", 200 + a % 16);
     let first = Served::start(&["--udp", &host], 2);
@@ -180,12 +183,16 @@ fn an_arm_on_the_usual_port_is_found_unless_another_is() {
 
     let _another = UdpSocket::bind(format!("{host}:48899")).expect("socket");
     let second = Served::start(&["--udp", &host], 2);
-    assert!(second.doors[0].starts_with("note: "), "{:?}", second.doors);
-    assert_eq!(second.door("udp"), format!("udp:{host}:8899"));
+    assert!(
+        second.endpoints[0].starts_with("note: "),
+        "{:?}",
+        second.endpoints
+    );
+    assert_eq!(second.endpoint("udp"), format!("udp:{host}:8899"));
     drop(second);
 
     let hidden = Served::start(&["--udp", &host, "--discovery", "off"], 1);
-    assert_eq!(hidden.doors.len(), 2);
+    assert_eq!(hidden.endpoints.len(), 2);
 }
 
 #[test]
@@ -198,7 +205,14 @@ fn the_built_in_profile_can_be_printed_and_used() {
     std::fs::write(&file, text).expect("written");
     let path = file.to_str().expect("UTF-8");
     let served = Served::start(&["--tcp", "127.0.0.1:0", "--profile", path], 1);
-    let name = run(&["--port", &served.door("tcp"), "get", "DeviceName", "--json"]).object();
+    let name = run(&[
+        "--port",
+        &served.endpoint("tcp"),
+        "get",
+        "DeviceName",
+        "--json",
+    ])
+    .object();
     assert_eq!(name, json!({"device_name": "Somebody"}));
 }
 
@@ -225,7 +239,7 @@ fn every_arm_has_a_recording_of_its_own() {
 }
 
 #[test]
-fn a_recording_that_cannot_be_begun_is_an_error() {
+fn recording_that_cannot_start_is_an_error() {
     let dir = tempfile::tempdir().expect("directory");
     let path = dir.path().join("no").join("such.mcap");
     let path = path.to_str().expect("UTF-8");
@@ -235,7 +249,7 @@ fn a_recording_that_cannot_be_begun_is_an_error() {
 }
 
 #[test]
-fn what_an_arm_keeps_without_power_is_in_its_file() {
+fn flash_content_is_stored_in_its_file() {
     let dir = tempfile::tempdir().expect("directory");
     let flash = dir.path().join("flash.toml");
     let path = flash.to_str().expect("UTF-8");
@@ -245,7 +259,7 @@ fn what_an_arm_keeps_without_power_is_in_its_file() {
     };
     let served = Served::start(&arguments, 1);
     assert!(flash.exists(), "it is made at once");
-    let port = served.door("tcp");
+    let port = served.endpoint("tcp");
     assert_eq!(name(&port), json!("Dobot 2.0"));
     let set = ["--port", &port, "set", "DeviceName", "device_name=Ada"];
     assert_eq!(run(&set).status, 0);
@@ -253,7 +267,7 @@ fn what_an_arm_keeps_without_power_is_in_its_file() {
     assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
 
     let served = Served::start(&arguments, 1);
-    assert_eq!(name(&served.door("tcp")), json!("Ada"));
+    assert_eq!(name(&served.endpoint("tcp")), json!("Ada"));
     served.end("-TERM");
 
     std::fs::write(&flash, "version = 1").expect("written");
@@ -264,7 +278,7 @@ fn what_an_arm_keeps_without_power_is_in_its_file() {
 }
 
 #[test]
-fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
+fn strict_arm_refuses_choices_and_reports_its_assumptions() {
     let arguments = [
         "--tcp",
         "127.0.0.1:0",
@@ -274,7 +288,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
         "--fidelity",
     ];
     let served = Served::start(&arguments, 1);
-    let port = served.door("tcp");
+    let port = served.endpoint("tcp");
     assert_eq!(run(&["--port", &port, "home"]).status, 0);
     assert_eq!(run(&["--port", &port, "move", "220", "30", "20"]).status, 0);
     assert_eq!(run(&["--port", &port, "get", "HOMEParams"]).status, 6);
@@ -296,7 +310,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
 }
 
 #[test]
-fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
+fn fidelity_report_is_an_object_with_json() {
     let arguments = ["--json", "--tcp", "127.0.0.1:0", "--fidelity"];
     let mut child = magician::command()
         .arg("sim")
@@ -325,7 +339,7 @@ fn what_answers_rested_on_is_an_object_for_those_who_want_one() {
 const PAPER: &str = "tool = { kind = \"pen\" }\ntable = { height = -60 }\narm = { homed = true }\n";
 
 #[test]
-fn a_picture_that_cannot_be_written_is_told_before_anybody_draws() {
+fn unwritable_picture_is_reported_before_drawing() {
     let dir = tempfile::tempdir().expect("directory");
     let inside = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
     let (scenario, old) = (inside("paper.toml"), inside("old.svg"));
@@ -357,7 +371,7 @@ fn a_picture_that_cannot_be_written_is_told_before_anybody_draws() {
 }
 
 #[test]
-fn a_drawing_is_not_lost_with_the_place_for_it() {
+fn drawing_is_saved_elsewhere_if_its_folder_is_gone() {
     let dir = tempfile::tempdir().expect("directory");
     let scenario = dir.path().join("paper.toml");
     let gone = dir.path().join("gone");
@@ -379,7 +393,7 @@ fn a_drawing_is_not_lost_with_the_place_for_it() {
         picture,
     ];
     let served = Served::start(&arguments, 1);
-    let port = served.door("tcp");
+    let port = served.endpoint("tcp");
     for [x, y, z] in [["220", "0", "-61"], ["260", "0", "-61"], ["260", "0", "0"]] {
         assert_eq!(
             run(&["--port", &port, "move", x, y, z, "--linear"]).status,
@@ -425,13 +439,13 @@ fn each_of_several_arms_has_a_picture() {
 }
 
 #[test]
-fn a_trace_that_another_arm_writes_is_left_alone() {
+fn trace_of_another_running_arm_is_not_overwritten() {
     let dir = tempfile::tempdir().expect("directory");
     for option in ["--trace", "--record"] {
         let file = dir.path().join("kept");
         let file = file.to_str().expect("UTF-8");
         let served = Served::start(&["--tcp", "127.0.0.1:0", option, file], 1);
-        let port = served.door("tcp");
+        let port = served.endpoint("tcp");
         assert_eq!(run(&["--port", &port, "pose"]).status, 0);
         let second = run(&["sim", "--tcp", "127.0.0.1:0", option, file]);
         assert_eq!(second.status, 3, "{second:?}");
@@ -443,11 +457,11 @@ fn a_trace_that_another_arm_writes_is_left_alone() {
 }
 
 #[test]
-fn an_arm_on_wifi_is_listed_with_what_to_connect_to() {
-    let doors = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
-    let served = Served::start(&doors, 2);
-    let door = served.door("discovery");
-    let host = door.strip_prefix("discovery:").expect("an address");
+fn arm_on_wifi_is_listed_with_its_port() {
+    let endpoints = ["--udp", "127.0.0.1:0", "--discovery", "127.0.0.1:0"];
+    let served = Served::start(&endpoints, 2);
+    let endpoint = served.endpoint("discovery");
+    let host = endpoint.strip_prefix("discovery:").expect("an address");
     let list = run(&["ports", "--wifi", host, "--json"]).object();
     assert!(list["ports"].is_array());
     assert_eq!(list["wifi"].as_array().map(Vec::len), Some(1), "{list}");

@@ -89,7 +89,7 @@ impl Drop for Invited {
 }
 
 #[test]
-fn a_site_is_made_once_and_says_what_comes_next() {
+fn site_is_created_once_with_advice_for_the_next_step() {
     let machines = Machines::new();
     let made = machines.site("desk", &["init", "lab", "--name", "desk"]);
     assert_eq!(made.status, 0, "{made:?}");
@@ -143,7 +143,7 @@ fn a_machine_joins_by_the_line_that_the_invitation_prints() {
 }
 
 #[test]
-fn a_refused_machine_is_told_what_to_do() {
+fn refused_machine_gets_advice() {
     let machines = Machines::new();
     machines.init("desk");
     let waiting = machines.invite("desk", &[]);

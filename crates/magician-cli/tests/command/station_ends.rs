@@ -5,17 +5,19 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 
-use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::drawing::{Fixture, PAPER, last};
 use crate::magician::served::Served;
 use crate::magician::{command, signal};
 
 /// Starts a station for the arm of a place.
-fn serve(place: &Place) -> (Served, String) {
+fn serve(fixture: &Fixture) -> (Served, String) {
     let mut serve = command();
-    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
-    let arguments = ["--port", &place.door(), "--listen", "127.0.0.1:0"];
+    serve.env("XDG_STATE_HOME", fixture.dir.path().join("state"));
+    let arguments = ["--port", &fixture.endpoint(), "--listen", "127.0.0.1:0"];
     let served = Served::of(serve, "serve", &arguments, 1);
-    let url = served.doors[0].trim_start_matches("serving ").to_owned();
+    let url = served.endpoints[0]
+        .trim_start_matches("serving ")
+        .to_owned();
     (served, url)
 }
 
@@ -26,8 +28,8 @@ fn client(mut command: Command) -> Child {
     command.spawn().expect("it starts")
 }
 
-fn draw(place: &Place, url: &str, more: &[&str]) -> Child {
-    client(place.draw_at(&["--station", url], more))
+fn draw(fixture: &Fixture, url: &str, more: &[&str]) -> Child {
+    client(fixture.draw_at(&["--station", url], more))
 }
 
 /// Returns message and kind of a failure.
@@ -53,17 +55,19 @@ enum Moment {
 }
 
 impl Moment {
-    fn wait(self, place: &Place) {
-        let height = || place.number("pose", "z") - PAPER;
+    fn wait(self, fixture: &Fixture) {
+        let height = || fixture.number("pose", "z") - PAPER;
         match self {
             Self::BeforeFirstMove => {}
             Self::Approaching => {
-                let (x, y) = (place.number("pose", "x"), place.number("pose", "y"));
-                while (place.number("pose", "x") - x).hypot(place.number("pose", "y") - y) < 1.0 {}
+                let (x, y) = (fixture.number("pose", "x"), fixture.number("pose", "y"));
+                while (fixture.number("pose", "x") - x).hypot(fixture.number("pose", "y") - y) < 1.0
+                {
+                }
             }
-            Self::Drawing => place.until_drawn(2.0),
+            Self::Drawing => fixture.until_drawn(2.0),
             Self::Ending => {
-                place.until_drawn(2.0);
+                fixture.until_drawn(2.0);
                 while height() < 1.0 {}
             }
         }
@@ -71,10 +75,10 @@ impl Moment {
 }
 
 #[test]
-fn drawing_over_a_station_that_ends_lifts_its_pen_restores_settings_and_says_so() {
+fn drawing_at_an_ending_station_lifts_the_pen_and_restores_settings() {
     use Moment::{Approaching, BeforeFirstMove, Drawing, Ending};
-    let place = Place::homed("5");
-    let before = place.settings();
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
     for (name, moment) in [
         ("-TERM", Drawing),
         ("-HUP", Drawing),
@@ -83,10 +87,10 @@ fn drawing_over_a_station_that_ends_lifts_its_pen_restores_settings_and_says_so(
         ("-HUP", Approaching),
         ("-INT", Ending),
     ] {
-        assert!(place.run(&["move", "200", "-60", "0"]).status.success());
-        let (served, url) = serve(&place);
-        let drawing = draw(&place, &url, &["--lift", "30"]);
-        moment.wait(&place);
+        assert!(fixture.run(&["move", "200", "-60", "0"]).status.success());
+        let (served, url) = serve(&fixture);
+        let drawing = draw(&fixture, &url, &["--lift", "30"]);
+        moment.wait(&fixture);
         let (status, _, told) = served.end_telling(name);
         let output = drawing.wait_with_output().expect("it ends");
         let what = format!("{name} {moment:?}: {output:?} {told}");
@@ -106,38 +110,38 @@ fn drawing_over_a_station_that_ends_lifts_its_pen_restores_settings_and_says_so(
                 assert!(message.contains("the pen is up by 30.0 mm"), "{what}");
             }
         }
-        let up = place.number("pose", "z") - PAPER;
+        let up = fixture.number("pose", "z") - PAPER;
         assert!(up > 9.0, "{what}: {up} mm");
-        assert_eq!(place.settings(), before, "{what}");
-        assert_eq!(place.debts(), 0, "{what}");
-        assert_eq!(last(&place.run(&["queue"]))["left_space"], 32, "{what}");
+        assert_eq!(fixture.settings(), before, "{what}");
+        assert_eq!(fixture.unrestored(), 0, "{what}");
+        assert_eq!(last(&fixture.run(&["queue"]))["left_space"], 32, "{what}");
     }
 }
 
 #[test]
-fn drawing_that_its_station_has_ended_goes_on_where_it_stopped() {
-    let place = Place::homed("5");
-    let (served, url) = serve(&place);
-    let drawing = draw(&place, &url, &[]);
-    place.until_drawn(2.0);
+fn drawing_ended_by_its_station_resumes_where_it_stopped() {
+    let fixture = Fixture::homed("5");
+    let (served, url) = serve(&fixture);
+    let drawing = draw(&fixture, &url, &[]);
+    fixture.until_drawn(2.0);
     drop(served.end("-TERM"));
     let output = drawing.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(4), "{output:?}");
-    assert_eq!(place.journals(), 1);
-    let (_served, url) = serve(&place);
-    let again = draw(&place, &url, &["--resume"]).wait_with_output();
+    assert_eq!(fixture.journals(), 1);
+    let (_served, url) = serve(&fixture);
+    let again = draw(&fixture, &url, &["--resume"]).wait_with_output();
     let again = again.expect("it ends");
     assert!(again.status.success(), "{again:?}");
 }
 
 #[test]
 fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
-    let place = Place::homed("5");
-    let before = place.settings();
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
     for station_first in [true, false] {
-        let (mut served, url) = serve(&place);
-        let drawing = draw(&place, &url, &[]);
-        place.until_drawn(2.0);
+        let (mut served, url) = serve(&fixture);
+        let drawing = draw(&fixture, &url, &[]);
+        fixture.until_drawn(2.0);
         let both = if station_first {
             [&served.child, &drawing]
         } else {
@@ -149,18 +153,18 @@ fn ctrl_c_that_reaches_station_and_program_at_once_lifts_the_pen() {
         let output = drawing.wait_with_output().expect("it ends");
         assert!(matches!(output.status.code(), Some(4 | 130)), "{output:?}");
         assert_eq!(served.child.wait().expect("it ends").code(), Some(0));
-        let up = place.number("pose", "z") - PAPER;
+        let up = fixture.number("pose", "z") - PAPER;
         assert!((up - 10.0).abs() < 0.5, "{station_first}: {up} mm");
-        assert_eq!(place.settings(), before);
+        assert_eq!(fixture.settings(), before);
     }
 }
 
 #[test]
 fn second_signal_ends_the_wait_of_a_station_and_stops_the_arm() {
-    let place = Place::homed("0.3");
-    let (mut served, url) = serve(&place);
-    let drawing = draw(&place, &url, &["--lift", "60"]);
-    place.until_drawn(2.0);
+    let fixture = Fixture::homed("0.3");
+    let (mut served, url) = serve(&fixture);
+    let drawing = draw(&fixture, &url, &["--lift", "60"]);
+    fixture.until_drawn(2.0);
     // Signals in the first half second are ignored, and the next one counts: the lift takes
     // seconds.
     while served.child.try_wait().expect("a child").is_none() {
@@ -172,39 +176,39 @@ fn second_signal_ends_the_wait_of_a_station_and_stops_the_arm() {
     let (message, _) = error(&output);
     assert!(message.starts_with("the station ended"), "{message}");
     assert!(!message.contains("pen is up"), "{message}");
-    let stands = place.number("pose", "z");
+    let stands = fixture.number("pose", "z");
     assert!(stands < PAPER + 59.0, "{stands}");
-    assert_eq!(place.number("pose", "z"), stands);
-    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+    assert_eq!(fixture.number("pose", "z"), stands);
+    assert_eq!(last(&fixture.run(&["queue"]))["left_space"], 32);
 }
 
 #[test]
-fn station_stops_the_arm_of_a_program_that_hangs_and_says_what_is_left() {
-    let place = Place::homed("5");
-    let (served, url) = serve(&place);
-    let mut drawing = draw(&place, &url, &[]);
-    place.until_drawn(2.0);
+fn ending_station_stops_the_arm_of_a_hanging_program() {
+    let fixture = Fixture::homed("5");
+    let (served, url) = serve(&fixture);
+    let mut drawing = draw(&fixture, &url, &[]);
+    fixture.until_drawn(2.0);
     signal("-STOP", &drawing);
     let (status, _, told) = served.end_telling("-TERM");
     assert_eq!(status.code(), Some(0));
     let said =
         "arm was stopped while magician held it and did not stop it in time: a pen may be down";
     assert!(told.contains(said), "{told}");
-    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
-    let stands = last(&place.run(&["pose"]));
-    assert_eq!(last(&place.run(&["pose"])), stands);
+    assert_eq!(last(&fixture.run(&["queue"]))["left_space"], 32);
+    let stands = last(&fixture.run(&["pose"]));
+    assert_eq!(last(&fixture.run(&["pose"])), stands);
     drawing.kill().expect("killed");
     drawing.wait().expect("it ends");
 }
 
 #[test]
-fn program_whose_station_is_killed_does_not_claim_to_know_the_arm() {
-    let place = Place::homed("5");
-    let (mut served, url) = serve(&place);
-    let mut drawing = place.draw_at(&["--station", &url], &[]);
+fn program_of_a_killed_station_reports_an_unknown_arm_state() {
+    let fixture = Fixture::homed("5");
+    let (mut served, url) = serve(&fixture);
+    let mut drawing = fixture.draw_at(&["--station", &url], &[]);
     drawing.stdout(Stdio::piped()).stderr(Stdio::piped());
     let drawing = drawing.spawn().expect("it starts");
-    place.until_drawn(2.0);
+    fixture.until_drawn(2.0);
     served.child.kill().expect("killed");
     let output = drawing.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(4), "{output:?}");
@@ -220,23 +224,23 @@ fn program_whose_station_is_killed_does_not_claim_to_know_the_arm() {
 }
 
 #[test]
-fn move_over_a_station_that_ends_is_stopped_and_says_so() {
-    let place = Place::homed("1");
-    let (served, url) = serve(&place);
+fn move_at_an_ending_station_is_stopped_and_reported() {
+    let fixture = Fixture::homed("1");
+    let (served, url) = serve(&fixture);
     let slow = [
         "set",
         "PTPCommonParams",
         "velocity_ratio=2",
         "acceleration_ratio=20",
     ];
-    assert!(place.run(&slow).status.success());
+    assert!(fixture.run(&slow).status.success());
     let at = ["--station", &url, "move", "200", "150", "50"];
     let mut verb = command();
     verb.args(at)
-        .env("XDG_STATE_HOME", place.dir.path().join("state"));
-    let before = place.number("pose", "y");
+        .env("XDG_STATE_HOME", fixture.dir.path().join("state"));
+    let before = fixture.number("pose", "y");
     let moving = client(verb);
-    while (place.number("pose", "y") - before).abs() < 0.5 {}
+    while (fixture.number("pose", "y") - before).abs() < 0.5 {}
     let (status, _) = served.end("-HUP");
     assert_eq!(status.code(), Some(0));
     let output = moving.wait_with_output().expect("it ends");
@@ -246,36 +250,36 @@ fn move_over_a_station_that_ends_is_stopped_and_says_so() {
         message.starts_with("the station ended: the arm stands at x "),
         "{message}"
     );
-    assert!(place.number("pose", "y") < 149.0);
+    assert!(fixture.number("pose", "y") < 149.0);
 }
 
 #[test]
 fn commands_left_in_the_arm_by_an_earlier_program_are_dropped_as_the_station_ends() {
-    let place = Place::homed("1");
+    let fixture = Fixture::homed("1");
     for set in ["QueuedCmdStopExec", "QueuedCmdClear"] {
-        assert!(place.run(&["set", set, "--yes"]).status.success());
+        assert!(fixture.run(&["set", set, "--yes"]).status.success());
     }
     for y in ["10", "20", "30"] {
         let (fields, y) = (["x=210", "z=0", "r=0", "ptp_mode=1"], format!("y={y}"));
         let enqueue = [&["enqueue", "PTPCmd", &y][..], &fields[..], &["--yes"]].concat();
-        let queued = place.run(&enqueue);
+        let queued = fixture.run(&enqueue);
         assert!(queued.status.success(), "{queued:?}");
     }
-    assert_ne!(last(&place.run(&["queue"]))["left_space"], 32);
-    let (served, _) = serve(&place);
+    assert_ne!(last(&fixture.run(&["queue"]))["left_space"], 32);
+    let (served, _) = serve(&fixture);
     let (status, _, told) = served.end_telling("-INT");
     assert_eq!(status.code(), Some(0), "{told}");
-    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+    assert_eq!(last(&fixture.run(&["queue"]))["left_space"], 32);
 }
 
 /// The refused drawing has changed nothing and left nothing to restore.
 #[test]
-fn second_drawing_at_a_station_is_refused_by_name_and_leaves_no_debts() {
-    let place = Place::homed("5");
-    let (_served, url) = serve(&place);
+fn second_drawing_at_a_station_is_refused_by_name_and_changes_no_settings() {
+    let fixture = Fixture::homed("5");
+    let (_served, url) = serve(&fixture);
     for _ in 0..3 {
-        let both = [draw(&place, &url, &[]), draw(&place, &url, &[])];
-        place.until_drawn(1.0);
+        let both = [draw(&fixture, &url, &[]), draw(&fixture, &url, &[])];
+        fixture.until_drawn(1.0);
         let [mut one, two] = both;
         let (refused, mut other) = match one.try_wait().expect("a child") {
             Some(_) => (one, two),
@@ -286,22 +290,22 @@ fn second_drawing_at_a_station_is_refused_by_name_and_leaves_no_debts() {
         let (message, kind) = error(&refused);
         assert_eq!(message, "magician has the lease of arm");
         assert_eq!(kind, "port");
-        assert_eq!(place.debts(), 1, "the living one's");
+        assert_eq!(fixture.unrestored(), 1, "the living one's");
         signal("-INT", &other);
         other.wait().expect("it ends");
-        assert_eq!(place.debts(), 0);
+        assert_eq!(fixture.unrestored(), 0);
     }
 }
 
 #[test]
 fn drawing_of_a_client_that_was_killed_is_resumed_once_its_lease_is_free() {
-    let place = Place::homed("5");
-    let (_served, url) = serve(&place);
-    let mut drawing = draw(&place, &url, &[]);
-    place.until_drawn(2.0);
+    let fixture = Fixture::homed("5");
+    let (_served, url) = serve(&fixture);
+    let mut drawing = draw(&fixture, &url, &[]);
+    fixture.until_drawn(2.0);
     drawing.kill().expect("killed");
     drawing.wait().expect("it ends");
-    let mut again = place.draw_at(&["--station", &url], &["--resume"]);
+    let mut again = fixture.draw_at(&["--station", &url], &["--resume"]);
     let again = again.output().expect("it runs");
     let said = String::from_utf8_lossy(&again.stderr);
     assert!(again.status.success(), "{again:?}");

@@ -5,7 +5,7 @@
 use std::fs;
 use std::process::Child;
 
-use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::drawing::{Fixture, PAPER, last};
 use crate::magician::terminal::Terminal;
 use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
@@ -24,31 +24,31 @@ fn is_as_it_was(terminal: &Terminal) -> bool {
     modes.contains(LocalModes::ICANON | LocalModes::ECHO)
 }
 
-fn draws(place: &Place) -> Terminal {
-    let mut terminal = Terminal::running(place.draw(&[]));
+fn draws(fixture: &Fixture) -> Terminal {
+    let mut terminal = Terminal::running(fixture.draw(&[]));
     terminal.until_step(3);
     terminal
 }
 
 /// Asserts that the arm's queue is empty.
-fn is_at_rest(place: &Place) {
-    assert_eq!(place.number("queue", "left_space"), 32.0);
+fn is_at_rest(fixture: &Fixture) {
+    assert_eq!(fixture.number("queue", "left_space"), 32.0);
 }
 
-fn pen_is_up(place: &Place) -> bool {
-    place.number("pose", "z") > PAPER + 9.0
+fn pen_is_up(fixture: &Fixture) -> bool {
+    fixture.number("pose", "z") > PAPER + 9.0
 }
 
-fn laser_is_on(place: &Place) -> bool {
-    last(&place.run(&["info"]))["laser"]
+fn laser_is_on(fixture: &Fixture) -> bool {
+    last(&fixture.run(&["info"]))["laser"]
         .as_bool()
         .expect("known")
 }
 
 #[test]
-fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
-    let place = Place::homed("5");
-    let mut terminal = draws(&place);
+fn job_pauses_before_the_process_is_stopped_and_resumes_when_continued() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = draws(&fixture);
     assert!(!is_as_it_was(&terminal));
     for _ in 0..2 {
         terminal.tell(Signal::TSTP);
@@ -57,8 +57,8 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
         terminal.tell(Signal::TSTP);
         terminal.until_stopped();
         assert!(is_as_it_was(&terminal));
-        is_at_rest(&place);
-        assert!(pen_is_up(&place));
+        is_at_rest(&fixture);
+        assert!(pen_is_up(&fixture));
         terminal.until_seen("paused: p resumes");
         terminal.tell(Signal::CONT);
         terminal.until_seen("left");
@@ -72,41 +72,41 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
 
 /// During the check, if this test is as fast as usual.
 #[test]
-fn a_wish_that_comes_at_once_is_followed() {
-    let place = Place::homed("5");
-    let mut terminal = Terminal::running(place.draw(&[]));
+fn suspend_during_the_check_is_executed() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = Terminal::running(fixture.draw(&[]));
     while caught(&terminal.child) >> (Signal::TSTP.as_raw() - 1) & 1 == 0 {
         std::thread::yield_now();
     }
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     assert!(is_as_it_was(&terminal));
-    is_at_rest(&place);
+    is_at_rest(&fixture);
     terminal.tell(Signal::CONT);
     terminal.until_step(3);
     terminal.interrupts("s", "interrupted:");
 }
 
 #[test]
-fn a_job_that_a_person_has_paused_stays_paused() {
-    let place = Place::homed("5");
-    let mut terminal = draws(&place);
+fn job_paused_by_the_user_stays_paused() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = draws(&fixture);
     terminal.types("p");
     terminal.until_seen("paused: p resumes");
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     terminal.tell(Signal::CONT);
     terminal.until_seen("paused: p resumes");
-    is_at_rest(&place);
+    is_at_rest(&fixture);
     terminal.types("p");
     terminal.until_seen("left");
     terminal.interrupts("s", "interrupted:");
 }
 
 #[test]
-fn what_cannot_go_on_stays_paused_and_says_why() {
-    let place = Place::homed("5");
-    let mut terminal = draws(&place);
+fn job_that_cannot_resume_stays_paused_and_says_why() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = draws(&fixture);
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     // Meanwhile another program moves the arm into an alarm.
@@ -120,10 +120,10 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
         "r=0",
         "--start",
     ];
-    place.run(&far);
+    fixture.run(&far);
     terminal.tell(Signal::CONT);
     terminal.until_seen("still paused: the arm is held by");
-    assert!(place.run(&["alarms", "--clear"]).status.success());
+    assert!(fixture.run(&["alarms", "--clear"]).status.success());
     terminal.types("p");
     terminal.until_seen("left");
     terminal.interrupts("s", "interrupted:");
@@ -133,28 +133,28 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
 const BURNS: &str = "G21\nG90\nM3 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
 
 #[test]
-fn a_job_that_burns_is_not_lit_again_by_itself() {
-    let place = Place::homed("5");
-    place.write("burn.gcode", BURNS);
+fn burning_job_does_not_relight_by_itself() {
+    let fixture = Fixture::homed("5");
+    fixture.write("burn.gcode", BURNS);
     let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
-    let mut terminal = Terminal::running(place.command(&burn));
+    let mut terminal = Terminal::running(fixture.command(&burn));
     terminal.until_seen("left");
     // The laser's power is right only for the planned speed.
     terminal.types("-");
     terminal.until_seen("speed unchanged: the job burns");
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
-    is_at_rest(&place);
+    is_at_rest(&fixture);
     terminal.tell(Signal::CONT);
     terminal.until_seen("the job burns: it stays paused, laser off, until you press p");
-    is_at_rest(&place);
-    assert!(!laser_is_on(&place));
+    is_at_rest(&fixture);
+    assert!(!laser_is_on(&fixture));
     // A second continuation does not light it either.
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     terminal.tell(Signal::CONT);
     terminal.until_seen("paused: p resumes");
-    is_at_rest(&place);
+    is_at_rest(&fixture);
     terminal.types("p");
     terminal.until_seen("left");
     terminal.interrupts("s", "interrupted:");
@@ -162,8 +162,8 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
 
 #[test]
 fn keys_make_a_drawing_slower_and_faster() {
-    let place = Place::homed("5");
-    let mut terminal = draws(&place);
+    let fixture = Fixture::homed("5");
+    let mut terminal = draws(&fixture);
     terminal.types("---");
     terminal.until_seen("left, at 70 %");
     terminal.types("+");
@@ -178,11 +178,11 @@ fn keys_make_a_drawing_slower_and_faster() {
 
 /// M4 throughout: its power follows the speed.
 #[test]
-fn what_burns_in_proportion_to_speed_is_made_slower() {
-    let place = Place::homed("5");
-    place.write("burn.gcode", &BURNS.replace("M3", "M4"));
+fn job_with_power_proportional_to_speed_can_be_slowed() {
+    let fixture = Fixture::homed("5");
+    fixture.write("burn.gcode", &BURNS.replace("M3", "M4"));
     let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
-    let mut terminal = Terminal::running(place.command(&burn));
+    let mut terminal = Terminal::running(fixture.command(&burn));
     terminal.until_seen("left");
     terminal.types("-");
     terminal.until_seen("left, at 90 %");
@@ -191,9 +191,9 @@ fn what_burns_in_proportion_to_speed_is_made_slower() {
 
 /// Verbs without a job are stopped by the system: the signal is not caught.
 #[test]
-fn other_verbs_leave_it_to_the_system() {
-    let place = Place::homed("5");
-    let mut terminal = Terminal::running(place.command(&["sim", "--tcp", "127.0.0.1:0"]));
+fn other_verbs_are_suspended_by_the_system() {
+    let fixture = Fixture::homed("5");
+    let mut terminal = Terminal::running(fixture.command(&["sim", "--tcp", "127.0.0.1:0"]));
     terminal.until("tcp");
     let caught = caught(&terminal.child);
     let bit = |signal: Signal| caught >> (signal.as_raw() - 1) & 1;

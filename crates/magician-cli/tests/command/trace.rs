@@ -12,9 +12,9 @@ fn commands(trace: &str) -> Vec<(String, String)> {
     records.iter().map(named).collect()
 }
 
-struct Place(tempfile::TempDir);
+struct Fixture(tempfile::TempDir);
 
-impl Place {
+impl Fixture {
     fn new() -> Self {
         Self(tempfile::tempdir().expect("directory"))
     }
@@ -26,9 +26,9 @@ impl Place {
 }
 
 #[test]
-fn a_verb_writes_down_what_it_says_and_hears() {
-    let place = Place::new();
-    let file = place.file("pose.pcapng");
+fn trace_contains_requests_and_replies_of_a_verb() {
+    let fixture = Fixture::new();
+    let file = fixture.file("pose.pcapng");
     let done = run(&["pose", "--port", "sim", "--trace", &file]);
     assert_eq!(done.status, 0, "{done:?}");
     let passed = commands(&file);
@@ -43,8 +43,8 @@ fn a_verb_writes_down_what_it_says_and_hears() {
 /// `docs/reference/FRAMES.md`: six frames for a move that follows another one in a shell.
 #[test]
 fn move_in_a_shell_reads_the_pose_once() {
-    let place = Place::new();
-    let file = place.file("moves.pcapng");
+    let fixture = Fixture::new();
+    let file = fixture.file("moves.pcapng");
     let done = run_with(
         &["--port", "sim", "--trace", &file, "shell"],
         b"home\nmove 220 0 20\nmove 220 10 20\n",
@@ -71,9 +71,9 @@ fn move_in_a_shell_reads_the_pose_once() {
 }
 
 #[test]
-fn a_failed_verb_leaves_its_trace_too() {
-    let place = Place::new();
-    let file = place.file("lost.pcapng");
+fn failed_verb_leaves_its_trace() {
+    let fixture = Fixture::new();
+    let file = fixture.file("lost.pcapng");
     let lost = run(&[
         "pose",
         "--port",
@@ -95,9 +95,9 @@ fn a_failed_verb_leaves_its_trace_too() {
 }
 
 #[test]
-fn every_line_of_a_program_goes_into_one_trace() {
-    let place = Place::new();
-    let file = place.file("doctor.pcapng");
+fn all_connections_of_a_program_share_one_trace() {
+    let fixture = Fixture::new();
+    let file = fixture.file("doctor.pcapng");
     let done = run(&[
         "doctor", "--port", "sim", "--count", "5", "--trace", &file, "--json",
     ]);
@@ -114,8 +114,8 @@ fn every_line_of_a_program_goes_into_one_trace() {
 
 #[test]
 fn a_shell_has_one_trace_for_all_its_lines() {
-    let place = Place::new();
-    let file = place.file("shell.pcapng");
+    let fixture = Fixture::new();
+    let file = fixture.file("shell.pcapng");
     let script = b"pose\nalarms\npose\n";
     let done = magician::run_with(&["shell", "--port", "sim", "--trace", &file], script);
     assert_eq!(done.status, 0, "{done:?}");
@@ -132,7 +132,7 @@ fn a_trace_that_cannot_be_written_ends_the_verb_before_a_byte_is_sent() {
 }
 
 #[test]
-fn a_step_over_a_lossy_line_is_made_once_or_said_to_be_in_doubt() {
+fn step_over_a_lossy_line_is_executed_once_or_reported_as_uncertain() {
     let script = b"alarms --clear\nmove 220 40 30\nmove --relative 0 0 10\npose --json\n";
     let mut made = 0;
     for seed in 1..8 {
@@ -154,7 +154,7 @@ fn a_step_over_a_lossy_line_is_made_once_or_said_to_be_in_doubt() {
 }
 
 #[test]
-fn faults_that_cannot_be_are_refused() {
+fn invalid_faults_are_refused() {
     let wrong = run(&["pose", "--port", "sim", "--json", "--faults", "flop=1"]);
     assert_eq!(wrong.status, 2, "{wrong:?}");
     let served = run(&[

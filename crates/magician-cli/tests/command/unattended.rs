@@ -26,7 +26,7 @@ const SIM: [&str; 4] = ["--port", "sim", "--listen", "127.0.0.1:0"];
 
 /// Returns the address that a station prints.
 fn url(served: &Served, scheme: &str) -> String {
-    served.door(scheme).trim_end_matches('/').to_owned()
+    served.endpoint(scheme).trim_end_matches('/').to_owned()
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn verbs_work_through_an_encrypted_station_that_is_trusted() {
 }
 
 #[test]
-fn certificates_that_cannot_be_used_say_how_it_exits() {
+fn unusable_certificates_state_the_exit_status() {
     let folder = tempfile::tempdir().unwrap();
     let [certificate, key] = pair(folder.path(), "own");
     let [_, other] = pair(folder.path(), "other");
@@ -77,7 +77,7 @@ fn certificates_that_cannot_be_used_say_how_it_exits() {
 }
 
 #[test]
-fn the_settings_say_what_flags_do_not() {
+fn settings_apply_if_no_flag_is_given() {
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("config.toml");
     let settings = "[serve]\nlisten = '127.0.0.1:0'\nallow_host = ['lab.local']\n\
@@ -106,7 +106,7 @@ fn the_settings_say_what_flags_do_not() {
 }
 
 #[test]
-fn how_dobotlink_is_answered_may_be_said_where_the_settings_ask_for_it() {
+fn link_flags_are_accepted_with_the_link_enabled_by_settings() {
     let refused = run(&[&["serve", "--link-laser"][..], &SIM].concat());
     assert_eq!(refused.status, 2, "{refused:?}");
     assert!(refused.err.contains("--link-laser"), "{refused:?}");
@@ -155,7 +155,7 @@ fn look(words: &[&str], token: Option<&str>) -> (i32, Vec<(String, Value)>) {
 }
 
 #[test]
-fn doctor_says_what_is_wrong_with_a_station() {
+fn doctor_reports_faults_of_a_station() {
     let served = Served::verb("serve", &SIM, 1);
     let url = url(&served, "http");
     let (status, checks) = look(&["--station", &url], None);

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use crate::magician::command;
-use crate::magician::drawing::Place;
+use crate::magician::drawing::Fixture;
 use crate::magician::terminal::Terminal;
 use serde_json::{Value, json};
 
@@ -51,25 +51,25 @@ fn file(name: &str) -> String {
     path.display().to_string()
 }
 
-fn draw(place: &Place, file: &str, more: &[&str]) -> Command {
-    let mut command = place.command(&["draw", file, "--surface", "-60", "--parts", "color"]);
+fn draw(fixture: &Fixture, file: &str, more: &[&str]) -> Command {
+    let mut command = fixture.command(&["draw", file, "--surface", "-60", "--parts", "color"]);
     command.args(more);
     command
 }
 
 #[test]
-fn a_program_that_reads_the_events_goes_on_with_the_next_part() {
-    let place = Place::homed("5");
+fn program_reading_the_events_continues_with_the_next_part() {
+    let fixture = Fixture::homed("5");
     let file = file("json");
-    let mut talk = Talk::with(draw(&place, &file, &["--json"]));
+    let mut talk = Talk::with(draw(&fixture, &file, &["--json"]));
     let paused = talk.until("paused");
     assert_eq!(
         paused,
         json!({"event": "paused", "part": 2, "reason": "part"})
     );
-    assert_eq!(place.number("queue", "left_space"), 32.0);
-    let before = place.number("pose", "x");
-    assert_eq!(place.number("pose", "x"), before, "nothing moves");
+    assert_eq!(fixture.number("queue", "left_space"), 32.0);
+    let before = fixture.number("pose", "x");
+    assert_eq!(fixture.number("pose", "x"), before, "nothing moves");
     let stdin = talk.child.stdin.as_mut().expect("a pipe");
     writeln!(stdin, "{{\"do\":\"resume\"}}").expect("it reads");
     assert_eq!(talk.until("resumed"), json!({"event": "resumed"}));
@@ -77,15 +77,15 @@ fn a_program_that_reads_the_events_goes_on_with_the_next_part() {
 }
 
 #[test]
-fn a_pause_that_nobody_can_answer_any_more_stops_the_job() {
-    let place = Place::homed("5");
+fn unanswerable_pause_stops_the_job() {
+    let fixture = Fixture::homed("5");
     let file = file("end");
-    let mut talk = Talk::with(draw(&place, &file, &["--json"]));
+    let mut talk = Talk::with(draw(&fixture, &file, &["--json"]));
     drop(talk.child.stdin.take());
     talk.until("paused");
     assert_eq!(talk.child.wait().expect("it ends").code(), Some(130));
     // The job resumes where it was stopped, and waits there again.
-    let mut talk = Talk::with(draw(&place, &file, &["--json", "--resume"]));
+    let mut talk = Talk::with(draw(&fixture, &file, &["--json", "--resume"]));
     talk.until("paused");
     let stdin = talk.child.stdin.as_mut().expect("a pipe");
     writeln!(stdin, "{{\"do\":\"resume\"}}").expect("it reads");
@@ -93,10 +93,10 @@ fn a_pause_that_nobody_can_answer_any_more_stops_the_job() {
 }
 
 #[test]
-fn a_person_is_told_which_pen_to_mount() {
-    let place = Place::homed("5");
+fn user_is_told_which_pen_to_mount() {
+    let fixture = Fixture::homed("5");
     let file = file("keys");
-    let mut terminal = Terminal::running(draw(&place, &file, &[]));
+    let mut terminal = Terminal::running(draw(&fixture, &file, &[]));
     terminal.until_both_seen([
         "mount the pen for part 2, #0000ff",
         "paused: p resumes, space stops",
@@ -106,7 +106,7 @@ fn a_person_is_told_which_pen_to_mount() {
 }
 
 #[test]
-fn a_job_that_nobody_could_go_on_with_is_not_begun() {
+fn job_with_unanswerable_pauses_does_not_start() {
     let file = file("nobody");
     let run = |more: &[&str]| {
         let mut magician = in_colors(&file);
@@ -126,7 +126,7 @@ fn a_job_that_nobody_could_go_on_with_is_not_begun() {
 }
 
 #[test]
-fn a_file_of_pens_is_read_and_what_is_wrong_in_it_is_told_with_its_place() {
+fn pen_file_is_read_and_its_errors_have_positions() {
     let file = file("pens");
     let pens = format!("{file}.toml");
     let run = |text: &str| {

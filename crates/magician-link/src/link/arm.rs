@@ -6,14 +6,14 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
-use super::Asked;
-use crate::params::Manner;
+use super::PendingCall;
+use crate::params::CallOptions;
 use crate::waits::Waits;
 
 /// Write that waits for its turn at an arm.
 #[derive(Debug)]
 pub(crate) struct Write {
-    pub(crate) asked: Asked,
+    pub(crate) pending: PendingCall,
     /// Method of the station.
     pub(crate) method: &'static str,
     pub(crate) params: Value,
@@ -21,30 +21,35 @@ pub(crate) struct Write {
     /// Time limit: first for room in the queue, then until the command has finished.
     pub(crate) timeout: Duration,
     /// Way in which it is answered.
-    pub(crate) end: WriteEnd,
+    pub(crate) end: WriteAnswer,
     /// Instant at which waiting for room in the queue is given up.
-    pub(crate) give_up: Option<HostInstant>,
+    pub(crate) give_up_at: Option<HostInstant>,
 }
 
 impl Write {
     /// Creates a write with immediate effect.
-    pub(crate) fn new(asked: &Asked, method: &'static str, params: Value, end: WriteEnd) -> Self {
+    pub(crate) fn new(
+        pending: &PendingCall,
+        method: &'static str,
+        params: Value,
+        end: WriteAnswer,
+    ) -> Self {
         Self {
-            asked: asked.clone(),
+            pending: pending.clone(),
             method,
             params,
             queued: false,
             timeout: Duration::ZERO,
             end,
-            give_up: None,
+            give_up_at: None,
         }
     }
 
     /// Applies the program's wishes: queue and timeout.
-    pub(crate) fn by(self, manner: &Manner) -> Self {
+    pub(crate) fn with_options(self, options: &CallOptions) -> Self {
         Self {
-            queued: manner.queued,
-            timeout: Duration::from_millis(manner.timeout_ms),
+            queued: options.queued,
+            timeout: Duration::from_millis(options.timeout_ms),
             ..self
         }
     }
@@ -52,11 +57,11 @@ impl Write {
 
 /// Way in which a write is answered.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum WriteEnd {
+pub(crate) enum WriteAnswer {
     /// True.
     True,
     /// True, and the calls that wait are cancelled.
-    Ends,
+    StopQueue,
     /// True; the arm jogs from now on.
     Jog,
     /// Index of the queued command.
@@ -76,15 +81,15 @@ pub(crate) struct ArmLink {
     pub(crate) names: Vec<String>,
     pub(crate) is_virtual: bool,
     /// True if its queue is to be started.
-    pub(crate) starts: bool,
+    pub(crate) starts_queue: bool,
     /// Lease. `None` while the session does not hold it.
     pub(crate) lease: Option<String>,
     pub(crate) waits: Waits,
     pub(crate) writes: VecDeque<Write>,
-    pub(crate) writing: bool,
-    pub(crate) blocked: Option<HostInstant>,
+    pub(crate) is_writing: bool,
+    pub(crate) blocked_until: Option<HostInstant>,
     /// True from the request for a jog to its end.
-    pub(crate) jogs: bool,
+    pub(crate) is_jogging: bool,
     /// Jog of the station, and the instant of its next keep-alive.
     pub(crate) jog: Option<(String, HostInstant)>,
     /// Index of the last finished command, if known.
@@ -93,14 +98,14 @@ pub(crate) struct ArmLink {
     pub(crate) alarm: Option<u8>,
     /// Alarm that first appeared in the current reading.
     pub(crate) raised: Option<u8>,
-    pub(crate) fast: Option<Fast>,
+    pub(crate) fast: Option<FastSubscription>,
     /// Instant since which no call waits.
-    pub(crate) idle: Option<HostInstant>,
+    pub(crate) idle_since: Option<HostInstant>,
 }
 
 /// Fast subscription, used while calls wait.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) enum Fast {
-    Asked,
+pub(crate) enum FastSubscription {
+    Requested,
     Id(u64),
 }

@@ -10,19 +10,19 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use self::arm::Fast;
-pub(crate) use self::arm::{ArmLink, Write, WriteEnd};
-use self::watching::WATCHES_ON;
-use self::writes::KEEP_INTERVAL;
-use crate::answers::Then;
+use self::arm::FastSubscription;
+pub(crate) use self::arm::{ArmLink, Write, WriteAnswer};
+use self::watching::FAST_LINGER;
+use self::writes::JOG_KEEP_INTERVAL;
+use crate::answers::Continuation;
 use crate::error::{ErrorCode, LinkError};
-use crate::report::Noted;
+use crate::report::AnsweredCall;
 use crate::rpc::{self, Request};
 
 /// Most calls without an answer. Further ones are refused, so that memory is bounded.
-const UNANSWERED: usize = 1000;
+const MAX_UNANSWERED: usize = 1000;
 /// Time without a sign of life from the program after which its jog is stopped.
-const SILENCE: Duration = Duration::from_secs(5);
+const PROGRAM_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Permissions and behaviour of a link.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,27 +47,27 @@ pub struct StationCall {
     /// Message.
     pub text: String,
     /// Call of the program that caused it: `dobotlink.Magician.SetPTPCmd`.
-    pub of: Option<String>,
+    pub origin: Option<String>,
 }
 
 /// Call of a program that has not been answered.
 #[derive(Clone, Debug)]
-pub(crate) struct Asked {
+pub(crate) struct PendingCall {
     /// Id for the answer.
     pub(crate) id: Option<Value>,
     /// Name, such as `Magician.SetPTPCmd`.
     pub(crate) method: String,
     /// Parameters that the call does not have.
-    pub(crate) odd: Vec<String>,
+    pub(crate) unknown_params: Vec<String>,
 }
 
-impl Asked {
+impl PendingCall {
     /// Creates a call that is counted as unknown.
     fn unknown(id: Option<Value>) -> Self {
         Self {
             id,
             method: "unknown".to_owned(),
-            odd: Vec::new(),
+            unknown_params: Vec::new(),
         }
     }
 }
@@ -75,23 +75,24 @@ impl Asked {
 /// Connection of a program, as a session of a station.
 ///
 /// Messages of the program go to [`receive`](Self::receive), those of the station to
-/// [`hear`](Self::hear). Messages to send come from [`poll_station`](Self::poll_station) and
-/// [`poll_program`](Self::poll_program). Time comes from the calls;
-/// [`poll_timeout`](Self::poll_timeout) returns when [`handle_timeout`](Self::handle_timeout) is
-/// due. When the program's socket closes, call [`end`](Self::end).
+/// [`receive_from_station`](Self::receive_from_station). Messages to send come from
+/// [`poll_station`](Self::poll_station) and [`poll_program`](Self::poll_program). Time comes from
+/// the calls; [`poll_timeout`](Self::poll_timeout) returns when
+/// [`handle_timeout`](Self::handle_timeout) is due. When the program's socket closes, call
+/// [`end`](Self::end).
 #[derive(Debug)]
 pub struct Link {
     pub(crate) options: LinkOptions,
     /// Connected arms, by their names in the station.
     pub(crate) arms: BTreeMap<String, ArmLink>,
-    pub(crate) under_way: BTreeMap<u64, Then>,
+    pub(crate) pending_calls: BTreeMap<u64, Continuation>,
     subscriptions: BTreeMap<u64, String>,
     next: u64,
     pub(crate) session: Option<String>,
-    heard: HostInstant,
+    last_received: HostInstant,
     to_station: VecDeque<StationCall>,
     to_program: VecDeque<String>,
-    noted: VecDeque<Noted>,
+    answered: VecDeque<AnsweredCall>,
     unanswered: usize,
 }
 
@@ -102,25 +103,25 @@ impl Link {
         let mut link = Self {
             options,
             arms: BTreeMap::new(),
-            under_way: BTreeMap::new(),
+            pending_calls: BTreeMap::new(),
             subscriptions: BTreeMap::new(),
             next: 0,
             session: None,
-            heard: now,
+            last_received: now,
             to_station: VecDeque::new(),
             to_program: VecDeque::new(),
-            noted: VecDeque::new(),
+            answered: VecDeque::new(),
             unanswered: 0,
         };
         // Sent first, before any call of the program can follow.
         let hello = json!({"client": {"name": name}});
-        link.call("session.hello", hello, Then::Hello);
+        link.call("session.hello", hello, Continuation::Hello);
         link
     }
 
     /// Processes a message of the program.
     pub fn receive(&mut self, now: HostInstant, text: &str) {
-        self.heard = now;
+        self.last_received = now;
         // DobotLink does not answer text other than JSON either.
         let Some(request) = Request::parse(text) else {
             return;
@@ -128,87 +129,87 @@ impl Link {
         self.unanswered += 1;
         let request = match request {
             Ok(request) => request,
-            Err((id, error)) => return self.answer(&Asked::unknown(id), &Err(error)),
+            Err((id, error)) => return self.answer(&PendingCall::unknown(id), &Err(error)),
         };
-        if self.unanswered > UNANSWERED {
-            let why = format!("more than {UNANSWERED} calls wait for their answers");
+        if self.unanswered > MAX_UNANSWERED {
+            let why = format!("more than {MAX_UNANSWERED} calls wait for their answers");
             let busy = LinkError::new(ErrorCode::BUSY, why);
-            return self.answer(&Asked::unknown(request.id), &Err(busy));
+            return self.answer(&PendingCall::unknown(request.id), &Err(busy));
         }
-        self.take(now, request);
+        self.handle_request(now, request);
     }
 
     /// Records the reply to a ping, which is a sign of life.
     pub fn pong(&mut self, now: HostInstant) {
-        self.heard = now;
+        self.last_received = now;
     }
 
     /// Processes a message of the station.
-    pub fn hear(&mut self, now: HostInstant, text: &str) {
+    pub fn receive_from_station(&mut self, now: HostInstant, text: &str) {
         let Ok(Value::Object(message)) = serde_json::from_str(text) else {
             return;
         };
         if let Some(id) = message.get("id").and_then(Value::as_u64) {
-            if let Some(then) = self.under_way.remove(&id) {
+            if let Some(continuation) = self.pending_calls.remove(&id) {
                 let outcome = match (message.get("result"), message.get("error")) {
                     (Some(result), None) => Ok(result.clone()),
                     (_, Some(error)) => Err(LinkError::of_station(error)),
                     (None, None) => Ok(Value::Null),
                 };
-                self.carry_on(now, then, outcome);
+                self.resume_call(now, continuation, outcome);
             }
             return;
         }
         let params = message.get("params").unwrap_or(&Value::Null);
         match message.get("method").and_then(Value::as_str) {
-            Some("arm.state") => self.state(now, params),
-            Some("arm.event") => self.event(params),
-            Some("lease.changed") => self.lease_changed(params),
-            Some("jog.ended") => self.jog_ended(params),
+            Some("arm.state") => self.handle_state(now, params),
+            Some("arm.event") => self.handle_event(params),
+            Some("lease.changed") => self.handle_lease_change(params),
+            Some("jog.ended") => self.handle_jog_end(params),
             // Other notifications do not concern these programs.
             _ => {}
         }
     }
 
     /// Handles a jog that ended by itself: at a limit, with the lease, or by a stop.
-    fn jog_ended(&mut self, params: &Value) {
+    fn handle_jog_end(&mut self, params: &Value) {
         let text = |name: &str| params.get(name).and_then(Value::as_str);
         let arm = text("arm").and_then(|name| self.arms.get_mut(name));
         if let Some(arm) = arm
             && arm.jog.as_ref().map(|(jog, _)| jog.as_str()) == text("jog")
         {
-            (arm.jogs, arm.jog) = (false, None);
+            (arm.is_jogging, arm.jog) = (false, None);
         }
     }
 
     /// Handles everything that is due.
     pub fn handle_timeout(&mut self, now: HostInstant) {
-        let silent = self.heard + SILENCE <= now;
+        let silent = self.last_received + PROGRAM_TIMEOUT <= now;
         let names: Vec<_> = self.arms.keys().cloned().collect();
         for name in names {
             let Some(arm) = self.arms.get_mut(&name) else {
                 continue;
             };
-            for wait in arm.waits.late(now) {
+            for wait in arm.waits.take_expired(now) {
                 let why = format!("command {} did not end in time", wait.index);
-                self.wait_is_over(wait, Err(LinkError::new(ErrorCode::TIMEOUT, why)));
+                self.complete_wait(wait, Err(LinkError::new(ErrorCode::TIMEOUT, why)));
             }
             let Some(arm) = self.arms.get_mut(&name) else {
                 continue;
             };
-            if arm.jogs && silent {
+            if arm.is_jogging && silent {
                 // The program hangs: everything that it started stops.
-                (arm.jogs, arm.jog) = (false, None);
-                self.call("arm.stop", json!({"arm": name}), Then::Nothing);
+                (arm.is_jogging, arm.jog) = (false, None);
+                self.call("arm.stop", json!({"arm": name}), Continuation::Nothing);
             } else if let Some((jog, due)) = &mut arm.jog
                 && *due <= now
             {
-                *due = now + KEEP_INTERVAL;
+                *due = now + JOG_KEEP_INTERVAL;
                 let params = json!({"jog": jog});
-                self.call("jog.keep", params, Then::Nothing);
+                self.call("jog.keep", params, Continuation::Nothing);
             }
-            self.calm_down(now, &name);
-            self.pump(now, &name);
+            self.end_fast_subscription(now, &name);
+            self.send_next_write(now, &name);
         }
     }
 
@@ -216,13 +217,16 @@ impl Link {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let of_arm = |arm: &ArmLink| {
-            let waiting = !(arm.writing || arm.writes.is_empty());
-            let blocked = arm.blocked.filter(|_| waiting);
-            let jog = arm.jogs.then(|| self.heard + SILENCE);
+            let waiting = !(arm.is_writing || arm.writes.is_empty());
+            let blocked = arm.blocked_until.filter(|_| waiting);
+            let jog = arm.is_jogging.then(|| self.last_received + PROGRAM_TIMEOUT);
             let keep = arm.jog.as_ref().map(|(_, due)| *due);
-            let watched = matches!(arm.fast, Some(Fast::Id(_)));
-            let calm = arm.idle.filter(|_| watched).map(|idle| idle + WATCHES_ON);
-            [arm.waits.due(), blocked, jog, keep, calm]
+            let watched = matches!(arm.fast, Some(FastSubscription::Id(_)));
+            let calm = arm
+                .idle_since
+                .filter(|_| watched)
+                .map(|idle| idle + FAST_LINGER);
+            [arm.waits.next_deadline(), blocked, jog, keep, calm]
                 .into_iter()
                 .flatten()
                 .min()
@@ -235,7 +239,7 @@ impl Link {
     pub fn end(&mut self) {
         let names: Vec<_> = self.arms.keys().cloned().collect();
         for name in names {
-            self.leave(&name);
+            self.disconnect_arm(&name);
         }
     }
 
@@ -250,47 +254,47 @@ impl Link {
     }
 
     /// Returns the next answered call, for the report.
-    pub fn poll_noted(&mut self) -> Option<Noted> {
-        self.noted.pop_front()
+    pub fn poll_answered(&mut self) -> Option<AnsweredCall> {
+        self.answered.pop_front()
     }
 
     /// Calls a method of the station.
-    pub(crate) fn call(&mut self, method: &str, params: Value, then: Then) {
+    pub(crate) fn call(&mut self, method: &str, params: Value, continuation: Continuation) {
         self.next += 1;
-        let of = then
-            .asked()
-            .map(|asked| format!("dobotlink.{}", asked.method));
-        self.under_way.insert(self.next, then);
+        let origin = continuation
+            .pending()
+            .map(|pending| format!("dobotlink.{}", pending.method));
+        self.pending_calls.insert(self.next, continuation);
         let text = rpc::call(self.next, method, &params);
-        self.to_station.push_back(StationCall { text, of });
+        self.to_station.push_back(StationCall { text, origin });
     }
 
     /// Answers a call of the program.
-    pub(crate) fn answer(&mut self, asked: &Asked, outcome: &Result<Value, LinkError>) {
+    pub(crate) fn answer(&mut self, pending: &PendingCall, outcome: &Result<Value, LinkError>) {
         // Saturating, because calls of the link itself are answered too.
         self.unanswered = self.unanswered.saturating_sub(1);
-        self.noted.push_back(Noted {
-            method: asked.method.clone(),
-            odd: asked.odd.clone(),
+        self.answered.push_back(AnsweredCall {
+            method: pending.method.clone(),
+            unknown_params: pending.unknown_params.clone(),
             error: outcome.as_ref().err().map(|error| error.code.0),
         });
-        if let Some(id) = &asked.id {
+        if let Some(id) = &pending.id {
             self.to_program.push_back(rpc::answer(id, outcome));
         }
     }
 
     /// Disconnects an arm.
-    pub(crate) fn leave(&mut self, name: &str) {
+    pub(crate) fn disconnect_arm(&mut self, name: &str) {
         self.cancel(name, &LinkError::cancelled("the arm was disconnected"));
         let Some(arm) = self.arms.remove(name) else {
             return;
         };
         for write in arm.writes {
             let why = LinkError::cancelled("the arm was disconnected");
-            self.answer(&write.asked, &Err(why));
+            self.answer(&write.pending, &Err(why));
         }
-        if arm.jogs {
-            self.call("jog.stop", json!({"arm": name}), Then::Nothing);
+        if arm.is_jogging {
+            self.call("jog.stop", json!({"arm": name}), Continuation::Nothing);
         }
         let ids: Vec<_> = { self.subscriptions.iter() }
             .filter(|(_, arm)| *arm == name)
@@ -300,7 +304,11 @@ impl Link {
             self.unsubscribe(id);
         }
         if let Some(lease) = arm.lease {
-            self.call("lease.release", json!({"lease": lease}), Then::Nothing);
+            self.call(
+                "lease.release",
+                json!({"lease": lease}),
+                Continuation::Nothing,
+            );
         }
     }
 }

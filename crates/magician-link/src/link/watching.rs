@@ -6,32 +6,32 @@ use std::time::Duration;
 use magician_protocol::{Alarm, HostInstant};
 use serde_json::{Value, json};
 
-use super::arm::Fast;
-use super::{Asked, Link, Write};
-use crate::answers::Then;
+use super::arm::FastSubscription;
+use super::{Link, PendingCall, Write};
+use crate::answers::Continuation;
 use crate::error::{ErrorCode, LinkError};
 use crate::rpc;
 use crate::waits::Wait;
 
 /// Time after the last waiting call for which the arm is still read fast.
-pub(super) const WATCHES_ON: Duration = Duration::from_secs(2);
+pub(super) const FAST_LINGER: Duration = Duration::from_secs(2);
 /// Readings per second while calls wait, so that they are answered within 50 ms.
-const FAST: u32 = 50;
+const FAST_RATE: u32 = 50;
 /// Readings per second otherwise, to notice alarms and a lost line.
-const SLOW: u32 = 2;
+const SLOW_RATE: u32 = 2;
 
 impl Link {
     /// Adds a call that waits until its command has finished.
     pub(super) fn wait(&mut self, now: HostInstant, name: &str, wait: Wait) {
         let Some(arm) = self.arms.get_mut(name) else {
             let why = LinkError::cancelled("the arm was disconnected");
-            return self.wait_is_over(wait, Err(why));
+            return self.complete_wait(wait, Err(why));
         };
-        arm.idle = None;
+        arm.idle_since = None;
         arm.waits.push(wait);
         if arm.fast.is_none() {
-            arm.fast = Some(Fast::Asked);
-            self.subscribe(name, FAST);
+            arm.fast = Some(FastSubscription::Requested);
+            self.subscribe(name, FAST_RATE);
         }
         // The command may have finished before this call.
         self.finished(now, name, None);
@@ -51,67 +51,71 @@ impl Link {
         for wait in arm.waits.finished(now, current) {
             let outcome = match raised {
                 // An alarm of the same reading belongs to the command that was finished last.
-                Some(code) if wait.index == current && !wait.homing => Err(held_by(code)),
+                Some(code) if wait.index == current && !wait.homing => Err(alarm_error(code)),
                 _ => Ok(()),
             };
-            self.wait_is_over(wait, outcome);
+            self.complete_wait(wait, outcome);
         }
-        self.heed_alarm(name);
-        self.rest(now, name);
+        self.fail_held_waits(name);
+        self.note_idle(now, name);
     }
 
     /// Ends the calls that an alarm holds: they would wait for ever.
-    fn heed_alarm(&mut self, name: &str) {
+    fn fail_held_waits(&mut self, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
         let Some(code) = arm.alarm else {
             return;
         };
-        for wait in arm.waits.held() {
-            self.wait_is_over(wait, Err(held_by(code)));
+        for wait in arm.waits.take_held_by_alarm() {
+            self.complete_wait(wait, Err(alarm_error(code)));
         }
     }
 
-    fn rest(&mut self, now: HostInstant, name: &str) {
+    fn note_idle(&mut self, now: HostInstant, name: &str) {
         if let Some(arm) = self.arms.get_mut(name)
             && arm.waits.is_empty()
             && arm.fast.is_some()
         {
             // The fast subscription stays for a while, because programs often send the next call at
             // once.
-            arm.idle.get_or_insert(now);
+            arm.idle_since.get_or_insert(now);
         }
     }
 
     /// Ends the fast subscription when no call has waited for a while.
-    pub(super) fn calm_down(&mut self, now: HostInstant, name: &str) {
+    pub(super) fn end_fast_subscription(&mut self, now: HostInstant, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
-        if arm.idle.is_some_and(|idle| idle + WATCHES_ON <= now)
-            && let Some(Fast::Id(id)) = arm.fast
+        if arm.idle_since.is_some_and(|idle| idle + FAST_LINGER <= now)
+            && let Some(FastSubscription::Id(id)) = arm.fast
         {
-            (arm.fast, arm.idle) = (None, None);
+            (arm.fast, arm.idle_since) = (None, None);
             self.unsubscribe(id);
         }
     }
 
     pub(crate) fn subscribe(&mut self, name: &str, rate: u32) {
         let params = json!({"arm": name, "rate": rate});
-        let fast = rate == FAST;
+        let fast = rate == FAST_RATE;
         let arm = name.to_owned();
-        self.call("arm.subscribe", params, Then::Subscribed { arm, fast });
+        self.call(
+            "arm.subscribe",
+            params,
+            Continuation::Subscribed { arm, fast },
+        );
     }
 
-    pub(crate) fn watch(&mut self, name: &str) {
-        self.subscribe(name, SLOW);
+    pub(crate) fn subscribe_slow(&mut self, name: &str) {
+        self.subscribe(name, SLOW_RATE);
     }
 
     pub(super) fn unsubscribe(&mut self, id: u64) {
         self.subscriptions.remove(&id);
         let params = json!({"subscription": id});
-        self.call("arm.unsubscribe", params, Then::Nothing);
+        self.call("arm.unsubscribe", params, Continuation::Nothing);
     }
 
     pub(crate) fn subscribed(&mut self, name: &str, fast: bool, id: u64) {
@@ -120,18 +124,18 @@ impl Link {
             return self.unsubscribe(id);
         };
         if fast {
-            arm.fast = Some(Fast::Id(id));
+            arm.fast = Some(FastSubscription::Id(id));
         }
         self.subscriptions.insert(id, name.to_owned());
     }
 
-    pub(crate) fn wait_is_over(&mut self, wait: Wait, outcome: Result<(), LinkError>) {
-        let asked = Asked {
+    pub(crate) fn complete_wait(&mut self, wait: Wait, outcome: Result<(), LinkError>) {
+        let pending = PendingCall {
             id: wait.id,
             method: wait.method,
-            odd: wait.odd,
+            unknown_params: wait.unknown_params,
         };
-        self.answer(&asked, &outcome.map(|()| json!(true)));
+        self.answer(&pending, &outcome.map(|()| json!(true)));
     }
 
     /// Cancels the calls that wait at an arm, and the queued writes, because they will not be done.
@@ -147,15 +151,15 @@ impl Link {
         arm.writes = kept;
         let queued: VecDeque<Write> = queued;
         for wait in waits {
-            self.wait_is_over(wait, Err(why.clone()));
+            self.complete_wait(wait, Err(why.clone()));
         }
         for write in queued {
-            self.answer(&write.asked, &Err(why.clone()));
+            self.answer(&write.pending, &Err(why.clone()));
         }
     }
 
     /// Processes a state, or a change of state.
-    pub(super) fn state(&mut self, now: HostInstant, params: &Value) {
+    pub(super) fn handle_state(&mut self, now: HostInstant, params: &Value) {
         let id = params.get("subscription").and_then(Value::as_u64);
         let Some(name) = id.and_then(|id| self.subscriptions.get(&id)).cloned() else {
             return;
@@ -180,13 +184,13 @@ impl Link {
     }
 
     /// Processes an event of an arm.
-    pub(super) fn event(&mut self, params: &Value) {
+    pub(super) fn handle_event(&mut self, params: &Value) {
         let text = |name: &str| params.get(name).and_then(Value::as_str).unwrap_or_default();
         let name = text("arm").to_owned();
         match text("event") {
             "stop" => {
                 if let Some(arm) = self.arms.get_mut(&name) {
-                    arm.jogs = false;
+                    arm.is_jogging = false;
                 }
                 self.cancel(&name, &LinkError::cancelled("the arm was stopped"));
             }
@@ -212,7 +216,7 @@ impl Link {
     }
 
     /// Processes a change of the lease's holder.
-    pub(super) fn lease_changed(&mut self, params: &Value) {
+    pub(super) fn handle_lease_change(&mut self, params: &Value) {
         let name = params
             .get("arm")
             .and_then(Value::as_str)
@@ -226,14 +230,14 @@ impl Link {
             return;
         };
         if !own && arm.lease.take().is_some() {
-            arm.jogs = false;
+            arm.is_jogging = false;
             let why = "another session took the arm, or its lease ended";
             self.cancel(name, &LinkError::cancelled(why));
         }
     }
 }
 
-fn held_by(code: u8) -> LinkError {
+fn alarm_error(code: u8) -> LinkError {
     LinkError::cancelled(match Alarm::with_code(code) {
         Some(alarm) => format!("an alarm holds the queue: {}", alarm.name),
         None => format!("an alarm holds the queue: 0x{code:02X}"),

@@ -5,18 +5,18 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::{Asked, Link, Write, WriteEnd};
-use crate::answers::Then;
+use super::{Link, PendingCall, Write, WriteAnswer};
+use crate::answers::Continuation;
 use crate::error::{ErrorCode, LinkError};
 use crate::waits::Wait;
 
-/// Interval of keeping a jog alive while its program lives: several times within [`KEEP_MS`].
-pub(crate) const KEEP_INTERVAL: Duration = Duration::from_millis(250);
+/// Interval of keeping a jog alive while its program lives: several times within [`JOG_KEEP_MS`].
+pub(crate) const JOG_KEEP_INTERVAL: Duration = Duration::from_millis(250);
 /// Keep-alive period of a jog at the station, ms: the longest that it accepts, because a link may
 /// be delayed.
-const KEEP_MS: u64 = 1000;
+const JOG_KEEP_MS: u64 = 1000;
 /// Interval of trying again when the queue is full.
-const FULL: Duration = Duration::from_millis(20);
+const FULL_QUEUE_RETRY_INTERVAL: Duration = Duration::from_millis(20);
 
 impl Link {
     /// Appends a write.
@@ -24,86 +24,92 @@ impl Link {
         if let Some(arm) = self.arms.get_mut(name) {
             arm.writes.push_back(write);
         }
-        self.pump(now, name);
+        self.send_next_write(now, name);
     }
 
     /// Starts a jog, which lasts until the program ends it. Before a jog of another axis the
     /// station brings the arm to rest.
-    pub(crate) fn start_jog(&mut self, now: HostInstant, asked: &Asked, name: &str, axis: &str) {
+    pub(crate) fn start_jog(
+        &mut self,
+        now: HostInstant,
+        pending: &PendingCall,
+        name: &str,
+        axis: &str,
+    ) {
         if let Some(arm) = self.arms.get_mut(name) {
-            (arm.jogs, arm.jog) = (true, None);
+            (arm.is_jogging, arm.jog) = (true, None);
         }
-        let params = json!({"arm": name, "axis": axis, "keep_ms": KEEP_MS});
-        let write = Write::new(asked, "jog.start", params, WriteEnd::Jog);
+        let params = json!({"arm": name, "axis": axis, "keep_ms": JOG_KEEP_MS});
+        let write = Write::new(pending, "jog.start", params, WriteAnswer::Jog);
         self.write(now, name, write);
     }
 
     /// Ends the jog before everything that waits. A jog that waits does not start.
-    pub(crate) fn stop_jog(&mut self, name: &str, then: Then) {
+    pub(crate) fn stop_jog(&mut self, name: &str, continuation: Continuation) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
-        (arm.jogs, arm.jog) = (false, None);
-        let begins = |write: &Write| matches!(write.end, WriteEnd::Jog);
+        (arm.is_jogging, arm.jog) = (false, None);
+        let begins = |write: &Write| matches!(write.end, WriteAnswer::Jog);
         let (dropped, kept): (Vec<_>, Vec<_>) =
             { std::mem::take(&mut arm.writes).into_iter() }.partition(begins);
         arm.writes = kept.into();
         for write in dropped {
             let why = LinkError::cancelled("the jog was stopped before it began");
-            self.answer(&write.asked, &Err(why));
+            self.answer(&write.pending, &Err(why));
         }
         // Sent by the arm and not by the jog, whose id is unknown while `jog.start` is unanswered.
-        self.call("jog.stop", json!({"arm": name}), then);
+        self.call("jog.stop", json!({"arm": name}), continuation);
     }
 
     /// Sends the next write, unless one is in flight. While the queue is full, writes that need no
     /// place in it go first.
-    pub(crate) fn pump(&mut self, now: HostInstant, name: &str) {
+    pub(crate) fn send_next_write(&mut self, now: HostInstant, name: &str) {
         let Some(arm) = self.arms.get_mut(name) else {
             return;
         };
-        if arm.writing {
+        if arm.is_writing {
             return;
         }
-        let blocked = arm.blocked.is_some_and(|until| now < until);
+        let blocked = arm.blocked_until.is_some_and(|until| now < until);
         let at = if blocked {
             arm.writes.iter().position(|write| !write.queued)
         } else {
-            arm.blocked = None;
+            arm.blocked_until = None;
             Some(0)
         };
         let Some(write) = at.and_then(|at| arm.writes.remove(at)) else {
             return;
         };
         // One write is in flight at a time: the station's answers decide which write may follow.
-        arm.writing = true;
-        let (starts, held) = (arm.starts, arm.lease.is_some());
+        arm.is_writing = true;
+        let (starts, held) = (arm.starts_queue, arm.lease.is_some());
         if !held {
             // Asked for again with every write, so that a program gets the arm as soon as it is
             // free.
             self.acquire(name);
             if starts {
-                self.start(name);
+                self.start_queue(name);
             }
         }
         let (method, params) = (write.method, write.params.clone());
         let arm = name.to_owned();
-        self.call(method, params, Then::Written { arm, write });
+        self.call(method, params, Continuation::Written { arm, write });
     }
 
     /// Starts the queue if it is empty. Programs rely on a queue that another program has started.
-    pub(crate) fn start(&mut self, name: &str) {
-        self.call("link.start", json!({"arm": name}), Then::Nothing);
+    pub(crate) fn start_queue(&mut self, name: &str) {
+        self.call("link.start", json!({"arm": name}), Continuation::Nothing);
     }
 
     /// Requests the lease, if it is free.
     pub(crate) fn acquire(&mut self, name: &str) {
-        let then = Then::Lease(name.to_owned());
-        self.call("lease.acquire", json!({"arm": name}), then);
+        let continuation = Continuation::Lease(name.to_owned());
+        self.call("lease.acquire", json!({"arm": name}), continuation);
     }
 
     /// Takes the result of a write.
-    pub(crate) fn written(
+    pub(crate) fn handle_write_result(
         &mut self,
         now: HostInstant,
         name: &str,
@@ -111,25 +117,25 @@ impl Link {
         outcome: Result<Value, LinkError>,
     ) {
         if let Some(arm) = self.arms.get_mut(name) {
-            arm.writing = false;
+            arm.is_writing = false;
             let full =
                 { outcome.as_ref().err() }.is_some_and(|error| error.code == ErrorCode::QUEUE_FULL);
             // Only a queued command can hope for room.
             if full && write.queued {
-                let give_up = *write.give_up.get_or_insert(now + write.timeout);
-                if now < give_up {
-                    arm.blocked = Some(now + FULL);
+                let give_up_at = *write.give_up_at.get_or_insert(now + write.timeout);
+                if now < give_up_at {
+                    arm.blocked_until = Some(now + FULL_QUEUE_RETRY_INTERVAL);
                     // In front again, so that the order stays.
                     arm.writes.push_front(write);
-                    return self.pump(now, name);
+                    return self.send_next_write(now, name);
                 }
             }
         }
-        self.end_write(now, name, write, outcome);
-        self.pump(now, name);
+        self.complete_write(now, name, write, outcome);
+        self.send_next_write(now, name);
     }
 
-    fn end_write(
+    fn complete_write(
         &mut self,
         now: HostInstant,
         name: &str,
@@ -139,21 +145,21 @@ impl Link {
         let value = match outcome {
             Ok(value) => value,
             Err(error) => {
-                if let (WriteEnd::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
+                if let (WriteAnswer::Jog, Some(arm)) = (write.end, self.arms.get_mut(name)) {
                     let others = arm.writes.iter();
                     // Another jog may wait behind the failed jog.
-                    arm.jogs &= { others }.any(|write| matches!(write.end, WriteEnd::Jog));
+                    arm.is_jogging &= { others }.any(|write| matches!(write.end, WriteAnswer::Jog));
                 }
-                return self.answer(&write.asked, &Err(error));
+                return self.answer(&write.pending, &Err(error));
             }
         };
         let index = value.get("index").and_then(Value::as_u64);
         match (write.end, index) {
-            (WriteEnd::Wait { homing }, Some(index)) => {
+            (WriteAnswer::Wait { homing }, Some(index)) => {
                 let wait = Wait {
-                    id: write.asked.id,
-                    method: write.asked.method,
-                    odd: write.asked.odd,
+                    id: write.pending.id,
+                    method: write.pending.method,
+                    unknown_params: write.pending.unknown_params,
                     index,
                     timeout: write.timeout,
                     homing,
@@ -161,28 +167,30 @@ impl Link {
                 };
                 self.wait(now, name, wait);
             }
-            (WriteEnd::Index, Some(index)) => {
-                self.answer(&write.asked, &Ok(json!({"queuedCmdIndex": index})));
+            (WriteAnswer::Index, Some(index)) => {
+                self.answer(&write.pending, &Ok(json!({"queuedCmdIndex": index})));
             }
-            (WriteEnd::Ends, _) => {
+            (WriteAnswer::StopQueue, _) => {
                 self.cancel(name, &LinkError::cancelled("the queue was stopped"));
-                self.answer(&write.asked, &Ok(json!(true)));
+                self.answer(&write.pending, &Ok(json!(true)));
             }
-            (WriteEnd::Jog, _) => {
+            (WriteAnswer::Jog, _) => {
                 let jog = value.get("jog").and_then(Value::as_str);
                 if let (Some(arm), Some(jog)) = (self.arms.get_mut(name), jog) {
                     // Not stored if the jog was ended meanwhile.
-                    arm.jog = arm.jogs.then(|| (jog.to_owned(), now + KEEP_INTERVAL));
+                    arm.jog = arm
+                        .is_jogging
+                        .then(|| (jog.to_owned(), now + JOG_KEEP_INTERVAL));
                 }
-                self.answer(&write.asked, &Ok(json!(true)));
+                self.answer(&write.pending, &Ok(json!(true)));
             }
-            (WriteEnd::Raw(method), _) => {
+            (WriteAnswer::Raw(method), _) => {
                 let result = crate::answers::raw(method, &value);
-                self.answer(&write.asked, &Ok(result));
+                self.answer(&write.pending, &Ok(result));
             }
             // Includes a wait or an index without an index in the answer, which does not happen for
             // queued commands.
-            _ => self.answer(&write.asked, &Ok(json!(true))),
+            _ => self.answer(&write.pending, &Ok(json!(true))),
         }
     }
 }

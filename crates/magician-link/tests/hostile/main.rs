@@ -3,14 +3,14 @@
 
 mod host;
 
-use magician_link::{Kind, LinkOptions, methods};
+use magician_link::{LinkOptions, ParamType, methods};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
 use proptest::test_runner::RngSeed;
 use serde_json::{Map, Value, json};
 
-use self::host::Life;
+use self::host::Harness;
 
 /// Arbitrary values, valid ones more often.
 fn value() -> BoxedStrategy<Value> {
@@ -29,15 +29,15 @@ fn value() -> BoxedStrategy<Value> {
 }
 
 /// Value that a parameter of this type accepts.
-fn good(kind: Kind) -> BoxedStrategy<Value> {
+fn valid_value(kind: ParamType) -> BoxedStrategy<Value> {
     match kind {
-        Kind::Number => (-300.0..300.0_f64).prop_map(Value::from).boxed(),
-        Kind::Integer => (0..20_u32).prop_map(Value::from).boxed(),
-        Kind::Bool => any::<bool>().prop_map(Value::from).boxed(),
-        Kind::Text => "[a-z]{0,4}".prop_map(Value::from).boxed(),
-        Kind::Numbers => vec(0..200_u32, 0..70).prop_map(Value::from).boxed(),
-        Kind::Point => Just(json!({"x": 200, "y": 0, "z": 50, "r": 0})).boxed(),
-        Kind::Outputs => Just(json!([{"ratio": 50, "port": 4, "level": 1}])).boxed(),
+        ParamType::Number => (-300.0..300.0_f64).prop_map(Value::from).boxed(),
+        ParamType::Integer => (0..20_u32).prop_map(Value::from).boxed(),
+        ParamType::Bool => any::<bool>().prop_map(Value::from).boxed(),
+        ParamType::Text => "[a-z]{0,4}".prop_map(Value::from).boxed(),
+        ParamType::Numbers => vec(0..200_u32, 0..70).prop_map(Value::from).boxed(),
+        ParamType::Point => Just(json!({"x": 200, "y": 0, "z": 50, "r": 0})).boxed(),
+        ParamType::Outputs => Just(json!([{"ratio": 50, "port": 4, "level": 1}])).boxed(),
     }
 }
 
@@ -48,7 +48,7 @@ fn call() -> BoxedStrategy<String> {
         let params = (method.params.iter())
             .map(|param| {
                 let name = param.name.clone();
-                prop_oneof![20 => good(param.kind).prop_map(Some), 1 => value().prop_map(Some), 1 => Just(None)]
+                prop_oneof![20 => valid_value(param.kind).prop_map(Some), 1 => value().prop_map(Some), 1 => Just(None)]
                     .prop_map(move |value| value.map(|value| (name.clone(), value)))
             })
             .collect::<Vec<_>>();
@@ -88,7 +88,7 @@ fn call() -> BoxedStrategy<String> {
 }
 
 /// Line of a script.
-fn line() -> BoxedStrategy<String> {
+fn script_line() -> BoxedStrategy<String> {
     let mark = |marks: &'static [&'static str], most: u32| {
         (select(marks), 0..most).prop_map(|(mark, number)| format!("{mark}{number}"))
     };
@@ -120,22 +120,22 @@ proptest! {
     })]
 
     #[test]
-    fn each_call_is_answered_once_whatever_comes(script in vec(line(), 1..150), strict in any::<bool>()) {
-        let mut life = Life::new(all(strict));
-        life.live(&script.join("\n"));
-        life.end();
+    fn each_call_is_answered_exactly_once(script in vec(script_line(), 1..150), strict in any::<bool>()) {
+        let mut harness = Harness::new(all(strict));
+        harness.run_script(&script.join("\n"));
+        harness.end();
     }
 }
 
 #[test]
-fn a_flood_of_calls_is_answered() {
-    let mut life = Life::new(all(false));
+fn flood_of_calls_is_answered() {
+    let mut harness = Harness::new(all(false));
     let connect = json!({"id": "c", "method": "dobotlink.Magician.ConnectDobot", "params": {"portName": "sim"}});
-    life.live(&format!("A\n{connect}\nA"));
+    harness.run_script(&format!("A\n{connect}\nA"));
     for id in 0..3000 {
         let params = json!({"portName": "sim", "ptpMode": 1, "x": 200, "y": 0, "z": 50, "r": 0});
         let call = json!({"id": id, "method": "dobotlink.Magician.SetPTPCmd", "params": params});
-        life.live(&call.to_string());
+        harness.run_script(&call.to_string());
     }
-    life.end();
+    harness.end();
 }

@@ -15,9 +15,9 @@ use crate::certificates::{Identity, machine_of};
 
 /// Any free port on all addresses. The port is announced in state messages, so it need not be
 /// fixed.
-const ANYWHERE: &str = "0.0.0.0:0";
+const ANY_ADDRESS: &str = "0.0.0.0:0";
 /// Pause before the port is bound again after a failure: another program may hold it for a moment.
-const AGAIN: Duration = Duration::from_secs(1);
+const REBIND_DELAY: Duration = Duration::from_secs(1);
 
 /// Listener for members of the site.
 pub(super) struct SiteApi {
@@ -51,7 +51,7 @@ impl SiteApi {
         station: &RunningStation,
         tokens: &TokenStore,
     ) -> Result<Arc<Self>, CarrierError> {
-        let listener = listen(ANYWHERE, identity).await?;
+        let listener = listen(ANY_ADDRESS, identity).await?;
         let port = listener.addresses().first().map_or(0, SocketAddr::port);
         let api = Arc::new(Self {
             identity: identity.clone(),
@@ -79,7 +79,7 @@ impl SiteApi {
 
     /// Restarts the listener on the same port with the newest list of revoked certificates. All
     /// connections are closed; all machines but the revoked ones connect again.
-    pub(super) fn renew(self: &Arc<Self>) {
+    pub(super) fn restart(self: &Arc<Self>) {
         let api = Arc::clone(self);
         self.runtime.spawn(async move {
             // One restart at a time: a list that arrives meanwhile gets a restart after this one.
@@ -92,7 +92,7 @@ impl SiteApi {
                         tracing::error!(%error, "the site cannot reach this station: trying again");
                     }
                 }
-                sleep(AGAIN).await;
+                sleep(REBIND_DELAY).await;
             }
         });
     }
@@ -123,11 +123,11 @@ impl SiteApi {
     /// Stops the listener permanently.
     pub(super) async fn close(&self) {
         self.state().closed = true;
-        self.end().await;
+        self.stop().await;
     }
 
     /// Stops the listener and waits for its connections to close.
-    async fn end(&self) {
+    async fn stop(&self) {
         let serving = self.state().serving.take();
         if let Some(Serving { over, task }) = serving {
             let _ = over.send(true);

@@ -7,7 +7,7 @@ use zenoh::Config;
 
 use super::CarrierError;
 use crate::certificates::Identity;
-use crate::message::LARGEST;
+use crate::message::MAX_MESSAGE_SIZE;
 
 /// Defaults for settings that the file omits.
 ///
@@ -16,13 +16,13 @@ use crate::message::LARGEST;
 /// * Two keep-alives a lease instead of Zenoh's four: each station sends them to each other one,
 ///   and with fifty stations they are most of the idle traffic.
 /// * Largest message: bounds the memory that a peer can make this program use.
-const OURS: [(&str, &str); 3] = [
+const DEFAULTS: [(&str, &str); 3] = [
     ("transport/link/tx/lease", "2000"),
     ("transport/link/tx/keep_alive", "2"),
-    ("transport/link/rx/max_message_size", LARGEST_TEXT),
+    ("transport/link/rx/max_message_size", MAX_MESSAGE_SIZE_TEXT),
 ];
-const LARGEST_TEXT: &str = "2097152";
-const _: () = assert!(LARGEST == 2_097_152);
+const MAX_MESSAGE_SIZE_TEXT: &str = "2097152";
+const _: () = assert!(MAX_MESSAGE_SIZE == 2_097_152);
 /// Access list for a site with certificates: permits the messages of this program and denies all
 /// others.
 const ACCESS: &str = r#"{
@@ -50,7 +50,9 @@ pub(super) fn read(
         Some(file) => from_file(file)?,
         None => (Config::default(), Value::Null),
     };
-    let mut ours: Vec<_> = OURS.map(|(key, value)| (key, value.to_owned())).to_vec();
+    let mut ours: Vec<_> = DEFAULTS
+        .map(|(key, value)| (key, value.to_owned()))
+        .to_vec();
     if let Some(identity) = identity {
         let text = |path: PathBuf| Value::from(path.to_string_lossy()).to_string();
         let (key, certificate) = (text(identity.key_file()), text(identity.certificate_file()));
@@ -104,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_says_what_counts_and_the_rest_is_ours() {
+    fn file_settings_override_defaults() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("site.json5");
         let lease = |config: &Config| config.get_json("transport/link/tx/lease").unwrap();

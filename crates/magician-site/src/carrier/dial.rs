@@ -45,7 +45,7 @@ async fn carry(socket: RawSocket, mut end: StationEnd) -> Option<Closed> {
         while let Some(message) = end.from_client.recv().await {
             let message = match message {
                 ToStation::Text(text) => Message::text(text),
-                ToStation::Alive => Message::Pong(Bytes::new()),
+                ToStation::KeepAlive => Message::Pong(Bytes::new()),
             };
             if sink.send(message).await.is_err() {
                 return Some(Closed::broken());

@@ -29,7 +29,7 @@ use zenoh::query::Query;
 use zenoh::{Session, Wait};
 
 pub use node::{NodeOptions, ServedArm, SiteNode};
-pub use revoked::tell_revoked;
+pub use revoked::distribute_revoked;
 pub use site::ZenohSite;
 
 use crate::StationId;
@@ -41,7 +41,7 @@ use crate::keys::SiteName;
 /// Zenoh 1.10.2 closes a link with a linger timeout that is fixed at compile time. Until it
 /// expires, the close blocks one of the two threads that receive for all links
 /// (eclipse-zenoh/zenoh#1101), so that stops of other stations are delayed.
-pub const LINGER_FLAW: Option<&str> = if is_zero(option_env!("TCP_LINGER_TIMEOUT"))
+pub const LINGER_WARNING: Option<&str> = if is_zero(option_env!("TCP_LINGER_TIMEOUT"))
     && is_zero(option_env!("TLS_LINGER_TIMEOUT"))
 {
     None
@@ -61,7 +61,7 @@ const fn is_zero(seconds: Option<&str>) -> bool {
 
 /// Longest time for an orderly departure. A choice: a program that ends should not hang on a dead
 /// network; without the farewell its presence expires with the link's lease.
-const FAREWELL: Duration = Duration::from_secs(1);
+const LEAVE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Reason why a site cannot be joined.
 #[derive(Debug)]
@@ -147,20 +147,23 @@ impl Connection {
 
     /// Runs `work` with the session on its runtime. Returns `None` if the runtime has ended.
     /// Dropping the future aborts the work.
-    async fn within<T: Send + 'static, Work>(&self, work: impl FnOnce(Session) -> Work) -> Option<T>
+    async fn with_session<T: Send + 'static, Work>(
+        &self,
+        work: impl FnOnce(Session) -> Work,
+    ) -> Option<T>
     where
         Work: Future<Output = T> + Send + 'static,
     {
         let (runtime, session) = self.alive.as_ref()?;
         let working = runtime.spawn(work(session.clone()));
-        let _given_up = Aborting(working.abort_handle());
+        let _given_up = AbortOnDrop(working.abort_handle());
         working.await.ok()
     }
 
     /// Closes the session.
     async fn close(&self) {
-        self.within(|session| async move {
-            let _ = timeout(FAREWELL, async { session.close().await }).await;
+        self.with_session(|session| async move {
+            let _ = timeout(LEAVE_TIMEOUT, async { session.close().await }).await;
         })
         .await;
     }
@@ -182,9 +185,9 @@ impl Drop for Connection {
 }
 
 /// Aborts a task when dropped.
-struct Aborting(AbortHandle);
+struct AbortOnDrop(AbortHandle);
 
-impl Drop for Aborting {
+impl Drop for AbortOnDrop {
     fn drop(&mut self) {
         self.0.abort();
     }
@@ -192,11 +195,11 @@ impl Drop for Aborting {
 
 /// Replies to a query. A querier that has given up is ignored.
 fn reply(query: &Query, bytes: Vec<u8>) {
-    let _ = patiently(|| query.reply(query.key_expr().clone(), bytes).wait());
+    let _ = run_blocking(|| query.reply(query.key_expr().clone(), bytes).wait());
 }
 
 /// Runs blocking work outside of the async scheduler. Only for threads of a [`Connection`]'s
 /// runtime, which has several.
-fn patiently<T>(work: impl FnOnce() -> T) -> T {
+fn run_blocking<T>(work: impl FnOnce() -> T) -> T {
     block_in_place(work)
 }

@@ -22,20 +22,20 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 
 use super::api::SiteApi;
-use super::publish::{Own, TOGETHER, Told, tell};
-use super::revoked::{self, Lists};
-use super::{Aborting, CarrierError, Connection, FAREWELL, reply};
+use super::publish::{ArmPublisher, MAX_ARMS_PER_CLIENT, OwnStation, publish_states};
+use super::revoked::{self, ListExchange};
+use super::{AbortOnDrop, CarrierError, Connection, LEAVE_TIMEOUT, reply};
 use crate::certificates::Identity;
 use crate::keys::{Keys, SiteName};
-use crate::{ArmAt, StateTelling, StationId};
+use crate::{ArmAt, StateThrottle, StationId};
 
 /// Most queries that are answered at the same time. A choice: enough for all hubs and observers of
 /// a site, and a bound on the work that a stranger can cause.
-const ANSWERS: usize = 64;
+const MAX_CONCURRENT_ANSWERS: usize = 64;
 /// Time to wait for the owner of a name to reply.
-const NAMES: Duration = Duration::from_millis(500);
+const NAME_QUERY_TIMEOUT: Duration = Duration::from_millis(500);
 /// Time for the tokens of two stations that start at the same time to reach each other.
-const AT_ONCE: Duration = Duration::from_millis(300);
+const TOKEN_PROPAGATION_TIME: Duration = Duration::from_millis(300);
 
 /// An arm as announced on the site.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,8 +78,8 @@ pub struct SiteNode {
 struct Presence {
     tokens: Vec<LivelinessToken>,
     _queryables: Vec<Queryable<()>>,
-    _lists: Option<Lists>,
-    _tasks: Vec<Aborting>,
+    _lists: Option<ListExchange>,
+    _tasks: Vec<AbortOnDrop>,
 }
 
 impl fmt::Debug for SiteNode {
@@ -122,7 +122,7 @@ impl SiteNode {
         // A new id at each start, so that a restarted station is a different one.
         let mut random = [0; 8];
         getrandom::fill(&mut random).map_err(|error| CarrierError::Network(error.to_string()))?;
-        let own = Arc::new(Own {
+        let own = Arc::new(OwnStation {
             keys: Keys { site },
             id: StationId(u64::from_le_bytes(random)),
             machine: identity
@@ -135,7 +135,7 @@ impl SiteNode {
         let certified = identity.zip(api.clone());
         let ended = || CarrierError::Network("it ended".to_owned());
         let joined = connection
-            .within(|session| async move { begin(&session, own, arms, certified).await })
+            .with_session(|session| async move { begin(&session, own, arms, certified).await })
             .await;
         match joined.unwrap_or_else(|| Err(ended())) {
             Ok(presence) => Ok(Self {
@@ -175,13 +175,13 @@ impl SiteNode {
             _tasks,
         } = self.presence;
         self.connection
-            .within(|_| async move {
+            .with_session(|_| async move {
                 let all = async {
                     for token in tokens {
                         let _ = token.undeclare().await;
                     }
                 };
-                let _ = timeout(FAREWELL, all).await;
+                let _ = timeout(LEAVE_TIMEOUT, all).await;
             })
             .await;
         self.connection.close().await;
@@ -193,12 +193,12 @@ impl SiteNode {
 
 async fn begin(
     session: &Session,
-    own: Arc<Own>,
+    own: Arc<OwnStation>,
     arms: Vec<ServedArm>,
     certified: Option<(Identity, Arc<SiteApi>)>,
 ) -> Result<Presence, CarrierError> {
     for arm in &arms {
-        refuse_taken(session, &own, arm, |_| true).await?;
+        check_name_free(session, &own, arm, |_| true).await?;
     }
     let mut presence = Presence {
         tokens: Vec::new(),
@@ -207,38 +207,38 @@ async fn begin(
         _tasks: Vec::new(),
     };
     if let Some((identity, api)) = certified {
-        let newer = move || api.renew();
+        let newer = move || api.restart();
         presence._lists = Some(revoked::follow(session, &own.keys, &identity, newer).await?);
     }
-    let answering = Arc::new(Answering {
+    let responder = Arc::new(QueryResponder {
         own: Arc::clone(&own),
-        places: Arc::new(Semaphore::new(ANSWERS)),
+        permits: Arc::new(Semaphore::new(MAX_CONCURRENT_ANSWERS)),
         runtime: Handle::current(),
     });
-    let (here, key) = (Arc::clone(&answering), own.keys.roster(&own.machine));
-    let answer = move |query| here.tell_roster(query);
+    let (here, key) = (Arc::clone(&responder), own.keys.roster(&own.machine));
+    let answer = move |query| here.reply_roster(query);
     presence
         ._queryables
         .push(session.declare_queryable(key).callback(answer).await?);
-    for together in arms.chunks(TOGETHER) {
+    for together in arms.chunks(MAX_ARMS_PER_CLIENT) {
         // Each publisher reports once whether it has subscribers, and then every change. The
         // channel has ample room: callbacks of the network must not wait, so they use `try_send`.
-        let (listened, listening) = mpsc::channel(64 * TOGETHER);
-        let mut told = Vec::new();
+        let (listened, listening) = mpsc::channel(64 * MAX_ARMS_PER_CLIENT);
+        let mut publishers = Vec::new();
         for (at, arm) in together.iter().enumerate() {
             let listened = listened.clone();
-            let one = Told::declare(session, &own, arm.clone(), at, listened).await?;
-            let (here, telling) = (Arc::clone(&answering), one.telling());
+            let one = ArmPublisher::declare(session, &own, arm.clone(), at, listened).await?;
+            let (here, throttle) = (Arc::clone(&responder), one.throttle());
             let state = own.keys.state(&own.machine, &arm.name);
             let of = arm.clone();
-            let answer = move |query| here.tell_state(&of, &telling, query);
+            let answer = move |query| here.reply_state(&of, &throttle, query);
             presence
                 ._queryables
                 .push(session.declare_queryable(state).callback(answer).await?);
-            told.push(one);
+            publishers.push(one);
         }
-        let telling = tokio::spawn(tell(Arc::clone(&own), told, listening));
-        presence._tasks.push(Aborting(telling.abort_handle()));
+        let publishing = tokio::spawn(publish_states(Arc::clone(&own), publishers, listening));
+        presence._tasks.push(AbortOnDrop(publishing.abort_handle()));
     }
     // Last of all: as soon as the tokens are visible, clients may send queries.
     for arm in &arms {
@@ -250,27 +250,31 @@ async fn begin(
         let token = session.liveliness().declare_token(key).await?;
         presence.tokens.push(token);
     }
-    sleep(AT_ONCE).await;
+    sleep(TOKEN_PROPAGATION_TIME).await;
     for arm in &arms {
         // Both stations see each other now; the lower id stays.
-        refuse_taken(session, &own, arm, |other| other < own.id).await?;
+        check_name_free(session, &own, arm, |other| other < own.id).await?;
     }
     Ok(presence)
 }
 
 /// Fails if another station has the name of this arm and `goes_before` is true for its id.
-async fn refuse_taken(
+async fn check_name_free(
     session: &Session,
-    own: &Own,
+    own: &OwnStation,
     arm: &ServedArm,
     goes_before: impl Fn(StationId) -> bool,
 ) -> Result<(), CarrierError> {
     let key = own.keys.all_alive(&arm.name);
-    let replies = session.liveliness().get(key).timeout(NAMES).await?;
+    let replies = session
+        .liveliness()
+        .get(key)
+        .timeout(NAME_QUERY_TIMEOUT)
+        .await?;
     let mut other = None;
     while let Ok(reply) = replies.recv_async().await {
         let Ok(sample) = reply.result() else { continue };
-        let found = own.keys.read_alive(sample.key_expr());
+        let found = own.keys.parse_alive(sample.key_expr());
         let found = found.filter(|(_, at)| at.station != own.id && goes_before(at.station));
         other = other.or(found.map(|(machine, at)| (machine.to_owned(), at)));
     }
@@ -286,49 +290,49 @@ async fn refuse_taken(
 }
 
 /// Replies to queries for states and the roster. They are public, so no certificate is needed.
-struct Answering {
-    own: Arc<Own>,
-    places: Arc<Semaphore>,
+struct QueryResponder {
+    own: Arc<OwnStation>,
+    permits: Arc<Semaphore>,
     runtime: Handle,
 }
 
-impl Answering {
+impl QueryResponder {
     /// Replies with the roster. Called on a thread of the network.
-    fn tell_roster(self: &Arc<Self>, query: Query) {
-        self.tell(query, async |own| {
-            let roster = own.ask("site.roster", json!({})).await;
+    fn reply_roster(self: &Arc<Self>, query: Query) {
+        self.reply_later(query, async |own| {
+            let roster = own.request("site.roster", json!({})).await;
             roster.unwrap_or_default().to_string().into_bytes()
         });
     }
 
     /// Replies with the state of an arm: a fresh one if the station has it, otherwise the last
     /// known. Called on a thread of the network.
-    fn tell_state(
+    fn reply_state(
         self: &Arc<Self>,
         arm: &ServedArm,
-        telling: &Arc<Mutex<StateTelling>>,
+        throttle: &Arc<Mutex<StateThrottle>>,
         query: Query,
     ) {
-        let (arm, telling) = (arm.clone(), Arc::clone(telling));
-        self.tell(query, async move |own| {
-            let fresh = own.ask("arm.state", json!({"arm": arm.name})).await;
+        let (arm, throttle) = (arm.clone(), Arc::clone(throttle));
+        self.reply_later(query, async move |own| {
+            let fresh = own.request("arm.state", json!({"arm": arm.name})).await;
             let last = || {
-                let telling = telling.lock().unwrap_or_else(PoisonError::into_inner);
-                telling.last()
+                let throttle = throttle.lock().unwrap_or_else(PoisonError::into_inner);
+                throttle.last()
             };
             own.state_message(&arm, fresh.unwrap_or_else(last))
         });
     }
 
     /// Replies from a separate task, because a thread of the network must not wait.
-    fn tell<Telling>(
+    fn reply_later<Reply>(
         self: &Arc<Self>,
         query: Query,
-        answer: impl FnOnce(Arc<Own>) -> Telling + Send + 'static,
+        answer: impl FnOnce(Arc<OwnStation>) -> Reply + Send + 'static,
     ) where
-        Telling: Future<Output = Vec<u8>> + Send,
+        Reply: Future<Output = Vec<u8>> + Send,
     {
-        let Ok(place) = Arc::clone(&self.places).try_acquire_owned() else {
+        let Ok(place) = Arc::clone(&self.permits).try_acquire_owned() else {
             // Too many queries: drop this one. A subscriber gets the state within a second anyway.
             return;
         };
@@ -340,9 +344,9 @@ impl Answering {
     }
 }
 
-impl Own {
+impl OwnStation {
     /// Sends a request to the station as a viewer. Returns `None` on any error.
-    async fn ask(&self, method: &str, params: Value) -> Option<Value> {
+    async fn request(&self, method: &str, params: Value) -> Option<Value> {
         let peer = self.viewer().ok()?;
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let answer = self.station.call(peer, &request.to_string()).await?;

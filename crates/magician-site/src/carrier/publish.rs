@@ -1,8 +1,8 @@
 //! Publishes the states of a station's arms on the bus, but only while there are subscribers.
 //!
-//! One client of the station serves up to [`TOGETHER`] arms. It subscribes to an arm at the station
-//! when the first subscriber on the bus appears, and unsubscribes after the last one leaves.
-//! [`StateTelling`] limits the rate.
+//! One client of the station serves up to [`MAX_ARMS_PER_CLIENT`] arms. It subscribes to an arm at
+//! the station when the first subscriber on the bus appears, and unsubscribes after the last one
+//! leaves. [`StateThrottle`] limits the rate.
 
 use std::future::pending;
 use std::net::SocketAddr;
@@ -21,17 +21,17 @@ use zenoh::{Session, Wait};
 use super::node::ServedArm;
 use crate::keys::Keys;
 use crate::message::StateMessage;
-use crate::{StateTelling, StationId};
+use crate::{StateThrottle, StationId};
 
 /// Most arms per client of the station: the most subscriptions that a socket may have.
-pub(super) const TOGETHER: usize = 16;
+pub(super) const MAX_ARMS_PER_CLIENT: usize = 16;
 /// States a second that are requested from the station.
-const RATE: u32 = 10;
+const STATE_RATE: u32 = 10;
 /// Pause before a client that the station has closed connects again.
-const AGAIN: Duration = Duration::from_secs(1);
+const RECONNECT_DELAY: Duration = Duration::from_secs(1);
 
 /// Facts about this station, shared by everything that speaks for it.
-pub(super) struct Own {
+pub(super) struct OwnStation {
     pub(super) keys: Keys,
     pub(super) id: StationId,
     pub(super) machine: String,
@@ -40,7 +40,7 @@ pub(super) struct Own {
     pub(super) station: RunningStation,
 }
 
-impl Own {
+impl OwnStation {
     /// Client identity of this program at the station: a viewer.
     pub(super) fn viewer(&self) -> Result<Peer, TokenError> {
         let grant = Grant {
@@ -65,9 +65,9 @@ impl Own {
 }
 
 /// Publisher of one arm.
-pub(super) struct Told {
+pub(super) struct ArmPublisher {
     pub(super) arm: ServedArm,
-    telling: Arc<Mutex<StateTelling>>,
+    throttle: Arc<Mutex<StateThrottle>>,
     state: Publisher<'static>,
     is_listened: bool,
     /// Subscription at the station. `None` without one, 0 while the reply is outstanding.
@@ -75,16 +75,16 @@ pub(super) struct Told {
 }
 
 /// Index of an arm, and true if its state has subscribers now.
-pub(super) type Listened = (usize, bool);
+pub(super) type ListenerChange = (usize, bool);
 
-impl Told {
+impl ArmPublisher {
     /// Declares the publisher of an arm. `at` is its index within its group.
     pub(super) async fn declare(
         session: &Session,
-        own: &Own,
+        own: &OwnStation,
         arm: ServedArm,
         at: usize,
-        listened: mpsc::Sender<Listened>,
+        listened: mpsc::Sender<ListenerChange>,
     ) -> zenoh::Result<Self> {
         let state = session.declare_publisher(own.keys.state(&own.machine, &arm.name));
         // Drop instead of block: a slow link must not delay the states of other arms.
@@ -97,7 +97,7 @@ impl Told {
         let _ = listened.try_send((at, state.matching_status().await?.matching()));
         Ok(Self {
             arm,
-            telling: Arc::default(),
+            throttle: Arc::default(),
             state,
             is_listened: false,
             subscription: None,
@@ -105,19 +105,19 @@ impl Told {
     }
 
     /// Merged state, shared with the queries.
-    pub(super) fn telling(&self) -> Arc<Mutex<StateTelling>> {
-        Arc::clone(&self.telling)
+    pub(super) fn throttle(&self) -> Arc<Mutex<StateThrottle>> {
+        Arc::clone(&self.throttle)
     }
 
-    fn with<T>(&self, act: impl FnOnce(&mut StateTelling) -> T) -> T {
-        act(&mut self.telling.lock().unwrap_or_else(PoisonError::into_inner))
+    fn with<T>(&self, act: impl FnOnce(&mut StateThrottle) -> T) -> T {
+        act(&mut self.throttle.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Subscribes or unsubscribes at the station, so that it matches `is_listened`.
-    fn listen(&mut self, at: usize, client: &Client) {
+    fn update_subscription(&mut self, at: usize, client: &Client) {
         match (self.is_listened, self.subscription) {
             (true, None) => {
-                let params = json!({"arm": self.arm.name, "rate": RATE});
+                let params = json!({"arm": self.arm.name, "rate": STATE_RATE});
                 client.send(&request(at as u64 + 1, "arm.subscribe", &params));
                 self.subscription = Some(0);
             }
@@ -125,7 +125,7 @@ impl Told {
                 let params = json!({"subscription": id});
                 client.send(&request(0, "arm.unsubscribe", &params));
                 self.subscription = None;
-                self.with(StateTelling::rest);
+                self.with(StateThrottle::reset_schedule);
             }
             // Either no change, or the reply to a subscription is outstanding and will call this
             // again.
@@ -139,10 +139,10 @@ fn request(id: u64, method: &str, params: &Value) -> String {
 }
 
 /// Publishes the states of a group of arms until the station ends.
-pub(super) async fn tell(
-    own: Arc<Own>,
-    mut arms: Vec<Told>,
-    mut listened: mpsc::Receiver<Listened>,
+pub(super) async fn publish_states(
+    own: Arc<OwnStation>,
+    mut arms: Vec<ArmPublisher>,
+    mut listened: mpsc::Receiver<ListenerChange>,
 ) {
     let begun = Instant::now();
     loop {
@@ -151,44 +151,47 @@ pub(super) async fn tell(
         let name = format!("site {}", own.keys.site);
         let hello = json!({"client": {"name": name}});
         client.send(&request(0, "session.hello", &hello));
-        for (at, told) in arms.iter_mut().enumerate() {
-            told.subscription = None;
-            told.listen(at, &client);
+        for (at, publisher) in arms.iter_mut().enumerate() {
+            publisher.subscription = None;
+            publisher.update_subscription(at, &client);
         }
         loop {
-            let due = arms.iter().filter(|told| told.is_listened);
-            let due = due.filter_map(|told| told.with(|telling| telling.due()));
+            let due = arms.iter().filter(|publisher| publisher.is_listened);
+            let due = due.filter_map(|publisher| publisher.with(|throttle| throttle.due()));
             let due = due.min().map(|due| begun + due);
             tokio::select! {
                 outgoing = client.receive() => match outgoing {
                     Outgoing::Text(text) => {
-                        hear(&mut arms, &client, &text, begun.elapsed());
+                        handle_message(&mut arms, &client, &text, begun.elapsed());
                     }
                     // Binary frames are not subscribed to.
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => break,
                 },
                 Some((at, is_listened)) = listened.recv() => {
-                    if let Some(told) = arms.get_mut(at) {
-                        told.is_listened = is_listened;
-                        told.listen(at, &client);
+                    if let Some(publisher) = arms.get_mut(at) {
+                        publisher.is_listened = is_listened;
+                        publisher.update_subscription(at, &client);
                     }
                 }
-                () = until(due) => {}
+                () = sleep_until_due(due) => {}
             }
-            for told in arms.iter().filter(|told| told.is_listened) {
-                if let Some(state) = told.with(|telling| telling.tell(begun.elapsed())) {
+            for publisher in arms.iter().filter(|publisher| publisher.is_listened) {
+                if let Some(state) = publisher.with(|throttle| throttle.take_due(begun.elapsed())) {
                     // With `CongestionControl::Drop` a slow link drops it: a newer state follows
                     // soon.
-                    let _ = told.state.put(own.state_message(&told.arm, state)).wait();
+                    let _ = publisher
+                        .state
+                        .put(own.state_message(&publisher.arm, state))
+                        .wait();
                 }
             }
         }
-        sleep(AGAIN).await;
+        sleep(RECONNECT_DELAY).await;
     }
 }
 
-async fn until(due: Option<Instant>) {
+async fn sleep_until_due(due: Option<Instant>) {
     match due {
         Some(due) => sleep_until(due).await,
         None => pending().await,
@@ -196,16 +199,16 @@ async fn until(due: Option<Instant>) {
 }
 
 /// Handles a message of the station.
-fn hear(arms: &mut [Told], client: &Client, text: &str, now: Duration) {
+fn handle_message(arms: &mut [ArmPublisher], client: &Client, text: &str, now: Duration) {
     let Ok(mut message) = serde_json::from_str::<Value>(text) else {
         return;
     };
     if let Some(at) = message["id"].as_u64().and_then(|id| id.checked_sub(1)) {
         let at = at as usize;
-        if let Some(told) = arms.get_mut(at) {
-            told.subscription = message["result"]["subscription"].as_u64();
+        if let Some(publisher) = arms.get_mut(at) {
+            publisher.subscription = message["result"]["subscription"].as_u64();
             // The last subscriber may have left while the reply was outstanding.
-            told.listen(at, client);
+            publisher.update_subscription(at, client);
         }
         return;
     }
@@ -214,9 +217,9 @@ fn hear(arms: &mut [Told], client: &Client, text: &str, now: Duration) {
     }
     let mut params = message["params"].take();
     let id = params["subscription"].as_u64();
-    let of = { arms.iter() }.find(|told| id.is_some() && told.subscription == id);
+    let of = { arms.iter() }.find(|publisher| id.is_some() && publisher.subscription == id);
     let change = serde_json::from_value(params["state"].take());
-    if let (Some(told), Ok(change)) = (of, change) {
-        told.with(|telling| telling.hear(now, change));
+    if let (Some(publisher), Ok(change)) = (of, change) {
+        publisher.with(|throttle| throttle.merge(now, change));
     }
 }

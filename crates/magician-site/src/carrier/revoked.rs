@@ -19,12 +19,12 @@ use crate::certificates::{CertificateError, Identity};
 use crate::keys::{Keys, SiteName};
 
 /// Time for the links to the present machines to come up.
-const LINKS: Duration = Duration::from_millis(1500);
+const LINK_SETUP_TIME: Duration = Duration::from_millis(1500);
 /// Time for machines to reply with their list.
-const LISTS: Duration = Duration::from_millis(500);
+const LIST_QUERY_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Declarations for the list on the bus. Dropping them ends the exchange.
-pub(super) struct Lists {
+pub(super) struct ListExchange {
     _subscriber: Subscriber<()>,
     _queryable: Queryable<()>,
 }
@@ -36,7 +36,7 @@ pub(super) async fn follow(
     keys: &Keys,
     identity: &Identity,
     newer: impl Fn() + Clone + Send + Sync + 'static,
-) -> zenoh::Result<Lists> {
+) -> zenoh::Result<ListExchange> {
     let learn = {
         let identity = identity.clone();
         // On the authority's machine the list may be in the folder before it arrives on the bus.
@@ -60,9 +60,11 @@ pub(super) async fn follow(
         }
     };
     let all = keys.revoked("*");
-    let told = learn.clone();
+    let learn_published = learn.clone();
     let subscriber = session.declare_subscriber(&all);
-    let subscriber = subscriber.callback(move |sample| told(&sample)).await?;
+    let subscriber = subscriber
+        .callback(move |sample| learn_published(&sample))
+        .await?;
     let (known, runtime) = (identity.clone(), Handle::current());
     let answer = move |query: Query| {
         let list = known.revoked();
@@ -73,7 +75,10 @@ pub(super) async fn follow(
     };
     let queryable = session.declare_queryable(keys.revoked(identity.machine()));
     let queryable = queryable.callback(answer).await?;
-    let asked = session.get(all).target(QueryTarget::All).timeout(LISTS);
+    let asked = session
+        .get(all)
+        .target(QueryTarget::All)
+        .timeout(LIST_QUERY_TIMEOUT);
     let replies = asked.consolidation(ConsolidationMode::None).await?;
     tokio::spawn(async move {
         while let Ok(reply) = replies.recv_async().await {
@@ -82,7 +87,7 @@ pub(super) async fn follow(
             }
         }
     });
-    Ok(Lists {
+    Ok(ListExchange {
         _subscriber: subscriber,
         _queryable: queryable,
     })
@@ -93,7 +98,7 @@ pub(super) async fn follow(
 ///
 /// # Errors
 /// Any [`CarrierError`] of joining, or the network's on sending.
-pub async fn tell_revoked(
+pub async fn distribute_revoked(
     site: SiteName,
     config: Option<&Path>,
     identity: &Identity,
@@ -101,14 +106,14 @@ pub async fn tell_revoked(
     let connection = Connection::open(config, Some(identity)).await?;
     let key = Keys { site }.revoked(identity.machine());
     let list = identity.revoked();
-    let told = connection.within(|session| async move {
-        sleep(LINKS).await;
+    let distributing = connection.with_session(|session| async move {
+        sleep(LINK_SETUP_TIME).await;
         session.put(key, list).await
     });
-    let told = told.await;
+    let distributing = distributing.await;
     connection.close().await;
-    match told {
-        Some(told) => Ok(told?),
+    match distributing {
+        Some(distributing) => Ok(distributing?),
         None => Err(CarrierError::Network("it ended".to_owned())),
     }
 }

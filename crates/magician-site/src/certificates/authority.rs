@@ -18,13 +18,13 @@ use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::sign::CertifiedKey;
 
-use super::folder::{Locked, is_there, read_pem, write};
+use super::folder::{FolderLock, exists, read_pem, write};
 use super::list::RevocationList;
 use super::{CertificateError, Identity, SiteFolder, is_machine_name, tls, x509};
 use crate::keys::is_name;
 
 /// Length of an uncompressed P-256 public key, bytes: a tag and two coordinates.
-const PUBLIC_KEY: usize = 65;
+const PUBLIC_KEY_LENGTH: usize = 65;
 
 /// Authority of a site, on the machine that created the site. Several processes may use it at once.
 pub struct Authority {
@@ -69,7 +69,7 @@ struct Members {
 /// Newly signed certificate.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Signed {
+pub struct SignedCertificate {
     /// Certificate, PEM.
     pub certificate: String,
     /// End of validity, Unix seconds.
@@ -95,10 +95,10 @@ impl Authority {
         }
         let folder = SiteFolder::at(folder);
         let locked = folder.lock()?;
-        if is_there(&folder.certificate())? {
+        if exists(&folder.certificate())? {
             return Err(CertificateError::Exists(folder.path().to_owned()));
         }
-        if is_there(&folder.members())? && read_members(&folder)?.members.len() > 1 {
+        if exists(&folder.members())? && read_members(&folder)?.members.len() > 1 {
             let folder = folder.path().to_owned();
             return Err(CertificateError::Incomplete(folder, "own.pem"));
         }
@@ -137,7 +137,7 @@ impl Authority {
     /// A file is missing, unreadable or damaged.
     pub fn open(folder: &Path) -> Result<Option<Self>, CertificateError> {
         let folder = SiteFolder::at(folder);
-        if !is_there(&folder.authority_key())? || !is_there(&folder.certificate())? {
+        if !exists(&folder.authority_key())? || !exists(&folder.certificate())? {
             return Ok(None);
         }
         let certificate: CertificateDer<'_> = read_pem(&folder.authority(), "certificate as PEM")?;
@@ -211,7 +211,7 @@ impl Authority {
     /// # Errors
     /// [`CertificateError::Name`], [`Taken`](CertificateError::Taken),
     /// [`Revoked`](CertificateError::Revoked), [`Request`](CertificateError::Request); the folder.
-    pub fn sign(&self, request: &str, name: &str) -> Result<Signed, CertificateError> {
+    pub fn sign(&self, request: &str, name: &str) -> Result<SignedCertificate, CertificateError> {
         let locked = self.folder.lock()?;
         self.sign_locked(request, name, &locked)
     }
@@ -220,8 +220,8 @@ impl Authority {
         &self,
         request: &str,
         name: &str,
-        _: &Locked,
-    ) -> Result<Signed, CertificateError> {
+        _: &FolderLock,
+    ) -> Result<SignedCertificate, CertificateError> {
         if !is_machine_name(name) {
             return Err(CertificateError::Name(name.to_owned()));
         }
@@ -231,7 +231,7 @@ impl Authority {
             .map_err(|_| CertificateError::Request)?;
         let key = &request.public_key;
         let is_p256 = key.algorithm() == &PKCS_ECDSA_P256_SHA256;
-        if !is_p256 || key.der_bytes().len() != PUBLIC_KEY {
+        if !is_p256 || key.der_bytes().len() != PUBLIC_KEY_LENGTH {
             return Err(CertificateError::Request);
         }
         let params = x509::machine(name, self.ends)?;
@@ -266,7 +266,7 @@ impl Authority {
         }
         // Before the certificate is handed out: without this record it could not be revoked.
         write_members(&self.folder, &members)?;
-        Ok(Signed {
+        Ok(SignedCertificate {
             certificate: made.pem(),
             ends: details.ends,
             is_renewal,
@@ -319,7 +319,7 @@ impl Authority {
         let list = x509::list(number, &revoked).signed_by(&self.issuer)?;
         let list =
             RevocationList::read(list.der(), &self.certificate).ok_or(CertificateError::List)?;
-        let list = self.folder.keep_list(list, &self.certificate, &locked)?;
+        let list = self.folder.store_list(list, &self.certificate, &locked)?;
         Ok(list.der().to_vec())
     }
 
@@ -329,12 +329,12 @@ impl Authority {
     }
 
     /// TLS configuration that shows the certificate of the authority itself.
-    pub(super) fn inviting(&self) -> Result<ServerConfig, CertificateError> {
+    pub(super) fn invitation_server(&self) -> Result<ServerConfig, CertificateError> {
         let key = self.issuer.key().serialize_der();
         let key = PrivateKeyDer::try_from(key).map_err(|_| {
             CertificateError::Content(self.folder.authority_key(), "key of the authority")
         })?;
-        Ok(tls::inviting((self.certificate.clone(), key))?)
+        Ok(tls::invitation_server((self.certificate.clone(), key))?)
     }
 }
 

@@ -10,13 +10,13 @@ use super::CertificateError;
 /// Crockford's base 32, without I, L, O and U, which are easily confused.
 const SYMBOLS: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 /// Symbols of the secret: 65 bits.
-const SECRET: usize = 13;
+const SECRET_SYMBOLS: usize = 13;
 /// Symbols of the check: 60 bits.
-const CHECK: usize = 12;
+const CHECK_SYMBOLS: usize = 12;
 /// Symbols per group.
-const GROUP: usize = 5;
+const GROUP_SYMBOLS: usize = 5;
 /// Longest host name with a port, characters.
-const LONGEST: usize = 261;
+const MAX_ADDRESS_LENGTH: usize = 261;
 
 /// Code of an invitation: `HOST:PORT/XXXXX-XXXXX-XXXXX-XXXXX-XXXXX`.
 ///
@@ -69,7 +69,7 @@ impl JoinCode {
 
 /// Generates the secret of an invitation.
 pub(super) fn new_secret() -> Result<String, CertificateError> {
-    let mut bytes = [0; SECRET];
+    let mut bytes = [0; SECRET_SYMBOLS];
     getrandom::fill(&mut bytes).map_err(|_| CertificateError::Random)?;
     Ok(symbols(&bytes))
 }
@@ -81,7 +81,7 @@ fn check(secret: &str, authority: &[u8]) -> String {
         .chain_update(secret)
         .chain_update(authority)
         .finalize();
-    symbols(&digest[..CHECK])
+    symbols(&digest[..CHECK_SYMBOLS])
 }
 
 /// Encodes the lowest 5 bits of each byte as one symbol.
@@ -91,7 +91,7 @@ fn symbols(bytes: &[u8]) -> String {
 }
 
 /// Maps a typed character to its symbol, look-alikes included. `None` if it is invalid.
-fn meant(typed: char) -> Option<char> {
+fn symbol_of(typed: char) -> Option<char> {
     let symbol = match typed.to_ascii_uppercase() {
         'O' => '0',
         'I' | 'L' => '1',
@@ -106,7 +106,11 @@ impl fmt::Display for JoinCode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}/", self.address)?;
         for (at, symbol) in self.secret.chars().chain(self.check.chars()).enumerate() {
-            let hyphen = if at > 0 && at % GROUP == 0 { "-" } else { "" };
+            let hyphen = if at > 0 && at % GROUP_SYMBOLS == 0 {
+                "-"
+            } else {
+                ""
+            };
             write!(f, "{hyphen}{symbol}")?;
         }
         Ok(())
@@ -122,15 +126,15 @@ impl FromStr for JoinCode {
         let (host, port) = address.rsplit_once(':').ok_or(rule)?;
         let is_host = |c: char| c.is_ascii_alphanumeric() || "-_.:[]%".contains(c);
         let is_address = !host.is_empty()
-            && address.len() <= LONGEST
+            && address.len() <= MAX_ADDRESS_LENGTH
             && host.chars().all(is_host)
             && port.parse::<u16>().is_ok_and(|port| port > 0);
         let typed = typed.chars().filter(|c| *c != '-' && !c.is_whitespace());
-        let typed: String = typed.map(meant).collect::<Option<_>>().ok_or(rule)?;
-        if !is_address || typed.len() != SECRET + CHECK {
+        let typed: String = typed.map(symbol_of).collect::<Option<_>>().ok_or(rule)?;
+        if !is_address || typed.len() != SECRET_SYMBOLS + CHECK_SYMBOLS {
             return Err(rule);
         }
-        let (secret, check) = typed.split_at(SECRET);
+        let (secret, check) = typed.split_at(SECRET_SYMBOLS);
         Ok(Self {
             address: address.to_owned(),
             secret: secret.to_owned(),
@@ -146,7 +150,7 @@ mod tests {
     const AUTHORITY: &[u8] = b"any bytes";
 
     #[test]
-    fn a_code_is_read_as_it_is_written_or_typed() {
+    fn code_parses_in_displayed_and_typed_forms() {
         let code = JoinCode::new("192.168.1.5:41234", "01ABCDEFGHJKM", AUTHORITY);
         let text = code.to_string();
         assert!(
@@ -163,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_code_with_another_host_stays_good() {
+    fn code_with_another_host_remains_valid() {
         for host in ["bench-3.local:1", "[fe80::1%eth0]:65535", "10.0.0.1:80"] {
             let code = JoinCode::new(host, "01ABCDEFGHJKM", AUTHORITY);
             assert_eq!(code.to_string().parse(), Ok(code.clone()));
@@ -173,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_symbol_anywhere_is_not_of_the_authority() {
+    fn wrong_symbol_anywhere_fails_the_check() {
         let code = JoinCode::new("a:1", "01ABCDEFGHJKM", AUTHORITY);
         let text = code.to_string();
         for (at, symbol) in text.char_indices().skip("a:1/".len()) {
@@ -188,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_code_is_refused() {
+    fn malformed_codes_are_refused() {
         let good = "01ABC-DEFGH-JKMNP-QRSTV-WXYZ0";
         assert!(format!("a:1/{good}").parse::<JoinCode>().is_ok());
         for wrong in [

@@ -140,7 +140,7 @@ pub enum JoinError {
     /// No answer from the address in time.
     Silent(String),
     /// The peer is not the authority that made the code. No secret was sent to it.
-    Stranger(String),
+    WrongAuthority(String),
     /// The peer's reply is malformed.
     Answer,
     /// The authority refused the machine.
@@ -148,7 +148,7 @@ pub enum JoinError {
     /// The folder belongs to another site with the same name, or to the authority itself.
     Other(PathBuf),
     /// This machine is already on the site under another name. Gives that name and the folder.
-    Named(String, PathBuf),
+    OtherName(String, PathBuf),
     /// Error about files or certificates.
     Certificate(CertificateError),
 }
@@ -158,7 +158,7 @@ impl fmt::Display for JoinError {
         match self {
             Self::Connection(address, error) => write!(f, "{address} cannot be reached: {error}"),
             Self::Silent(address) => write!(f, "{address} does not answer"),
-            Self::Stranger(address) => write!(
+            Self::WrongAuthority(address) => write!(
                 f,
                 "{address} is not the machine that made this code, or the code is mistyped; nothing \
                  secret was sent"
@@ -170,7 +170,7 @@ impl fmt::Display for JoinError {
                 "{} is of another site with the same name",
                 folder.display()
             ),
-            Self::Named(name, _) => write!(f, "this machine is {name} on the site already"),
+            Self::OtherName(name, _) => write!(f, "this machine is {name} on the site already"),
             Self::Certificate(error) => error.fmt(f),
         }
     }

@@ -24,7 +24,7 @@ pub struct SiteFolder(PathBuf);
 
 /// Lock of a folder: no other process changes it meanwhile.
 #[derive(Debug)]
-pub(super) struct Locked {
+pub(super) struct FolderLock {
     _file: File,
 }
 
@@ -78,7 +78,7 @@ impl SiteFolder {
     }
 
     /// Creates the folder, accessible to its owner alone, and locks it. Waits for other processes.
-    pub(super) fn lock(&self) -> Result<Locked, CertificateError> {
+    pub(super) fn lock(&self) -> Result<FolderLock, CertificateError> {
         let unwritable = |error| CertificateError::Write(self.0.clone(), error);
         make_private(&self.0).map_err(unwritable)?;
         let mut options = File::options();
@@ -88,7 +88,7 @@ impl SiteFolder {
             // Some network file systems have no locks. Go on without one: usually only one process
             // changes the folder.
             Err(error) if error.kind() != io::ErrorKind::Unsupported => Err(unwritable(error)),
-            _ => Ok(Locked { _file: file }),
+            _ => Ok(FolderLock { _file: file }),
         }
     }
 
@@ -98,7 +98,7 @@ impl SiteFolder {
         authority: &[u8],
     ) -> Result<Option<RevocationList>, CertificateError> {
         let path = self.revoked();
-        if !is_there(&path)? {
+        if !exists(&path)? {
             return Ok(None);
         }
         let der = read_pem::<tokio_rustls::rustls::pki_types::CertificateRevocationListDer<'_>>(
@@ -115,11 +115,11 @@ impl SiteFolder {
     }
 
     /// Stores a list if it is newer than the stored one. Returns the newer of both.
-    pub(super) fn keep_list(
+    pub(super) fn store_list(
         &self,
         list: RevocationList,
         authority: &[u8],
-        _: &Locked,
+        _: &FolderLock,
     ) -> Result<RevocationList, CertificateError> {
         match self.list(authority)? {
             Some(kept) if kept.number >= list.number => Ok(kept),
@@ -132,7 +132,7 @@ impl SiteFolder {
 }
 
 /// True if the file exists.
-pub(super) fn is_there(path: &Path) -> Result<bool, CertificateError> {
+pub(super) fn exists(path: &Path) -> Result<bool, CertificateError> {
     path.try_exists()
         .map_err(|error| CertificateError::Read(path.to_owned(), error))
 }

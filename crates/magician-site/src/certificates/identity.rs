@@ -9,7 +9,7 @@ use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::sign::CertifiedKey;
 use tokio_rustls::rustls::{ClientConfig, ServerConfig};
 
-use super::folder::{is_there, read_pem};
+use super::folder::{exists, read_pem};
 use super::list::RevocationList;
 use super::x509::{self, Details};
 use super::{CertificateError, SiteFolder, tls};
@@ -50,7 +50,7 @@ impl Identity {
     /// authority did not sign the certificate. An expired or revoked certificate is no error.
     pub fn open(folder: &Path) -> Result<Option<Self>, CertificateError> {
         let folder = SiteFolder::at(folder);
-        if !is_there(&folder.certificate())? {
+        if !exists(&folder.certificate())? {
             return Ok(None);
         }
         let authority = read_pem(&folder.authority(), "certificate as PEM")?;
@@ -179,7 +179,7 @@ impl Identity {
         // Before it is stored: the list applies even if the folder is not writable.
         *kept = Some(list.clone());
         let locked = self.0.folder.lock()?;
-        self.0.folder.keep_list(list, &self.0.authority, &locked)?;
+        self.0.folder.store_list(list, &self.0.authority, &locked)?;
         Ok(true)
     }
 

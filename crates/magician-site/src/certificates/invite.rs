@@ -19,7 +19,7 @@ use tokio::time::{Instant, sleep, sleep_until, timeout};
 use tokio_rustls::TlsAcceptor;
 
 use super::code::new_secret;
-use super::wire::{self, Answer, LARGEST_REQUEST, Request};
+use super::wire::{self, Answer, MAX_REQUEST_SIZE, Request};
 use super::{Authority, CertificateError, JoinCode, Refusal};
 
 /// Timeout for one machine: handshake, request and reply. Much longer than a school network needs.
@@ -27,18 +27,18 @@ const EXCHANGE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Most connections that have not sent a request. A new one evicts the oldest, so that silent
 /// connections cannot keep a machine out: a machine has the time in which this number of others
 /// connect.
-const MOST_SILENT: usize = 64;
+const MAX_SILENT_CONNECTIONS: usize = 64;
 /// Most connections, including connections whose request is being answered. Further ones wait in
 /// the backlog of the listener.
-const MOST_CONNECTIONS: usize = 2 * MOST_SILENT;
+const MAX_CONNECTIONS: usize = 2 * MAX_SILENT_CONNECTIONS;
 /// Pause after a failed accept: the system may have run out of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// Wrong secrets after which the code is void. A joining machine never sends a mistyped secret, so
 /// each wrong one is a guess.
-const WRONG_TRIES: u32 = 3;
+const MAX_WRONG_SECRETS: u32 = 3;
 /// Most certificates for one machine. It asks again if a reply was lost. All of them go on the list
 /// once the machine is revoked, and the size of that list is bounded.
-const CERTIFICATES: u32 = 8;
+const MAX_CERTIFICATES_PER_MACHINE: u32 = 8;
 
 /// Invitation to join a site: one secret, valid for a number of machines.
 #[derive(Debug)]
@@ -55,7 +55,7 @@ struct State {
     joined: BTreeMap<String, u32>,
     wrong: u32,
     /// Decided requests whose event was not reported yet.
-    untold: usize,
+    unreported: usize,
 }
 
 /// Event at an invitation.
@@ -137,12 +137,12 @@ impl Invitation {
         until: Instant,
         mut tell: impl FnMut(InvitationEvent),
     ) -> Result<InvitationEnd, CertificateError> {
-        let acceptor = TlsAcceptor::from(Arc::new(self.authority.inviting()?));
+        let acceptor = TlsAcceptor::from(Arc::new(self.authority.invitation_server()?));
         let mut exchanges = JoinSet::new();
         let mut silent = VecDeque::new();
         let mut tell = |event| {
             if let Ok(Some(event)) = event {
-                self.state().untold -= 1;
+                self.state().unreported -= 1;
                 tell(event);
             }
         };
@@ -152,7 +152,7 @@ impl Invitation {
                 biased;
                 Some(event) = exchanges.join_next() => tell(event),
                 () = sleep_until(until) => break,
-                accepted = listener.accept(), if exchanges.len() < MOST_CONNECTIONS => {
+                accepted = listener.accept(), if exchanges.len() < MAX_CONNECTIONS => {
                     let Ok((stream, _)) = accepted else {
                         sleep(ACCEPT_PAUSE).await;
                         continue;
@@ -160,15 +160,15 @@ impl Invitation {
                     // A closed sender belongs to a connection whose request has arrived, or that
                     // has ended.
                     silent.retain(|stay: &oneshot::Sender<Infallible>| !stay.is_closed());
-                    if silent.len() >= MOST_SILENT {
+                    if silent.len() >= MAX_SILENT_CONNECTIONS {
                         silent.pop_front();
                     }
                     let (stay, stays) = oneshot::channel();
                     silent.push_back(stay);
                     let (invitation, acceptor) = (self.clone(), acceptor.clone());
                     exchanges.spawn(async move {
-                        let gives_way = async { drop(stays.await) };
-                        invitation.answer(&acceptor, stream, gives_way).await
+                        let may_evict = async { drop(stays.await) };
+                        invitation.answer(&acceptor, stream, may_evict).await
                     });
                 }
             }
@@ -176,7 +176,7 @@ impl Invitation {
         drop(listener);
         // Machines whose certificate was signed still get their reply; each has its exchange
         // timeout.
-        while self.state().untold > 0
+        while self.state().unreported > 0
             && let Some(event) = exchanges.join_next().await
         {
             tell(event);
@@ -188,34 +188,34 @@ impl Invitation {
         let state = self.state();
         if state.joined.len() >= self.machines {
             Some(InvitationEnd::Full)
-        } else if state.wrong >= WRONG_TRIES {
+        } else if state.wrong >= MAX_WRONG_SECRETS {
             Some(InvitationEnd::Void)
         } else {
             None
         }
     }
 
-    /// Serves one connection. Until its request has arrived, `gives_way` can end it. Returns `None`
+    /// Serves one connection. Until its request has arrived, `may_evict` can end it. Returns `None`
     /// if no request arrived in time.
     pub(super) async fn answer(
         &self,
         acceptor: &TlsAcceptor,
         stream: impl AsyncRead + AsyncWrite + Unpin,
-        gives_way: impl Future<Output = ()>,
+        may_evict: impl Future<Output = ()>,
     ) -> Option<InvitationEvent> {
         let mut event = None;
         let exchange = async {
             let asked = async {
                 let mut stream = acceptor.accept(stream).await?;
-                let request: Request = wire::read(&mut stream, LARGEST_REQUEST).await?;
+                let request: Request = wire::read(&mut stream, MAX_REQUEST_SIZE).await?;
                 io::Result::Ok((stream, request))
             };
             let (mut stream, request) = tokio::select! {
                 asked = asked => asked?,
-                () = gives_way => return Err(io::ErrorKind::ConnectionAborted.into()),
+                () = may_evict => return Err(io::ErrorKind::ConnectionAborted.into()),
             };
             let (answer, happened) = self.decide(&request);
-            self.state().untold += 1;
+            self.state().unreported += 1;
             event = Some(happened);
             wire::write(&mut stream, &answer).await?;
             stream.shutdown().await
@@ -238,10 +238,10 @@ impl Invitation {
         let mut state = self.state();
         let had = state.joined.get(&request.name).copied().unwrap_or(0);
         let is_full = state.joined.len() >= self.machines && had == 0;
-        if state.wrong >= WRONG_TRIES || is_full || had >= CERTIFICATES {
+        if state.wrong >= MAX_WRONG_SECRETS || is_full || had >= MAX_CERTIFICATES_PER_MACHINE {
             return refused(Refusal::Over, None);
         }
-        if !is_same(&request.secret, &self.secret) {
+        if !is_equal_constant_time(&request.secret, &self.secret) {
             state.wrong += 1;
             return refused(Refusal::Secret, None);
         }
@@ -280,7 +280,7 @@ impl Invitation {
 
 /// Compares secrets in constant time, apart from their lengths: timing must not reveal how much of
 /// a guess is right.
-fn is_same(one: &str, other: &str) -> bool {
+fn is_equal_constant_time(one: &str, other: &str) -> bool {
     let differences = one.bytes().zip(other.bytes()).map(|(a, b)| a ^ b);
     let difference = differences.fold(0, |sum, bits| std::hint::black_box(sum | bits));
     one.len() == other.len() && difference == 0

@@ -19,9 +19,9 @@ use tokio_rustls::rustls::pki_types::{
     CertificateDer, CertificateRevocationListDer, PrivateKeyDer, ServerName,
 };
 
-use super::folder::{is_there, read_pem, write};
+use super::folder::{exists, read_pem, write};
 use super::list::RevocationList;
-use super::wire::{self, Answer, LARGEST_ANSWER, Request};
+use super::wire::{self, Answer, MAX_ANSWER_SIZE, Request};
 use super::{CertificateError, Identity, JoinCode, JoinError, SiteFolder, tls, x509};
 
 /// Timeout of the whole exchange. Longer than the invitation's own, so that its reply is not
@@ -73,13 +73,13 @@ pub(super) async fn join_over(
     usual: &str,
 ) -> Result<Joined, JoinError> {
     let failed = |error: io::Error| match error.kind() {
-        io::ErrorKind::InvalidData if tls::is_stranger(&error) => {
-            JoinError::Stranger(code.address().to_owned())
+        io::ErrorKind::InvalidData if tls::is_wrong_authority(&error) => {
+            JoinError::WrongAuthority(code.address().to_owned())
         }
         io::ErrorKind::InvalidData => JoinError::Answer,
         _ => JoinError::Connection(code.address().to_owned(), error),
     };
-    let config = tls::joining(code.clone()).map_err(CertificateError::Tls)?;
+    let config = tls::joining_client(code.clone()).map_err(CertificateError::Tls)?;
     // Required by rustls, but neither sent nor compared: the code identifies the certificate.
     let anybody = ServerName::try_from("magician").map_err(|_| JoinError::Answer)?;
     let connector = TlsConnector::from(Arc::new(config));
@@ -88,14 +88,14 @@ pub(super) async fn join_over(
     let authority = shown.first().ok_or(JoinError::Answer)?.clone().into_owned();
     let (site, _) = x509::read_authority(&authority).ok_or(JoinError::Answer)?;
 
-    let seat = Seat::of(&folders.join(site), &authority, name, usual)?;
+    let membership = Membership::of(&folders.join(site), &authority, name, usual)?;
     let request = Request {
         secret: code.secret().to_owned(),
-        name: seat.name.clone(),
-        request: seat.request()?,
+        name: membership.name.clone(),
+        request: membership.request()?,
     };
     wire::write(&mut stream, &request).await.map_err(failed)?;
-    match wire::read(&mut stream, LARGEST_ANSWER)
+    match wire::read(&mut stream, MAX_ANSWER_SIZE)
         .await
         .map_err(failed)?
     {
@@ -103,19 +103,19 @@ pub(super) async fn join_over(
         Answer::Joined {
             certificate,
             revoked,
-        } => seat.take(authority, &certificate, &revoked),
+        } => membership.take(authority, &certificate, &revoked),
     }
 }
 
 /// Place of this machine on a site: folder, key and name.
-struct Seat {
+struct Membership {
     folder: SiteFolder,
     key: KeyPair,
     name: String,
     is_renewal: bool,
 }
 
-impl Seat {
+impl Membership {
     /// Finds the identity and key of this machine on the site, or generates a key.
     fn of(
         folder: &Path,
@@ -132,15 +132,15 @@ impl Seat {
             }
             if name.is_some_and(|name| name != own.machine()) {
                 let folder = folder.path().to_owned();
-                return Err(JoinError::Named(own.machine().to_owned(), folder));
+                return Err(JoinError::OtherName(own.machine().to_owned(), folder));
             }
-        } else if is_there(&folder.authority_key())? {
+        } else if exists(&folder.authority_key())? {
             // This machine was to be the authority of a site of that name; it is unfinished or has
             // lost a file.
             return Err(other());
         }
         let _locked = folder.lock()?;
-        let key = if is_there(&folder.key())? {
+        let key = if exists(&folder.key())? {
             let what = "private key as PEM";
             let key: PrivateKeyDer<'_> = read_pem(&folder.key(), what)?;
             KeyPair::try_from(&key)
@@ -195,7 +195,7 @@ impl Seat {
             &pem::encode(&pem::Pem::new("CERTIFICATE", authority.to_vec())),
         )?;
         if let Some(list) = list {
-            self.folder.keep_list(list, &authority, &locked)?;
+            self.folder.store_list(list, &authority, &locked)?;
         }
         write(&self.folder.certificate(), certificate)?;
         Ok(Joined {

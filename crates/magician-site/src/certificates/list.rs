@@ -9,7 +9,7 @@ use super::tls;
 
 /// Largest list, bytes: several thousand certificates. Bounds what a stranger can make a machine
 /// parse.
-const LARGEST: usize = 256 * 1024;
+const MAX_LIST_SIZE: usize = 256 * 1024;
 
 /// List of revoked certificates signed by the authority.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ impl RevocationList {
     /// by the TLS library. The last check matters because the signature does not cover the whole
     /// structure: anyone could change a good list so that TLS rejects it.
     pub(super) fn read(der: &[u8], authority: &[u8]) -> Option<Self> {
-        if der.len() > LARGEST {
+        if der.len() > MAX_LIST_SIZE {
             return None;
         }
         let (rest, list) = CertificateRevocationList::from_der(der).ok()?;

@@ -23,7 +23,7 @@ mod tls;
 mod wire;
 mod x509;
 
-pub use authority::{Authority, Member, Signed};
+pub use authority::{Authority, Member, SignedCertificate};
 pub use code::JoinCode;
 pub use error::{CertificateError, JoinError, Refusal};
 pub use folder::SiteFolder;

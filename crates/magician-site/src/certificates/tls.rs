@@ -21,17 +21,17 @@ use tokio_rustls::rustls::{
 use super::JoinCode;
 
 /// ALPN protocol between machines of a site.
-const HTTP: &[u8] = b"http/1.1";
+const SITE_ALPN: &[u8] = b"http/1.1";
 /// ALPN protocol between a joining machine and an invitation.
-const JOINING: &[u8] = b"magician-join/1";
+const JOIN_ALPN: &[u8] = b"magician-join/1";
 
-type Pair = (CertificateDer<'static>, PrivateKeyDer<'static>);
+type CertificateAndKey = (CertificateDer<'static>, PrivateKeyDer<'static>);
 
 fn provider() -> Arc<CryptoProvider> {
     Arc::new(ring::default_provider())
 }
 
-fn only(authority: &CertificateDer<'_>) -> Result<Arc<RootCertStore>, Error> {
+fn root_store(authority: &CertificateDer<'_>) -> Result<Arc<RootCertStore>, Error> {
     let mut roots = RootCertStore::empty();
     roots.add(authority.clone())?;
     Ok(Arc::new(roots))
@@ -39,7 +39,7 @@ fn only(authority: &CertificateDer<'_>) -> Result<Arc<RootCertStore>, Error> {
 
 /// Converts an error of building a verifier. Its inputs were parsed before, so this is not
 /// expected.
-fn unusable(error: impl std::error::Error) -> Error {
+fn verifier_error(error: impl std::error::Error) -> Error {
     Error::General(error.to_string())
 }
 
@@ -49,27 +49,27 @@ pub(super) fn server_verifier(
     authority: &CertificateDer<'_>,
     list: Option<CertificateRevocationListDer<'static>>,
 ) -> Result<Arc<WebPkiServerVerifier>, Error> {
-    WebPkiServerVerifier::builder_with_provider(only(authority)?, provider())
+    WebPkiServerVerifier::builder_with_provider(root_store(authority)?, provider())
         .with_crls(list)
         .build()
-        .map_err(unusable)
+        .map_err(verifier_error)
 }
 
 /// Configuration of a listener for machines of the site.
 pub(super) fn server(
     authority: &CertificateDer<'_>,
-    (certificate, key): Pair,
+    (certificate, key): CertificateAndKey,
     list: Option<CertificateRevocationListDer<'static>>,
 ) -> Result<ServerConfig, Error> {
-    let verifier = WebPkiClientVerifier::builder_with_provider(only(authority)?, provider())
+    let verifier = WebPkiClientVerifier::builder_with_provider(root_store(authority)?, provider())
         .with_crls(list)
         .build()
-        .map_err(unusable)?;
+        .map_err(verifier_error)?;
     let mut config = ServerConfig::builder_with_provider(provider())
         .with_protocol_versions(&[&TLS13])?
         .with_client_cert_verifier(verifier)
         .with_single_cert(vec![certificate], key)?;
-    config.alpn_protocols = vec![HTTP.to_vec()];
+    config.alpn_protocols = vec![SITE_ALPN.to_vec()];
     without_resumption(&mut config);
     Ok(config)
 }
@@ -77,7 +77,7 @@ pub(super) fn server(
 /// Configuration of connections to machines of the site.
 pub(super) fn client(
     authority: &CertificateDer<'_>,
-    (certificate, key): Pair,
+    (certificate, key): CertificateAndKey,
     list: Option<CertificateRevocationListDer<'static>>,
 ) -> Result<ClientConfig, Error> {
     let verifier = server_verifier(authority, list)?;
@@ -85,31 +85,33 @@ pub(super) fn client(
         .with_protocol_versions(&[&TLS13])?
         .with_webpki_verifier(verifier)
         .with_client_auth_cert(vec![certificate], key)?;
-    config.alpn_protocols = vec![HTTP.to_vec()];
+    config.alpn_protocols = vec![SITE_ALPN.to_vec()];
     config.resumption = Resumption::disabled();
     Ok(config)
 }
 
 /// Configuration of an invitation. It shows the authority's own certificate, so that no machine of
 /// the site can pose as the authority.
-pub(super) fn inviting((authority, key): Pair) -> Result<ServerConfig, Error> {
+pub(super) fn invitation_server(
+    (authority, key): CertificateAndKey,
+) -> Result<ServerConfig, Error> {
     let mut config = ServerConfig::builder_with_provider(provider())
         .with_protocol_versions(&[&TLS13])?
         .with_no_client_auth()
         .with_single_cert(vec![authority], key)?;
-    config.alpn_protocols = vec![JOINING.to_vec()];
+    config.alpn_protocols = vec![JOIN_ALPN.to_vec()];
     without_resumption(&mut config);
     Ok(config)
 }
 
 /// Configuration of a joining machine. Trusts only the authority that made the code.
-pub(super) fn joining(code: JoinCode) -> Result<ClientConfig, Error> {
+pub(super) fn joining_client(code: JoinCode) -> Result<ClientConfig, Error> {
     let mut config = ClientConfig::builder_with_provider(provider())
         .with_protocol_versions(&[&TLS13])?
         .dangerous()
-        .with_custom_certificate_verifier(Arc::new(OfCode(code)))
+        .with_custom_certificate_verifier(Arc::new(CodeVerifier(code)))
         .with_no_client_auth();
-    config.alpn_protocols = vec![JOINING.to_vec()];
+    config.alpn_protocols = vec![JOIN_ALPN.to_vec()];
     // The certificate contains no host name.
     config.enable_sni = false;
     config.resumption = Resumption::disabled();
@@ -124,7 +126,7 @@ fn without_resumption(config: &mut ServerConfig) {
 }
 
 /// True if the peer is not the authority that made the code.
-pub(super) fn is_stranger(error: &std::io::Error) -> bool {
+pub(super) fn is_wrong_authority(error: &std::io::Error) -> bool {
     let inner = error.get_ref().and_then(|error| error.downcast_ref());
     let strange = Error::InvalidCertificate(CertificateError::ApplicationVerificationFailure);
     inner == Some(&strange)
@@ -133,9 +135,9 @@ pub(super) fn is_stranger(error: &std::io::Error) -> bool {
 /// Verifier that trusts the authority of a code, if it proves possession of its key. Validity and
 /// names are not checked: the code identifies this very certificate.
 #[derive(Debug)]
-struct OfCode(JoinCode);
+struct CodeVerifier(JoinCode);
 
-impl ServerCertVerifier for OfCode {
+impl ServerCertVerifier for CodeVerifier {
     fn verify_server_cert(
         &self,
         end_entity: &CertificateDer<'_>,

@@ -10,9 +10,9 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use super::Refusal;
 
 /// Largest request, bytes. One with a P-256 key has about 700.
-pub(super) const LARGEST_REQUEST: u32 = 8 * 1024;
+pub(super) const MAX_REQUEST_SIZE: u32 = 8 * 1024;
 /// Largest reply, bytes: a certificate, and the largest list as PEM.
-pub(super) const LARGEST_ANSWER: u32 = 512 * 1024;
+pub(super) const MAX_ANSWER_SIZE: u32 = 512 * 1024;
 
 /// Request of a joining machine, sent once it has recognised the authority.
 #[derive(Deserialize, Serialize)]

@@ -6,14 +6,14 @@ use magician_station::CloseCode;
 use magician_station::api::RpcError;
 use serde_json::{Map, Value, json};
 
-use super::gather::Gathers;
-use super::socket::{Pending, Via, Wants};
+use super::gather::GatherPurpose;
+use super::socket::{Pending, Purpose, Via};
 use super::{Hub, RequestId, SocketId};
 use crate::site::SiteError;
 
 impl Hub {
     /// Handles a message of home for a client.
-    pub fn home_says(&mut self, now: HostInstant, socket: SocketId, text: &str) {
+    pub fn receive_from_home(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         let Ok(Value::Object(mut message)) = serde_json::from_str::<Value>(text) else {
             return;
         };
@@ -29,8 +29,8 @@ impl Hub {
         if method.is_none()
             && let Some(request) = request.filter(is_ours)
         {
-            if let Some((_, outcome)) = answered(message) {
-                self.outcome(now, request, None, outcome);
+            if let Some((_, outcome)) = parse_answer(message) {
+                self.complete(now, request, None, outcome);
             }
             return;
         }
@@ -46,7 +46,7 @@ impl Hub {
     }
 
     /// Home closes a client's session. Its lines to stations close too.
-    pub fn home_closes(&mut self, socket: SocketId, code: CloseCode) {
+    pub fn home_closed(&mut self, socket: SocketId, code: CloseCode) {
         if let Some(open) = self.sockets.get_mut(&socket) {
             open.outbox.close(code);
             self.awake.insert(socket);
@@ -54,8 +54,8 @@ impl Hub {
         self.drop_lines(socket);
     }
 
-    /// Handles the result of a single request, [`HubAct::Call`](super::HubAct::Call).
-    pub fn called(
+    /// Handles the result of a single request, [`HubAction::Call`](super::HubAction::Call).
+    pub fn call_completed(
         &mut self,
         now: HostInstant,
         request: RequestId,
@@ -72,7 +72,7 @@ impl Hub {
         let outcome = match answer {
             Ok(Some(text)) => {
                 let message = serde_json::from_str(&text).ok();
-                let answered = message.and_then(answered);
+                let answered = message.and_then(parse_answer);
                 let answered = answered.filter(|(of, _)| *of == request);
                 answered.map(|(_, outcome)| outcome).unwrap_or_else(|| {
                     let why = format!("{named}: the station does not answer as a station does");
@@ -89,12 +89,12 @@ impl Hub {
                 Err(RpcError::arm(ErrorKind::Port, why))
             }
         };
-        self.outcome(now, request, slot, outcome);
+        self.complete(now, request, slot, outcome);
     }
 
     /// Completes a request. `slot` is set if the reply contains ids of a station, which are then
     /// renamed.
-    pub(super) fn outcome(
+    pub(super) fn complete(
         &mut self,
         now: HostInstant,
         request: RequestId,
@@ -104,10 +104,10 @@ impl Hub {
         let Some(mut pending) = self.pending.remove(&request) else {
             return;
         };
-        let wants = std::mem::replace(&mut pending.wants, Wants::Nothing);
+        let purpose = std::mem::replace(&mut pending.purpose, Purpose::Nothing);
         let outcome = match (outcome, slot) {
             // Not renamed: the hub needs the station's own ids to resume its session there.
-            (outcome, _) if matches!(wants, Wants::LineHello) => outcome,
+            (outcome, _) if matches!(purpose, Purpose::LineHello) => outcome,
             (Ok(mut value), Some(slot)) => {
                 let ids = pending.method.result_ids();
                 self.names.rename(slot, &mut value, ids);
@@ -116,44 +116,46 @@ impl Hub {
             (Err(error), Some(slot)) => Err(self.names.rename_error(slot, error)),
             (outcome, None) => outcome,
         };
-        match (wants, pending.via) {
-            (Wants::Answer, _) => self.answers(&pending, outcome),
-            (Wants::Hello(name, token), _) => self.greeted(now, &pending, name, token, outcome),
-            (Wants::LineHello, Via::Line(line)) => self.line_greeted(now, line, outcome),
-            (Wants::Probe, Via::Line(line)) => {
+        match (purpose, pending.via) {
+            (Purpose::Answer, _) => self.send_answer(&pending, outcome),
+            (Purpose::Hello(name, token), _) => {
+                self.hello_answered(now, &pending, name, token, outcome)
+            }
+            (Purpose::LineHello, Via::Line(line)) => self.line_hello_answered(now, line, outcome),
+            (Purpose::Probe, Via::Line(line)) => {
                 if let Some(open) = self.lines.get_mut(&line) {
                     open.probed = None;
                     open.recording = outcome.is_ok_and(|info| info["recording"] == true);
                 }
             }
-            (Wants::Turns, Via::Line(line)) => {
+            (Purpose::Turns, Via::Line(line)) => {
                 if let (Some(line), Ok(turns)) = (self.lines.get(&line), outcome) {
-                    self.hears_turns(line.station, &turns);
+                    self.note_turns(line.station, &turns);
                 }
             }
-            (Wants::Part(gather), _) => self.part(now, gather, request, outcome),
-            (Wants::Subscribe(params), Via::Line(line)) => {
+            (Purpose::Part(gather), _) => self.store_part(now, gather, request, outcome),
+            (Purpose::Subscribe(params), Via::Line(line)) => {
                 self.subscribed(line, &pending, params, outcome);
             }
-            (Wants::Resubscribe(id), Via::Line(line)) => {
-                self.subscribed_again(line, pending.socket, id, outcome);
+            (Purpose::Resubscribe(id), Via::Line(line)) => {
+                self.resubscribed(line, pending.socket, id, outcome);
             }
-            (Wants::Program(call), _) => self.fetched(now, call, outcome),
-            (Wants::Sessions(mut call), _) => {
+            (Purpose::Program(call), _) => self.program_fetched(now, call, outcome),
+            (Purpose::Sessions(mut call), _) => {
                 if let Ok(mut home) = outcome {
                     self.sessions = home["sessions"].take();
                 }
-                self.is_over(call.socket);
+                self.request_finished(call.socket);
                 call.now = now;
-                let _ = self.ask_all(call, Gathers::Sessions, "session.list");
+                let _ = self.gather_all(call, GatherPurpose::Sessions, "session.list");
             }
-            // `Wants::Nothing`. The other purposes occur only with the paths above.
+            // `Purpose::Nothing`. The other purposes occur only with the paths above.
             _ => {}
         }
     }
 
     /// Sends the reply to the client, with the changes that the hub has to make or remember.
-    fn answers(&mut self, pending: &Pending, mut outcome: Result<Value, RpcError>) {
+    fn send_answer(&mut self, pending: &Pending, mut outcome: Result<Value, RpcError>) {
         match (pending.method.name, pending.via, &mut outcome) {
             // Home has no arms: put in those of the site.
             ("server.info", _, Ok(info)) => {
@@ -178,7 +180,7 @@ impl Hub {
 }
 
 /// Parses a reply into its request and outcome. Returns `None` if it is malformed.
-pub(super) fn answered(
+pub(super) fn parse_answer(
     mut message: Map<String, Value>,
 ) -> Option<(RequestId, Result<Value, RpcError>)> {
     let request = RequestId(message.get("id")?.as_u64()?);

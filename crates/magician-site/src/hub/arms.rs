@@ -12,30 +12,30 @@ use super::gather::{Gather, items};
 use super::socket::Socket;
 use super::{Hub, keys_where};
 use crate::Roster;
-use crate::site::{ArmAt, ArmNews, SiteEvent, StationId};
+use crate::site::{ArmAt, ArmReport, SiteEvent, StationId};
 
 /// Time for which a departed arm is still listed, and reported as unreachable by a stop of all
 /// arms. A choice: long enough that a station that restarts or a cable that is plugged in again
 /// keeps its place in a lesson.
-pub(super) const GONE: Duration = Duration::from_secs(600);
+pub(super) const DEPARTED_LISTED_TIME: Duration = Duration::from_secs(600);
 /// Most departed arms that are kept. Names of arms are not authenticated, so their number has to be
 /// bounded; above it all of them are dropped.
-const MOST_GONE: usize = 1000;
+const MAX_DEPARTED: usize = 1000;
 /// Largest age of a state that counts as current. A station publishes one at least every second;
 /// the rest is for delays of the network.
-const FRESH: Duration = Duration::from_millis(1500);
+const MAX_STATE_AGE: Duration = Duration::from_millis(1500);
 
 /// Known facts about one arm name.
 #[derive(Debug, Default)]
-pub(super) struct ArmPlace {
+pub(super) struct ArmEntry {
     /// Stations that own the arm, each with its last report. More than one if stations share a
     /// name.
-    pub(super) at: BTreeMap<StationId, Option<(HostInstant, ArmNews)>>,
+    pub(super) at: BTreeMap<StationId, Option<(HostInstant, ArmReport)>>,
     /// Machine that has the arm, had it last, or is expected to have it. Empty if unknown.
     machine: String,
     /// Last row of `arm.list` for this arm from its station.
     row: Option<Value>,
-    pub(super) gone: Option<HostInstant>,
+    pub(super) departed_at: Option<HostInstant>,
     /// True if a teacher froze the arm, as of its station's last report.
     is_frozen: bool,
     /// True if the roster lists the arm: it is reported as missing until it appears, however long
@@ -43,9 +43,9 @@ pub(super) struct ArmPlace {
     pub(super) expected: bool,
 }
 
-impl ArmPlace {
+impl ArmEntry {
     /// The one station that owns the arm. `None` if there is no station, or more than one.
-    fn only(&self) -> Option<StationId> {
+    fn sole_station(&self) -> Option<StationId> {
         let mut at = self.at.keys();
         at.next().filter(|_| at.next().is_none()).copied()
     }
@@ -57,17 +57,17 @@ impl ArmPlace {
 
 impl Hub {
     /// Handles an event on the site. [`SiteEvent::Missed`] has no effect: call
-    /// [`on_site`](Self::on_site) with the present arms instead.
+    /// [`set_present_arms`](Self::set_present_arms) with the present arms instead.
     pub fn site(&mut self, now: HostInstant, event: SiteEvent) {
         match event {
-            SiteEvent::Arrived(at) => self.arrives(now, at),
-            SiteEvent::Left(at) => self.leaves(now, &at),
-            SiteEvent::News(at, news) => {
-                if let Some(place) = self.arms.get_mut(&at.arm)
-                    && let Some(known) = place.at.get_mut(&at.station)
+            SiteEvent::Arrived(at) => self.arm_arrived(now, at),
+            SiteEvent::Left(at) => self.arm_left(now, &at),
+            SiteEvent::Report(at, report) => {
+                if let Some(entry) = self.arms.get_mut(&at.arm)
+                    && let Some(known) = entry.at.get_mut(&at.station)
                 {
-                    place.machine.clone_from(&news.machine);
-                    *known = Some((now, news));
+                    entry.machine.clone_from(&report.machine);
+                    *known = Some((now, report));
                 }
             }
             SiteEvent::Missed => {}
@@ -75,57 +75,57 @@ impl Hub {
     }
 
     /// Replaces the set of present arms, after events were lost.
-    pub fn on_site(&mut self, now: HostInstant, arms: BTreeSet<ArmAt>) {
-        let known = self.arms.iter().flat_map(|(arm, place)| {
-            let stations = place.at.keys().copied();
+    pub fn set_present_arms(&mut self, now: HostInstant, arms: BTreeSet<ArmAt>) {
+        let known = self.arms.iter().flat_map(|(arm, entry)| {
+            let stations = entry.at.keys().copied();
             stations.map(move |station| (arm.clone(), station))
         });
         let known = known.map(|(arm, station)| ArmAt { arm, station });
         for gone in known.filter(|at| !arms.contains(at)).collect::<Vec<_>>() {
-            self.leaves(now, &gone);
+            self.arm_left(now, &gone);
         }
         for at in arms {
-            self.arrives(now, at);
+            self.arm_arrived(now, at);
         }
     }
 
     /// Adds the arms of a roster as expected. Until they appear, requests about all arms report
     /// them as missing.
-    pub fn expects(&mut self, roster: &Roster) {
+    pub fn expect_roster(&mut self, roster: &Roster) {
         for (arm, machine) in roster.arms() {
-            let place = self.arms.entry(arm.to_owned()).or_default();
-            place.expected = true;
-            if place.machine.is_empty() {
-                place.machine = machine.to_owned();
+            let entry = self.arms.entry(arm.to_owned()).or_default();
+            entry.expected = true;
+            if entry.machine.is_empty() {
+                entry.machine = machine.to_owned();
             }
         }
     }
 
-    fn arrives(&mut self, now: HostInstant, at: ArmAt) {
+    fn arm_arrived(&mut self, now: HostInstant, at: ArmAt) {
         let ArmAt { arm, station } = at;
-        let slot = self.names.arrives(station, &arm);
+        let slot = self.names.assign_slot(station, &arm);
         let (_, arms) = self
             .stations
             .entry(station)
             .or_insert((slot, BTreeSet::new()));
         arms.insert(arm.clone());
-        let place = self.arms.entry(arm.clone()).or_default();
-        place.gone = None;
-        place.at.entry(station).or_insert(None);
-        let wants = |socket: &Socket| {
+        let entry = self.arms.entry(arm.clone()).or_default();
+        entry.departed_at = None;
+        entry.at.entry(station).or_insert(None);
+        let is_interested = |socket: &Socket| {
             let subscribes = || socket.subscriptions.values().any(|one| one.arm == arm);
-            socket.session.is_some() && (socket.wide || subscribes())
+            socket.session.is_some() && (socket.lists_all_arms || subscribes())
         };
-        for socket in keys_where(&self.sockets, wants) {
+        for socket in keys_where(&self.sockets, is_interested) {
             let _ = self.line_to(now, socket, station);
         }
     }
 
-    fn leaves(&mut self, now: HostInstant, at: &ArmAt) {
-        if let Some(place) = self.arms.get_mut(&at.arm) {
-            place.at.remove(&at.station);
-            if place.at.is_empty() && !place.expected {
-                place.gone = Some(now);
+    fn arm_left(&mut self, now: HostInstant, at: &ArmAt) {
+        if let Some(entry) = self.arms.get_mut(&at.arm) {
+            entry.at.remove(&at.station);
+            if entry.at.is_empty() && !entry.expected {
+                entry.departed_at = Some(now);
             }
         }
         let Some((_, arms)) = self.stations.get_mut(&at.station) else {
@@ -138,14 +138,17 @@ impl Hub {
                 let why = "its station is not on the site any more";
                 self.lose_line(now, line, RpcError::arm(ErrorKind::Port, why));
             }
-            self.names.leaves(at.station);
+            self.names.free_slot(at.station);
             for socket in self.sockets.values_mut() {
-                socket.ways.remove(&at.station);
+                socket.routes.remove(&at.station);
             }
         }
-        let gone = self.arms.values().filter(|place| place.gone.is_some());
-        if gone.count() > MOST_GONE {
-            self.arms.retain(|_, place| place.gone.is_none());
+        let gone = self
+            .arms
+            .values()
+            .filter(|entry| entry.departed_at.is_some());
+        if gone.count() > MAX_DEPARTED {
+            self.arms.retain(|_, entry| entry.departed_at.is_none());
         }
     }
 
@@ -156,7 +159,7 @@ impl Hub {
             None if self.arms.len() == 1 => self.arms.first_key_value(),
             None => None,
         };
-        let Some((arm, place)) = known else {
+        let Some((arm, entry)) = known else {
             let names: Vec<_> = self.arms.keys().map(String::as_str).collect();
             let names = names.join(", ");
             let why = match arm {
@@ -166,10 +169,10 @@ impl Hub {
             return Err(RpcError::param("arm", why));
         };
         let arm = arm.clone();
-        if let Some(station) = place.only() {
+        if let Some(station) = entry.sole_station() {
             return Ok(ArmAt { arm, station });
         }
-        let why = if place.at.is_empty() {
+        let why = if entry.at.is_empty() {
             format!("the station of {arm} cannot be reached")
         } else {
             format!("two stations have an arm named {arm}: only a stop reaches both")
@@ -178,9 +181,9 @@ impl Hub {
     }
 
     /// True if this station alone owns the arm. Reports of a station about other arms are ignored.
-    pub(super) fn has_alone(&self, station: StationId, arm: &str) -> bool {
-        let place = self.arms.get(arm);
-        place.and_then(ArmPlace::only) == Some(station)
+    pub(super) fn is_sole_owner(&self, station: StationId, arm: &str) -> bool {
+        let entry = self.arms.get(arm);
+        entry.and_then(ArmEntry::sole_station) == Some(station)
     }
 
     /// Returns any arm of a station, or `None` if it has none.
@@ -194,8 +197,8 @@ impl Hub {
         let mut known = self
             .arms
             .values()
-            .filter_map(|place| place.at.get(&station));
-        known.find_map(|news| news.as_ref().map(|(_, news)| news.machine.as_str()))
+            .filter_map(|entry| entry.at.get(&station));
+        known.find_map(|report| report.as_ref().map(|(_, report)| report.machine.as_str()))
     }
 
     /// Current state of an arm from the bus, in place of asking its station. `None` if the last
@@ -205,15 +208,15 @@ impl Hub {
         now: HostInstant,
         at: &ArmAt,
     ) -> Option<Result<Value, RpcError>> {
-        let (heard, news) = self.arms.get(&at.arm)?.at.get(&at.station)?.as_ref()?;
-        if now - *heard > FRESH {
+        let (heard, report) = self.arms.get(&at.arm)?.at.get(&at.station)?.as_ref()?;
+        if now - *heard > MAX_STATE_AGE {
             return None;
         }
-        if news.state.is_null() {
+        if report.state.is_null() {
             let why = format!("the line to {} is lost", at.arm);
             return Some(Err(RpcError::arm(ErrorKind::Port, why)));
         }
-        let mut state = news.state.clone();
+        let mut state = report.state.clone();
         let slot = self.stations.get(&at.station).map_or(0, |(slot, _)| *slot);
         let ids = Method::named("arm.state").map_or(&[][..], Method::result_ids);
         self.names.rename(slot, &mut state, ids);
@@ -221,43 +224,43 @@ impl Hub {
     }
 
     /// Handles the turns of a station. The hub only needs to know which arms are frozen.
-    pub(super) fn hears_turns(&mut self, station: StationId, turns: &Value) {
+    pub(super) fn note_turns(&mut self, station: StationId, turns: &Value) {
         for turn in items(&turns["arms"]) {
             let arm = turn["arm"].as_str().unwrap_or_default();
-            if self.has_alone(station, arm)
-                && let Some(place) = self.arms.get_mut(arm)
+            if self.is_sole_owner(station, arm)
+                && let Some(entry) = self.arms.get_mut(arm)
             {
-                place.is_frozen = turn["frozen"] == true;
+                entry.is_frozen = turn["frozen"] == true;
             }
         }
     }
 
     /// Builds the reply to `arm.list`: rows of the stations that answered, and rows from the last
     /// state for the others.
-    pub(super) fn arms_listed(&mut self, now: HostInstant, gather: &Gather) -> Value {
+    pub(super) fn arm_list_answer(&mut self, now: HostInstant, gather: &Gather) -> Value {
         for (station, part) in gather.answers() {
             for row in items(&part["arms"]) {
                 let name = row["name"].as_str().unwrap_or_default();
-                if self.has_alone(station, name)
-                    && let Some(place) = self.arms.get_mut(name)
+                if self.is_sole_owner(station, name)
+                    && let Some(entry) = self.arms.get_mut(name)
                 {
-                    place.row = Some(row.clone());
+                    entry.row = Some(row.clone());
                 }
             }
         }
         let answered: BTreeSet<_> = gather.answers().map(|(station, _)| station).collect();
-        let rows = self.arms.iter().map(|(name, place)| {
-            let row = place.only().and_then(|station| {
+        let rows = self.arms.iter().map(|(name, entry)| {
+            let row = entry.sole_station().and_then(|station| {
                 if answered.contains(&station) {
-                    return place.row.clone();
+                    return entry.row.clone();
                 }
-                self.row_by_news(now, name, station)
+                self.row_from_report(now, name, station)
             });
-            let mut row = row.unwrap_or_else(|| lost(name, place.row.as_ref()));
-            if let Some(machine) = place.machine() {
+            let mut row = row.unwrap_or_else(|| unreachable_row(name, entry.row.as_ref()));
+            if let Some(machine) = entry.machine() {
                 row["machine"] = json!(machine);
             }
-            if place.is_frozen {
+            if entry.is_frozen {
                 row["frozen"] = json!(true);
             }
             row
@@ -266,15 +269,15 @@ impl Hub {
     }
 
     /// Row of an arm whose station did not reply in this session, built from its last state.
-    fn row_by_news(&self, now: HostInstant, name: &str, station: StationId) -> Option<Value> {
+    fn row_from_report(&self, now: HostInstant, name: &str, station: StationId) -> Option<Value> {
         let arm = name.to_owned();
-        let (_, news) = self.arms.get(name)?.at.get(&station)?.as_ref()?;
+        let (_, report) = self.arms.get(name)?.at.get(&station)?.as_ref()?;
         let state = self.state_now(now, &ArmAt { arm, station });
         let state = state.and_then(Result::ok).unwrap_or_default();
         Some(json!({
             "name": name,
-            "port": news.port,
-            "virtual": news.is_virtual,
+            "port": report.port,
+            "virtual": report.is_virtual,
             "link": if state.is_null() { "lost" } else { "up" },
             "holder": state["holder"],
             "waiting": [],
@@ -284,7 +287,7 @@ impl Hub {
 }
 
 /// Row of an unreachable arm, with the fields of its last known row.
-fn lost(name: &str, before: Option<&Value>) -> Value {
+fn unreachable_row(name: &str, before: Option<&Value>) -> Value {
     let of = |member: &str, unknown: Value| before.map_or(unknown, |row| row[member].clone());
     json!({
         "name": name,

@@ -14,30 +14,30 @@ use magician_station::class::{ClassError, ClassFile, Schedule};
 use serde_json::{Value, json};
 
 use super::Hub;
-use super::arms::ArmPlace;
-use super::gather::{Gather, GatherId, Gathers, Meant, items};
+use super::arms::ArmEntry;
+use super::gather::{AddressedArms, Gather, GatherId, GatherPurpose, items};
 use super::requests::{Call, Handled};
 use crate::Roster;
 use crate::site::StationId;
 
 /// Most machines named in one refusal, to keep the sentence readable.
-const MACHINES: usize = 20;
+const MAX_NAMED_MACHINES: usize = 20;
 
 impl Hub {
     /// Error for a method that only the arm's own station offers.
-    pub(super) fn at_station(&self, method: &str, arm: Option<&str>) -> RpcError {
-        let (page, machines) = self.page_of(arm);
+    pub(super) fn station_only_error(&self, method: &str, arm: Option<&str>) -> RpcError {
+        let (page, machines) = self.describe_page(arm);
         let why = format!("{method} is not for a hub: it is done {page}");
         RpcError::arm(ErrorKind::Unsupported, why).with("machines", machines)
     }
 
     /// Describes where to find the page of the station with this arm (of any station if `None`),
     /// and lists the machines.
-    pub(super) fn page_of(&self, arm: Option<&str>) -> (String, Vec<String>) {
-        let meant = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
-        let places = self.arms.iter().filter(meant);
-        let machines: BTreeSet<_> = places.filter_map(|(_, place)| place.machine()).collect();
-        let machines = machines.into_iter().take(MACHINES);
+    pub(super) fn describe_page(&self, arm: Option<&str>) -> (String, Vec<String>) {
+        let addressed = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
+        let places = self.arms.iter().filter(addressed);
+        let machines: BTreeSet<_> = places.filter_map(|(_, entry)| entry.machine()).collect();
+        let machines = machines.into_iter().take(MAX_NAMED_MACHINES);
         let machines: Vec<_> = machines.map(|name| visible(name).to_string()).collect();
         let mut page = "at the page of the computer that has the arm".to_owned();
         if !machines.is_empty() {
@@ -48,8 +48,8 @@ impl Hub {
 
     /// Sends a method that takes a list of arms to the stations of these arms, all at the same
     /// time.
-    pub(super) fn by_arms(&mut self, call: Call) -> Handled {
-        let mut meant = Meant::default();
+    pub(super) fn call_by_arms(&mut self, call: Call) -> Handled {
+        let mut addressed = AddressedArms::default();
         let names: Vec<String> = match call.params.get("arms") {
             Some(names) => { items(names) }
                 .filter_map(|name| name.as_str().map(str::to_owned))
@@ -59,16 +59,16 @@ impl Hub {
         let method = call.method.name;
         for name in names {
             match self.station_of(Some(&name)) {
-                Ok(at) => meant.at.entry(at.station).or_default().push(at.arm),
+                Ok(at) => addressed.at.entry(at.station).or_default().push(at.arm),
                 Err(error) if error.code == RpcError::PARAMS => return Err(error),
                 Err(_) => {
                     // Like a stop, a freeze reaches every arm with this name.
                     if method == "class.freeze" {
-                        for (station, arms) in self.meant(Some(&name)).at {
-                            meant.at.entry(station).or_default().extend(arms);
+                        for (station, arms) in self.addressed(Some(&name)).at {
+                            addressed.at.entry(station).or_default().extend(arms);
                         }
                     }
-                    meant.beyond.insert(name);
+                    addressed.unreachable.insert(name);
                 }
             }
         }
@@ -77,7 +77,7 @@ impl Hub {
             _ => "arms",
         };
         let params = call.params.clone();
-        self.gather(call, Gathers::ByArms(list), method, params, meant)
+        self.gather(call, GatherPurpose::ByArms(list), method, params, addressed)
     }
 
     /// Checks a schedule and sends it to all stations.
@@ -87,11 +87,11 @@ impl Hub {
         let checked = schedule.and_then(|schedule| {
             schedule.check_arms("the site", |arm| self.arms.contains_key(arm))
         });
-        checked.map_err(|error| wrong("text", &error))?;
+        checked.map_err(|error| param_error("text", &error))?;
         let mut params = call.params.clone();
         params.insert("elsewhere".to_owned(), json!(true));
-        let what = Gathers::Everywhere(Vec::new());
-        self.gather(call, what, "schedule.set", params, self.meant(None))
+        let purpose = GatherPurpose::Everywhere(Vec::new());
+        self.gather(call, purpose, "schedule.set", params, self.addressed(None))
     }
 
     /// Builds the class file for all stations. Empty text ends the class.
@@ -123,9 +123,9 @@ impl Hub {
             }
             (text, _) => ("text", ClassFile::parse(text.unwrap_or_default())),
         };
-        let mut file = read.map_err(|error| wrong(param, &error))?;
+        let mut file = read.map_err(|error| param_error(param, &error))?;
         let arms = file.check_arms("the site", |arm| self.arms.contains_key(arm));
-        arms.map_err(|error| wrong(param, &error))?;
+        arms.map_err(|error| param_error(param, &error))?;
         let mut before = ClassFile::default();
         for pupil in known.iter().flat_map(|known| &known.pupil) {
             if !before.pupil.iter().any(|one| one.name == pupil.name) {
@@ -156,43 +156,44 @@ impl Hub {
         ];
         let params = params.map(|(name, value)| (name.to_owned(), value));
         let call = Call { now, ..call };
-        let what = Gathers::Everywhere(codes_kept);
-        let meant = self.meant(None);
+        let purpose = GatherPurpose::Everywhere(codes_kept);
+        let addressed = self.addressed(None);
         self.ask(
             id,
             call,
-            what,
+            purpose,
             "class.set",
             params.into_iter().collect(),
-            meant,
+            addressed,
         );
     }
 
     /// Builds the reply after a class, schedule or roster was sent to all stations. Unless all of
     /// them have accepted it, returns the error that names the others.
-    pub(super) fn taken(
+    pub(super) fn distribution_answer(
         &mut self,
         gather: &Gather,
         codes_kept: &[String],
     ) -> Result<Value, RpcError> {
-        if let Some(error) = gather.undone() {
+        if let Some(error) = gather.incomplete_error() {
             return Err(error);
         }
-        let (_, shown) = gather.answers().next().ok_or_else(nobody_answers)?;
+        let (_, shown) = gather.answers().next().ok_or_else(no_answer_error)?;
         let mut shown = without_turns(shown);
         // Empty at the stations, because the request makes them use the codes of the file.
         if shown.get("codes_kept").is_some() {
             shown["codes_kept"] = json!(codes_kept);
         }
         if gather.call.method.name == "site.expect" {
-            for place in self.arms.values_mut() {
-                place.expected = false;
+            for entry in self.arms.values_mut() {
+                entry.expected = false;
             }
-            self.expects(&roster_in(&shown));
+            self.expect_roster(&parse_roster(&shown));
             // Forget arms that were known only because the old roster listed them.
-            let is_known =
-                |place: &ArmPlace| place.expected || !place.at.is_empty() || place.gone.is_some();
-            self.arms.retain(|_, place| is_known(place));
+            let is_known = |entry: &ArmEntry| {
+                entry.expected || !entry.at.is_empty() || entry.departed_at.is_some()
+            };
+            self.arms.retain(|_, entry| is_known(entry));
         }
         Ok(shown)
     }
@@ -207,21 +208,21 @@ impl Hub {
         class: Value,
     ) {
         let mut roster = Roster::default();
-        for (name, place) in &self.arms {
-            if place.expected || !place.at.is_empty() {
-                roster.expect(name.clone(), place.machine().unwrap_or_default());
+        for (name, entry) in &self.arms {
+            if entry.expected || !entry.at.is_empty() {
+                roster.expect(name.clone(), entry.machine().unwrap_or_default());
             }
         }
-        self.expects(&roster);
+        self.expect_roster(&roster);
         let params = roster.to_value().as_object().cloned().unwrap_or_default();
-        let (call, meant) = (Call { now, ..call }, self.meant(None));
+        let (call, addressed) = (Call { now, ..call }, self.addressed(None));
         self.ask(
             id,
             call,
-            Gathers::Expected(class),
+            GatherPurpose::Expected(class),
             "site.expect",
             params,
-            meant,
+            addressed,
         );
     }
 
@@ -229,9 +230,9 @@ impl Hub {
     pub(super) fn roster(&mut self, gather: &Gather) -> Value {
         let mut roster = Roster::default();
         for (_, part) in gather.answers() {
-            roster.add(&roster_in(part));
+            roster.add(&parse_roster(part));
         }
-        self.expects(&roster);
+        self.expect_roster(&roster);
         with_missing(roster.to_value(), gather)
     }
 
@@ -240,7 +241,7 @@ impl Hub {
     pub(super) fn results(&self, gather: &Gather) -> Result<Value, RpcError> {
         let of = |(station, part): (StationId, &Value)| -> Vec<Value> {
             let own =
-                |one: &&Value| self.has_alone(station, one["arm"].as_str().unwrap_or_default());
+                |one: &&Value| self.is_sole_owner(station, one["arm"].as_str().unwrap_or_default());
             items(&part["results"]).filter(own).cloned().collect()
         };
         let mut all: Vec<_> = gather.answers().flat_map(of).collect();
@@ -257,7 +258,7 @@ impl Hub {
     ///
     /// `differ` lists the stations with another one or none, by their arms; `missing` the arms
     /// whose stations did not reply.
-    pub(super) fn alike(&self, gather: &Gather) -> Result<Value, RpcError> {
+    pub(super) fn majority(&self, gather: &Gather) -> Result<Value, RpcError> {
         let text = |answer: &Value| {
             let text = answer.get("text").unwrap_or(answer).clone();
             let is_blank = text.as_str().is_some_and(|text| text.trim().is_empty());
@@ -273,7 +274,7 @@ impl Hub {
         // `max_by_key` returns the last maximum: reversed, so that the first station wins a tie.
         let most = texts.iter().rev().max_by_key(|(_, text, _)| weight(text));
         let Some((_, most, shown)) = most else {
-            return Err(gather.error().unwrap_or_else(nobody_answers));
+            return Err(gather.error().unwrap_or_else(no_answer_error));
         };
         let others = texts.iter().filter(|(_, text, _)| text != most);
         // Keyed by arms: people know those, and not the ids of stations.
@@ -293,7 +294,7 @@ impl Hub {
 }
 
 /// Parses the roster in a reply. A malformed one counts as empty.
-fn roster_in(answer: &Value) -> Roster {
+fn parse_roster(answer: &Value) -> Roster {
     let arms = answer["arms"].as_array();
     let roster = arms.map(|arms| Roster::of(arms));
     roster.and_then(Result::ok).unwrap_or_default()
@@ -323,10 +324,10 @@ fn with_missing(mut shown: Value, gather: &Gather) -> Value {
     shown
 }
 
-fn nobody_answers() -> RpcError {
+fn no_answer_error() -> RpcError {
     RpcError::arm(ErrorKind::Port, "no station of the site answers")
 }
 
-fn wrong(param: &str, error: &ClassError) -> RpcError {
+fn param_error(param: &str, error: &ClassError) -> RpcError {
     RpcError::param(param, visible(&error.0).to_string())
 }

@@ -9,23 +9,23 @@ use magician_station::{CloseCode, LIST_INTERVAL, RATE, SOCKETS};
 use serde_json::{Value, json};
 
 use super::requests::{Call, Handled};
-use super::socket::{Pending, Socket, Wants};
-use super::{Hub, HubAct, SESSIONS, SocketId, keys_where};
+use super::socket::{Pending, Purpose, Socket};
+use super::{Hub, HubAction, SESSIONS_SUBSCRIPTION, SocketId, keys_where};
 use crate::site::StationId;
 
 /// Time for which the sessions of a disconnected client can be resumed. Stations keep them for 5 s;
 /// the extra second makes sure that the hub does not forget a secret that a station still accepts.
-pub(super) const RESUMES: Duration = Duration::from_secs(6);
+pub(super) const RESUME_TIME: Duration = Duration::from_secs(6);
 
 /// Session of a client of the hub, with its sessions at stations.
 #[derive(Debug, Default)]
-pub(super) struct Person {
+pub(super) struct ClientSession {
     pub(super) name: String,
     /// Session at each station: the secret to resume it, and its id.
     pub(super) at: BTreeMap<StationId, (String, String)>,
-    pub(super) gone: Option<HostInstant>,
+    pub(super) disconnected_at: Option<HostInstant>,
     /// Role of the last socket, for the order of eviction.
-    left_as: Option<Role>,
+    last_role: Option<Role>,
 }
 
 impl Hub {
@@ -62,19 +62,19 @@ impl Hub {
         // A resumed session may already have a new socket.
         let taken = |other: &Socket| other.session.as_ref() == Some(&session);
         if !self.sockets.values().any(taken)
-            && let Some(person) = self.people.get_mut(&session)
+            && let Some(client) = self.client_sessions.get_mut(&session)
         {
-            (person.gone, person.left_as) = (Some(now), Some(gone.role));
-            self.bound_gone();
+            (client.disconnected_at, client.last_role) = (Some(now), Some(gone.role));
+            self.evict_departed();
         }
     }
 
     /// Bounds the number of sessions that can be resumed, as a station does: evicts the lowest role
     /// first, and within a role the oldest.
-    fn bound_gone(&mut self) {
-        let gone = self.people.iter().filter_map(|(id, person)| {
-            let gone = person.gone?;
-            Some((person.left_as, gone, id.clone()))
+    fn evict_departed(&mut self) {
+        let gone = self.client_sessions.iter().filter_map(|(id, client)| {
+            let gone = client.disconnected_at?;
+            Some((client.last_role, gone, id.clone()))
         });
         let gone: Vec<_> = gone.collect();
         if gone.len() > SOCKETS
@@ -86,7 +86,7 @@ impl Hub {
 
     /// Drops a session that can no longer be resumed.
     pub(super) fn forget(&mut self, session: &str) {
-        self.people.remove(session);
+        self.client_sessions.remove(session);
         self.names.forget(session);
     }
 
@@ -94,10 +94,10 @@ impl Hub {
     pub(super) fn drop_lines(&mut self, socket: SocketId) {
         for line in keys_where(&self.lines, |line| line.socket == socket) {
             self.lines.remove(&line);
-            self.acts.push_back(HubAct::Drop(line));
+            self.actions.push_back(HubAction::Drop(line));
         }
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.ways.clear();
+            open.routes.clear();
         }
     }
 
@@ -109,19 +109,19 @@ impl Hub {
             if let Some(line) = self.lines.get_mut(&line) {
                 line.alive = true;
             }
-            self.acts.push_back(HubAct::Awake(line));
+            self.actions.push_back(HubAction::Awake(line));
         }
     }
 
     /// Handles `session.hello`, the first message of a client.
-    pub(super) fn greet(&mut self, call: &Call) -> Handled {
+    pub(super) fn handle_hello(&mut self, call: &Call) -> Handled {
         if call.params.contains_key("pupil") {
             // Close after the reply, which gives the reason. A station does the same for an unknown
             // pupil.
             if let Some(open) = self.sockets.get_mut(&call.socket) {
                 open.outbox.close(CloseCode::TOKEN);
             }
-            let (page, machines) = self.page_of(None);
+            let (page, machines) = self.describe_page(None);
             let error = RpcError::param("pupil", format!("pupils sign in {page}"));
             return Err(error.with("machines", machines));
         }
@@ -129,12 +129,12 @@ impl Hub {
         let client = call.params.get("client");
         let name = client.and_then(|client| client["name"].as_str());
         let name = visible(name.unwrap_or_default().trim()).to_string();
-        self.ask_home(call, Wants::Hello(name, token.map(str::to_owned)));
+        self.request_home(call, Purpose::Hello(name, token.map(str::to_owned)));
         Ok(None)
     }
 
     /// Handles the reply of home to a client's hello.
-    pub(super) fn greeted(
+    pub(super) fn hello_answered(
         &mut self,
         now: HostInstant,
         pending: &Pending,
@@ -150,10 +150,10 @@ impl Hub {
             hello["limits"]["rate"] = json!(RATE + 2 * names.len());
             hello["hub"] = json!(true);
             let session = hello["session"].as_str().unwrap_or_default().to_owned();
-            let person = self.people.entry(session.clone()).or_default();
-            (person.name, person.gone) = (name, None);
+            let client = self.client_sessions.entry(session.clone()).or_default();
+            (client.name, client.disconnected_at) = (name, None);
             // A resumed session may hold leases at these stations: reconnect before they expire.
-            stations.extend(person.at.keys().copied());
+            stations.extend(client.at.keys().copied());
             if let Some(open) = self.sockets.get_mut(&socket) {
                 open.session = Some(session);
                 let role = hello["role"].as_str().and_then(Role::named);
@@ -209,17 +209,17 @@ impl Hub {
             && open.session.is_some()
         {
             open.list_waits = true;
-            self.tell_sessions(now, socket);
+            self.send_sessions(now, socket);
         }
     }
 
     /// Queues the list of sessions for a client, if it is due.
-    pub(super) fn tell_sessions(&mut self, now: HostInstant, socket: SocketId) {
+    pub(super) fn send_sessions(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket)
             && open.list_due().is_some_and(|due| due <= now)
         {
             (open.list_waits, open.listed) = (false, Some(now));
-            if open.outbox.state_due(SESSIONS) {
+            if open.outbox.state_due(SESSIONS_SUBSCRIPTION) {
                 self.awake.insert(socket);
             }
         }

@@ -14,17 +14,17 @@ use magician_station::api::{Method, RpcError};
 use serde_json::{Map, Value, json};
 
 use super::requests::{Call, Handled};
-use super::socket::{Socket, Wants};
+use super::socket::{Purpose, Socket};
 use super::{Hub, RequestId};
 use crate::site::{ArmAt, StationId};
 
 /// Timeout for lists. Short, because a client shows a list with gaps rather than wait for a station
 /// that is switched off.
-const LIST: Duration = Duration::from_millis(700);
-/// Timeout for everything else, stops above all. The error text names it, so change both together.
-const STOP: Duration = Duration::from_secs(3);
+const LIST_TIMEOUT: Duration = Duration::from_millis(700);
+/// Timeout for everything else, stops above all.
+const GATHER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Most items read from a list in a reply, which bounds the work that one station can cause.
-const MOST: usize = 1000;
+const MAX_ITEMS: usize = 1000;
 
 /// Id of a gather.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,7 +32,7 @@ pub(super) struct GatherId(u64);
 
 /// Purpose of a gather, which decides how the replies are merged.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Gathers {
+pub(super) enum GatherPurpose {
     /// List of arms.
     Arms,
     /// List of sessions.
@@ -58,22 +58,22 @@ pub(super) enum Gathers {
 
 /// Arms addressed by a request.
 #[derive(Debug, Default)]
-pub(super) struct Meant {
+pub(super) struct AddressedArms {
     /// Arms by station.
     pub(super) at: BTreeMap<StationId, Vec<String>>,
     /// Arms whose station is unreachable.
-    pub(super) beyond: BTreeSet<String>,
+    pub(super) unreachable: BTreeSet<String>,
 }
 
 /// Requests to several stations on behalf of one client request.
 #[derive(Debug)]
 pub(super) struct Gather {
     pub(super) call: Call,
-    pub(super) what: Gathers,
+    pub(super) purpose: GatherPurpose,
     pub(super) due: HostInstant,
-    pub(super) meant: Meant,
+    pub(super) addressed: AddressedArms,
     /// Requests without a reply yet.
-    pub(super) left: BTreeMap<RequestId, StationId>,
+    pub(super) outstanding: BTreeMap<RequestId, StationId>,
     pub(super) parts: BTreeMap<StationId, Result<Value, RpcError>>,
 }
 
@@ -90,22 +90,22 @@ impl Gather {
 
     /// Addressed arms of a station.
     pub(super) fn arms_at(&self, station: StationId) -> &[String] {
-        self.meant.at.get(&station).map_or(&[], Vec::as_slice)
+        self.addressed.at.get(&station).map_or(&[], Vec::as_slice)
     }
 
     /// Arms without a reply: their station is unreachable or silent.
     pub(super) fn missing(&self) -> BTreeSet<String> {
         let silent = self
-            .left
+            .outstanding
             .values()
             .flat_map(|station| self.arms_at(*station));
-        silent.chain(&self.meant.beyond).cloned().collect()
+        silent.chain(&self.addressed.unreachable).cloned().collect()
     }
 
     /// Error that names the arms where success is unknown, with reasons. `None` if all stations
     /// succeeded.
-    pub(super) fn undone(&self) -> Option<RpcError> {
-        let mut undone = Vec::new();
+    pub(super) fn incomplete_error(&self) -> Option<RpcError> {
+        let mut reasons = Vec::new();
         for (station, part) in &self.parts {
             let Err(error) = part else { continue };
             let done: Vec<_> = { error.data.get("arms").into_iter() }
@@ -118,44 +118,53 @@ impl Gather {
                 .map(String::as_str)
                 .collect();
             let names = arms.join(", ");
-            undone.push(if error.message.starts_with(&names) {
+            reasons.push(if error.message.starts_with(&names) {
                 error.message.clone()
             } else {
                 format!("{names}: {}", error.message)
             });
         }
         let silent = self
-            .left
+            .outstanding
             .values()
             .flat_map(|station| self.arms_at(*station));
         let silent: Vec<_> = silent.map(String::as_str).collect();
-        let beyond: Vec<_> = self.meant.beyond.iter().map(String::as_str).collect();
-        let kind = if silent.is_empty() && beyond.is_empty() {
+        let unreachable: Vec<_> = self
+            .addressed
+            .unreachable
+            .iter()
+            .map(String::as_str)
+            .collect();
+        let kind = if silent.is_empty() && unreachable.is_empty() {
             ErrorKind::Port
         } else {
             ErrorKind::Timeout
         };
         if !silent.is_empty() {
-            undone.push(format!("no answer within 3 s from {}", silent.join(", ")));
+            reasons.push(format!(
+                "no answer within {} s from {}",
+                GATHER_TIMEOUT.as_secs(),
+                silent.join(", ")
+            ));
         }
-        if !beyond.is_empty() {
-            undone.push(format!("{} cannot be reached", beyond.join(", ")));
+        if !unreachable.is_empty() {
+            reasons.push(format!("{} cannot be reached", unreachable.join(", ")));
         }
-        let what = match self.what {
-            Gathers::Stops => "not all arms are known to stand".to_owned(),
+        let fact = match self.purpose {
+            GatherPurpose::Stops => "not all arms are known to stand".to_owned(),
             _ => format!(
                 "{} is not known to be done everywhere",
                 self.call.method.name
             ),
         };
-        let error = || RpcError::arm(kind, format!("{what}: {}", undone.join("; ")));
+        let error = || RpcError::arm(kind, format!("{fact}: {}", reasons.join("; ")));
         let missing = || self.missing().into_iter().collect::<Vec<_>>();
-        (!undone.is_empty()).then(|| error().with("missing", missing()))
+        (!reasons.is_empty()).then(|| error().with("missing", missing()))
     }
 
     /// Merges the named list of all replies. If some arms may not be done, returns the error of
-    /// [`undone`](Self::undone) with that list attached.
-    fn done(&self, list: &str) -> Result<Value, RpcError> {
+    /// [`incomplete_error`](Self::incomplete_error) with that list attached.
+    fn merged_list(&self, list: &str) -> Result<Value, RpcError> {
         let of = |part: &Result<Value, RpcError>| match part {
             Ok(part) => part.get(list).cloned(),
             Err(error) => error.data.get(list).cloned(),
@@ -168,7 +177,7 @@ impl Gather {
                 .unwrap_or_default()
                 .to_owned()
         });
-        match self.undone() {
+        match self.incomplete_error() {
             None => Ok(json!({ list: done })),
             Some(error) => Err(error.with(list, done)),
         }
@@ -177,23 +186,28 @@ impl Gather {
 
 impl Hub {
     /// Collects the arms of a request for one arm, or for all if `arm` is `None`.
-    pub(super) fn meant(&self, arm: Option<&str>) -> Meant {
-        let mut meant = Meant::default();
+    pub(super) fn addressed(&self, arm: Option<&str>) -> AddressedArms {
+        let mut addressed = AddressedArms::default();
         let known = |(name, _): &(&String, _)| arm.is_none_or(|arm| arm == name.as_str());
-        for (name, place) in self.arms.iter().filter(known) {
-            if place.at.is_empty() {
-                meant.beyond.insert(name.clone());
+        for (name, entry) in self.arms.iter().filter(known) {
+            if entry.at.is_empty() {
+                addressed.unreachable.insert(name.clone());
             }
-            for station in place.at.keys() {
-                meant.at.entry(*station).or_default().push(name.clone());
+            for station in entry.at.keys() {
+                addressed.at.entry(*station).or_default().push(name.clone());
             }
         }
-        meant
+        addressed
     }
 
     /// Starts a gather over all stations, without parameters.
-    pub(super) fn ask_all(&mut self, call: Call, what: Gathers, method: &'static str) -> Handled {
-        self.gather(call, what, method, Map::new(), self.meant(None))
+    pub(super) fn gather_all(
+        &mut self,
+        call: Call,
+        purpose: GatherPurpose,
+        method: &'static str,
+    ) -> Handled {
+        self.gather(call, purpose, method, Map::new(), self.addressed(None))
     }
 
     /// Starts a gather: asks the stations of the addressed arms, and merges their replies into the
@@ -201,41 +215,44 @@ impl Hub {
     pub(super) fn gather(
         &mut self,
         call: Call,
-        what: Gathers,
+        purpose: GatherPurpose,
         method: &'static str,
         params: Map<String, Value>,
-        meant: Meant,
+        addressed: AddressedArms,
     ) -> Handled {
         let id = GatherId(self.next_id());
         if let Some(open) = self.sockets.get_mut(&call.socket) {
-            open.under_way += 1;
+            open.in_flight += 1;
         }
-        self.ask(id, call, what, method, params, meant);
+        self.send_round(id, call, purpose, method, params, addressed);
         Ok(None)
     }
 
     /// Sends the requests of one round.
-    pub(super) fn ask(
+    pub(super) fn send_round(
         &mut self,
         id: GatherId,
         call: Call,
-        what: Gathers,
+        purpose: GatherPurpose,
         method: &'static str,
         params: Map<String, Value>,
-        meant: Meant,
+        addressed: AddressedArms,
     ) {
         let Some(method) = Method::named(method) else {
             return;
         };
-        let wait = match what {
-            Gathers::Arms | Gathers::Sessions | Gathers::Alike | Gathers::Roster => LIST,
-            _ => STOP,
+        let wait = match purpose {
+            GatherPurpose::Arms
+            | GatherPurpose::Sessions
+            | GatherPurpose::Alike
+            | GatherPurpose::Roster => LIST_TIMEOUT,
+            _ => GATHER_TIMEOUT,
         };
         let calls = { self.sockets.get(&call.socket) }.is_some_and(Socket::calls);
         // A stop must not wait behind other messages on a line.
-        let beside = calls || what == Gathers::Stops;
-        let by_arms = matches!(what, Gathers::ByArms(_));
-        let asks = Call {
+        let is_single = calls || purpose == GatherPurpose::Stops;
+        let call_by_arms = matches!(purpose, GatherPurpose::ByArms(_));
+        let request = Call {
             method,
             params,
             ..call.clone()
@@ -243,36 +260,38 @@ impl Hub {
         let mut gather = Gather {
             due: call.now + wait,
             call,
-            what,
-            meant,
-            left: BTreeMap::new(),
+            purpose,
+            addressed,
+            outstanding: BTreeMap::new(),
             parts: BTreeMap::new(),
         };
-        for (station, arms) in &gather.meant.at {
-            let mut asks = asks.clone();
-            if by_arms {
-                asks.params.insert("arms".to_owned(), json!(arms));
+        for (station, arms) in &gather.addressed.at {
+            let mut request = request.clone();
+            if call_by_arms {
+                request.params.insert("arms".to_owned(), json!(arms));
             }
-            let wants = Wants::Part(id);
-            let request = if beside {
+            let purpose = Purpose::Part(id);
+            let request = if is_single {
                 let (arm, station) = (arms[0].clone(), *station);
-                Some(self.call_beside(&asks, &ArmAt { arm, station }, wants))
+                Some(self.forward_single(&request, &ArmAt { arm, station }, purpose))
             } else {
-                let line = self.line_to(asks.now, asks.socket, *station).ok();
-                line.and_then(|line| self.ask_line(line, method.name, asks.params.into(), wants))
+                let line = self.line_to(request.now, request.socket, *station).ok();
+                line.and_then(|line| {
+                    self.request_on_line(line, method.name, request.params.into(), purpose)
+                })
             };
             match request {
-                Some(request) => drop(gather.left.insert(request, *station)),
-                None => gather.meant.beyond.extend(arms.iter().cloned()),
+                Some(request) => drop(gather.outstanding.insert(request, *station)),
+                None => gather.addressed.unreachable.extend(arms.iter().cloned()),
             }
         }
         let now = gather.call.now;
         self.gathers.insert(id, gather);
-        self.is_complete(now, id);
+        self.finish_if_complete(now, id);
     }
 
     /// Stores the reply of one station.
-    pub(super) fn part(
+    pub(super) fn store_part(
         &mut self,
         now: HostInstant,
         id: GatherId,
@@ -280,47 +299,51 @@ impl Hub {
         outcome: Result<Value, RpcError>,
     ) {
         if let Some(gather) = self.gathers.get_mut(&id) {
-            if let Some(station) = gather.left.remove(&request) {
+            if let Some(station) = gather.outstanding.remove(&request) {
                 gather.parts.insert(station, outcome);
             }
-            self.is_complete(now, id);
+            self.finish_if_complete(now, id);
         }
     }
 
-    fn is_complete(&mut self, now: HostInstant, id: GatherId) {
-        if { self.gathers.get(&id) }.is_some_and(|gather| gather.left.is_empty()) {
-            self.gathered(now, id);
+    fn finish_if_complete(&mut self, now: HostInstant, id: GatherId) {
+        if { self.gathers.get(&id) }.is_some_and(|gather| gather.outstanding.is_empty()) {
+            self.finish_gather(now, id);
         }
     }
 
     /// Merges the replies that have arrived: replies to the client, or starts the next round.
-    pub(super) fn gathered(&mut self, now: HostInstant, id: GatherId) {
+    pub(super) fn finish_gather(&mut self, now: HostInstant, id: GatherId) {
         let Some(gather) = self.gathers.remove(&id) else {
             return;
         };
-        let outcome = match &gather.what {
-            Gathers::Arms => Ok(self.arms_listed(now, &gather)),
-            Gathers::Sessions => {
+        let outcome = match &gather.purpose {
+            GatherPurpose::Arms => Ok(self.arm_list_answer(now, &gather)),
+            GatherPurpose::Sessions => {
                 let parts = gather.answers();
                 let parts = parts.map(|(_, part)| part["sessions"].clone());
                 Ok(self.merged_sessions(parts))
             }
-            Gathers::Stops => gather.done("arms"),
-            Gathers::ByArms(list) => gather.done(list),
-            Gathers::Results => self.results(&gather),
-            Gathers::Alike => self.alike(&gather),
-            Gathers::Roster => Ok(self.roster(&gather)),
-            Gathers::Class => match self.class_to_set(&gather) {
+            GatherPurpose::Stops => gather.merged_list("arms"),
+            GatherPurpose::ByArms(list) => gather.merged_list(list),
+            GatherPurpose::Results => self.results(&gather),
+            GatherPurpose::Alike => self.majority(&gather),
+            GatherPurpose::Roster => Ok(self.roster(&gather)),
+            GatherPurpose::Class => match self.class_to_set(&gather) {
                 Ok(class) => return self.set_class(now, id, gather.call, class),
                 Err(error) => Err(error),
             },
-            Gathers::Everywhere(codes_kept) => match self.taken(&gather, codes_kept) {
-                Ok(class) if gather.call.method.name == "class.set" => {
-                    return self.expect_present(now, id, gather.call, class);
+            GatherPurpose::Everywhere(codes_kept) => {
+                match self.distribution_answer(&gather, codes_kept) {
+                    Ok(class) if gather.call.method.name == "class.set" => {
+                        return self.expect_present(now, id, gather.call, class);
+                    }
+                    outcome => outcome,
                 }
-                outcome => outcome,
-            },
-            Gathers::Expected(class) => gather.undone().map_or_else(|| Ok(class.clone()), Err),
+            }
+            GatherPurpose::Expected(class) => gather
+                .incomplete_error()
+                .map_or_else(|| Ok(class.clone()), Err),
         };
         self.finish(gather.call.socket, gather.call.id.as_ref(), &outcome);
     }
@@ -328,5 +351,5 @@ impl Hub {
 
 /// Items of a JSON array. Empty for any other value.
 pub(super) fn items(value: &Value) -> impl Iterator<Item = &Value> {
-    value.as_array().into_iter().flatten().take(MOST)
+    value.as_array().into_iter().flatten().take(MAX_ITEMS)
 }

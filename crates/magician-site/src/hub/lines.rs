@@ -7,28 +7,28 @@ use magician_station::api::{Method, Notification, RpcError, notification};
 use magician_station::{CloseCode, Pace};
 use serde_json::{Value, json};
 
-use super::answers::answered;
-use super::requests::text_of;
-use super::socket::{Line, Pending, Via, Wants, Way};
-use super::{Hub, HubAct, LineId, LineMessage, RequestId, SILENT, SocketId, keys_where};
+use super::answers::parse_answer;
+use super::requests::encode_request;
+use super::socket::{Line, Pending, Purpose, Route, Via};
+use super::{Hub, HubAction, LINE_TIMEOUT, LineId, LineMessage, RequestId, SocketId, keys_where};
 use crate::site::StationId;
 
 /// Largest message of a station, bytes. Equal to the outbox of a socket, in which the reply has to
 /// fit.
-const LARGEST: usize = 8 * 1024 * 1024;
+const MAX_MESSAGE_SIZE: usize = 8 * 1024 * 1024;
 /// Most messages of a station for one client in a second, before the line is closed. A choice: far
 /// above the rate of real stations, so only a faulty or hostile one reaches it.
-const RATE: usize = 2000;
+const MAX_MESSAGES_PER_SECOND: usize = 2000;
 
 impl Line {
     /// Time at which the line is given up if nothing arrives. `None` if the station owes no reply.
-    pub(super) fn silent_at(&self) -> Option<HostInstant> {
+    pub(super) fn reply_deadline(&self) -> Option<HostInstant> {
         let since = if self.up {
             self.probed
         } else {
             Some(self.opened)
         };
-        since.map(|since| since + SILENT)
+        since.map(|since| since + LINE_TIMEOUT)
     }
 }
 
@@ -45,14 +45,14 @@ impl Hub {
         let (slot, _) = *self.stations.get(&station).ok_or_else(gone)?;
         let line = LineId(self.next_id());
         let open = self.sockets.get_mut(&socket).ok_or_else(gone)?;
-        let tries = match open.ways.get(&station) {
-            Some(Way::Line(line)) => return Ok(*line),
-            Some(Way::Waiting { until, why, .. }) if now < *until => return Err(why.clone()),
-            Some(Way::Waiting { tries, .. }) => *tries,
+        let tries = match open.routes.get(&station) {
+            Some(Route::Line(line)) => return Ok(*line),
+            Some(Route::Waiting { until, why, .. }) if now < *until => return Err(why.clone()),
+            Some(Route::Waiting { tries, .. }) => *tries,
             None => 0,
         };
         // Before the hello of the client its rights are unknown.
-        if (open.session.is_none() && !open.once) || open.outbox.is_closing() {
+        if (open.session.is_none() && !open.is_single_request) || open.outbox.is_closing() {
             return Err(gone());
         }
         let made = Line {
@@ -70,48 +70,49 @@ impl Hub {
             sessions: Value::Null,
             recording: false,
         };
-        open.ways.insert(station, Way::Line(line));
+        open.routes.insert(station, Route::Line(line));
         self.lines.insert(line, made);
-        self.acts.push_back(HubAct::Open(line, station));
+        self.actions.push_back(HubAction::Open(line, station));
         Ok(line)
     }
 
     /// A line is open. Sends the hello of its client first.
     pub fn line_opened(&mut self, line: LineId) {
         let Some(known) = self.lines.get(&line) else {
-            return self.acts.push_back(HubAct::Drop(line));
+            return self.actions.push_back(HubAction::Drop(line));
         };
         let station = known.station;
         let Some(open) = self.sockets.get(&known.socket) else {
             return;
         };
-        let person = { open.session.as_ref() }.and_then(|session| self.people.get(session));
-        let name = person.map_or("hub", |person| person.name.as_str());
+        let client =
+            { open.session.as_ref() }.and_then(|session| self.client_sessions.get(session));
+        let name = client.map_or("hub", |client| client.name.as_str());
         // Ask for no more rights than the client has at the hub, even if the station would grant
         // them.
         let mut params = json!({"client": {"name": name}, "role": open.role.name()});
         if let Some(token) = &open.token {
             params["token"] = json!(token);
         }
-        if let Some((secret, _)) = person.and_then(|person| person.at.get(&station)) {
+        if let Some((secret, _)) = client.and_then(|client| client.at.get(&station)) {
             params["resume"] = json!(secret);
         }
-        self.ask_line(line, "session.hello", params, Wants::LineHello);
+        self.request_on_line(line, "session.hello", params, Purpose::LineHello);
     }
 
     /// Sends a request of the hub itself over a line.
-    pub(super) fn ask_line(
+    pub(super) fn request_on_line(
         &mut self,
         line: LineId,
         method: &'static str,
         params: Value,
-        wants: Wants,
+        purpose: Purpose,
     ) -> Option<RequestId> {
         let method = Method::named(method)?;
         let socket = self.lines.get(&line)?.socket;
         let request = RequestId(self.next_id());
-        let text = text_of(Some(request), method.name, &params);
-        let is_hello = matches!(wants, Wants::LineHello);
+        let text = encode_request(Some(request), method.name, &params);
+        let is_hello = matches!(purpose, Purpose::LineHello);
         let pending = Pending {
             socket,
             id: None,
@@ -119,14 +120,14 @@ impl Hub {
             arm: None,
             via: Via::Line(line),
             sent: false,
-            wants,
+            purpose,
         };
         self.pending.insert(request, pending);
         if !is_hello {
             self.queue(line, Some(request), text, false);
         } else if let Some(open) = self.lines.get_mut(&line) {
             open.hello = Some((request, text));
-            self.acts.push_back(HubAct::Awake(line));
+            self.actions.push_back(HubAction::Awake(line));
         }
         Some(request)
     }
@@ -147,7 +148,7 @@ impl Hub {
         } else {
             open.queue.push_back((request, text));
         }
-        self.acts.push_back(HubAct::Awake(line));
+        self.actions.push_back(HubAction::Awake(line));
     }
 
     /// Sends a probe to a station, unless one is unanswered.
@@ -156,7 +157,7 @@ impl Hub {
             && open.probed.is_none()
         {
             open.probed = Some(now);
-            self.ask_line(line, "server.info", json!({}), Wants::Probe);
+            self.request_on_line(line, "server.info", json!({}), Purpose::Probe);
         }
     }
 
@@ -165,7 +166,7 @@ impl Hub {
     pub fn poll_line(&mut self, line: LineId) -> Option<LineMessage> {
         let open = self.lines.get_mut(&line)?;
         if std::mem::take(&mut open.alive) {
-            return Some(LineMessage::Alive);
+            return Some(LineMessage::KeepAlive);
         }
         let hello = open
             .hello
@@ -182,12 +183,13 @@ impl Hub {
     }
 
     /// Handles a message of a station. A malformed or excessive one ends the line and nothing else.
-    pub fn line_says(&mut self, now: HostInstant, line: LineId, text: &str) {
+    pub fn receive_from_line(&mut self, now: HostInstant, line: LineId, text: &str) {
         let Some(open) = self.lines.get_mut(&line) else {
             return;
         };
         let slot = open.slot;
-        let over = open.throttle.hears(now, RATE) == Pace::Close || text.len() > LARGEST;
+        let over = open.throttle.hears(now, MAX_MESSAGES_PER_SECOND) == Pace::Close
+            || text.len() > MAX_MESSAGE_SIZE;
         let mut message = match serde_json::from_str::<Value>(text) {
             Ok(Value::Object(message)) if !over => message,
             _ => {
@@ -198,15 +200,15 @@ impl Hub {
         };
         if let Some(Value::String(method)) = message.remove("method") {
             let params = message.remove("params").unwrap_or_default();
-            return self.hears_notice(now, line, &method, params);
+            return self.handle_notification(now, line, &method, params);
         }
-        let Some((request, outcome)) = answered(message) else {
+        let Some((request, outcome)) = parse_answer(message) else {
             return;
         };
         // A station may only answer requests that were sent over this line.
         let is_asked = |pending: &Pending| pending.sent && pending.via == Via::Line(line);
         if self.pending.get(&request).is_some_and(is_asked) {
-            self.outcome(now, request, Some(slot), outcome);
+            self.complete(now, request, Some(slot), outcome);
         }
     }
 
@@ -229,12 +231,12 @@ impl Hub {
         let Some(lost) = self.lines.remove(&line) else {
             return;
         };
-        self.acts.push_back(HubAct::Drop(line));
+        self.actions.push_back(HubAction::Drop(line));
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
             // A line that was up restarts the backoff.
             let tries = if lost.up { 0 } else { lost.tries };
-            let way = Way::after(now, tries, why.clone());
-            open.ways.insert(lost.station, way);
+            let route = Route::after(now, tries, why.clone());
+            open.routes.insert(lost.station, route);
         }
         let arms = self.names.arms_of(lost.slot);
         for request in keys_where(&self.pending, |pending| pending.via == Via::Line(line)) {
@@ -252,7 +254,7 @@ impl Hub {
                 message,
                 ..why.clone()
             };
-            self.outcome(now, request, None, Err(error));
+            self.complete(now, request, None, Err(error));
         }
         self.lose_subscriptions(now, lost.socket, line);
         if let Some(open) = self.sockets.get_mut(&lost.socket) {
@@ -268,32 +270,32 @@ impl Hub {
     }
 
     /// Times at which lines are opened again after a loss.
-    pub(super) fn opens_at(&self) -> impl Iterator<Item = HostInstant> + '_ {
-        let waiting = |way: &Way| match way {
-            Way::Waiting { until, .. } => Some(*until),
-            Way::Line(_) => None,
+    pub(super) fn reopen_times(&self) -> impl Iterator<Item = HostInstant> + '_ {
+        let waiting = |route: &Route| match route {
+            Route::Waiting { until, .. } => Some(*until),
+            Route::Line(_) => None,
         };
-        let ways = self.sockets.values().flat_map(|open| open.ways.values());
-        ways.filter_map(waiting)
+        let routes = self.sockets.values().flat_map(|open| open.routes.values());
+        routes.filter_map(waiting)
     }
 
-    pub(super) fn open_again(&mut self, now: HostInstant) {
-        let is_due = |way: &Way| matches!(way, Way::Waiting { until, .. } if *until <= now);
+    pub(super) fn reopen_lines(&mut self, now: HostInstant) {
+        let is_due = |route: &Route| matches!(route, Route::Waiting { until, .. } if *until <= now);
         let due = self.sockets.iter().flat_map(|(socket, open)| {
-            let stations = keys_where(&open.ways, is_due).into_iter();
+            let stations = keys_where(&open.routes, is_due).into_iter();
             stations.map(|station| (*socket, station))
         });
         for (socket, station) in due.collect::<Vec<_>>() {
             if self.line_to(now, socket, station).is_err()
                 && let Some(open) = self.sockets.get_mut(&socket)
             {
-                open.ways.remove(&station);
+                open.routes.remove(&station);
             }
         }
     }
 
     /// Handles the reply of a station to the hello of a line.
-    pub(super) fn line_greeted(
+    pub(super) fn line_hello_answered(
         &mut self,
         now: HostInstant,
         line: LineId,
@@ -311,29 +313,35 @@ impl Hub {
             return;
         };
         open.up = true;
-        self.acts.push_back(HubAct::Awake(line));
+        self.actions.push_back(HubAction::Awake(line));
         let session = { self.sockets.get(&open.socket) }.and_then(|open| open.session.as_ref());
         let there = (hello["resume"].as_str(), hello["session"].as_str());
         if let (Some(session), (Some(secret), Some(there))) = (session, there) {
-            self.names.is_own(open.slot, there, session);
-            if let Some(person) = self.people.get_mut(session) {
+            self.names.record_session(open.slot, there, session);
+            if let Some(client) = self.client_sessions.get_mut(session) {
                 let at = (secret.to_owned(), there.to_owned());
-                person.at.insert(open.station, at);
+                client.at.insert(open.station, at);
             }
         }
-        self.ask_line(line, "turn.list", json!({}), Wants::Turns);
-        self.subscribe_again(line);
+        self.request_on_line(line, "turn.list", json!({}), Purpose::Turns);
+        self.resubscribe(line);
     }
 
     /// Handles a notification of a station for the client of a line.
-    fn hears_notice(&mut self, now: HostInstant, line: LineId, method: &str, mut params: Value) {
+    fn handle_notification(
+        &mut self,
+        now: HostInstant,
+        line: LineId,
+        method: &str,
+        mut params: Value,
+    ) {
         let (Some(known), Some(open)) = (Notification::named(method), self.lines.get_mut(&line))
         else {
             return;
         };
         let (slot, socket, station) = (open.slot, open.socket, open.station);
         match method {
-            "arm.state" => return self.hears_state(line, params),
+            "arm.state" => return self.receive_state(line, params),
             "session.changed" => {
                 open.sessions = params["sessions"].take();
                 return self.sessions_changed(now, socket);
@@ -341,13 +349,13 @@ impl Hub {
             // Not forwarded: it concerns one station, and the client would take it for an end of
             // the hub with all arms.
             "server.ending" => return,
-            "turn.changed" => return self.hears_turns(station, &params),
+            "turn.changed" => return self.note_turns(station, &params),
             _ => {}
         }
-        if let Some(place) = known.arm {
-            let arm = params.pointer(&format!("/{}", place.replace('.', "/")));
+        if let Some(path) = known.arm {
+            let arm = params.pointer(&format!("/{}", path.replace('.', "/")));
             let arm = arm.and_then(Value::as_str).unwrap_or_default();
-            if !self.has_alone(station, arm) {
+            if !self.is_sole_owner(station, arm) {
                 return;
             }
         }

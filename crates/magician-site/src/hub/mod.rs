@@ -13,12 +13,12 @@
 //!
 //! [`Hub`] is a state machine without I/O and clock. [`RunningHub`] drives it on a tokio runtime.
 
-mod acting;
 mod answers;
 mod arms;
 mod class;
+mod class_watch;
 mod clients;
-mod elsewhere;
+mod driver;
 mod gather;
 mod lines;
 mod names;
@@ -37,8 +37,8 @@ use magician_station::api::{MessageId, RpcError, answer_due, notification};
 use magician_station::{Next, Outgoing};
 use serde_json::Value;
 
-use self::arms::{ArmPlace, GONE};
-use self::clients::{Person, RESUMES};
+use self::arms::{ArmEntry, DEPARTED_LISTED_TIME};
+use self::clients::{ClientSession, RESUME_TIME};
 use self::gather::{Gather, GatherId};
 use self::names::Names;
 pub use self::running::{HubClient, HubConfig, RunningHub};
@@ -48,7 +48,7 @@ use crate::site::{ArmAt, StationId};
 /// Timeout of a line: for its hello, and for the reply to a probe. Equal to the timeout after which
 /// stations release the lease of a silent holder, so that both sides give up at about the same
 /// time.
-const SILENT: Duration = Duration::from_secs(5);
+const LINE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Connection of a client to the hub.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -64,7 +64,7 @@ pub struct RequestId(pub u64);
 
 /// Action that the hub asks its driver to carry out.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum HubAct {
+pub enum HubAction {
     /// Send this message to home, over the client's own connection there.
     Home(SocketId, String),
     /// Open a session with a station. Answer with [`Hub::line_opened`] or [`Hub::line_ended`].
@@ -73,7 +73,7 @@ pub enum HubAct {
     Awake(LineId),
     /// Close the line.
     Drop(LineId),
-    /// Send a single request outside of all lines. Answer with [`Hub::called`].
+    /// Send a single request outside of all lines. Answer with [`Hub::call_completed`].
     Call {
         /// Id for the reply.
         request: RequestId,
@@ -96,14 +96,14 @@ pub enum LineMessage {
     /// JSON-RPC message.
     Text(String),
     /// Keep-alive of the client.
-    Alive,
+    KeepAlive,
 }
 
 /// State machine that serves all arms of a site to many clients.
 ///
 /// Inputs are events on the site ([`site`](Self::site)), messages of clients
 /// ([`receive`](Self::receive)), and messages from home and from lines. After each input,
-/// [`poll_act`](Self::poll_act) returns the actions to carry out, and
+/// [`poll_action`](Self::poll_action) returns the actions to carry out, and
 /// [`poll_send`](Self::poll_send) the messages for a client. The hub reads no clock: each input
 /// carries the time, and [`poll_timeout`](Self::poll_timeout) says when
 /// [`handle_timeout`](Self::handle_timeout) is due.
@@ -116,15 +116,15 @@ pub struct Hub {
     random: fn() -> u64,
     names: Names,
     stations: BTreeMap<StationId, (u32, BTreeSet<String>)>,
-    arms: BTreeMap<String, ArmPlace>,
-    people: BTreeMap<String, Person>,
+    arms: BTreeMap<String, ArmEntry>,
+    client_sessions: BTreeMap<String, ClientSession>,
     sockets: BTreeMap<SocketId, Socket>,
     lines: BTreeMap<LineId, Line>,
     pending: BTreeMap<RequestId, Pending>,
     gathers: BTreeMap<GatherId, Gather>,
     /// Sessions of home as of its last notification.
     sessions: Value,
-    acts: VecDeque<HubAct>,
+    actions: VecDeque<HubAction>,
     awake: BTreeSet<SocketId>,
     ids: u64,
 }
@@ -155,13 +155,13 @@ impl Hub {
             names: Names::default(),
             stations: BTreeMap::new(),
             arms: BTreeMap::new(),
-            people: BTreeMap::new(),
+            client_sessions: BTreeMap::new(),
             sockets: BTreeMap::new(),
             lines: BTreeMap::new(),
             pending: BTreeMap::new(),
             gathers: BTreeMap::new(),
             sessions: Value::Null,
-            acts: VecDeque::new(),
+            actions: VecDeque::new(),
             awake: BTreeSet::new(),
             // Above any id that a client is likely to use: home sees the ids of the hub and of the
             // client on the same connection.
@@ -175,8 +175,8 @@ impl Hub {
     }
 
     /// Returns the next action to carry out, or `None` if nothing is queued.
-    pub fn poll_act(&mut self) -> Option<HubAct> {
-        self.acts.pop_front()
+    pub fn poll_action(&mut self) -> Option<HubAction> {
+        self.actions.pop_front()
     }
 
     /// Returns a client with new messages since the last call, or `None`.
@@ -191,7 +191,7 @@ impl Hub {
             match self.sockets.get_mut(&socket)?.outbox.pop()? {
                 Next::Text(text) => return Some(Outgoing::Text(text)),
                 Next::Close(code) => return Some(Outgoing::Close(code)),
-                Next::State(SESSIONS) => {
+                Next::State(SESSIONS_SUBSCRIPTION) => {
                     let list = self.known_sessions(socket);
                     return Some(Outgoing::Text(notification("session.changed", &list)));
                 }
@@ -207,37 +207,45 @@ impl Hub {
     /// Handles all timeouts that are due at `now`.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         for gather in keys_where(&self.gathers, |gather| gather.due <= now) {
-            self.gathered(now, gather);
+            self.finish_gather(now, gather);
         }
-        let silent = |line: &Line| line.silent_at().is_some_and(|at| at <= now);
+        let silent = |line: &Line| line.reply_deadline().is_some_and(|at| at <= now);
         for line in keys_where(&self.lines, silent) {
             let why = "its station does not answer";
             self.lose_line(now, line, RpcError::arm(magician::ErrorKind::Port, why));
         }
-        self.open_again(now);
+        self.reopen_lines(now);
         for socket in keys_where(&self.sockets, |socket| socket.list_waits) {
-            self.tell_sessions(now, socket);
+            self.send_sessions(now, socket);
         }
-        let over = |person: &Person| person.gone.is_some_and(|gone| gone + RESUMES <= now);
-        for session in keys_where(&self.people, over) {
+        let over = |client: &ClientSession| {
+            client
+                .disconnected_at
+                .is_some_and(|gone| gone + RESUME_TIME <= now)
+        };
+        for session in keys_where(&self.client_sessions, over) {
             self.forget(&session);
         }
-        self.arms
-            .retain(|_, place| place.gone.is_none_or(|gone| gone + GONE > now));
+        self.arms.retain(|_, entry| {
+            entry
+                .departed_at
+                .is_none_or(|gone| gone + DEPARTED_LISTED_TIME > now)
+        });
     }
 
     /// Time of the next [`handle_timeout`](Self::handle_timeout), or `None` if nothing is pending.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
-        let people = self.people.values();
-        let people = people.filter_map(|person| Some(person.gone? + RESUMES));
+        let client_sessions = self.client_sessions.values();
+        let client_sessions =
+            client_sessions.filter_map(|client| Some(client.disconnected_at? + RESUME_TIME));
         let arms = self.arms.values();
-        let arms = arms.filter_map(|place| Some(place.gone? + GONE));
+        let arms = arms.filter_map(|entry| Some(entry.departed_at? + DEPARTED_LISTED_TIME));
         { self.gathers.values() }
             .map(|gather| gather.due)
-            .chain(self.lines.values().filter_map(Line::silent_at))
-            .chain(self.opens_at())
-            .chain(people)
+            .chain(self.lines.values().filter_map(Line::reply_deadline))
+            .chain(self.reopen_times())
+            .chain(client_sessions)
             .chain(arms)
             .chain(self.sockets.values().filter_map(Socket::list_due))
             .min()
@@ -260,14 +268,14 @@ impl Hub {
         id: Option<&MessageId>,
         outcome: &Result<Value, RpcError>,
     ) {
-        self.is_over(socket);
+        self.request_finished(socket);
         self.respond(socket, id, outcome);
     }
 
     /// Decrements the number of a client's requests in flight.
-    fn is_over(&mut self, socket: SocketId) {
+    fn request_finished(&mut self, socket: SocketId) {
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.under_way = open.under_way.saturating_sub(1);
+            open.in_flight = open.in_flight.saturating_sub(1);
         }
     }
 
@@ -294,4 +302,4 @@ fn keys_where<K: Clone, V>(map: &BTreeMap<K, V>, is: impl Fn(&V) -> bool) -> Vec
 }
 
 /// Pseudo subscription for the list of sessions in the outbox. Real subscriptions start at 1.
-const SESSIONS: u16 = 0;
+const SESSIONS_SUBSCRIPTION: u16 = 0;

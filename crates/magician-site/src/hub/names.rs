@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use crate::site::StationId;
 
 /// Separates slot number and id of the station. Ids of the hub itself contain no such character.
-const MARK: char = '.';
+const SEPARATOR: char = '.';
 
 /// Number of a station at the hub. A restarted station takes over the slot with its arm, so that
 /// the ids of its jobs stay valid.
@@ -35,7 +35,7 @@ pub(super) struct Names {
 
 impl Names {
     /// Returns the slot number of a station with this arm, and assigns one if it has none.
-    pub(super) fn arrives(&mut self, station: StationId, arm: &str) -> u32 {
+    pub(super) fn assign_slot(&mut self, station: StationId, arm: &str) -> u32 {
         let at = { self.slots.iter() }.position(|slot| slot.station == Some(station));
         let free = |slot: &Slot| slot.station.is_none() && slot.arms.contains(arm);
         let at = at.or_else(|| self.slots.iter().position(free));
@@ -50,7 +50,7 @@ impl Names {
     }
 
     /// Frees the slot of a departed station. The next station with one of its arms gets it.
-    pub(super) fn leaves(&mut self, station: StationId) {
+    pub(super) fn free_slot(&mut self, station: StationId) {
         for slot in &mut self.slots {
             if slot.station == Some(station) {
                 slot.station = None;
@@ -61,7 +61,7 @@ impl Names {
     /// Splits an id of the hub into slot, station and the id at that station. The station is `None`
     /// if it has left. Returns `None` if the id has no valid prefix.
     pub(super) fn split<'a>(&self, id: &'a str) -> Option<(u32, Option<StationId>, &'a str)> {
-        let (number, rest) = id.split_once(MARK)?;
+        let (number, rest) = id.split_once(SEPARATOR)?;
         let slot: u32 = number.parse().ok()?;
         // Reject other spellings such as `01`: two texts must not denote one id.
         if slot.to_string() != number {
@@ -81,7 +81,7 @@ impl Names {
     }
 
     /// Records that a session at a station belongs to a client of the hub.
-    pub(super) fn is_own(&mut self, slot: u32, session: &str, of: &str) {
+    pub(super) fn record_session(&mut self, slot: u32, session: &str, of: &str) {
         self.own.insert((slot, session.to_owned()), of.to_owned());
     }
 
@@ -91,12 +91,13 @@ impl Names {
     }
 
     /// Translates an id of a station to the id shown to clients of the hub.
-    pub(super) fn outward(&self, slot: u32, kind: IdKind, id: &str) -> String {
+    pub(super) fn hub_id(&self, slot: u32, kind: IdKind, id: &str) -> String {
         let own = match kind {
             IdKind::Session => self.own.get(&(slot, id.to_owned())),
             _ => None,
         };
-        own.cloned().unwrap_or_else(|| format!("{slot}{MARK}{id}"))
+        own.cloned()
+            .unwrap_or_else(|| format!("{slot}{SEPARATOR}{id}"))
     }
 
     /// Translates the ids at these places of a JSON value. A malformed id becomes null.
@@ -106,7 +107,7 @@ impl Names {
             if kind != IdKind::Subscription {
                 *id = id
                     .as_str()
-                    .map_or(Value::Null, |text| json!(self.outward(slot, kind, text)));
+                    .map_or(Value::Null, |text| json!(self.hub_id(slot, kind, text)));
             }
         });
     }
@@ -128,12 +129,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ids_of_two_stations_are_never_the_same() {
+    fn ids_of_two_stations_differ() {
         let mut names = Names::default();
-        let one = names.arrives(StationId(7), "a");
-        let two = names.arrives(StationId(8), "b");
-        assert_eq!(names.arrives(StationId(7), "c"), one);
-        let [first, second] = [one, two].map(|slot| names.outward(slot, IdKind::Job, "j1-5"));
+        let one = names.assign_slot(StationId(7), "a");
+        let two = names.assign_slot(StationId(8), "b");
+        assert_eq!(names.assign_slot(StationId(7), "c"), one);
+        let [first, second] = [one, two].map(|slot| names.hub_id(slot, IdKind::Job, "j1-5"));
         assert_ne!(first, second);
         assert_eq!(names.split(&first), Some((one, Some(StationId(7)), "j1-5")));
         assert_eq!(
@@ -148,22 +149,23 @@ mod tests {
     }
 
     #[test]
-    fn a_station_that_starts_anew_keeps_its_number() {
+    fn restarted_station_keeps_its_slot_number() {
         let mut names = Names::default();
-        let one = names.arrives(StationId(7), "a");
+        let one = names.assign_slot(StationId(7), "a");
         // As long as the old station is present, another one with the same arm gets a new number.
-        assert_ne!(names.arrives(StationId(9), "a"), one);
-        names.leaves(StationId(7));
+        assert_ne!(names.assign_slot(StationId(9), "a"), one);
+        names.free_slot(StationId(7));
         assert_eq!(names.split("1.x"), Some((1, None, "x")));
-        assert_eq!(names.arrives(StationId(8), "a"), one);
+        assert_eq!(names.assign_slot(StationId(8), "a"), one);
     }
 
     #[test]
     fn a_client_of_the_hub_has_one_id_at_all_stations() {
         let mut names = Names::default();
-        let [one, two] = [(7, "a"), (8, "b")].map(|(id, arm)| names.arrives(StationId(id), arm));
-        names.is_own(one, "s1-4", "s0-1");
-        names.is_own(two, "s1-9", "s0-1");
+        let [one, two] =
+            [(7, "a"), (8, "b")].map(|(id, arm)| names.assign_slot(StationId(id), arm));
+        names.record_session(one, "s1-4", "s0-1");
+        names.record_session(two, "s1-9", "s0-1");
         let mut value = json!({"holder": {"session": "s1-4", "name": "Anna"}, "by": 5});
         names.rename(one, &mut value, ERROR_IDS);
         assert_eq!(
@@ -171,8 +173,8 @@ mod tests {
             json!({"holder": {"session": "s0-1", "name": "Anna"}, "by": null})
         );
         // The same id at another station is a different session.
-        assert_eq!(names.outward(two, IdKind::Session, "s1-4"), "2.s1-4");
+        assert_eq!(names.hub_id(two, IdKind::Session, "s1-4"), "2.s1-4");
         names.forget("s0-1");
-        assert_eq!(names.outward(one, IdKind::Session, "s1-4"), "1.s1-4");
+        assert_eq!(names.hub_id(one, IdKind::Session, "s1-4"), "1.s1-4");
     }
 }

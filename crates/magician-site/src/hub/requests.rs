@@ -7,9 +7,9 @@ use magician_station::{CloseCode, MESSAGE, Pace, RATE, UNDER_WAY};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::gather::Gathers;
-use super::socket::{Pending, Socket, Via, Wants};
-use super::{Hub, HubAct, LineId, RequestId, SocketId};
+use super::gather::GatherPurpose;
+use super::socket::{Pending, Purpose, Socket, Via};
+use super::{Hub, HubAction, LineId, RequestId, SocketId};
 use crate::site::{ArmAt, StationId};
 
 /// Request of a client that passed the checks of its shape.
@@ -31,7 +31,7 @@ impl Call {
     }
 
     /// Record of this request while its reply is outstanding elsewhere.
-    fn pending(&self, arm: Option<&str>, via: Via, wants: Wants) -> Pending {
+    fn pending(&self, arm: Option<&str>, via: Via, purpose: Purpose) -> Pending {
         Pending {
             socket: self.socket,
             id: self.id.clone(),
@@ -39,7 +39,7 @@ impl Call {
             arm: arm.map(str::to_owned),
             via,
             sent: matches!(via, Via::Call(_)),
-            wants,
+            purpose,
         }
     }
 }
@@ -48,10 +48,12 @@ impl Hub {
     /// True if home answers the method unchanged, because it concerns no arm and nothing that
     /// belongs to one.
     #[must_use]
-    pub fn is_of_home(method: &str) -> bool {
+    pub fn is_home_method(method: &str) -> bool {
         Method::named(method).is_none_or(|method| {
-            let of_all = OF_ALL.iter().any(|of| method.name.starts_with(of));
-            let merged = of_all || MERGED.contains(&method.name);
+            let of_all = SITE_METHOD_PREFIXES
+                .iter()
+                .any(|of| method.name.starts_with(of));
+            let merged = of_all || MERGED_METHODS.contains(&method.name);
             !method.takes_arm() && method.id_param().is_none() && !merged
         })
     }
@@ -68,7 +70,7 @@ impl Hub {
             return;
         }
         let pace = open.throttle.hears(now, rate);
-        let greeted = open.session.is_some() || open.once;
+        let greeted = open.session.is_some() || open.is_single_request;
         let parsed = Message::parse(text);
         let named = parsed
             .as_ref()
@@ -100,7 +102,8 @@ impl Hub {
             }
             // Home knows the errors for malformed messages and for messages before the hello.
             _ => {
-                self.acts.push_back(HubAct::Home(socket, text.to_owned()));
+                self.actions
+                    .push_back(HubAction::Home(socket, text.to_owned()));
                 return;
             }
         };
@@ -126,7 +129,7 @@ impl Hub {
     fn handle(&mut self, mut call: Call) -> Handled {
         let method = call.method;
         if method.name == "session.hello" {
-            return self.greet(&call);
+            return self.handle_hello(&call);
         }
         let params = Params::check(method.params, std::mem::take(&mut call.params))?;
         let Some(open) = self.sockets.get_mut(&call.socket) else {
@@ -135,8 +138,8 @@ impl Hub {
         if open.role < method.role {
             return Err(RpcError::forbidden(open.role, method.role, method.name));
         }
-        open.wide |= method.name == "arm.list";
-        let is_full = open.under_way >= UNDER_WAY && !method.always;
+        open.lists_all_arms |= method.name == "arm.list";
+        let is_full = open.in_flight >= UNDER_WAY && !method.always;
         let arm = params.text("arm").map(str::to_owned);
         if method.name == "arm.state"
             && let Some(state) = self.state_now(call.now, &self.station_of(arm.as_deref())?)
@@ -149,69 +152,71 @@ impl Hub {
         }
         call.params = params.into_map();
         match method.name {
-            "arm.list" => self.ask_all(call, Gathers::Arms, method.name),
+            "arm.list" => self.gather_all(call, GatherPurpose::Arms, method.name),
             "session.list" => {
-                self.ask_home(&call, Wants::Sessions(call.clone()));
+                self.request_home(&call, Purpose::Sessions(call.clone()));
                 Ok(None)
             }
             "class.send" if call.params.contains_key("program") => self.fetch_program(call, None),
-            "class.freeze" | "class.free" | "class.send" => self.by_arms(call),
-            "class.get" | "schedule.get" => self.ask_all(call, Gathers::Alike, method.name),
-            "class.results" => self.ask_all(call, Gathers::Results, method.name),
-            "class.set" => self.ask_all(call, Gathers::Class, "class.get"),
+            "class.freeze" | "class.free" | "class.send" => self.call_by_arms(call),
+            "class.get" | "schedule.get" => {
+                self.gather_all(call, GatherPurpose::Alike, method.name)
+            }
+            "class.results" => self.gather_all(call, GatherPurpose::Results, method.name),
+            "class.set" => self.gather_all(call, GatherPurpose::Class, "class.get"),
             "schedule.set" => self.set_schedule(call),
-            "site.roster" => self.ask_all(call, Gathers::Roster, method.name),
+            "site.roster" => self.gather_all(call, GatherPurpose::Roster, method.name),
             "site.expect" => {
                 let params = call.params.clone();
-                let what = Gathers::Everywhere(Vec::new());
-                let mut meant = self.meant(None);
+                let purpose = GatherPurpose::Everywhere(Vec::new());
+                let mut addressed = self.addressed(None);
                 // Do not wait for missing arms: this request may remove them from the roster.
-                meant.beyond.clear();
-                self.gather(call, what, method.name, params, meant)
+                addressed.unreachable.clear();
+                self.gather(call, purpose, method.name, params, addressed)
             }
-            "class.codes" => Err(self.at_station(method.name, None)),
-            name if name.starts_with("turn.") => Err(self.at_station(name, arm.as_deref())),
+            "class.codes" => Err(self.station_only_error(method.name, None)),
+            name if name.starts_with("turn.") => Err(self.station_only_error(name, arm.as_deref())),
             "arm.stop" => self.stop(call, arm.as_deref()),
             "arm.unsubscribe" => self.unsubscribe(&call),
-            name if Self::is_of_home(name) || name == "server.info" => {
-                self.ask_home(&call, Wants::Answer);
+            name if Self::is_home_method(name) || name == "server.info" => {
+                self.request_home(&call, Purpose::Answer);
                 Ok(None)
             }
             // A jog id determines the arm, so `arm` may be missing.
-            "jog.stop" if call.params.contains_key("jog") => self.of_id(call),
-            _ if method.takes_arm() => self.of_arm(call, arm.as_deref()),
+            "jog.stop" if call.params.contains_key("jog") => self.handle_for_id(call),
+            _ if method.takes_arm() => self.handle_for_arm(call, arm.as_deref()),
             // Methods of leases, jogs and jobs: the prefix of the id names the station.
-            _ => self.of_id(call),
+            _ => self.handle_for_id(call),
         }
     }
 
     /// Passes a request to home.
-    pub(super) fn ask_home(&mut self, call: &Call, wants: Wants) {
-        let request = self.pends(call.pending(None, Via::Home, wants));
-        let text = text_of(Some(request), call.method.name, &call.params);
-        self.acts.push_back(HubAct::Home(call.socket, text));
+    pub(super) fn request_home(&mut self, call: &Call, purpose: Purpose) {
+        let request = self.add_pending(call.pending(None, Via::Home, purpose));
+        let text = encode_request(Some(request), call.method.name, &call.params);
+        self.actions.push_back(HubAction::Home(call.socket, text));
     }
 
-    fn of_arm(&mut self, mut call: Call, arm: Option<&str>) -> Handled {
+    fn handle_for_arm(&mut self, mut call: Call, arm: Option<&str>) -> Handled {
         let at = self.station_of(arm)?;
         call.params.insert("arm".to_owned(), json!(at.arm));
-        let wants = match call.method.name {
-            "arm.subscribe" => Wants::Subscribe(call.params.clone()),
+        let purpose = match call.method.name {
+            "arm.subscribe" => Purpose::Subscribe(call.params.clone()),
             "lease.answer" => {
-                let id = self.id_there(&call, at.station, IdKind::Session, "session")?;
+                let id = self.id_at_station(&call, at.station, IdKind::Session, "session")?;
                 call.params.insert("session".to_owned(), json!(id));
-                Wants::Answer
+                Purpose::Answer
             }
             "job.start" | "job.check" if call.params.contains_key("program") => {
                 return self.fetch_program(call, Some(&at.arm));
             }
-            _ => Wants::Answer,
+            _ => Purpose::Answer,
         };
-        self.pass_on(&call, &at, wants)
+        self.forward(&call, &at, purpose)
     }
 
     /// Passes on a request about a lease, jog or job. The prefix of its id determines the station.
-    fn of_id(&mut self, mut call: Call) -> Handled {
+    fn handle_for_id(&mut self, mut call: Call) -> Handled {
         let Some((param, kind)) = call.method.id_param() else {
             let why = format!("{} does nothing", call.method.name);
             return Err(RpcError::new(RpcError::INTERNAL, why));
@@ -223,15 +228,15 @@ impl Hub {
             let why = format!("the station of {arms} cannot be reached");
             return Err(RpcError::arm(ErrorKind::Port, why));
         };
-        let there = self.id_there(&call, station, kind, param)?;
+        let there = self.id_at_station(&call, station, kind, param)?;
         call.params.insert(param.to_owned(), json!(there));
         // A request needs the name of some arm to find the station; any of them will do.
         let arm = self.any_arm(station).unwrap_or_default();
-        self.pass_on(&call, &ArmAt { arm, station }, Wants::Answer)
+        self.forward(&call, &ArmAt { arm, station }, Purpose::Answer)
     }
 
     /// Translates an id of the hub to the id at the station.
-    fn id_there(
+    fn id_at_station(
         &self,
         call: &Call,
         station: StationId,
@@ -240,8 +245,8 @@ impl Hub {
     ) -> Result<String, RpcError> {
         let id = call.text(param).unwrap_or_default();
         if kind == IdKind::Session
-            && let Some(person) = self.people.get(id)
-            && let Some((_, session)) = person.at.get(&station)
+            && let Some(client) = self.client_sessions.get(id)
+            && let Some((_, session)) = client.at.get(&station)
         {
             return Ok(session.clone());
         }
@@ -253,41 +258,46 @@ impl Hub {
 
     /// Passes a request to a station: as a single request if it must overtake others or its client
     /// has no session, otherwise over the client's line.
-    fn pass_on(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> Handled {
+    fn forward(&mut self, call: &Call, at: &ArmAt, purpose: Purpose) -> Handled {
         let calls = self.sockets.get(&call.socket).is_some_and(Socket::calls);
         if calls || (call.method.always && !call.method.session) {
-            self.call_beside(call, at, wants);
+            self.forward_single(call, at, purpose);
             return Ok(None);
         }
         let line = self.line_to(call.now, call.socket, at.station)?;
-        self.send_on(call, at, line, wants)?;
+        self.forward_on_line(call, at, line, purpose)?;
         Ok(None)
     }
 
     /// Sends a single request, outside of all lines.
-    pub(super) fn call_beside(&mut self, call: &Call, at: &ArmAt, wants: Wants) -> RequestId {
-        let request = self.pends(call.pending(Some(&at.arm), Via::Call(at.station), wants));
+    pub(super) fn forward_single(
+        &mut self,
+        call: &Call,
+        at: &ArmAt,
+        purpose: Purpose,
+    ) -> RequestId {
+        let request = self.add_pending(call.pending(Some(&at.arm), Via::Call(at.station), purpose));
         let open = self.sockets.get(&call.socket);
-        self.acts.push_back(HubAct::Call {
+        self.actions.push_back(HubAction::Call {
             request,
             socket: call.socket,
             at: at.clone(),
             token: open.and_then(|open| open.token.clone()),
-            text: text_of(Some(request), call.method.name, &call.params),
+            text: encode_request(Some(request), call.method.name, &call.params),
             ends: !call.method.always,
         });
         request
     }
 
     /// Sends a request over a line.
-    fn send_on(
+    fn forward_on_line(
         &mut self,
         call: &Call,
         at: &ArmAt,
         line: LineId,
-        wants: Wants,
+        purpose: Purpose,
     ) -> Result<(), RpcError> {
-        let text = |request| text_of(request, call.method.name, &call.params);
+        let text = |request| encode_request(request, call.method.name, &call.params);
         // Keep-alives of a jog are identical: one in the queue is enough, and more would only delay
         // a stop.
         if call.method.name == "jog.keep" && call.id.is_none() {
@@ -303,18 +313,18 @@ impl Hub {
             let why = "the message is larger than a station takes: 1 MiB";
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         }
-        let request = self.pends(call.pending(Some(&at.arm), Via::Line(line), wants));
+        let request = self.add_pending(call.pending(Some(&at.arm), Via::Line(line), purpose));
         self.queue(line, Some(request), text, call.method.always);
         Ok(())
     }
 
     /// Records a request that is passed on.
-    fn pends(&mut self, pending: Pending) -> RequestId {
+    fn add_pending(&mut self, pending: Pending) -> RequestId {
         let request = RequestId(self.next_id());
-        if pending.wants.is_clients()
+        if pending.purpose.is_clients()
             && let Some(open) = self.sockets.get_mut(&pending.socket)
         {
-            open.under_way += 1;
+            open.in_flight += 1;
         }
         self.pending.insert(request, pending);
         request
@@ -330,22 +340,22 @@ impl Hub {
             return Err(RpcError::param("program", why));
         }
         let socket = call.socket;
-        let mut pending = call.pending(arm, Via::Home, Wants::Nothing);
-        pending.wants = Wants::Program(call);
-        let request = self.pends(pending);
-        let text = text_of(Some(request), "program.get", &json!({"name": name}));
-        self.acts.push_back(HubAct::Home(socket, text));
+        let mut pending = call.pending(arm, Via::Home, Purpose::Nothing);
+        pending.purpose = Purpose::Program(call);
+        let request = self.add_pending(pending);
+        let text = encode_request(Some(request), "program.get", &json!({"name": name}));
+        self.actions.push_back(HubAction::Home(socket, text));
         Ok(None)
     }
 
     /// Continues a request once its program has been fetched, or fails it.
-    pub(super) fn fetched(
+    pub(super) fn program_fetched(
         &mut self,
         now: HostInstant,
         mut call: Call,
         outcome: Result<Value, RpcError>,
     ) {
-        self.is_over(call.socket);
+        self.request_finished(call.socket);
         let (socket, id) = (call.socket, call.id.clone());
         let outcome = outcome.map_err(|mut error| {
             if error.data.get("param") == Some(&json!("name")) {
@@ -364,10 +374,10 @@ impl Hub {
                     .insert("format".to_owned(), program["format"].clone());
             }
             if call.method.name == "class.send" {
-                return self.by_arms(call);
+                return self.call_by_arms(call);
             }
             let arm = call.text("arm").map(str::to_owned);
-            self.of_arm(call, arm.as_deref())
+            self.handle_for_arm(call, arm.as_deref())
         });
         if let Err(error) = outcome {
             self.respond(socket, id.as_ref(), &Err(error));
@@ -380,12 +390,16 @@ fn unknown(param: &str) -> RpcError {
 }
 
 /// Methods whose reply is merged from several stations.
-const MERGED: [&str; 3] = ["session.list", "server.info", "arm.list"];
+const MERGED_METHODS: [&str; 3] = ["session.list", "server.info", "arm.list"];
 /// Prefixes of methods that concern all stations.
-const OF_ALL: [&str; 4] = ["class.", "schedule.", "site.", "turn."];
+const SITE_METHOD_PREFIXES: [&str; 4] = ["class.", "schedule.", "site.", "turn."];
 
 /// Encodes a request. Without an id it is a notification.
-pub(super) fn text_of(request: Option<RequestId>, method: &str, params: &impl Serialize) -> String {
+pub(super) fn encode_request(
+    request: Option<RequestId>,
+    method: &str,
+    params: &impl Serialize,
+) -> String {
     let mut text = json!({"jsonrpc": "2.0", "method": method, "params": params});
     if let Some(RequestId(id)) = request {
         text["id"] = json!(id);

@@ -18,7 +18,7 @@ use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 use tokio::time::Instant;
 
-use super::acting::{Home, Inner, Place, Shared};
+use super::driver::{ClientResources, Home, Inner, Shared};
 use super::{Hub, SocketId};
 use crate::Roster;
 use crate::site::Site;
@@ -89,7 +89,7 @@ impl RunningHub {
             library,
             read_only,
             site,
-            begun: Instant::now(),
+            started_at: Instant::now(),
             due: Notify::new(),
             this: Weak::clone(this),
             runtime: Handle::current(),
@@ -97,9 +97,9 @@ impl RunningHub {
         // Before any client can connect, so that the first request already sees the arms that are
         // present.
         let arms = shared.site.arms().into_keys().collect();
-        shared.with(|hub, now| hub.on_site(now, arms));
+        shared.with(|hub, now| hub.set_present_arms(now, arms));
         let watching = tokio::spawn(Shared::watch(Arc::downgrade(&shared)));
-        let timing = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
+        let timing = tokio::spawn(Shared::run_timers(Arc::downgrade(&shared)));
         let looking = tokio::spawn(Shared::watch_class(Arc::downgrade(&shared)));
         let tasks = [watching, timing, looking].map(|task| task.abort_handle());
         let tasks = tasks.to_vec();
@@ -111,14 +111,14 @@ impl RunningHub {
 
     /// Checks whether a station has a class, which decides the role of users at this machine. A
     /// background task repeats the check every second.
-    pub async fn look_at_class(&self) {
-        self.shared.look_at_class().await;
+    pub async fn check_class(&self) {
+        self.shared.check_class().await;
     }
 
     /// Reads the rosters of all stations and adds their arms as expected.
     pub async fn read_roster(&self) -> Roster {
         let roster = self.shared.site.roster().await;
-        self.shared.with(|hub, _| hub.expects(&roster));
+        self.shared.with(|hub, _| hub.expect_roster(&roster));
         roster
     }
 
@@ -150,17 +150,17 @@ impl RunningHub {
                 };
                 match outgoing {
                     Outgoing::Text(text) => {
-                        shared.with(|hub, now| hub.home_says(now, socket, &text))
+                        shared.with(|hub, now| hub.receive_from_home(now, socket, &text))
                     }
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(code) => {
-                        return shared.with(|hub, _| hub.home_closes(socket, code));
+                        return shared.with(|hub, _| hub.home_closed(socket, code));
                     }
                 }
             }
         });
-        if let Some(place) = self.shared.lock().clients.get_mut(&socket) {
-            place.calls.push(pumping.abort_handle());
+        if let Some(entry) = self.shared.lock().clients.get_mut(&socket) {
+            entry.calls.push(pumping.abort_handle());
         }
         made
     }
@@ -177,7 +177,7 @@ impl Served for RunningHub {
 
     async fn call(&self, peer: Peer, token: Option<String>, text: &str) -> Option<String> {
         let message = match Message::parse(text) {
-            Ok(message) if !Hub::is_of_home(&message.method) => message,
+            Ok(message) if !Hub::is_home_method(&message.method) => message,
             // Also malformed messages: home knows the errors for them.
             _ => return self.shared.home.call(peer, text).await,
         };
@@ -243,12 +243,12 @@ impl Shared {
         let awake = Arc::new(Notify::new());
         let mut inner = self.lock();
         let socket = open(&mut inner.hub);
-        let place = Place {
+        let entry = ClientResources {
             awake: Arc::clone(&awake),
             home,
             calls: Vec::new(),
         };
-        inner.clients.insert(socket, place);
+        inner.clients.insert(socket, entry);
         HubClient {
             shared: Arc::clone(self),
             socket,
@@ -324,10 +324,10 @@ impl ServedClient for HubClient {
 
 impl Drop for HubClient {
     fn drop(&mut self) {
-        let place = self.shared.lock().clients.remove(&self.socket);
+        let entry = self.shared.lock().clients.remove(&self.socket);
         self.shared.with(|hub, now| hub.close(now, self.socket));
-        if let Some(place) = place {
-            place.calls.iter().for_each(AbortHandle::abort);
+        if let Some(entry) = entry {
+            entry.calls.iter().for_each(AbortHandle::abort);
         }
     }
 }

@@ -14,11 +14,11 @@ use super::{LineId, RequestId, SocketId};
 use crate::site::StationId;
 
 /// Backoff before a line is opened again, ms. The last value repeats.
-const PAUSES: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
+const REOPEN_DELAYS_MS: [u64; 6] = [200, 400, 800, 1600, 3200, 5000];
 
 /// Route of a client to a station.
 #[derive(Debug)]
-pub(super) enum Way {
+pub(super) enum Route {
     /// Over this line.
     Line(LineId),
     /// Lost. A new line may be opened from `until`.
@@ -29,10 +29,10 @@ pub(super) enum Way {
     },
 }
 
-impl Way {
+impl Route {
     /// Backoff after this number of failed attempts.
     pub(super) fn after(now: HostInstant, tries: usize, why: RpcError) -> Self {
-        let pause = PAUSES[tries.min(PAUSES.len() - 1)];
+        let pause = REOPEN_DELAYS_MS[tries.min(REOPEN_DELAYS_MS.len() - 1)];
         Self::Waiting {
             until: now + Duration::from_millis(pause),
             tries: tries + 1,
@@ -72,34 +72,34 @@ pub(super) struct Socket {
     pub(super) session: Option<String>,
     pub(super) role: Role,
     /// True for a socket that serves a single request.
-    pub(super) once: bool,
+    pub(super) is_single_request: bool,
     /// True if the client lists all arms: lines to all stations are kept open.
-    pub(super) wide: bool,
-    pub(super) ways: BTreeMap<StationId, Way>,
+    pub(super) lists_all_arms: bool,
+    pub(super) routes: BTreeMap<StationId, Route>,
     pub(super) subscriptions: BTreeMap<u16, Subscription>,
     pub(super) last_subscription: u16,
     /// Running jogs by the id at the hub, each with its arm and station.
     pub(super) jogs: BTreeMap<String, (String, StationId)>,
-    pub(super) under_way: usize,
+    pub(super) in_flight: usize,
     pub(super) outbox: Outbox,
     pub(super) throttle: Throttle,
 }
 
 impl Socket {
-    pub(super) fn new(token: Option<String>, role: Role, once: bool) -> Self {
+    pub(super) fn new(token: Option<String>, role: Role, is_single_request: bool) -> Self {
         Self {
             token,
             session: None,
             listed: None,
             list_waits: false,
             role,
-            once,
-            wide: false,
-            ways: BTreeMap::new(),
+            is_single_request,
+            lists_all_arms: false,
+            routes: BTreeMap::new(),
             subscriptions: BTreeMap::new(),
             last_subscription: 0,
             jogs: BTreeMap::new(),
-            under_way: 0,
+            in_flight: 0,
             outbox: Outbox::default(),
             throttle: Throttle::default(),
         }
@@ -110,7 +110,7 @@ impl Socket {
     /// False for a viewer, even with one request: its token may allow more than a viewer may do,
     /// and only a session can ask for a lower role.
     pub(super) fn calls(&self) -> bool {
-        self.once && self.role > Role::Viewer
+        self.is_single_request && self.role > Role::Viewer
     }
 
     /// Returns an unused subscription number, or `None` if all are in use.
@@ -171,7 +171,7 @@ pub(super) enum Via {
 
 /// Purpose of a request that was passed on, which decides what its reply is used for.
 #[derive(Debug)]
-pub(super) enum Wants {
+pub(super) enum Purpose {
     /// The client's own request: the reply goes to the client.
     Answer,
     /// The client's hello, with its name and token.
@@ -196,7 +196,7 @@ pub(super) enum Wants {
     Sessions(Call),
 }
 
-impl Wants {
+impl Purpose {
     /// True if the request counts as in flight for its client.
     pub(super) fn is_clients(&self) -> bool {
         matches!(
@@ -219,5 +219,5 @@ pub(super) struct Pending {
     pub(super) arm: Option<String>,
     pub(super) via: Via,
     pub(super) sent: bool,
-    pub(super) wants: Wants,
+    pub(super) purpose: Purpose,
 }

@@ -11,7 +11,7 @@ use magician_station::api::{Needs, RpcError, notification};
 use serde_json::json;
 
 use super::Hub;
-use super::gather::Gathers;
+use super::gather::GatherPurpose;
 use super::requests::{Call, Handled};
 use super::socket::Via;
 use crate::site::StationId;
@@ -19,16 +19,22 @@ use crate::site::StationId;
 impl Hub {
     /// Stops one arm at every station that has it, or all arms.
     pub(super) fn stop(&mut self, call: Call, arm: Option<&str>) -> Handled {
-        let meant = self.meant(arm);
-        if meant.at.is_empty() && meant.beyond.is_empty() && arm.is_some() {
+        let addressed = self.addressed(arm);
+        if addressed.at.is_empty() && addressed.unreachable.is_empty() && arm.is_some() {
             return self.station_of(arm).map(|_| None);
         }
-        let (at, params) = (meant.at.clone(), call.params.clone());
+        let (at, params) = (addressed.at.clone(), call.params.clone());
         // Send the stops first. `arm.stop` without an arm stops all arms of a station.
-        self.gather(call.clone(), Gathers::Stops, "arm.stop", params, meant)?;
+        self.gather(
+            call.clone(),
+            GatherPurpose::Stops,
+            "arm.stop",
+            params,
+            addressed,
+        )?;
         for (station, arms) in &at {
             for arm in arms {
-                self.stop_behind(&call, *station, arm);
+                self.cancel_earlier_motions(&call, *station, arm);
             }
         }
         Ok(None)
@@ -36,11 +42,11 @@ impl Hub {
 
     /// Keeps earlier requests of any client from moving the arm after the stop: fails the waiting
     /// ones, and queues a stop behind requests in flight.
-    fn stop_behind(&mut self, call: &Call, station: StationId, arm: &str) {
+    fn cancel_earlier_motions(&mut self, call: &Call, station: StationId, arm: &str) {
         let by = { self.sockets.get(&call.socket) }.and_then(|open| open.session.clone());
         let (mut waiting, mut on_their_way) = (Vec::new(), BTreeSet::new());
         for (request, pending) in &self.pending {
-            let of_arm = match pending.via {
+            let handle_for_arm = match pending.via {
                 Via::Line(line) => {
                     let at = self.lines.get(&line).map(|line| line.station);
                     // A job method names its job and no arm, so it may concern this arm.
@@ -52,7 +58,7 @@ impl Hub {
                 Via::Call(_) => false,
             };
             // Requests that need no lease cannot move an arm.
-            if !of_arm || !matches!(pending.method.needs, Needs::Lease(_)) {
+            if !handle_for_arm || !matches!(pending.method.needs, Needs::Lease(_)) {
                 continue;
             }
             match pending.via {

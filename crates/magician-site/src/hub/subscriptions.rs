@@ -7,7 +7,7 @@ use magician_station::{Outgoing, StateFrame};
 use serde_json::{Map, Value, json};
 
 use super::requests::Call;
-use super::socket::{Pending, Subscription, Wants};
+use super::socket::{Pending, Purpose, Subscription};
 use super::{Hub, LineId, SocketId};
 
 impl Hub {
@@ -62,34 +62,39 @@ impl Hub {
         let gone = gone.ok_or_else(|| {
             RpcError::param("subscription", format!("there is no subscription {id}"))
         })?;
-        self.end_there(gone.at);
+        self.unsubscribe_at_station(gone.at);
         Ok(Some(Value::Null))
     }
 
-    fn end_there(&mut self, at: Option<(LineId, u64)>) {
+    fn unsubscribe_at_station(&mut self, at: Option<(LineId, u64)>) {
         if let Some((line, there)) = at {
             let params = json!({"subscription": there});
-            self.ask_line(line, "arm.unsubscribe", params, Wants::Nothing);
+            self.request_on_line(line, "arm.unsubscribe", params, Purpose::Nothing);
         }
     }
 
     /// A line is up: renews the subscriptions of its client at this station.
-    pub(super) fn subscribe_again(&mut self, line: LineId) {
+    pub(super) fn resubscribe(&mut self, line: LineId) {
         let Some(known) = self.lines.get(&line) else {
             return;
         };
         let open = self.sockets.get(&known.socket).into_iter();
         let lost = open.flat_map(|open| &open.subscriptions);
         let lost =
-            lost.filter(|(_, one)| one.at.is_none() && self.has_alone(known.station, &one.arm));
+            lost.filter(|(_, one)| one.at.is_none() && self.is_sole_owner(known.station, &one.arm));
         let lost = lost.map(|(id, one)| (*id, one.params.clone()));
         for (id, params) in lost.collect::<Vec<_>>() {
-            self.ask_line(line, "arm.subscribe", params.into(), Wants::Resubscribe(id));
+            self.request_on_line(
+                line,
+                "arm.subscribe",
+                params.into(),
+                Purpose::Resubscribe(id),
+            );
         }
     }
 
     /// A station has accepted a renewed subscription.
-    pub(super) fn subscribed_again(
+    pub(super) fn resubscribed(
         &mut self,
         line: LineId,
         socket: SocketId,
@@ -106,7 +111,7 @@ impl Hub {
                 (one.at, one.base) = (at, one.next);
             }
             // The client unsubscribed in the meantime.
-            _ => self.end_there(at),
+            _ => self.unsubscribe_at_station(at),
         }
     }
 
@@ -133,7 +138,7 @@ impl Hub {
     }
 
     /// Handles a state as text: merges its changes with the unsent ones.
-    pub(super) fn hears_state(&mut self, line: LineId, mut params: Value) {
+    pub(super) fn receive_state(&mut self, line: LineId, mut params: Value) {
         let Some((slot, socket)) = self.lines.get(&line).map(|line| (line.slot, line.socket))
         else {
             return;
@@ -164,7 +169,7 @@ impl Hub {
     }
 
     /// Handles a binary state. The newest one replaces an unsent one.
-    pub fn line_shows(&mut self, line: LineId, bytes: &[u8]) {
+    pub fn receive_frame(&mut self, line: LineId, bytes: &[u8]) {
         let Some(socket) = self.lines.get(&line).map(|line| line.socket) else {
             return;
         };

@@ -16,7 +16,7 @@ use tempfile::TempDir;
 use tokio::time::{Instant, timeout};
 
 /// Timeout of every wait. Everything here takes milliseconds; the rest is for a machine under load.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
+pub(crate) const WAIT_TIMEOUT: Duration = Duration::from_secs(30);
 /// Machine of the authority, and of every station unless stated otherwise.
 pub(crate) const BENCH: &str = "bench-1";
 
@@ -65,7 +65,7 @@ impl Lab {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
         let invitation = Arc::new(Invitation::new(self.authority(), 1).unwrap());
         let code = invitation.code(&listener.local_addr().unwrap().to_string());
-        let inviting = invitation.run(listener, Instant::now() + PATIENCE, |_| {});
+        let inviting = invitation.run(listener, Instant::now() + WAIT_TIMEOUT, |_| {});
         let folders = self.folder.path().join(name);
         let joining = join(&code, &folders, Some(name), name);
         let (ended, joined) = tokio::join!(inviting, joining);
@@ -210,15 +210,15 @@ pub(crate) async fn until<T>(
             }
         }
     };
-    timeout(PATIENCE, found).await.unwrap()
+    timeout(WAIT_TIMEOUT, found).await.unwrap()
 }
 
 /// Waits until an arm is present and its state is known.
 pub(crate) async fn arrives(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value) {
     until(events, |event| match event {
-        SiteEvent::News(at, news) if at.arm == arm && !news.state.is_null() => {
-            assert_eq!(news.machine, BENCH);
-            Some((at, news.state))
+        SiteEvent::Report(at, report) if at.arm == arm && !report.state.is_null() => {
+            assert_eq!(report.machine, BENCH);
+            Some((at, report.state))
         }
         _ => None,
     })
@@ -226,7 +226,7 @@ pub(crate) async fn arrives(events: &mut SiteEvents, arm: &str) -> (ArmAt, Value
 }
 
 async fn next_text(channel: &mut Channel) -> Value {
-    let next = timeout(PATIENCE, channel.receive()).await.unwrap();
+    let next = timeout(WAIT_TIMEOUT, channel.receive()).await.unwrap();
     match next {
         FromStation::Text(text) => serde_json::from_str(&text).unwrap(),
         other => panic!("{other:?}"),
@@ -243,13 +243,13 @@ pub(crate) async fn answer(channel: &mut Channel, id: u64) -> Value {
 }
 
 /// Waits until a condition holds.
-pub(crate) async fn becomes(is_so: impl AsyncFn() -> bool) {
+pub(crate) async fn wait_until(is_so: impl AsyncFn() -> bool) {
     let waiting = async {
         while !is_so().await {
             tokio::task::yield_now().await;
         }
     };
-    timeout(PATIENCE, waiting).await.unwrap();
+    timeout(WAIT_TIMEOUT, waiting).await.unwrap();
 }
 
 /// True if a request to the arm succeeds.

@@ -1,6 +1,6 @@
 //! Presence and states of arms on the bus, and requests to their stations.
 
-use magician_site::carrier::{CarrierError, LINGER_FLAW};
+use magician_site::carrier::{CarrierError, LINGER_WARNING};
 use magician_site::{Caller, Site, SiteError, SiteEvent};
 use serde_json::{Value, json};
 
@@ -8,11 +8,11 @@ use crate::bench::{BENCH, Lab, OneArm, arrives, free_port, request, until};
 
 #[test]
 fn builds_of_the_repository_close_links_without_lingering() {
-    assert_eq!(LINGER_FLAW, None);
+    assert_eq!(LINGER_WARNING, None);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_site_sees_its_arms_and_what_they_do() {
+async fn site_reports_its_arms_and_their_states() {
     let OneArm {
         lab,
         station: _station,
@@ -43,7 +43,7 @@ async fn a_site_sees_its_arms_and_what_they_do() {
     let moved = site.call(&at, &lab.caller(), moved).await.unwrap().unwrap();
     assert!(moved.contains("\"x\":220"), "{moved}");
     until(&mut events, |event| match event {
-        SiteEvent::News(_, news) => (news.state["x"] == 220.0).then_some(()),
+        SiteEvent::Report(_, report) => (report.state["x"] == 220.0).then_some(()),
         _ => None,
     })
     .await;
@@ -59,7 +59,7 @@ async fn a_site_sees_its_arms_and_what_they_do() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_name_is_on_a_site_once() {
+async fn second_arm_of_one_name_is_refused() {
     let lab = Lab::new();
     let port = free_port();
     let (_station, node) = lab.node("a", &lab.config("a", Some(port), &[])).await;

@@ -1,14 +1,14 @@
 //! A machine whose certificate is revoked.
 
-use magician_site::carrier::{CarrierError, tell_revoked};
+use magician_site::carrier::{CarrierError, distribute_revoked};
 use magician_site::{FromStation, Site, SiteError, ToStation};
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::bench::{Lab, PATIENCE, answer, answers, arrives, becomes, free_port, request};
+use crate::bench::{Lab, WAIT_TIMEOUT, answer, answers, arrives, free_port, request, wait_until};
 
 #[tokio::test(flavor = "multi_thread")]
-async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
+async fn stations_with_the_list_refuse_a_revoked_machine() {
     let lab = Lab::new();
     let port = free_port();
     let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
@@ -31,13 +31,13 @@ async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
     let identity = lab.identity.clone().unwrap();
     lab.authority().revoke("lost").unwrap();
     let config = lab.config("authority", None, &[port]);
-    tell_revoked("lab".parse().unwrap(), Some(&config), &identity)
+    distribute_revoked("lab".parse().unwrap(), Some(&config), &identity)
         .await
         .unwrap();
     // The session of the revoked machine ends and cannot be opened again. Other machines reconnect.
     let ended = async { while !matches!(channel.receive().await, FromStation::Closed(_)) {} };
-    timeout(PATIENCE, ended).await.unwrap();
-    becomes(async || answers(&of_desk, &at, &caller).await).await;
+    timeout(WAIT_TIMEOUT, ended).await.unwrap();
+    wait_until(async || answers(&of_desk, &at, &caller).await).await;
     let refused = of_lost
         .call(&at, &caller, request("arm.state", &json!({})))
         .await;
@@ -50,7 +50,7 @@ async fn revoked_machine_is_let_in_by_no_station_that_has_the_list() {
     );
     assert!(of_lost.open(at.station).await.is_err());
     // The revoked machine cannot join as a station either.
-    becomes(async || lost.is_revoked()).await;
+    wait_until(async || lost.is_revoked()).await;
     let config = lab.config("b", None, &[port]);
     let (_other, joined) = lab.try_node("b", &config, Some(lost)).await;
     assert!(matches!(joined, Err(CarrierError::Certificate(_))));

@@ -3,14 +3,14 @@
 use magician_site::{Roster, Site};
 use serde_json::{Value, json};
 
-use crate::bench::{Lab, arrives, becomes, free_port, request};
+use crate::bench::{Lab, arrives, free_port, request, wait_until};
 
 fn names(roster: &Roster) -> Vec<&str> {
     roster.arms().map(|(arm, _)| arm).collect()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn roster_is_kept_by_stations() {
+async fn roster_is_stored_by_stations() {
     let lab = Lab::new();
     let port = free_port();
     let config = lab.config("a", Some(port), &[]);
@@ -33,5 +33,5 @@ async fn roster_is_kept_by_stations() {
     drop(station);
     // A restarted station still has its roster.
     let (_station, _node) = lab.node("a", &config).await;
-    becomes(async || names(&site.roster().await) == ["a", "b"]).await;
+    wait_until(async || names(&site.roster().await) == ["a", "b"]).await;
 }

@@ -4,10 +4,10 @@ use magician_site::{FromStation, Site, SiteEvent, ToStation};
 use serde_json::json;
 use tokio::time::timeout;
 
-use crate::bench::{OneArm, PATIENCE, answer, becomes, request, until};
+use crate::bench::{OneArm, WAIT_TIMEOUT, answer, request, until, wait_until};
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_session_is_the_equal_of_a_socket() {
+async fn session_behaves_like_a_websocket() {
     let OneArm {
         lab,
         station,
@@ -25,12 +25,12 @@ async fn a_session_is_the_equal_of_a_socket() {
     let greeted = answer(&mut channel, 1).await;
     assert_eq!(greeted["result"]["role"], "student", "{greeted}");
     // The second socket is the node's own, which reads states.
-    becomes(async || station.sockets() == 2).await;
+    wait_until(async || station.sockets() == 2).await;
     let lease = request("lease.acquire", &json!({"arm": "a"}));
     channel.send(ToStation::Text(lease)).await;
     answer(&mut channel, 1).await;
     until(&mut events, |event| match event {
-        SiteEvent::News(_, news) => (news.state["holder"]["name"] == "pupil").then_some(()),
+        SiteEvent::Report(_, report) => (report.state["holder"]["name"] == "pupil").then_some(()),
         _ => None,
     })
     .await;
@@ -42,7 +42,7 @@ async fn a_session_is_the_equal_of_a_socket() {
         .await;
     let mut frames = 0;
     while frames < 150 {
-        match timeout(PATIENCE, channel.receive()).await.unwrap() {
+        match timeout(WAIT_TIMEOUT, channel.receive()).await.unwrap() {
             FromStation::Frame(bytes) => {
                 assert_eq!(bytes.len(), magician_station::FRAME);
                 frames += 1;
@@ -54,11 +54,11 @@ async fn a_session_is_the_equal_of_a_socket() {
     // Dropping the channel closes the socket and so releases the lease.
     drop(channel);
     until(&mut events, |event| match event {
-        SiteEvent::News(_, news) => news.state["holder"].is_null().then_some(()),
+        SiteEvent::Report(_, report) => report.state["holder"].is_null().then_some(()),
         _ => None,
     })
     .await;
-    becomes(async || station.sockets() == 1).await;
+    wait_until(async || station.sockets() == 1).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -70,7 +70,8 @@ async fn a_wrong_token_closes_a_session_with_its_code() {
         .send(ToStation::Text(request("session.hello", &hello)))
         .await;
     loop {
-        if let FromStation::Closed(closed) = timeout(PATIENCE, channel.receive()).await.unwrap() {
+        if let FromStation::Closed(closed) = timeout(WAIT_TIMEOUT, channel.receive()).await.unwrap()
+        {
             assert_eq!(closed.code, 4401, "{closed}");
             return;
         }

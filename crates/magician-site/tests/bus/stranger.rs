@@ -16,7 +16,7 @@ use zenoh::query::Query;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait};
 
-use crate::bench::{BENCH, Lab, OneArm, answers, arrives, becomes, free_port, request};
+use crate::bench::{BENCH, Lab, OneArm, answers, arrives, free_port, request, wait_until};
 
 const GHOST: StationId = StationId(0xbad);
 
@@ -28,11 +28,11 @@ fn ghost() -> ArmAt {
 }
 
 /// Everything that a stranger receives, as `key: payload`.
-type Heard = Arc<Mutex<Vec<String>>>;
+type ReceivedLog = Arc<Mutex<Vec<String>>>;
 
 struct Stranger {
     _session: Session,
-    heard: Heard,
+    heard: ReceivedLog,
     /// Declarations, which last as long as this value.
     _declared: Vec<Box<dyn Send>>,
 }
@@ -40,11 +40,11 @@ struct Stranger {
 impl Stranger {
     /// Subscribes to all keys, replies to every query with lies, and publishes lies: the arm
     /// `ghost`, another state of the arm `a`, and a roster without either.
-    async fn comes(config: &Path, liar: std::net::SocketAddr) -> Self {
+    async fn start(config: &Path, lying_listener: std::net::SocketAddr) -> Self {
         let session = zenoh::open(Config::from_file(config).unwrap())
             .await
             .unwrap();
-        let heard = Heard::default();
+        let heard = ReceivedLog::default();
         let mut declared: Vec<Box<dyn Send>> = Vec::new();
         let hears = Arc::clone(&heard);
         let listen = move |sample: Sample| {
@@ -91,7 +91,7 @@ impl Stranger {
         let ghost = format!("magician/lab/{BENCH}/alive/ghost/{GHOST}");
         let token = session.liveliness().declare_token(ghost).await.unwrap();
         declared.push(Box::new(token));
-        let state = json!({"station": GHOST.to_string(), "at": [liar], "port": "sim",
+        let state = json!({"station": GHOST.to_string(), "at": [lying_listener], "port": "sim",
             "virtual": true, "state": {"link": "up", "moving": false}});
         let key = format!("magician/lab/{BENCH}/state/ghost");
         let state = state.to_string();
@@ -120,7 +120,7 @@ impl Stranger {
 }
 
 /// Listener of the stranger, with the bytes that it received.
-async fn liar() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
+async fn lying_listener() -> (std::net::SocketAddr, Arc<Mutex<Vec<u8>>>) {
     use tokio::io::AsyncReadExt;
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let at = listener.local_addr().unwrap();
@@ -170,7 +170,11 @@ fn tls_config(lab: &Lab, identity: &Identity, connects: u16) -> PathBuf {
 
 /// Makes the requests of a teacher, with a token: everything that a stranger would like to
 /// intercept.
-async fn teach(site: &ZenohSite, at: &ArmAt, lab: &Lab) -> Vec<Result<Option<String>, SiteError>> {
+async fn request_as_teacher(
+    site: &ZenohSite,
+    at: &ArmAt,
+    lab: &Lab,
+) -> Vec<Result<Option<String>, SiteError>> {
     let teacher = lab.teacher();
     let class =
         json!({"text": "[[pupil]]\nname = \"Ada\"\ncode = \"SECRET\"\n", "use_codes": true});
@@ -186,21 +190,21 @@ async fn teach(site: &ZenohSite, at: &ArmAt, lab: &Lab) -> Vec<Result<Option<Str
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_nothing() {
+async fn without_certificates_a_stranger_gets_presence_and_states_but_no_requests() {
     let lab = Lab::without_certificates();
     let port = free_port();
     let (_station, _node) = lab.node("a", &lab.config("a", Some(port), &[])).await;
-    let (at_liar, got) = liar().await;
-    let stranger = Stranger::comes(&plain_config(&lab, port), at_liar).await;
+    let (at_liar, got) = lying_listener().await;
+    let stranger = Stranger::start(&plain_config(&lab, port), at_liar).await;
     let site = lab.site(&[port]).await;
     assert!(!site.is_proved());
     let mut events = site.watch();
     let (at, _) = arrives(&mut events, "a").await;
     let ghost = ghost();
-    becomes(async || site.arms().contains_key(&ghost)).await;
+    wait_until(async || site.arms().contains_key(&ghost)).await;
     // Nothing is sent to any station, because none has proved its identity.
     for at in [&at, &ghost] {
-        let answers = teach(&site, at, &lab).await;
+        let answers = request_as_teacher(&site, at, &lab).await;
         assert!(
             answers
                 .iter()
@@ -214,7 +218,7 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
     }
     assert!(got.lock().unwrap().is_empty());
     // A forged roster can add a name but not remove one.
-    becomes(async || site.roster().await.has("phantom")).await;
+    wait_until(async || site.roster().await.has("phantom")).await;
     for heard in stranger.heard() {
         let key = heard.split(": ").next().unwrap_or_default();
         let is_open = ["state/", "alive/", "/roster", "/revoked"]
@@ -236,7 +240,7 @@ async fn without_certificates_a_stranger_gets_presence_and_states_and_is_sent_no
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
+async fn with_certificates_a_stranger_receives_nothing_and_is_not_listed() {
     let OneArm {
         lab,
         station: _station,
@@ -246,7 +250,7 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
         at,
         ..
     } = OneArm::new().await;
-    let (at_liar, _) = liar().await;
+    let (at_liar, _) = lying_listener().await;
 
     // First without a certificate, then with one of a forged authority.
     let plain = plain_config(&lab, port);
@@ -254,10 +258,10 @@ async fn with_certificates_a_stranger_hears_nothing_and_is_not_seen() {
     let forged = forged.identity().unwrap();
     let with_forged = tls_config(&lab, &forged, port);
     let strangers = [
-        Stranger::comes(&plain, at_liar).await,
-        Stranger::comes(&with_forged, at_liar).await,
+        Stranger::start(&plain, at_liar).await,
+        Stranger::start(&with_forged, at_liar).await,
     ];
-    for answer in teach(&site, &at, &lab).await {
+    for answer in request_as_teacher(&site, &at, &lab).await {
         assert!(
             answer.as_ref().is_ok_and(|text| text
                 .as_ref()
@@ -318,11 +322,11 @@ async fn announced_address_is_only_a_hint() {
         ..
     } = OneArm::new().await;
     let thief = lab.machine("thief").await;
-    let (at_liar, got) = liar().await;
+    let (at_liar, got) = lying_listener().await;
     let config = tls_config(&lab, &thief, port);
-    let _stranger = Stranger::comes(&config, at_liar).await;
+    let _stranger = Stranger::start(&config, at_liar).await;
     let ghost = ghost();
-    becomes(async || matches!(site.arms().get(&ghost), Some(Some(_)))).await;
+    wait_until(async || matches!(site.arms().get(&ghost), Some(Some(_)))).await;
     let stolen = site
         .call(&ghost, &lab.teacher(), request("arm.stop", &json!({})))
         .await;
@@ -336,7 +340,7 @@ async fn announced_address_is_only_a_hint() {
 /// A machine of the site that announces another one's station gets no token, and hides no arm when
 /// it leaves.
 #[tokio::test(flavor = "multi_thread")]
-async fn machine_that_poses_as_another_one_is_sent_nothing() {
+async fn machine_that_poses_as_another_one_gets_no_requests() {
     let OneArm {
         lab,
         station: _station,
@@ -355,10 +359,12 @@ async fn machine_that_poses_as_another_one_is_sent_nothing() {
         site.call(&at, &lab.teacher(), request("arm.stop", &json!({})))
             .await
     };
-    becomes(async || matches!(ask().await, Err(SiteError::Unproved(why)) if why.contains("thief")))
-        .await;
+    wait_until(
+        async || matches!(ask().await, Err(SiteError::Unproved(why)) if why.contains("thief")),
+    )
+    .await;
     assert!(site.open(at.station).await.is_err());
     token.undeclare().await.unwrap();
-    becomes(async || answers(&site, &at, &lab.caller()).await).await;
+    wait_until(async || answers(&site, &at, &lab.caller()).await).await;
     assert!(site.arms().contains_key(&at));
 }

@@ -10,8 +10,8 @@ use magician::sim::Scenario;
 use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_site::hub::{HubClient, HubConfig, RunningHub};
 use magician_site::{
-    ArmAt, ArmNews, Caller, Channel, Later, Roster, Site, SiteError, SiteEvent, SiteEvents,
-    SiteTeller, StationEnd, StationId, carry, channel, watcher,
+    ArmAt, ArmReport, BoxFuture, Caller, Channel, Roster, Site, SiteError, SiteEvent,
+    SiteEventSender, SiteEvents, StationEnd, StationId, carry, channel, event_channel,
 };
 use magician_station::http::{ProgramFolder, ServedClient, TokenStore};
 use magician_station::{
@@ -22,7 +22,7 @@ use tokio::task::AbortHandle;
 use tokio::time::{Instant, timeout_at};
 
 /// Timeout of every reply, in virtual time.
-const PATIENCE: Duration = Duration::from_secs(60);
+const REPLY_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A station. All stations give ids of the same form.
 pub(crate) struct TestStation {
@@ -41,7 +41,7 @@ struct State {
     there: BTreeSet<StationId>,
     faults: BTreeMap<StationId, Fault>,
     silent: BTreeSet<StationId>,
-    watchers: Vec<SiteTeller>,
+    watchers: Vec<SiteEventSender>,
     carried: BTreeMap<StationId, Vec<AbortHandle>>,
 }
 
@@ -174,23 +174,23 @@ impl TestSite {
 
     pub(crate) fn tell(&self, event: &SiteEvent) {
         let mut state = self.state.lock().unwrap();
-        state.watchers.retain(|watcher| watcher.tell(event.clone()));
+        state.watchers.retain(|sender| sender.send(event.clone()));
     }
 
     /// Publishes the state of an arm, as its station does on a real site.
-    pub(crate) async fn news(&self, station: u64, arm: &str) {
+    pub(crate) async fn report(&self, station: u64, arm: &str) {
         let request =
             json!({"jsonrpc": "2.0", "id": 1, "method": "arm.state", "params": {"arm": arm}});
         let running = self.station(station).running.clone();
         let answer = running.call(peer(), &request.to_string()).await.unwrap();
         let answer: Value = serde_json::from_str(&answer).unwrap();
-        let news = ArmNews {
+        let report = ArmReport {
             machine: "test".to_owned(),
             port: "sim".to_owned(),
             is_virtual: true,
             state: answer["result"].clone(),
         };
-        self.tell(&SiteEvent::News(at(station, arm), news));
+        self.tell(&SiteEvent::Report(at(station, arm), report));
     }
 
     pub(crate) fn opened(&self) -> usize {
@@ -220,7 +220,7 @@ impl Site for TestSite {
         "test"
     }
 
-    fn arms(&self) -> BTreeMap<ArmAt, Option<ArmNews>> {
+    fn arms(&self) -> BTreeMap<ArmAt, Option<ArmReport>> {
         let there = self.state.lock().unwrap().there.clone();
         there
             .into_iter()
@@ -230,11 +230,11 @@ impl Site for TestSite {
     }
 
     fn watch(&self) -> SiteEvents {
-        let (teller, events) = watcher();
+        let (sender, events) = event_channel();
         for at in self.arms().into_keys() {
-            teller.tell(SiteEvent::Arrived(at));
+            sender.send(SiteEvent::Arrived(at));
         }
-        self.state.lock().unwrap().watchers.push(teller);
+        self.state.lock().unwrap().watchers.push(sender);
         events
     }
 
@@ -243,7 +243,7 @@ impl Site for TestSite {
         at: &'a ArmAt,
         _: &'a Caller,
         request: String,
-    ) -> Later<'a, Result<Option<String>, SiteError>> {
+    ) -> BoxFuture<'a, Result<Option<String>, SiteError>> {
         Box::pin(async move {
             let message: Value = serde_json::from_str(&request).unwrap();
             let method = message["method"].as_str().unwrap().to_owned();
@@ -263,12 +263,12 @@ impl Site for TestSite {
         })
     }
 
-    fn roster(&self) -> Later<'_, Roster> {
+    fn roster(&self) -> BoxFuture<'_, Roster> {
         let roster = self.roster.lock().unwrap().clone();
         Box::pin(async move { roster })
     }
 
-    fn open(&self, station: StationId) -> Later<'_, Result<Channel, SiteError>> {
+    fn open(&self, station: StationId) -> BoxFuture<'_, Result<Channel, SiteError>> {
         Box::pin(async move {
             self.opened.fetch_add(1, Ordering::SeqCst);
             let mut state = self.state.lock().unwrap();
@@ -427,7 +427,7 @@ impl Tester {
     }
 
     pub(crate) async fn answer(&mut self, id: i64) -> Result<Value, Value> {
-        let until = Instant::now() + PATIENCE;
+        let until = Instant::now() + REPLY_TIMEOUT;
         loop {
             let known = self
                 .answers
@@ -472,7 +472,7 @@ impl Tester {
     }
 
     /// Reads messages for this time, and answers pings.
-    pub(crate) async fn live(&mut self, time: Duration) {
+    pub(crate) async fn run_for(&mut self, time: Duration) {
         let until = Instant::now() + time;
         while Instant::now() < until {
             let pause = (Instant::now() + Duration::from_secs(1)).min(until);

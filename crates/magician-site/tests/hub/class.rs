@@ -96,7 +96,7 @@ impl Pupil {
 #[tokio::test(start_paused = true)]
 async fn pupils_turns_and_new_codes_are_refused_with_the_machine_that_has_the_arm() {
     let bench = class(2, &[1, 2]).await;
-    bench.site.news(2, "arm1").await;
+    bench.site.report(2, "arm1").await;
     let mut lee = bench.join("Ms Lee").await;
     for (method, params) in [
         ("turn.list", json!({})),
@@ -129,12 +129,12 @@ async fn pupils_turns_and_new_codes_are_refused_with_the_machine_that_has_the_ar
     let why = "pupils sign in at the page of the computer that has the arm: test";
     assert_eq!(error["message"], why);
     assert_eq!(error["data"]["machines"], json!(["test"]));
-    page.live(Duration::from_millis(50)).await;
+    page.run_for(Duration::from_millis(50)).await;
     assert_eq!(page.closed.map(|code| code.0), Some(4401));
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
+async fn freeze_reaches_all_stations_and_names_silent_ones() {
     let bench = class(3, &[1, 2, 3]).await;
     let mut lee = bench.join("Ms Lee").await;
     let mut ada = Pupil::signs_in(&bench, 3, "Ada", "7K3M").await.unwrap();
@@ -148,7 +148,7 @@ async fn a_freeze_reaches_all_and_names_who_does_not_answer() {
     let mut late = bench.join("Mr Poe").await;
     late.ok("arm.list", json!({})).await;
     for page in [&mut lee, &mut late] {
-        page.live(Duration::from_millis(50)).await;
+        page.run_for(Duration::from_millis(50)).await;
         let list = page.ok("arm.list", json!({})).await;
         let frozen: Vec<_> = { list["arms"].as_array().unwrap().iter() }
             .map(|row| row["frozen"] == true)
@@ -191,14 +191,14 @@ fn at_the_hub() -> Peer {
 }
 
 #[tokio::test(start_paused = true)]
-async fn while_a_station_has_a_class_the_hubs_computer_looks_on_until_it_has_the_pin() {
+async fn users_at_the_hub_are_viewers_during_a_class_until_they_enter_the_pin() {
     let bench = class_of(TestHub::with_token(2, 1).await, &[2]).await;
     tokio::time::sleep(Duration::from_secs(3)).await;
     let mut page = bench.socket_of(at_the_hub());
     let hello = json!({"client": {"name": "page"}});
     let shown = page.call("session.hello", hello).await.unwrap();
     assert_eq!(shown["role"], "viewer");
-    page.live(Duration::from_millis(50)).await;
+    page.run_for(Duration::from_millis(50)).await;
     let shown = page.ok("class.get", json!({})).await;
     assert_eq!(shown["pin"], Value::Null, "{shown}");
     assert_eq!(shown["pupils"][0]["code"], Value::Null);
@@ -266,7 +266,7 @@ group = \"blue\"
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_class_or_schedule_with_an_arm_of_nobody_reaches_no_station() {
+async fn class_or_schedule_with_an_unknown_arm_reaches_no_station() {
     let bench = class(2, &[]).await;
     let mut lee = bench.join("Ms Lee").await;
     for (method, text) in [
@@ -296,7 +296,7 @@ async fn a_class_or_schedule_with_an_arm_of_nobody_reaches_no_station() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_has_not_taken_the_class_is_named() {
+async fn station_that_refused_the_class_is_named() {
     let bench = class(3, &[1, 2, 3]).await;
     let mut lee = bench.join("Ms Lee").await;
     bench.site.silence(2);
@@ -316,14 +316,14 @@ async fn a_station_that_has_not_taken_the_class_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn arm_that_is_expected_and_never_came_is_named_until_it_comes() {
+async fn expected_arm_is_reported_missing_until_it_appears() {
     let bench = class(2, &[1, 2]).await;
     { bench.site.roster.lock().unwrap() }.expect("arm9".to_owned(), "bench-9");
     bench.hub.read_roster().await;
     let mut teacher = bench.join("Ms Lee").await;
     // Expected arms are listed for longer than departed ones.
     for wait in [0, 700] {
-        teacher.live(Duration::from_secs(wait)).await;
+        teacher.run_for(Duration::from_secs(wait)).await;
         let frozen = teacher.fails("class.freeze", json!({})).await;
         assert_eq!(frozen["data"]["missing"], json!(["arm9"]), "{frozen}");
         assert_eq!(frozen["data"]["arms"], json!(["arm0", "arm1"]), "{frozen}");
@@ -336,18 +336,18 @@ async fn arm_that_is_expected_and_never_came_is_named_until_it_comes() {
         assert_eq!(teacher.row("arm9").await["link"], "lost");
     }
     bench.site.start(StationId(9), &["arm9".to_owned()]).await;
-    teacher.live(Duration::from_secs(1)).await;
+    teacher.run_for(Duration::from_secs(1)).await;
     teacher.ok("class.freeze", json!({})).await;
     teacher.ok("arm.stop", json!({})).await;
     // And after its departure it is missing again, however long ago that was.
     bench.site.cut(9);
-    teacher.live(Duration::from_secs(700)).await;
+    teacher.run_for(Duration::from_secs(700)).await;
     let frozen = teacher.fails("class.freeze", json!({})).await;
     assert_eq!(frozen["data"]["missing"], json!(["arm9"]), "{frozen}");
 }
 
 #[tokio::test(start_paused = true)]
-async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_most() {
+async fn stations_with_another_class_or_no_answer_are_named_with_the_majority_class() {
     let bench = class(4, &[]).await;
     let same = CLASS.replace("turn_s", "pin = \"123456\"\nturn_s");
     let other = same.replace("120", "130");
@@ -359,9 +359,9 @@ async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_
         assert!(set.unwrap().contains("result"));
     }
     let mut teacher = bench.join("Ms Lee").await;
-    bench.site.news(1, "arm0").await;
+    bench.site.report(1, "arm0").await;
     bench.site.start(StationId(5), &["arm4".to_owned()]).await;
-    teacher.live(Duration::from_secs(1)).await;
+    teacher.run_for(Duration::from_secs(1)).await;
     let class = teacher.ok("class.get", json!({})).await;
     assert_eq!(class["class"]["turn_s"], 120, "{class}");
     let differ = json!([
@@ -376,13 +376,13 @@ async fn stations_with_another_class_or_no_answer_are_named_beside_the_class_of_
 }
 
 #[tokio::test(start_paused = true)]
-async fn station_that_is_given_up_is_missing_in_class_schedule_and_results() {
+async fn unresponsive_station_is_missing_in_class_schedule_and_results() {
     let bench = class(3, &[1, 2, 3]).await;
     let mut teacher = bench.join("Ms Lee").await;
     bench.site.silence(2);
     // Silent at first; later its line waits to be opened again.
     for wait in [0, 7] {
-        teacher.live(Duration::from_secs(wait)).await;
+        teacher.run_for(Duration::from_secs(wait)).await;
         for method in ["class.get", "schedule.get", "class.results"] {
             let shown = teacher.ok(method, json!({})).await;
             assert_eq!(shown["missing"], json!(["arm1"]), "{method}: {shown}");
@@ -393,7 +393,7 @@ async fn station_that_is_given_up_is_missing_in_class_schedule_and_results() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn class_at_the_hub_tells_nothing_that_one_station_knows_of_a_pupil() {
+async fn class_at_the_hub_omits_turns_of_single_stations() {
     let bench = class(2, &[1, 2]).await;
     let mut ada = Pupil::signs_in(&bench, 2, "Ada", "7K3M").await.unwrap();
     ada.call("turn.join", json!({})).await.unwrap();
@@ -406,7 +406,7 @@ async fn class_at_the_hub_tells_nothing_that_one_station_knows_of_a_pupil() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
+async fn class_accepted_by_all_stations_expects_the_present_arms() {
     let bench = class(2, &[]).await;
     let mut teacher = bench.join("Ms Lee").await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
@@ -416,7 +416,7 @@ async fn class_that_all_stations_have_taken_expects_the_arms_that_are_there() {
         .collect();
     assert_eq!(names, ["arm0", "arm1"]);
     bench.site.cut(2);
-    teacher.live(Duration::from_secs(700)).await;
+    teacher.run_for(Duration::from_secs(700)).await;
     let frozen = teacher.fails("class.freeze", json!({})).await;
     assert_eq!(frozen["data"]["missing"], json!(["arm1"]), "{frozen}");
     teacher.fails("class.set", json!({"text": CLASS})).await;

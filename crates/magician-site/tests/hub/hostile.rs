@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use crate::bench::{Fault, TestHub};
 
 /// A station that answers the hello, and every other request with these messages.
-fn saying(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> Fault {
+fn replying_with(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> Fault {
     let messages = Arc::new(messages);
     Arc::new(move |mut end: StationEnd| {
         let messages = Arc::clone(&messages);
@@ -41,7 +41,7 @@ fn saying(messages: impl Fn(&Value) -> Vec<String> + Send + Sync + 'static) -> F
 }
 
 #[tokio::test(start_paused = true)]
-async fn garbage_ends_the_line_of_its_station_alone() {
+async fn garbage_closes_only_the_line_of_its_station() {
     for garbage in [
         "",
         "garbage",
@@ -55,7 +55,7 @@ async fn garbage_ends_the_line_of_its_station_alone() {
         let garbage = garbage.to_owned();
         bench
             .site
-            .fault(1, Some(saying(move |_| vec![garbage.clone()])));
+            .fault(1, Some(replying_with(move |_| vec![garbage.clone()])));
         let mut anna = bench.join("Anna").await;
         let error = anna.fails("arm.info", json!({"arm": "arm0"})).await;
         assert_eq!(error["data"]["kind"], "unexpected");
@@ -64,11 +64,11 @@ async fn garbage_ends_the_line_of_its_station_alone() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_answers_for_nobody_else() {
+async fn reports_about_arms_of_other_stations_are_ignored() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.info", json!({"arm": "arm1"})).await;
-    bench.site.fault(1, Some(saying(|message| {
+    bench.site.fault(1, Some(replying_with(|message| {
         let id = message["id"].as_u64().unwrap();
         let mut said: Vec<_> = (id - 40..id + 40).filter(|other| *other != id).map(|other| {
             json!({"jsonrpc": "2.0", "id": other, "result": {"forged": true}}).to_string()
@@ -91,7 +91,7 @@ async fn a_station_answers_for_nobody_else() {
         .await;
     let waits = anna.send("arm.move", json!({"arm": "arm1", "to": [220, 0, 20, 0]}));
     assert_eq!(anna.row("arm1").await["port"], "sim");
-    anna.live(Duration::from_secs(1)).await;
+    anna.run_for(Duration::from_secs(1)).await;
     let error = anna.call("arm.info", json!({"arm": "arm1"})).await.unwrap();
     assert_ne!(error["forged"], true);
     assert!(!format!("{:?}", anna.notices).contains("forged"));
@@ -99,7 +99,7 @@ async fn a_station_answers_for_nobody_else() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_floods_is_cut_off_and_its_client_goes_on() {
+async fn flooding_station_is_disconnected_and_its_client_continues() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let flood: Fault = Arc::new(|end: StationEnd| {
@@ -124,14 +124,14 @@ async fn a_station_that_floods_is_cut_off_and_its_client_goes_on() {
     let waits = anna.send("arm.info", json!({"arm": "arm0"}));
     for _ in 0..20 {
         anna.ok("arm.info", json!({"arm": "arm1"})).await;
-        anna.live(Duration::from_millis(300)).await;
+        anna.run_for(Duration::from_millis(300)).await;
     }
     assert!(anna.answer(waits).await.is_err());
     assert_eq!(anna.closed, None);
 }
 
 #[tokio::test(start_paused = true)]
-async fn ids_of_nobody_are_refused_without_a_word_to_a_station() {
+async fn unknown_ids_are_refused_without_a_request_to_a_station() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     for id in [
@@ -167,7 +167,7 @@ async fn ids_of_nobody_are_refused_without_a_word_to_a_station() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_no_request_is_answered_as_a_station_answers() {
+async fn invalid_requests_get_the_answers_of_a_station() {
     let bench = TestHub::new(2, 1).await;
     let anna = bench.join("Anna").await;
     for (text, code) in [
@@ -199,23 +199,23 @@ async fn what_is_no_request_is_answered_as_a_station_answers() {
     }
     let mut late = bench.socket();
     assert_eq!(late.fails("arm.list", json!({})).await["code"], -32001);
-    late.live(Duration::from_secs(6)).await;
+    late.run_for(Duration::from_secs(6)).await;
     assert_eq!(late.closed, Some(CloseCode::LATE));
     let mut wrong = bench.socket();
     wrong.client.send("garbage");
-    wrong.live(Duration::from_millis(10)).await;
+    wrong.run_for(Duration::from_millis(10)).await;
     assert_eq!(wrong.closed, Some(CloseCode::HELLO));
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_client_that_floods_is_closed_and_one_that_reads_nothing_too() {
+async fn clients_that_flood_or_do_not_read_are_closed() {
     let bench = TestHub::new(1, 1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     for _ in 0..70 {
         for _ in 0..30 {
             anna.send("server.info", json!({}));
         }
-        anna.live(Duration::from_millis(100)).await;
+        anna.run_for(Duration::from_millis(100)).await;
         if anna.closed.is_some() {
             break;
         }
@@ -228,10 +228,10 @@ async fn a_client_that_floods_is_closed_and_one_that_reads_nothing_too() {
         ben.take_arm("arm0").await;
         let lease = ben.ok("lease.acquire", json!({"arm": "arm0"})).await["lease"].clone();
         ben.ok("lease.release", json!({"lease": lease})).await;
-        ben.live(Duration::from_millis(25)).await;
+        ben.run_for(Duration::from_millis(25)).await;
         carl.client.pong();
     }
     assert_eq!(ben.closed, None);
-    carl.live(Duration::from_secs(1)).await;
+    carl.run_for(Duration::from_secs(1)).await;
     assert_eq!(carl.closed, Some(CloseCode::SLOW));
 }

@@ -8,12 +8,12 @@ use tokio::time::Instant;
 use crate::bench::TestHub;
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_vanishes_in_a_move_ends_the_request_and_nothing_is_sent_again() {
+async fn station_lost_during_a_move_fails_the_request_without_retransmission() {
     let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm1").await;
     let moving = anna.send("arm.move", json!({"arm": "arm1", "to": [0, 220, 20, 0]}));
-    anna.live(Duration::from_millis(200)).await;
+    anna.run_for(Duration::from_millis(200)).await;
     bench.site.cut(2);
     let begun = Instant::now();
     let error = anna.answer(moving).await.unwrap_err();
@@ -31,18 +31,18 @@ async fn a_station_that_vanishes_in_a_move_ends_the_request_and_nothing_is_sent_
     );
     // Other stations are not affected.
     anna.ok("arm.state", json!({"arm": "arm0"})).await;
-    anna.live(Duration::from_secs(10)).await;
+    anna.run_for(Duration::from_secs(10)).await;
     let station = bench.site.station(2);
     let before = station.y("arm1").await;
     bench.site.comes(magician_site::StationId(2));
-    anna.live(Duration::from_secs(10)).await;
+    anna.run_for(Duration::from_secs(10)).await;
     let after = station.y("arm1").await;
     assert_eq!(before, after);
     assert_eq!(anna.row("arm1").await["link"], "up");
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_line_that_comes_back_in_time_keeps_the_lease_and_the_subscription() {
+async fn line_reopened_in_time_keeps_lease_and_subscription() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let lease = anna.take_arm("arm1").await;
@@ -53,11 +53,11 @@ async fn a_line_that_comes_back_in_time_keeps_the_lease_and_the_subscription() {
         )
         .await;
     }
-    anna.live(Duration::from_secs(1)).await;
+    anna.run_for(Duration::from_secs(1)).await;
     bench.site.end_lines(magician_site::StationId(2));
     anna.notices.clear();
     let frames = anna.frames.len();
-    anna.live(Duration::from_secs(2)).await;
+    anna.run_for(Duration::from_secs(2)).await;
     let states = anna.noticed("arm.state");
     assert_eq!(states[0]["state"]["link"], "lost");
     let up = states
@@ -81,7 +81,7 @@ async fn a_line_that_comes_back_in_time_keeps_the_lease_and_the_subscription() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_starts_anew_is_the_same_place() {
+async fn restarted_station_keeps_its_slot() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"arm": "arm1", "rate": 10}))
@@ -91,7 +91,7 @@ async fn a_station_that_starts_anew_is_the_same_place() {
         .site
         .start(magician_site::StationId(9), &["arm1".to_owned()])
         .await;
-    anna.live(Duration::from_secs(2)).await;
+    anna.run_for(Duration::from_secs(2)).await;
     let states = anna.noticed("arm.state");
     assert!(
         states
@@ -124,7 +124,7 @@ async fn a_jog_ends_with_its_line_and_with_its_hub() {
         .await["jog"]
         .clone();
     for _ in 0..10 {
-        anna.live(Duration::from_millis(100)).await;
+        anna.run_for(Duration::from_millis(100)).await;
         anna.notify("jog.keep", json!({"jog": jog}));
     }
     let station = bench.site.station(1);
@@ -150,7 +150,7 @@ async fn a_jog_ends_with_its_line_and_with_its_hub() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_is_told_to_end_when_its_line_does() {
+async fn jog_end_is_notified_when_its_line_is_lost() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
@@ -162,7 +162,7 @@ async fn a_jog_is_told_to_end_when_its_line_does() {
         .await["jog"]
         .clone();
     bench.site.cut(1);
-    anna.live(Duration::from_millis(50)).await;
+    anna.run_for(Duration::from_millis(50)).await;
     let expected = json!({"arm": "arm0", "jog": jog, "why": "link"});
     assert_eq!(anna.noticed("jog.ended"), [&expected]);
     let error = anna.fails("jog.stop", json!({"jog": jog})).await;
@@ -170,11 +170,11 @@ async fn a_jog_is_told_to_end_when_its_line_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_lease_lasts_as_long_as_the_client_answers_and_no_longer() {
+async fn lease_lasts_only_while_the_client_answers_pings() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm1").await;
-    anna.live(Duration::from_secs(60)).await;
+    anna.run_for(Duration::from_secs(60)).await;
     assert_ne!(anna.row("arm1").await["holder"], Value::Null);
     // The client answers no ping, and the hub must not answer for it.
     tokio::time::sleep(Duration::from_secs(8)).await;
@@ -183,7 +183,7 @@ async fn a_lease_lasts_as_long_as_the_client_answers_and_no_longer() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_page_that_is_loaded_again_has_its_leases() {
+async fn reloaded_page_keeps_its_leases() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.socket();
     let hello = anna
@@ -203,7 +203,7 @@ async fn a_page_that_is_loaded_again_has_its_leases() {
         (&resumed["session"], &resumed["resumed"]),
         (&hello["session"], &json!(true))
     );
-    again.live(Duration::from_secs(20)).await;
+    again.run_for(Duration::from_secs(20)).await;
     assert_eq!(
         again.row("arm1").await["holder"]["session"],
         hello["session"]
@@ -214,7 +214,7 @@ async fn a_page_that_is_loaded_again_has_its_leases() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_is_silent_keeps_nobody_waiting_for_ever() {
+async fn requests_to_a_silent_station_time_out() {
     let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
     bench.site.silence(2);

@@ -17,7 +17,7 @@ fn plan(moves: usize) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_arms_of_all_stations_are_those_of_one() {
+async fn arms_of_all_stations_are_listed_as_of_one_station() {
     let bench = TestHub::new(3, 3).await;
     let mut anna = bench.socket();
     let hello = anna
@@ -38,11 +38,11 @@ async fn the_arms_of_all_stations_are_those_of_one() {
     let info = anna.ok("server.info", json!({})).await;
     assert_eq!(info["arms"], json!(names));
     // The machine stays listed after the arm has left.
-    bench.site.news(2, "arm4").await;
-    anna.live(Duration::from_millis(50)).await;
+    bench.site.report(2, "arm4").await;
+    anna.run_for(Duration::from_millis(50)).await;
     assert_eq!(anna.row("arm4").await["machine"], "test");
     bench.site.cut(2);
-    anna.live(Duration::from_millis(50)).await;
+    anna.run_for(Duration::from_millis(50)).await;
     let row = anna.row("arm4").await;
     assert_eq!(
         (&row["machine"], &row["link"]),
@@ -75,7 +75,7 @@ async fn a_request_goes_to_the_station_of_its_arm() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_same_ids_of_two_stations_are_two() {
+async fn equal_ids_of_two_stations_stay_distinct() {
     let bench = TestHub::new(3, 3).await;
     let mut anna = bench.join("Anna").await;
     let leases = [anna.take_arm("arm0").await, anna.take_arm("arm3").await];
@@ -118,7 +118,7 @@ async fn the_same_ids_of_two_stations_are_two() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_person_is_one_session_at_all_stations() {
+async fn client_has_one_session_id_at_all_stations() {
     let bench = TestHub::new(3, 3).await;
     let mut anna = bench.socket();
     let hello = anna
@@ -163,7 +163,7 @@ async fn a_person_is_one_session_at_all_stations() {
         expected.map(|(name, leases)| (name.to_owned(), leases))
     );
     // Five lists a second at most, from stations and hub alike.
-    ben.live(Duration::from_millis(500)).await;
+    ben.run_for(Duration::from_millis(500)).await;
     assert!(!ben.noticed("session.changed").is_empty());
 }
 
@@ -173,7 +173,7 @@ async fn a_raised_hand_reaches_the_holder_and_the_answer_comes_back() {
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.take_arm("arm5").await;
     let asks = ben.send("lease.ask", json!({"arm": "arm5", "message": "please"}));
-    anna.live(Duration::from_millis(50)).await;
+    anna.run_for(Duration::from_millis(50)).await;
     let asked = anna.noticed("lease.asked").pop().expect("a hand").clone();
     assert_eq!(
         (&asked["arm"], &asked["name"]),
@@ -205,7 +205,7 @@ async fn a_raised_hand_reaches_the_holder_and_the_answer_comes_back() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_needs_no_arm_the_hub_answers_itself() {
+async fn hub_answers_methods_without_an_arm_itself() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     let pose = anna
@@ -246,7 +246,7 @@ async fn a_program_of_the_hub_runs_on_an_arm_of_any_station() {
         )
         .await["job"]
         .clone();
-    anna.live(Duration::from_secs(20)).await;
+    anna.run_for(Duration::from_secs(20)).await;
     assert_eq!(
         anna.ok("job.get", json!({"job": job})).await["state"],
         "done"
@@ -325,7 +325,7 @@ async fn a_single_request_reaches_any_arm_and_takes_its_lease_for_the_call() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_token_that_allows_more_elsewhere_does_not_here() {
+async fn token_of_another_station_does_not_raise_the_role_at_the_hub() {
     let bench = TestHub::over(crate::bench::TestSite::of(2, 1).await, true).await;
     let mut anna = bench.socket();
     let hello = anna

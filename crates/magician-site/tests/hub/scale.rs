@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
-use magician_site::hub::{Hub, HubAct, LineId, LineMessage, SocketId};
+use magician_site::hub::{Hub, HubAction, LineId, LineMessage, SocketId};
 use magician_site::{SiteEvent, StationId};
 use magician_station::Outgoing;
 use serde_json::{Value, json};
@@ -14,14 +14,14 @@ const STATIONS: u64 = 50;
 const ARMS: u64 = 10;
 
 /// A hub whose only client has subscribed to all arms of all stations.
-struct Wide {
+struct BusyClient {
     hub: Hub,
     socket: SocketId,
     lines: Vec<(LineId, StationId)>,
     now: HostInstant,
 }
 
-impl Wide {
+impl BusyClient {
     fn new() -> Self {
         let mut hub = Hub::new(None, 0.0, || 0);
         let now = HostInstant::ZERO;
@@ -65,20 +65,21 @@ impl Wide {
 
     /// Lets home and stations answer all pending requests.
     fn settle(&mut self) {
-        while let Some(act) = self.hub.poll_act() {
+        while let Some(act) = self.hub.poll_action() {
             match act {
-                HubAct::Home(socket, text) => {
+                HubAction::Home(socket, text) => {
                     let message: Value = serde_json::from_str(&text).unwrap();
                     let result =
                         json!({"session": "s", "resume": "r", "role": "teacher", "limits": {}});
                     let answer = json!({"jsonrpc": "2.0", "id": message["id"], "result": result});
-                    self.hub.home_says(self.now, socket, &answer.to_string());
+                    self.hub
+                        .receive_from_home(self.now, socket, &answer.to_string());
                 }
-                HubAct::Open(line, station) => {
+                HubAction::Open(line, station) => {
                     self.lines.push((line, station));
                     self.hub.line_opened(line);
                 }
-                HubAct::Awake(line) => {
+                HubAction::Awake(line) => {
                     while let Some(LineMessage::Text(text)) = self.hub.poll_line(line) {
                         let message: Value = serde_json::from_str(&text).unwrap();
                         let arm = message["params"]["arm"].as_str().unwrap_or("-0");
@@ -87,16 +88,17 @@ impl Wide {
                             json!({"subscription": number + 1, "session": "s", "resume": "r"});
                         let answer =
                             json!({"jsonrpc": "2.0", "id": message["id"], "result": result});
-                        self.hub.line_says(self.now, line, &answer.to_string());
+                        self.hub
+                            .receive_from_line(self.now, line, &answer.to_string());
                     }
                 }
-                HubAct::Drop(_) | HubAct::Call { .. } => {}
+                HubAction::Drop(_) | HubAction::Call { .. } => {}
             }
         }
     }
 
     /// Reports a state of every arm.
-    fn tell_all(&mut self, x: f64) {
+    fn report_all(&mut self, x: f64) {
         for at in 0..self.lines.len() {
             let line = self.lines[at].0;
             for arm in 1..=ARMS {
@@ -107,7 +109,7 @@ impl Wide {
                 let params = json!({"subscription": arm, "state": state});
                 let text =
                     json!({"jsonrpc": "2.0", "method": "arm.state", "params": params}).to_string();
-                self.hub.line_says(self.now, line, &text);
+                self.hub.receive_from_line(self.now, line, &text);
             }
         }
     }
@@ -122,12 +124,12 @@ impl Wide {
 }
 
 #[test]
-fn of_five_hundred_arms_a_page_that_reads_late_gets_the_newest_state_once() {
-    let mut wide = Wide::new();
+fn slow_client_of_500_arms_gets_only_the_newest_states() {
+    let mut wide = BusyClient::new();
     assert_eq!(wide.lines.len() as u64, STATIONS);
     for round in 0..100 {
         wide.now += Duration::from_millis(100);
-        wide.tell_all(f64::from(round));
+        wide.report_all(f64::from(round));
     }
     let states = wide.read();
     assert_eq!(states.len() as u64, STATIONS * ARMS);
@@ -147,14 +149,14 @@ fn of_five_hundred_arms_a_page_that_reads_late_gets_the_newest_state_once() {
 
 #[test]
 #[ignore = "a measurement: cargo test -p magician-site --release --test hub -- --ignored --nocapture"]
-fn what_five_hundred_arms_at_ten_hertz_cost() {
-    let mut wide = Wide::new();
+fn cost_of_500_arms_at_10_hz() {
+    let mut wide = BusyClient::new();
     let rounds = 200;
     let begun = std::time::Instant::now();
     let mut bytes = 0;
     for round in 0..rounds {
         wide.now += Duration::from_millis(100);
-        wide.tell_all(f64::from(round));
+        wide.report_all(f64::from(round));
         while let Some(Outgoing::Text(text)) = wide.hub.poll_send(wide.socket) {
             bytes += text.len();
         }

@@ -22,7 +22,7 @@ async fn subscriptions_of_several_stations_have_numbers_of_their_own() {
         ids.push(made["subscription"].as_u64().unwrap());
     }
     assert_eq!(ids, [1, 2, 3]);
-    anna.live(Duration::from_secs(1)).await;
+    anna.run_for(Duration::from_secs(1)).await;
     for (id, arm) in [(1, "arm0"), (3, "arm2")] {
         let of = anna
             .noticed("arm.state")
@@ -39,7 +39,7 @@ async fn subscriptions_of_several_stations_have_numbers_of_their_own() {
     }
     anna.ok("arm.unsubscribe", json!({"subscription": 1})).await;
     anna.notices.clear();
-    anna.live(Duration::from_secs(1)).await;
+    anna.run_for(Duration::from_secs(1)).await;
     assert!(
         anna.noticed("arm.state")
             .iter()
@@ -52,20 +52,20 @@ async fn subscriptions_of_several_stations_have_numbers_of_their_own() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
+async fn slow_client_gets_all_changed_fields_with_their_newest_values() {
     let bench = TestHub::new(1, 1).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     anna.ok("arm.subscribe", json!({"arm": "arm0", "rate": 50}))
         .await;
-    anna.live(Duration::from_millis(100)).await;
+    anna.run_for(Duration::from_millis(100)).await;
     anna.notices.clear();
     // Anna does not read while the arm moves and other fields than the pose change.
     anna.send("arm.move", json!({"arm": "arm0", "to": [220, 60, 20, 0]}));
     tokio::time::sleep(Duration::from_secs(1)).await;
     anna.send("arm.tool", json!({"arm": "arm0", "suction": true}));
     tokio::time::sleep(Duration::from_secs(1)).await;
-    anna.live(Duration::from_millis(1)).await;
+    anna.run_for(Duration::from_millis(1)).await;
     let states = anna.noticed("arm.state");
     assert!(states.len() <= 2, "{} states", states.len());
     let merged = states
@@ -82,10 +82,10 @@ async fn a_client_that_reads_late_gets_all_that_changed_and_the_newest_of_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_state_that_was_told_on_the_site_is_answered_at_once() {
+async fn published_state_is_answered_without_a_request() {
     let bench = TestHub::new(3, 1).await;
     let mut anna = bench.join("Anna").await;
-    bench.site.news(2, "arm1").await;
+    bench.site.report(2, "arm1").await;
     tokio::time::sleep(Duration::from_millis(1)).await;
     let state = anna.ok("arm.state", json!({"arm": "arm1"})).await;
     assert_eq!(state["arm"], "arm1");
@@ -113,13 +113,13 @@ async fn arms_come_and_go_in_the_list() {
     assert_eq!(anna.row("late").await, expected);
     let error = anna.fails("arm.state", json!({"arm": "late"})).await;
     assert_eq!(error["data"]["kind"], "port");
-    anna.live(Duration::from_secs(700)).await;
+    anna.run_for(Duration::from_secs(700)).await;
     let list = anna.ok("arm.list", json!({})).await;
     assert_eq!(list["arms"].as_array().unwrap().len(), 2);
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_name_that_two_stations_have_takes_stops_alone() {
+async fn ambiguous_name_accepts_only_stops() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     bench

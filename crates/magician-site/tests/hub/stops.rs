@@ -9,7 +9,7 @@ use tokio::time::Instant;
 use crate::bench::TestHub;
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_of_all_stops_all_in_parallel() {
+async fn stop_of_all_arms_is_sent_in_parallel() {
     let bench = TestHub::new(3, 3).await;
     let mut anna = bench.join("Anna").await;
     let mut moves = Vec::new();
@@ -18,7 +18,7 @@ async fn a_stop_of_all_stops_all_in_parallel() {
         anna.take_arm(&arm).await;
         moves.push(anna.send("arm.move", json!({"arm": arm, "to": [0, 220, 20, 0]})));
     }
-    anna.live(Duration::from_millis(300)).await;
+    anna.run_for(Duration::from_millis(300)).await;
     let mut ben = bench.join("Ben").await;
     let begun = Instant::now();
     let stopped = ben.ok("arm.stop", json!({})).await;
@@ -37,13 +37,13 @@ async fn a_stop_of_all_stops_all_in_parallel() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
+async fn silent_station_is_named_and_delays_no_other() {
     let bench = TestHub::new(3, 2).await;
     let mut anna = bench.join("Anna").await;
     anna.take_arm("arm0").await;
     bench.site.silence(2);
     let moving = anna.send("arm.move", json!({"arm": "arm0", "to": [0, 220, 20, 0]}));
-    anna.live(Duration::from_millis(100)).await;
+    anna.run_for(Duration::from_millis(100)).await;
     let begun = Instant::now();
     let error = anna.fails("arm.stop", json!({})).await;
     let took = begun.elapsed();
@@ -71,7 +71,7 @@ async fn a_station_that_does_not_answer_is_named_and_holds_up_no_other() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_waits_for_its_line_does_not_go_out_after_a_stop() {
+async fn requests_waiting_for_a_line_are_dropped_by_a_stop() {
     let bench = TestHub::new(2, 1).await;
     let mut anna = bench.join("Anna").await;
     // The line comes up late, so that requests wait in the hub.
@@ -96,7 +96,7 @@ async fn what_waits_for_its_line_does_not_go_out_after_a_stop() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_on_its_way_gets_a_stop_behind_it() {
+async fn request_in_flight_is_followed_by_a_stop() {
     let bench = TestHub::new(1, 1).await;
     let mut anna = bench.join("Anna").await;
     let (sent, seen) = std::sync::mpsc::channel();
@@ -117,9 +117,9 @@ async fn what_is_on_its_way_gets_a_stop_behind_it() {
         });
     })));
     anna.send("arm.move", json!({"arm": "arm0", "to": [220, 40, 20, 0]}));
-    anna.live(Duration::from_millis(10)).await;
+    anna.run_for(Duration::from_millis(10)).await;
     anna.ok("arm.stop", json!({"arm": "arm0"})).await;
-    anna.live(Duration::from_millis(10)).await;
+    anna.run_for(Duration::from_millis(10)).await;
     let seen: Vec<_> = seen
         .try_iter()
         .filter(|method| method != "server.info" && method != "turn.list")
@@ -129,12 +129,12 @@ async fn what_is_on_its_way_gets_a_stop_behind_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_whose_line_is_lost_is_named_and_not_the_others_of_its_station() {
+async fn stop_names_only_the_arm_with_a_lost_line() {
     let bench = TestHub::new(2, 2).await;
     let mut anna = bench.join("Anna").await;
     let cable = magician::sim::ExternalEvent::Cable { plugged: false };
     bench.site.station(1).cells[0].with(|arm| arm.inject(cable));
-    anna.live(Duration::from_millis(500)).await;
+    anna.run_for(Duration::from_millis(500)).await;
     let error = anna.fails("arm.stop", json!({})).await;
     let message = error["message"].as_str().unwrap();
     assert!(

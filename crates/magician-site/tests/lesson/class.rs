@@ -94,7 +94,7 @@ pub(crate) fn file() -> String {
 }
 
 /// Start of the lesson, nine o'clock, Unix seconds. It ends at 9:45.
-pub(crate) const NINE: f64 = 1_795_597_200.0;
+pub(crate) const LESSON_START: f64 = 1_795_597_200.0;
 
 pub(crate) fn schedule() -> String {
     let names = |names: Vec<&str>| format!("[\"{}\"]", names.join("\", \""));

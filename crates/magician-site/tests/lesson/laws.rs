@@ -48,7 +48,7 @@ pub(crate) async fn watches(room: Arc<Room>) {
 /// Checks the laws that can only be judged at the end.
 pub(crate) async fn hold(room: &Room) {
     one_holder(room);
-    everybody_had_a_turn(room);
+    every_pupil_had_a_turn(room);
     drawn_once(room).await;
     results(room).await;
 }
@@ -67,7 +67,7 @@ fn one_holder(room: &Room) {
     }
 }
 
-fn everybody_had_a_turn(room: &Room) {
+fn every_pupil_had_a_turn(room: &Room) {
     let notes = room.notes.lock().unwrap();
     for pupil in pupils() {
         assert!(

@@ -28,7 +28,7 @@ const LESSON: Duration = Duration::from_secs(45 * 60);
 /// `MAGICIAN_WRITE=1` rewrites the log. `MAGICIAN_LESSON_PICTURES` is for `interop/lesson/run`.
 #[tokio::test(start_paused = true)]
 #[ignore = "takes a minute: the step lesson of .ci/wide"]
-async fn a_lesson_keeps_its_laws_and_its_log() {
+async fn lesson_obeys_its_laws_and_reproduces_its_log() {
     let room = Room::open().await;
     let mut tasks = JoinSet::new();
     tasks.spawn(teacher::teaches(room.clone()));

@@ -98,10 +98,10 @@ impl Page {
     }
 
     /// Keeps the page open for this time.
-    pub(crate) async fn live(&mut self, time: Duration) {
+    pub(crate) async fn run_for(&mut self, time: Duration) {
         let until = Instant::now() + time;
         while Instant::now() < until && !self.closed {
-            self.channel.send(ToStation::Alive).await;
+            self.channel.send(ToStation::KeepAlive).await;
             let pause = (Instant::now() + Duration::from_secs(1)).min(until);
             while let Ok(next) = timeout_at(pause, self.channel.receive()).await {
                 self.takes(next);

@@ -15,14 +15,14 @@ use crate::room::{Room, Started};
 
 const SECOND: Duration = Duration::from_secs(1);
 /// Time after which no pupil asks for a turn.
-const LAST_TURNS: Duration = Duration::from_secs(40 * 60);
+const LAST_TURN_REQUEST: Duration = Duration::from_secs(40 * 60);
 const END: Duration = Duration::from_secs(45 * 60 + 30);
 /// Pupils with a special behaviour: types a wrong code, jogs another pupil's arm, closes the
 /// tablet, and pulls out a cable.
-const MISTYPES: &str = "Finn";
-const REACHES_OVER: &str = "Ebru";
-const CLOSES: &str = "Mei";
-const STUMBLES: &str = "Jiří";
+const MISTYPING_PUPIL: &str = "Finn";
+const INTRUDING_PUPIL: &str = "Ebru";
+const LEAVING_PUPIL: &str = "Mei";
+const STUMBLING_PUPIL: &str = "Jiří";
 
 struct Script {
     room: Arc<Room>,
@@ -62,7 +62,7 @@ impl Script {
         let arm = self.pupil.arm;
         let comes = 20_000 + self.below(100_000);
         tokio::time::sleep(Duration::from_millis(comes)).await;
-        if self.pupil.name == MISTYPES {
+        if self.pupil.name == MISTYPING_PUPIL {
             let refused = Page::load(&self.room, &self.pupil, "0000").await;
             assert_eq!(refused.err().expect("a wrong code")["code"], -32001);
             self.says("types a wrong code and is not let in");
@@ -76,14 +76,14 @@ impl Script {
             if page.closed {
                 self.says("has lost the station");
                 page = self.loads().await;
-                self.says(format!("is back: {}", whereabouts(&page)));
+                self.says(format!("is back: {}", turn_description(&page)));
                 if !page.has_turn() && page.place().is_none() {
                     self.joins(&mut page).await;
                 }
             }
             if page.has_turn() {
                 self.has_the_turn(&mut page).await;
-                if self.room.now() > LAST_TURNS {
+                if self.room.now() > LAST_TURN_REQUEST {
                     break;
                 }
                 if !page.has_turn() && !page.closed && page.place().is_none() {
@@ -93,27 +93,27 @@ impl Script {
             } else if reloads_at == 0 {
                 reloads_at = 1000;
                 page = self.reloads(page).await;
-            } else if self.room.now() > LAST_TURNS && !page.has_turn() {
+            } else if self.room.now() > LAST_TURN_REQUEST && !page.has_turn() {
                 if page.call("turn.leave", json!({})).await.is_ok() {
                     self.says(format!("gives the place at {arm} up: it is late"));
                 }
                 break;
             } else {
                 reloads_at -= 1;
-                page.live(SECOND).await;
+                page.run_for(SECOND).await;
             }
         }
         while self.room.now() < LESSON + 5 * SECOND {
-            page.live(SECOND).await;
+            page.run_for(SECOND).await;
         }
-        if self.pupil.name == REACHES_OVER {
+        if self.pupil.name == INTRUDING_PUPIL {
             let refused = page.call("lease.acquire", json!({"arm": arm})).await;
             let refused = refused.expect_err("the lesson is over");
             assert_eq!(refused["code"], -32002, "{refused}");
             self.says(format!("asks for {arm} after the bell and is refused"));
         }
         while self.room.now() < END {
-            page.live(SECOND).await;
+            page.run_for(SECOND).await;
         }
     }
 
@@ -144,7 +144,7 @@ impl Script {
             page.place()
         );
         self.room.notes.lock().unwrap().reloads += 1;
-        self.says(format!("loads the page anew: {}", whereabouts(&page)));
+        self.says(format!("loads the page anew: {}", turn_description(&page)));
         page
     }
 
@@ -153,11 +153,11 @@ impl Script {
         if page.call("turn.join", json!({"arm": arm})).await.is_err() {
             return;
         }
-        page.live(Duration::from_millis(50)).await;
+        page.run_for(Duration::from_millis(50)).await;
         if page.has_turn() {
             return self.says(format!("asks for {arm}, which is free"));
         }
-        self.says(format!("asks for {arm}: {}", whereabouts(page)));
+        self.says(format!("asks for {arm}: {}", turn_description(page)));
         if self.below(3) == 0 {
             let (text, strokes) = self.drawing();
             let params = json!({"arm": arm, "text": text, "queue": true, "on_lost": "continue"});
@@ -199,8 +199,8 @@ impl Script {
             .or_default() += 1;
         self.says(format!("has the turn at {arm}"));
         let looks = 5 + self.below(15);
-        page.live(Duration::from_secs(looks)).await;
-        if name == REACHES_OVER && self.drawn == 0 {
+        page.run_for(Duration::from_secs(looks)).await;
+        if name == INTRUDING_PUPIL && self.drawn == 0 {
             let params = json!({"arm": "a5", "to": [220, 0, 30, 0]});
             let refused = page.call("arm.move", params).await.unwrap_err();
             assert_eq!(refused["code"], -32002, "{refused}");
@@ -224,18 +224,20 @@ impl Script {
         }
         if self.below(4) == 0 {
             self.says("keeps the arm to the end of the turn");
-            while page.has_turn() && !page.closed && self.room.now() < LAST_TURNS + 2 * 60 * SECOND
+            while page.has_turn()
+                && !page.closed
+                && self.room.now() < LAST_TURN_REQUEST + 2 * 60 * SECOND
             {
-                page.live(SECOND).await;
+                page.run_for(SECOND).await;
             }
             if page.closed || !page.has_turn() {
                 return;
             }
         }
         let looks = 5 + self.below(20);
-        page.live(Duration::from_secs(looks)).await;
+        page.run_for(Duration::from_secs(looks)).await;
         if page.call("turn.leave", json!({})).await.is_ok() {
-            page.live(Duration::from_millis(50)).await;
+            page.run_for(Duration::from_millis(50)).await;
             self.says(format!("gives {arm} to the next"));
         }
     }
@@ -248,7 +250,7 @@ impl Script {
         };
         for _ in 0..8 {
             page.keep(&jog["jog"]).await;
-            page.live(Duration::from_millis(100)).await;
+            page.run_for(Duration::from_millis(100)).await;
         }
         if page
             .call("jog.stop", json!({"jog": jog["jog"]}))
@@ -293,7 +295,7 @@ impl Script {
                         "{}: {error}",
                         self.pupil.name
                     );
-                    page.live(2 * SECOND).await;
+                    page.run_for(2 * SECOND).await;
                 }
             }
         }
@@ -304,7 +306,7 @@ impl Script {
         let mut job = job.to_owned();
         let mut seconds = 0;
         loop {
-            page.live(SECOND).await;
+            page.run_for(SECOND).await;
             if page.closed {
                 return;
             }
@@ -331,14 +333,14 @@ impl Script {
                     }
                 }
                 "queued" if !page.has_turn() => return,
-                "running" if self.pupil.name == CLOSES && !self.done_once && seconds > 5 => {
+                "running" if self.pupil.name == LEAVING_PUPIL && !self.done_once && seconds > 5 => {
                     self.done_once = true;
                     self.says("closes the tablet in the middle of the drawing");
                     page.shut();
                     *page = self.comes_back(40).await;
                 }
                 "running"
-                    if self.pupil.name == STUMBLES
+                    if self.pupil.name == STUMBLING_PUPIL
                         && !self.done_once
                         && seconds > 8
                         && self.drawn > 0 =>
@@ -354,7 +356,10 @@ impl Script {
     async fn comes_back(&mut self, seconds: u64) -> Page {
         tokio::time::sleep(Duration::from_secs(seconds)).await;
         let page = self.loads().await;
-        self.says(format!("opens the tablet again: {}", whereabouts(&page)));
+        self.says(format!(
+            "opens the tablet again: {}",
+            turn_description(&page)
+        ));
         page
     }
 
@@ -370,7 +375,7 @@ impl Script {
                 .find(|known| known.job == job && known.station == self.pupil.station);
             known.unwrap().interrupted = true;
         }
-        page.live(20 * SECOND).await;
+        page.run_for(20 * SECOND).await;
         let state = page.ok("job.get", json!({"job": job})).await;
         self.says(format!(
             "sees that the job is {}",
@@ -378,7 +383,7 @@ impl Script {
         ));
         cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: true }));
         self.says("puts the cable in again");
-        page.live(5 * SECOND).await;
+        page.run_for(5 * SECOND).await;
         // With the cable unplugged, the progress of the arm is unknown. The station says so, and
         // the pupil looks at the paper.
         let refused = page
@@ -399,7 +404,7 @@ impl Script {
 }
 
 /// Describes the pupil's turn as the page shows it.
-fn whereabouts(page: &Page) -> String {
+fn turn_description(page: &Page) -> String {
     match (page.has_turn(), page.place()) {
         (true, _) => "the turn is there".to_owned(),
         (false, Some(place)) => format!("place {place}"),

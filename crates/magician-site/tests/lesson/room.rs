@@ -67,7 +67,7 @@ impl Room {
         for (at, arms) in (1..).zip(class::STATIONS) {
             let names: Vec<_> = arms.iter().map(|arm| (*arm).to_owned()).collect();
             site.start_in(StationId(at), &names, &world, |config| {
-                config.unix_zero = class::NINE;
+                config.unix_zero = class::LESSON_START;
                 let folder = state.path().join(at.to_string());
                 let serials = vec![String::new(); config.arms.len()];
                 let jobs = JobFolder::open(&folder, &config.arms, &serials).unwrap();

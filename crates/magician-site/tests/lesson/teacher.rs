@@ -12,7 +12,7 @@ use crate::drawing::{plan, strokes};
 use crate::pictures::Camera;
 use crate::room::{Room, Started};
 
-const WHO: &str = "Ms Lee";
+const TEACHER: &str = "Ms Lee";
 
 struct Teacher {
     room: Arc<Room>,
@@ -21,12 +21,12 @@ struct Teacher {
 }
 
 pub(crate) async fn teaches(room: Arc<Room>) {
-    let hub = room.bench.join(WHO).await;
+    let hub = room.bench.join(TEACHER).await;
     let camera = Camera::of(&room.bench.hub).await;
     let mut teacher = Teacher { room, hub, camera };
     teacher
         .room
-        .says(WHO, "opens the hub: ten arms at four stations");
+        .says(TEACHER, "opens the hub: ten arms at four stations");
     teacher.camera.takes("start").await;
     teacher.waits(10, 0).await;
     teacher.camera.takes("work").await;
@@ -45,7 +45,7 @@ impl Teacher {
     async fn waits(&mut self, minute: u64, second: u64) {
         let until = Duration::from_secs(60 * minute + second);
         let left = until.saturating_sub(self.room.now());
-        self.hub.live(left).await;
+        self.hub.run_for(left).await;
     }
 
     /// Unplugs the network cable of the third station for two minutes.
@@ -93,16 +93,16 @@ impl Teacher {
         self.room.was_frozen.store(true, Ordering::SeqCst);
         self.room.frozen.store(true, Ordering::SeqCst);
         self.hub.ok("class.freeze", json!({})).await;
-        self.room.says(WHO, "freezes all arms");
-        self.hub.live(Duration::from_millis(1500)).await;
+        self.room.says(TEACHER, "freezes all arms");
+        self.hub.run_for(Duration::from_millis(1500)).await;
         let stood = self.stand();
-        self.hub.live(Duration::from_secs(20)).await;
+        self.hub.run_for(Duration::from_secs(20)).await;
         self.camera.takes("frozen").await;
         self.waits(25, 0).await;
         assert_eq!(self.stand(), stood, "an arm moved while it was frozen");
         self.hub.ok("class.free", json!({})).await;
         self.room.frozen.store(false, Ordering::SeqCst);
-        self.room.says(WHO, "frees all arms");
+        self.room.says(TEACHER, "frees all arms");
     }
 
     /// Positions of all arms.
@@ -116,13 +116,13 @@ impl Teacher {
     async fn takes_one(&mut self) {
         self.waits(33, 0).await;
         let lease = self.hub.take_arm("a2").await;
-        self.room.says(WHO, "takes a2");
+        self.room.says(TEACHER, "takes a2");
         // The running job is paused first.
-        self.hub.live(Duration::from_secs(20)).await;
+        self.hub.run_for(Duration::from_secs(20)).await;
         let state = self.hub.ok("arm.state", json!({"arm": "a2"})).await;
         assert_eq!(state["moving"], false, "{state}");
         self.hub.ok("lease.release", json!({"lease": lease})).await;
-        self.room.says(WHO, "gives a2 back");
+        self.room.says(TEACHER, "gives a2 back");
     }
 
     async fn sends(&mut self) {
@@ -150,7 +150,7 @@ impl Teacher {
             self.room.notes.lock().unwrap().jobs.push(started);
         }
         self.room.says(
-            WHO,
+            TEACHER,
             format!("sends two stars to all arms: begun at {free}, waiting at {waits}"),
         );
     }

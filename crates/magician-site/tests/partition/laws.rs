@@ -2,7 +2,7 @@
 
 use magician_station::control::{GRACE, SessionId, TTL};
 
-use crate::world::{ARM, Event, Place, SLOT, World};
+use crate::world::{ARM, Event, SLOT, StationModel, World};
 
 /// `Err` names the broken law.
 pub(crate) type Checked = Result<(), String>;
@@ -47,7 +47,13 @@ impl World {
     }
 
     /// A lease that has timed out was over by the station's own clock.
-    fn check_end(&self, before: &Place, place: &Place, at: usize, event: Event) -> Checked {
+    fn check_end(
+        &self,
+        before: &StationModel,
+        place: &StationModel,
+        at: usize,
+        event: Event,
+    ) -> Checked {
         let (Some(holder), Event::Pass(_)) = (before.control.holder(ARM), event) else {
             return Ok(());
         };
@@ -67,7 +73,7 @@ impl World {
 
 /// True if the person may hold an arm by the clock of its station: the first one in the first slot,
 /// the second one in the next, and the third one, a teacher, always.
-fn is_in_slot(place: &Place, person: u64) -> bool {
+fn is_in_slot(place: &StationModel, person: u64) -> bool {
     match person {
         0 => place.now < place.slot,
         1 => place.now >= place.slot && place.now < place.slot + SLOT,

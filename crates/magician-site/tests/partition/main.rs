@@ -18,13 +18,13 @@ use self::search::{finds_all, search};
 use self::world::World;
 
 /// Depth at which each planted bug is found, events.
-const DEPTH: usize = 5;
+const BUG_SEARCH_DEPTH: usize = 5;
 /// Depth of the search without a bug, events.
-const FURTHER: usize = 6;
+const SEARCH_DEPTH: usize = 6;
 
 #[test]
 fn an_arm_has_one_holder_whatever_fails() {
-    let (found, states) = search(World::new(None), FURTHER);
+    let (found, states) = search(World::new(None), SEARCH_DEPTH);
     println!("states at each depth: {states:?}");
     assert!(found.is_none(), "{found:#?}");
     let all: usize = states.iter().sum();
@@ -33,5 +33,5 @@ fn an_arm_has_one_holder_whatever_fails() {
 
 #[test]
 fn every_planted_bug_is_found() {
-    finds_all(&BUGS, DEPTH, |bug| World::new(Some(bug)));
+    finds_all(&BUGS, BUG_SEARCH_DEPTH, |bug| World::new(Some(bug)));
 }

@@ -20,13 +20,13 @@ pub(crate) const ARM: ArmId = ArmId(0);
 /// the third is a teacher.
 pub(crate) const SLOT: Duration = Duration::from_secs(12);
 /// Silence after which a lease ends.
-const SILENCE: Duration = Duration::from_secs(6);
+const LEASE_TIMEOUT: Duration = Duration::from_secs(6);
 /// Most messages in flight on a connection. A choice that keeps the exhaustive search feasible.
 const IN_FLIGHT: usize = 2;
 
 /// Message of a user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Said {
+pub(crate) enum UserMessage {
     Acquire,
     Move,
     Release,
@@ -37,7 +37,7 @@ pub(crate) enum Said {
 pub(crate) enum Event {
     /// A user opens a line.
     Open(usize, usize),
-    Say(usize, usize, Said),
+    Send(usize, usize, UserMessage),
     /// The first message in flight arrives.
     Arrive(usize, usize),
     /// The cable is unplugged for longer than a connection lasts: messages in flight are lost, and
@@ -71,7 +71,7 @@ pub(crate) struct Line {
     /// True while the user's end exists.
     open: bool,
     cut: bool,
-    way: VecDeque<Said>,
+    messages: VecDeque<UserMessage>,
     pub(crate) end: Option<End>,
 }
 
@@ -84,7 +84,7 @@ pub(crate) struct Motion {
 }
 
 #[derive(Clone)]
-pub(crate) struct Place {
+pub(crate) struct StationModel {
     pub(crate) control: Control,
     /// Time by the station's own clock.
     pub(crate) now: HostInstant,
@@ -102,14 +102,14 @@ pub(crate) struct Place {
 #[derive(Clone)]
 pub(crate) struct World {
     pub(crate) bug: Option<Bug>,
-    pub(crate) places: Vec<Place>,
+    pub(crate) places: Vec<StationModel>,
     /// Lines by user, then by station.
     pub(crate) lines: Vec<Vec<Option<Line>>>,
     /// Number of stations that have had an event. The others are interchangeable.
     used: usize,
 }
 
-impl Place {
+impl StationModel {
     fn new(now: HostInstant, slot: HostInstant, forgets: bool) -> Self {
         let mut control = Control::new(1);
         let slots = [(None, slot, 0), (Some(slot), slot + SLOT, 1)];
@@ -201,7 +201,7 @@ impl World {
         // All clocks differ.
         let place = |station: u64| {
             let now = HostInstant::from_micros(60_000_000 + 1_000_000 * station);
-            Place::new(now, now + SLOT, false)
+            StationModel::new(now, now + SLOT, false)
         };
         Self {
             bug,
@@ -221,11 +221,15 @@ impl World {
             out.push(Event::Open(user, station));
             return;
         };
-        if line.open && !line.cut && line.way.len() < IN_FLIGHT {
-            let said = [Said::Acquire, Said::Move, Said::Release];
-            out.extend(said.map(|said| Event::Say(user, station, said)));
+        if line.open && !line.cut && line.messages.len() < IN_FLIGHT {
+            let said = [
+                UserMessage::Acquire,
+                UserMessage::Move,
+                UserMessage::Release,
+            ];
+            out.extend(said.map(|said| Event::Send(user, station, said)));
         }
-        if !line.way.is_empty() {
+        if !line.messages.is_empty() {
             out.push(Event::Arrive(user, station));
         }
         if !line.cut {
@@ -240,7 +244,7 @@ impl World {
     }
 
     /// Applies an event and checks all laws.
-    fn happens(&mut self, before: &Self, event: Event) -> Checked {
+    fn apply(&mut self, before: &Self, event: Event) -> Checked {
         use Event::*;
         let furthest = self.places.iter().map(|place| place.now).max();
         for place in &mut self.places {
@@ -250,7 +254,7 @@ impl World {
             };
         }
         let station = match event {
-            Open(_, at) | Say(_, at, _) | Arrive(_, at) | Cut(_, at) => at,
+            Open(_, at) | Send(_, at, _) | Arrive(_, at) | Cut(_, at) => at,
             UserGone(_, at) | StationNotices(_, at) | Call(_, at) => at,
             Finish(at) | Pass(at) | Kill(at) => at,
         };
@@ -261,16 +265,16 @@ impl World {
                 self.lines[user][at] = Some(Line {
                     open: true,
                     cut: false,
-                    way: VecDeque::new(),
+                    messages: VecDeque::new(),
                     end: Some(end),
                 });
             }
-            Say(user, at, said) => self.line(user, at)?.way.push_back(said),
+            Send(user, at, said) => self.line(user, at)?.messages.push_back(said),
             Arrive(user, at) => self.arrive(user, at)?,
             Cut(user, at) => {
                 let line = self.line(user, at)?;
                 line.cut = true;
-                line.way.clear();
+                line.messages.clear();
             }
             UserGone(user, at) => self.line(user, at)?.open = false,
             StationNotices(user, at) => {
@@ -289,7 +293,7 @@ impl World {
             Kill(at) => self.kill(at),
             Call(user, at) => self.call(user, at)?,
         }
-        self.places.iter_mut().for_each(Place::obey_effects);
+        self.places.iter_mut().for_each(StationModel::obey_effects);
         for line in self.lines.iter_mut().flatten() {
             // A line without ends carries no messages.
             line.take_if(|line| !line.open && line.end.is_none());
@@ -333,7 +337,7 @@ impl World {
 
     fn arrive(&mut self, user: usize, at: usize) -> Checked {
         let line = self.line(user, at)?;
-        let said = line.way.pop_front().ok_or("a message")?;
+        let said = line.messages.pop_front().ok_or("a message")?;
         let Some(mut end) = line.end.take() else {
             return Ok(());
         };
@@ -341,11 +345,11 @@ impl World {
         end.heard = place.now;
         place.control.keep_alive(place.told, end.session);
         match said {
-            Said::Acquire => place.acquire(end.session),
-            Said::Move => {
+            UserMessage::Acquire => place.acquire(end.session),
+            UserMessage::Move => {
                 place.begin(end.session);
             }
-            Said::Release => place.release(end.session),
+            UserMessage::Release => place.release(end.session),
         }
         self.line(user, at)?.end = Some(end);
         Ok(())
@@ -354,7 +358,7 @@ impl World {
     fn pass(&mut self, at: usize) {
         let place = &mut self.places[at];
         let due = place.control.poll_timeout();
-        place.now = due.unwrap_or(place.now + SILENCE).max(place.now);
+        place.now = due.unwrap_or(place.now + LEASE_TIMEOUT).max(place.now);
         place.told = place.told.max(place.now);
         place.control.handle_timeout(place.told);
         let now = place.now;
@@ -368,7 +372,7 @@ impl World {
             self.has(Bug::LeaseOutlivesKill),
         );
         let old = &self.places[at];
-        let mut new = Place::new(old.now, old.slot, forgets);
+        let mut new = StationModel::new(old.now, old.slot, forgets);
         if keeps {
             new.control = old.control.clone();
         }
@@ -419,7 +423,7 @@ impl Explored for World {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.happens(before, event)
+        self.apply(before, event)
     }
 
     fn key(&self) -> u64 {
@@ -446,7 +450,7 @@ impl Explored for World {
                 false.hash(&mut hasher);
                 continue;
             };
-            (line.open, line.cut, &line.way).hash(&mut hasher);
+            (line.open, line.cut, &line.messages).hash(&mut hasher);
             if let Some(end) = &line.end {
                 let silent = (place.now - end.heard).min(TTL);
                 (end.session, silent).hash(&mut hasher);

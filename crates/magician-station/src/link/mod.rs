@@ -98,7 +98,7 @@ impl LinkService {
         alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             exchange(&mut link, &client, now());
-            while let Some(noted) = link.poll_noted() {
+            while let Some(noted) = link.poll_answered() {
                 let mut report = self.report.lock().unwrap_or_else(PoisonError::into_inner);
                 report.count(&name, &noted);
             }
@@ -124,7 +124,7 @@ impl LinkService {
                     None => return leave(&mut link, &client, now()),
                 },
                 outgoing = client.receive() => match outgoing {
-                    Outgoing::Text(text) => link.hear(now(), &text),
+                    Outgoing::Text(text) => link.receive_from_station(now(), &text),
                     Outgoing::Frame(_) => {}
                     Outgoing::Close(_) => return,
                 },
@@ -138,10 +138,10 @@ impl LinkService {
 /// Exchanges messages until translation and station have no more.
 fn exchange(link: &mut Link, client: &Client, now: HostInstant) {
     while let Some(call) = link.poll_station() {
-        client.send_for(&call.text, call.of);
+        client.send_for(&call.text, call.origin);
         // Immediate answers are passed on at once, because the next call may depend on them.
         while let Some(Outgoing::Text(text)) = client.try_receive() {
-            link.hear(now, &text);
+            link.receive_from_station(now, &text);
         }
     }
 }

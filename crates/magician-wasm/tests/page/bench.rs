@@ -8,18 +8,18 @@ use magician_program::wire::answer;
 use serde_json::{Value, json};
 
 /// Interval between turns, us.
-const TURN: f64 = 4_000.0;
+const TURN_INTERVAL: f64 = 4_000.0;
 /// Time within which every answer must arrive, us. A choice far above any job in these tests.
-const PATIENCE: f64 = 120e6;
+const ANSWER_TIMEOUT: f64 = 120e6;
 
 /// The far end of the page's serial line: a virtual arm that the page takes for a real one.
-pub(crate) struct FarEnd {
+pub(crate) struct FarEndArm {
     pub(crate) runner: Runner,
     /// Drops all output of the arm.
     pub(crate) mute: bool,
 }
 
-impl FarEnd {
+impl FarEndArm {
     pub(crate) fn new() -> Self {
         Self::at(115_200)
     }
@@ -49,10 +49,11 @@ pub(crate) struct Page {
     pub(crate) closed: Vec<(u16, u16)>,
     /// Latest trace file.
     pub(crate) trace: Vec<u8>,
-    /// Requests to read a file. The page answers them with the files' contents unless it is `dull`.
+    /// Requests to read a file. The page answers them with the files' contents unless
+    /// `skips_requests` is set.
     pub(crate) asked: Vec<(u32, Vec<u8>)>,
-    pub(crate) dull: bool,
-    pub(crate) far: Option<FarEnd>,
+    pub(crate) skips_requests: bool,
+    pub(crate) far: Option<FarEndArm>,
     /// Number of bytes sent to the arm, and the command identifiers among them.
     pub(crate) said: usize,
     pub(crate) commands: Vec<u8>,
@@ -75,18 +76,18 @@ impl Page {
     pub(crate) fn ready() -> Self {
         let arms = json!([{"name": "arm", "sim": {}}]);
         let mut page = Self::of(&json!({"arms": arms, "epoch": "t", "unix_zero": 1_000_000.0}));
-        page.becomes_ready();
+        page.wait_until_ready();
         page
     }
 
-    pub(crate) fn becomes_ready(&mut self) {
+    pub(crate) fn wait_until_ready(&mut self) {
         let told = self.own();
         assert_eq!(told["ready"], json!(true), "{told}");
     }
 
     /// Returns the next text of the station itself, which is session 0.
     pub(crate) fn own(&mut self) -> Value {
-        let end = self.now + PATIENCE;
+        let end = self.now + ANSWER_TIMEOUT;
         while self.now < end {
             self.turn();
             if let Some(told) = self.texts.get_mut(&0).and_then(Vec::pop) {
@@ -98,7 +99,7 @@ impl Page {
 
     /// Advances the clock by one turn, and returns when the next one is due.
     pub(crate) fn turn(&mut self) -> f64 {
-        self.turn_at(self.now + TURN)
+        self.turn_at(self.now + TURN_INTERVAL)
     }
 
     pub(crate) fn turn_at(&mut self, now: f64) -> f64 {
@@ -143,7 +144,7 @@ impl Page {
                 5 => {
                     let id = u32::from_le_bytes(payload[..4].try_into().unwrap());
                     let request = payload[4..].to_vec();
-                    if !self.dull && !request.is_empty() {
+                    if !self.skips_requests && !request.is_empty() {
                         table::file_in(self.handle, id, &answer(&request));
                     }
                     self.asked.push((id, request));
@@ -182,7 +183,7 @@ impl Page {
 
     /// Waits for the answer to a request.
     pub(crate) fn answer(&mut self, session: u16, id: u64) -> Result<Value, Value> {
-        let end = self.now + PATIENCE;
+        let end = self.now + ANSWER_TIMEOUT;
         while self.now < end {
             self.turn();
             let texts = self.texts.entry(session).or_default();
@@ -230,7 +231,7 @@ impl Page {
     }
 
     /// Returns the parameters of a session's notifications of one method.
-    pub(crate) fn noticed(&self, session: u16, method: &str) -> Vec<&Value> {
+    pub(crate) fn notifications(&self, session: u16, method: &str) -> Vec<&Value> {
         let texts = self.texts.get(&session).into_iter().flatten();
         texts
             .filter(|text| text["method"] == json!(method))

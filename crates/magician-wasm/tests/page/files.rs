@@ -24,7 +24,7 @@ fn kind(error: &Value) -> &str {
 }
 
 /// Runs turns until the page is asked for a file.
-fn is_asked(page: &mut Page) -> (u32, Vec<u8>) {
+fn wait_for_file_request(page: &mut Page) -> (u32, Vec<u8>) {
     for _ in 0..1000 {
         if let Some(asked) = page.asked.pop() {
             return asked;
@@ -35,7 +35,7 @@ fn is_asked(page: &mut Page) -> (u32, Vec<u8>) {
 }
 
 #[test]
-fn a_file_that_is_no_plan_is_checked_and_run_by_what_the_page_has_read() {
+fn file_is_checked_and_run_from_the_plan_read_by_the_page() {
     let mut page = ready();
     let report = page.ok(1, "job.check", &gcode(SQUARE));
     assert_eq!(report["ok"], json!(true), "{report}");
@@ -53,7 +53,7 @@ fn a_file_that_is_no_plan_is_checked_and_run_by_what_the_page_has_read() {
 }
 
 #[test]
-fn what_depends_on_where_the_arm_stands_is_read_once_more_from_there() {
+fn pose_dependent_file_is_read_again_from_the_current_pose() {
     let mut page = ready();
     let relative = json!({"text": "G91\nG1 X5 F600\nG1 Y5\n", "format": "gcode"});
     let report = page.ok(1, "job.check", &relative);
@@ -62,7 +62,7 @@ fn what_depends_on_where_the_arm_stands_is_read_once_more_from_there() {
 }
 
 #[test]
-fn an_error_in_a_file_is_told_with_its_line() {
+fn file_error_states_its_line() {
     let mut page = ready();
     let error = page
         .call(1, "job.check", &gcode("G90\nG1 X10 Y%\n"))
@@ -75,24 +75,24 @@ fn an_error_in_a_file_is_told_with_its_line() {
 }
 
 #[test]
-fn a_reader_that_dies_fails_that_check_and_no_other() {
+fn crash_of_the_reader_fails_only_that_check() {
     let mut page = ready();
-    page.dull = true;
+    page.skips_requests = true;
     let check = page.send(1, "job.check", &gcode(SQUARE));
-    let (id, _) = is_asked(&mut page);
+    let (id, _) = wait_for_file_request(&mut page);
     table::file_in(page.handle, id, &[]);
     let error = page.answer(1, check).unwrap_err();
     assert_eq!(kind(&error), "unexpected", "{error}");
-    page.dull = false;
+    page.skips_requests = false;
     page.ok(1, "job.check", &gcode(SQUARE));
 }
 
 #[test]
-fn a_reader_that_never_answers_is_an_error_in_the_end() {
+fn silent_reader_times_out() {
     let mut page = ready();
-    page.dull = true;
+    page.skips_requests = true;
     let check = page.send(1, "job.check", &gcode(SQUARE));
-    let (id, request) = is_asked(&mut page);
+    let (id, request) = wait_for_file_request(&mut page);
     let error = page.answer(1, check).unwrap_err();
     assert_eq!(kind(&error), "timeout", "{error}");
     // The page learns that the file is no longer wanted; a late answer is dropped.
@@ -103,9 +103,9 @@ fn a_reader_that_never_answers_is_an_error_in_the_end() {
 }
 
 #[test]
-fn answers_of_another_build_and_damaged_ones_are_refused() {
+fn answers_of_another_build_or_damaged_are_refused() {
     let mut page = ready();
-    page.dull = true;
+    page.skips_requests = true;
     for (spoil, wanted) in [
         ((|whole| whole[2] ^= 1) as fn(&mut Vec<u8>), "unsupported"),
         (|whole| whole.truncate(whole.len() - 3), "unexpected"),
@@ -113,7 +113,7 @@ fn answers_of_another_build_and_damaged_ones_are_refused() {
         (|whole| whole.resize((64 << 20) + 1, 0), "unsupported"),
     ] {
         let check = page.send(1, "job.check", &gcode(SQUARE));
-        let (id, request) = is_asked(&mut page);
+        let (id, request) = wait_for_file_request(&mut page);
         let mut whole = answer(&request);
         spoil(&mut whole);
         table::file_in(page.handle, id, &whole);
@@ -123,16 +123,16 @@ fn answers_of_another_build_and_damaged_ones_are_refused() {
 }
 
 #[test]
-fn a_job_that_is_stopped_waits_for_its_file_no_longer() {
+fn stopped_job_cancels_its_file_request() {
     let mut page = ready();
-    page.dull = true;
+    page.skips_requests = true;
     let start = page.send(1, "job.start", &{
         let mut source = gcode(SQUARE);
         source["after_check"] = json!(false);
         source
     });
     let job = page.answer(1, start).unwrap()["job"].clone();
-    let (id, request) = is_asked(&mut page);
+    let (id, request) = wait_for_file_request(&mut page);
     let began = page.now;
     let stopped = page.ok(1, "job.stop", &json!({"job": job}));
     assert_eq!(stopped["state"], json!("stopped"), "{stopped}");
@@ -148,19 +148,19 @@ fn a_job_that_is_stopped_waits_for_its_file_no_longer() {
 }
 
 #[test]
-fn of_two_sessions_files_one_is_with_the_page_at_a_time() {
+fn files_of_two_sessions_are_requested_one_at_a_time() {
     let mut page = ready();
     page.join(2);
-    page.dull = true;
+    page.skips_requests = true;
     let one = page.send(1, "job.check", &gcode(SQUARE));
     let two = page.send(2, "job.check", &gcode("G90\nG1 X10 Y%\n"));
-    let (id, request) = is_asked(&mut page);
+    let (id, request) = wait_for_file_request(&mut page);
     page.wait(1.0);
     assert!(page.asked.is_empty());
     // An answer with an unknown number is ignored.
     table::file_in(page.handle, id + 1, &answer(&request));
     table::file_in(page.handle, id, &answer(&request));
-    page.dull = false;
+    page.skips_requests = false;
     let first = page.answer(1, one);
     let second = page.answer(2, two);
     assert_eq!(first.unwrap()["ok"], json!(true));
@@ -168,7 +168,7 @@ fn of_two_sessions_files_one_is_with_the_page_at_a_time() {
 }
 
 #[test]
-fn a_large_program_comes_and_goes_without_a_message() {
+fn large_program_is_transferred_without_messages() {
     let mut page = ready();
     let large = "G1 X200 Y0\n".repeat(200_000);
     let kept = |name: &str, bytes: &[u8]| {
@@ -187,7 +187,7 @@ fn a_large_program_comes_and_goes_without_a_message() {
 }
 
 #[test]
-fn a_preset_is_kept_where_the_page_keeps_its_programs() {
+fn preset_is_stored_among_the_programs_of_the_page() {
     let mut page = ready();
     let birch = json!({"name": "birch", "setup": {"work": null}});
     assert!(page.call(1, "preset.save", &birch).is_err());
@@ -215,7 +215,7 @@ fn a_preset_is_kept_where_the_page_keeps_its_programs() {
 }
 
 #[test]
-fn another_file_is_made_of_a_drawing() {
+fn drawing_is_converted_to_another_file() {
     let mut page = ready();
     let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\
         <path d='M5 5 L35 35' stroke='black' fill='none'/></svg>";
@@ -231,16 +231,16 @@ fn another_file_is_made_of_a_drawing() {
 }
 
 #[test]
-fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
+fn stop_interrupts_a_long_check() {
     const SLICES: usize = 6;
     let mut page = ready();
-    page.dull = true;
+    page.skips_requests = true;
     let lines: String = (0..50_000)
         .map(|nth| format!("G1 X{} Y{}\n", 200 + nth % 7, nth % 11))
         .collect();
     let check = json!({"text": format!("G90\nG0 X200 Y0 Z0\n{lines}"), "format": "gcode"});
     let check = page.send(1, "job.check", &check);
-    let (id, request) = is_asked(&mut page);
+    let (id, request) = wait_for_file_request(&mut page);
     table::file_in(page.handle, id, &answer(&request));
     let mut turns = 0;
     let mut stop = None;
@@ -262,7 +262,7 @@ fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
 }
 
 #[test]
-fn bad_option_has_the_sentence_of_every_door_and_reaches_no_reader() {
+fn bad_option_is_refused_with_the_common_message_before_reading() {
     let table = include_str!("../../../magician-program/tests/data/bad_options.json");
     let table: Vec<Value> = serde_json::from_str(table).unwrap();
     let mut page = ready();

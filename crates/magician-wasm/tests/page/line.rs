@@ -7,12 +7,12 @@ use serde_json::{Value, json};
 
 use arm::table;
 
-use crate::bench::{FarEnd, Page};
+use crate::bench::{FarEndArm, Page};
 
 fn at_line() -> Page {
     let arms = json!([{"name": "arm", "line": true}]);
     let mut page = Page::of(&json!({"arms": arms}));
-    page.far = Some(FarEnd::new());
+    page.far = Some(FarEndArm::new());
     page
 }
 
@@ -24,7 +24,7 @@ fn pose(page: &Page) -> [f64; 4] {
 #[test]
 fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
     let mut page = at_line();
-    page.becomes_ready();
+    page.wait_until_ready();
     page.join(1);
     let arms = page.ok(1, "arm.list", &json!({}));
     assert_eq!(arms["arms"][0]["virtual"], json!(false));
@@ -40,7 +40,10 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
     }
     assert!(pose(&page)[2] > there[2] + 1.0);
     page.wait(0.3);
-    assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!("not-kept"));
+    assert_eq!(
+        page.notifications(1, "jog.ended")[0]["why"],
+        json!("not-kept")
+    );
     page.wait(0.5);
     let stood = pose(&page);
     page.wait(0.5);
@@ -55,15 +58,15 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
 }
 
 #[test]
-fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
+fn keep_alive_of_a_jog_counts_from_its_start() {
     // A client cannot keep a jog before its start was answered, so on a slow line the call's
     // deadline ends it.
     for (baud, begins, why) in [(19_200, true, "not-kept"), (1200, false, "link")] {
         let mut page = at_line();
-        page.becomes_ready();
+        page.wait_until_ready();
         page.join(1);
         page.ok(1, "lease.acquire", &json!({}));
-        page.far = Some(FarEnd::at(baud));
+        page.far = Some(FarEndArm::at(baud));
         let asked = page.now;
         let begun = page.call(1, "jog.start", &json!({"axis": "z+", "keep_ms": 230}));
         let took = page.now - asked;
@@ -73,7 +76,7 @@ fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
             page.wait(0.15);
             page.notify(1, "jog.keep", &json!({"jog": jog}));
             page.wait(0.15);
-            assert!(page.noticed(1, "jog.ended").is_empty());
+            assert!(page.notifications(1, "jog.ended").is_empty());
             page.wait(0.1);
         } else {
             begun.unwrap_err();
@@ -81,15 +84,15 @@ fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
             page.wait(2.0);
             assert!(!page.commands.contains(&91));
         }
-        assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!(why));
+        assert_eq!(page.notifications(1, "jog.ended")[0]["why"], json!(why));
     }
 }
 
 #[test]
-fn whenever_the_page_dies_in_a_jog_the_arm_stands_in_time() {
+fn arm_stops_in_time_if_the_page_dies_during_a_jog() {
     for (axis, turns) in [("z-", 20), ("z-", 90), ("j1+", 45), ("r-", 70)] {
         let mut page = at_line();
-        page.becomes_ready();
+        page.wait_until_ready();
         page.join(1);
         page.ok(1, "lease.acquire", &json!({}));
         let asked = json!({"axis": axis, "percent": 100});
@@ -122,9 +125,9 @@ fn whenever_the_page_dies_in_a_jog_the_arm_stands_in_time() {
 }
 
 #[test]
-fn a_step_after_a_jog_finds_the_arms_own_speeds() {
+fn step_after_a_jog_uses_the_arms_own_speeds() {
     let mut page = at_line();
-    page.becomes_ready();
+    page.wait_until_ready();
     page.join(1);
     page.ok(1, "lease.acquire", &json!({}));
     let speeds = json!({"command": "PTPCommonParams"});
@@ -142,7 +145,7 @@ fn a_step_after_a_jog_finds_the_arms_own_speeds() {
     page.ok(1, "arm.stop", &json!({}));
     page.ok(1, "jog.step", &json!({"axis": "x", "by": 5}));
     assert_eq!(page.ok(1, "arm.get", &speeds), before);
-    assert_eq!(page.noticed(1, "jog.ended")[1]["jog"], jog);
+    assert_eq!(page.notifications(1, "jog.ended")[1]["jog"], jog);
     // The line breaks during a jog.
     page.ok(1, "jog.start", &json!({"axis": "j1+"}));
     table::line_lost(page.handle);
@@ -155,9 +158,9 @@ fn a_step_after_a_jog_finds_the_arms_own_speeds() {
 }
 
 #[test]
-fn a_line_that_is_lost_is_found_again() {
+fn lost_line_is_reconnected() {
     let mut page = at_line();
-    page.becomes_ready();
+    page.wait_until_ready();
     page.join(1);
     page.ok(1, "arm.subscribe", &json!({"rate": 20}));
     page.ok(1, "lease.acquire", &json!({}));
@@ -167,7 +170,7 @@ fn a_line_that_is_lost_is_found_again() {
     page.texts.clear();
     page.wait(0.1);
     let lost = |state: &&Value| state["state"]["link"] == json!("lost");
-    assert!(page.noticed(1, "arm.state").iter().any(lost));
+    assert!(page.notifications(1, "arm.state").iter().any(lost));
     let refused = page.call(1, "arm.state", &json!({})).unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("port"), "{refused}");
     // Bytes of the lost line do not count for the next one.
@@ -181,14 +184,14 @@ fn a_line_that_is_lost_is_found_again() {
     page.far.as_mut().unwrap().mute = false;
     page.wait(2.0);
     let up = |state: &&Value| state["state"]["link"] == json!("up");
-    assert!(page.noticed(1, "arm.state").iter().any(up));
+    assert!(page.notifications(1, "arm.state").iter().any(up));
     page.ok(1, "lease.acquire", &json!({}));
     page.ok(1, "arm.move", &json!({"to": [220, -20, 30, 0]}));
     assert!((pose(&page)[1] + 20.0).abs() < 1e-3);
 }
 
 #[test]
-fn where_no_arm_answers_the_station_says_so_and_is_over() {
+fn station_fails_with_a_message_if_no_arm_answers() {
     let mut page = at_line();
     page.far = None;
     let id = page.send(1, "session.hello", &json!({"client": {"name": "page"}}));
@@ -201,7 +204,7 @@ fn where_no_arm_answers_the_station_says_so_and_is_over() {
 #[test]
 fn connecting_sends_nothing_but_reads() {
     let mut page = at_line();
-    page.becomes_ready();
+    page.wait_until_ready();
     page.join(1);
     page.ok(1, "arm.subscribe", &json!({"rate": 20}));
     page.ok(1, "job.list", &json!({}));
@@ -216,9 +219,9 @@ fn connecting_sends_nothing_but_reads() {
 }
 
 #[test]
-fn a_trace_has_the_last_of_what_passed() {
+fn trace_contains_the_latest_traffic() {
     let mut page = at_line();
-    page.becomes_ready();
+    page.wait_until_ready();
     page.join(1);
     page.ok(1, "lease.acquire", &json!({}));
     page.ok(1, "arm.move", &json!({"to": [220, 40, 30, 0]}));
@@ -228,12 +231,12 @@ fn a_trace_has_the_last_of_what_passed() {
     let sides: Vec<_> = moves.map(|packet| packet.direction).collect();
     assert_eq!(sides, [Some(Direction::Request), Some(Direction::Reply)]);
     page.ok(1, "arm.subscribe", &json!({"rate": 50}));
-    while page.trace().len() < arm::trace::ROOM {
+    while page.trace().len() < arm::trace::CAPACITY {
         page.wait(20.0);
     }
     page.wait(20.0);
     let file = page.trace();
-    assert!(file.len() < arm::trace::ROOM + 1000, "{}", file.len());
+    assert!(file.len() < arm::trace::CAPACITY + 1000, "{}", file.len());
     let mut packets = read_trace(&file).map(Result::unwrap);
     assert!(packets.all(|packet| packet.bytes.get(3) != Some(&84)));
 }

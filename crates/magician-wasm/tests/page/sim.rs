@@ -36,7 +36,7 @@ fn a_session_takes_the_arm_and_moves_it() {
 }
 
 #[test]
-fn subscribers_get_what_they_asked_for_in_text_and_frames() {
+fn subscribers_get_the_requested_fields_as_text_or_frames() {
     let mut page = Page::ready();
     page.join(1);
     page.join(2);
@@ -54,7 +54,7 @@ fn subscribers_get_what_they_asked_for_in_text_and_frames() {
     let began = page.now;
     page.answer(1, going).expect("within reach");
     let took = (page.now - began) / 1e6;
-    let deltas = page.noticed(1, "arm.state").len() as f64 / took;
+    let deltas = page.notifications(1, "arm.state").len() as f64 / took;
     assert!((17.0..=23.0).contains(&deltas), "{deltas} a second");
     let frames = page.frames.len() as f64 / took;
     assert!((45.0..=55.0).contains(&frames), "{frames} a second");
@@ -66,8 +66,8 @@ fn subscribers_get_what_they_asked_for_in_text_and_frames() {
 }
 
 /// Returns the laser state that the page was notified of last.
-fn told_laser(page: &Page) -> Value {
-    let states = page.noticed(1, "arm.state");
+fn last_laser_state(page: &Page) -> Value {
+    let states = page.notifications(1, "arm.state");
     let mut tools = states.iter().filter_map(|told| told["state"].get("tool"));
     tools
         .next_back()
@@ -75,7 +75,7 @@ fn told_laser(page: &Page) -> Value {
 }
 
 #[test]
-fn laser_is_told_dark_after_a_stop() {
+fn laser_is_reported_off_after_a_stop() {
     let burns = r#"{"format":"magician-plan","version":1,"steps":[{"move":[220,0,30,0],"by":"line"},
         {"burn":[220,60,30],"power":60},{"burn":[220,0,30],"power":60},{"laser":false}]}"#;
     for by_job in [false, true] {
@@ -89,17 +89,17 @@ fn laser_is_told_dark_after_a_stop() {
             page.ok(1, "arm.tool", &json!({"laser": {"on": true}}));
         }
         page.wait(2.0);
-        assert_eq!(told_laser(&page), json!(true), "job: {by_job}");
+        assert_eq!(last_laser_state(&page), json!(true), "job: {by_job}");
         page.ok(1, "arm.stop", &json!({}));
         let state = page.ok(1, "arm.state", &json!({}));
         assert_eq!(state["tool"]["laser"], json!(false), "job: {by_job}");
         page.wait(0.2);
-        assert_eq!(told_laser(&page), json!(false), "job: {by_job}");
+        assert_eq!(last_laser_state(&page), json!(false), "job: {by_job}");
     }
 }
 
 #[test]
-fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
+fn jog_continues_with_keep_alives_and_ends_without() {
     let mut page = Page::ready();
     page.join(1);
     page.ok(1, "lease.acquire", &json!({}));
@@ -108,12 +108,12 @@ fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
         page.notify(1, "jog.keep", &json!({"jog": jog}));
         page.wait(0.06);
     }
-    assert!(page.noticed(1, "jog.ended").is_empty());
+    assert!(page.notifications(1, "jog.ended").is_empty());
     let moved = number(&page.ok(1, "arm.state", &json!({}))["y"]);
     assert!(moved > 5.0, "{moved}");
     // The jog ends once no keep-alive arrives.
     page.wait(0.3);
-    let ended = page.noticed(1, "jog.ended");
+    let ended = page.notifications(1, "jog.ended");
     assert_eq!(
         (&ended[0]["why"], &ended[0]["jog"]),
         (&json!("not-kept"), &jog)
@@ -124,7 +124,7 @@ fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
 }
 
 #[test]
-fn a_page_that_was_asleep_finds_its_jog_ended_and_its_lease_gone() {
+fn suspended_page_loses_jog_and_lease() {
     let mut page = Page::ready();
     page.join(1);
     let lease = page.ok(1, "lease.acquire", &json!({}))["lease"].clone();
@@ -135,13 +135,16 @@ fn a_page_that_was_asleep_finds_its_jog_ended_and_its_lease_gone() {
     page.notify(1, "jog.keep", &json!({"jog": jog}));
     let renewed = page.send(1, "lease.renew", &json!({"lease": lease}));
     page.turn_at(page.now + 10e6);
-    assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!("not-kept"));
+    assert_eq!(
+        page.notifications(1, "jog.ended")[0]["why"],
+        json!("not-kept")
+    );
     let refused = page.answer(1, renewed).unwrap_err();
     assert_eq!(refused["code"], json!(-32002));
 }
 
 #[test]
-fn a_session_that_says_nothing_keeps_its_lease_until_it_ends() {
+fn silent_session_keeps_its_lease_until_it_ends() {
     let mut page = Page::ready();
     page.join(1);
     page.join(2);
@@ -150,7 +153,10 @@ fn a_session_that_says_nothing_keeps_its_lease_until_it_ends() {
     page.notify(1, "jog.keep", &json!({"jog": jog}));
     table::station_rpc(page.handle, 1, b"");
     page.turn();
-    assert_eq!(page.noticed(2, "jog.ended")[0]["why"], json!("released"));
+    assert_eq!(
+        page.notifications(2, "jog.ended")[0]["why"],
+        json!("released")
+    );
     // A session has five seconds to come back.
     page.wait(6.0);
     let arms = page.ok(2, "arm.list", &json!({}));
@@ -165,7 +171,7 @@ fn a_session_that_says_nothing_keeps_its_lease_until_it_ends() {
 }
 
 #[test]
-fn a_cable_is_pulled_and_put_in_again() {
+fn cable_can_be_unplugged_and_plugged_in_again() {
     let mut page = Page::ready();
     page.join(1);
     page.ok(1, "lease.acquire", &json!({}));
@@ -242,7 +248,7 @@ fn a_plan_of_the_library_is_checked_run_stopped_and_resumed() {
 }
 
 #[test]
-fn an_arm_runs_as_fast_as_its_configuration_says_in_its_world() {
+fn arm_has_the_configured_speed_and_world() {
     let cube = "tool = { kind = \"suction\" }\ntable = { height = -60 }\n\
         object = [{ name = \"cube\", size = [20, 20, 20], at = [220, 80] }]";
     let arms = json!([
@@ -250,7 +256,7 @@ fn an_arm_runs_as_fast_as_its_configuration_says_in_its_world() {
         {"name": "fast", "sim": {"speed": 10, "scenario": cube}},
     ]);
     let mut page = Page::of(&json!({"arms": arms, "role": "student"}));
-    page.becomes_ready();
+    page.wait_until_ready();
     assert_eq!(page.join(1)["role"], json!("student"));
     let look = page.ok(1, "world.look", &json!({"arm": "fast"}));
     assert_eq!(look["objects"][0]["name"], json!("cube"));
@@ -264,7 +270,7 @@ fn an_arm_runs_as_fast_as_its_configuration_says_in_its_world() {
 }
 
 #[test]
-fn what_is_wrong_with_a_configuration_is_said() {
+fn invalid_configuration_is_refused_with_its_reason() {
     let arm = json!({"name": "arm", "sim": {}});
     for (config, word) in [
         (json!(7), "configuration"),
@@ -313,7 +319,7 @@ fn what_is_wrong_with_a_configuration_is_said() {
 }
 
 #[test]
-fn what_no_page_should_do_does_no_harm() {
+fn invalid_calls_have_no_effect() {
     for handle in [0, 1, u32::MAX] {
         table::station_rpc(handle, 1, b"{}");
         table::line_in(handle, b"x");

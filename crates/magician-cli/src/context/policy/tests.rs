@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::*;
 use crate::args::COMMAND_LINE;
 
-/// Each verb with its files below `verbs` and all policies that they choose. `attending` and
-/// `alone` mark verbs that do not use the context's arm, or not for everything.
+/// Each verb with its files below `verbs` and all policies that they choose. `run_with_own_line`
+/// and `run_without_arm` mark verbs that do not use the context's arm, or not for everything.
 const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("ports", &["ports.rs"], &[]),
     ("info", &["info.rs"], &["StopPolicy::Look"]),
@@ -20,7 +20,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
         &["StopPolicy::HandOver", "StopPolicy::Move"],
     ),
     ("jog", &["jog"], &["StopPolicy::Move", "StopPolicy::Pad"]),
-    ("record", &["record.rs"], &["ToldPolicy::Record"]),
+    ("record", &["record.rs"], &["SignalPolicy::Record"]),
     (
         "calibrate",
         &["calibrate"],
@@ -38,7 +38,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     (
         "watch",
         &["watch"],
-        &["StopPolicy::Watch", "ToldPolicy::Record"],
+        &["StopPolicy::Watch", "SignalPolicy::Record"],
     ),
     (
         "stop",
@@ -47,7 +47,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
             "StopPolicy::Hold",
             "StopPolicy::Look",
             "StopPolicy::Stop",
-            "alone",
+            "run_without_arm",
         ],
     ),
     ("suction", &["tools.rs"], &["StopPolicy::Order"]),
@@ -58,7 +58,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
         &[
             "StopPolicy::Darken",
             "StopPolicy::Light",
-            "ToldPolicy::Burn",
+            "SignalPolicy::Burn",
         ],
     ),
     (
@@ -94,29 +94,37 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
         &["StopPolicy::Order", "StopPolicy::lights"],
     ),
     ("enqueue", &["enqueue.rs"], &["StopPolicy::Order"]),
-    ("shell", &["shell"], &["alone"]),
+    ("shell", &["shell"], &["run_without_arm"]),
     ("demo", &["demo"], &["StopPolicy::Move"]),
-    ("sim", &["sim"], &["alone"]),
-    ("proxy", &["proxy"], &["alone"]),
-    ("serve", &["serve"], &["alone"]),
+    ("sim", &["sim"], &["run_without_arm"]),
+    ("proxy", &["proxy"], &["run_without_arm"]),
+    ("serve", &["serve"], &["run_without_arm"]),
     ("studio", &["serve/studio.rs"], &[]),
-    ("station", &["station.rs", "class.rs"], &["alone"]),
-    ("fleet", &["fleet", "class.rs"], &["alone", "attending"]),
-    ("site", &["site"], &["alone", "attending"]),
-    ("conform", &["conform"], &["alone", "attending"]),
+    ("station", &["station.rs", "class.rs"], &["run_without_arm"]),
+    (
+        "fleet",
+        &["fleet", "class.rs"],
+        &["run_without_arm", "run_with_own_line"],
+    ),
+    ("site", &["site"], &["run_without_arm", "run_with_own_line"]),
+    (
+        "conform",
+        &["conform"],
+        &["run_without_arm", "run_with_own_line"],
+    ),
     (
         "doctor",
         &["doctor"],
-        &["StopPolicy::Look", "alone", "attending"],
+        &["StopPolicy::Look", "run_without_arm", "run_with_own_line"],
     ),
     (
         "bench",
         &["bench"],
-        &["StopPolicy::Move", "StopPolicy::Order", "attending"],
+        &["StopPolicy::Move", "StopPolicy::Order", "run_with_own_line"],
     ),
     ("commands", &["commands.rs"], &[]),
     ("decode", &["decode"], &[]),
-    ("replay", &["replay"], &["alone"]),
+    ("replay", &["replay"], &["run_without_arm"]),
     ("forward", &["forward.rs"], &[]),
     ("inverse", &["inverse.rs"], &[]),
     ("config", &["config.rs"], &[]),
@@ -136,14 +144,14 @@ fn chosen(path: &Path, found: &mut BTreeSet<String>) {
         return;
     }
     let text = fs::read_to_string(path).unwrap();
-    for policy in ["StopPolicy::", "ToldPolicy::", "JobPolicy::"] {
+    for policy in ["StopPolicy::", "SignalPolicy::", "JobPolicy::"] {
         for (at, _) in text.match_indices(policy) {
             let rest = &text[at + policy.len()..];
             let end = rest.find(|letter: char| !letter.is_alphanumeric() && letter != '_');
             found.insert(format!("{policy}{}", &rest[..end.unwrap_or(rest.len())]));
         }
     }
-    for method in ["attending", "alone"] {
+    for method in ["run_with_own_line", "run_without_arm"] {
         if text.contains(&format!("context.{method}(")) {
             found.insert(method.to_owned());
         }
@@ -170,23 +178,23 @@ fn each_verb_has_the_policies_of_the_list() {
 /// Returns the effects of rules: true if a signal stops an arm of which the driver knows nothing,
 /// during the work and after its success; true if the driver reconnects; how long the laser burns
 /// after success.
-fn comes_to(rules: Rules) -> (bool, bool, bool, Option<Burns>) {
-    let mut under_way = UnderWay::default();
-    under_way.begins(&rules);
-    let during = under_way.needs_stop();
-    under_way.ends(rules.end);
+fn effects(rules: Rules) -> (bool, bool, bool, Option<BurnEnd>) {
+    let mut untracked = Untracked::default();
+    untracked.begin(&rules);
+    let during = untracked.needs_stop();
+    untracked.note_success(rules.end);
     (
         during,
-        under_way.needs_stop(),
+        untracked.needs_stop(),
         rules.reconnects,
-        under_way.laser,
+        untracked.laser,
     )
 }
 
 #[test]
-fn what_each_policy_comes_to() {
+fn each_policy_has_its_effects() {
     use StopPolicy::{Darken, HandOver, Hold, Light, Look, Move, Order, Pad, Stop, Watch};
-    let connected = Some(Burns::WhileConnected);
+    let connected = Some(BurnEnd::WhileConnected);
     for (rules, expected) in [
         (Look.rules(), (false, false, false, None)),
         (Watch.rules(), (false, false, true, None)),
@@ -195,28 +203,28 @@ fn what_each_policy_comes_to() {
         (Move.rules(), (true, false, false, None)),
         (Pad.rules(), (true, false, true, None)),
         (
-            Light(Burns::WhileConnected).rules(),
+            Light(BurnEnd::WhileConnected).rules(),
             (true, true, false, connected),
         ),
         (
-            Light(Burns::ForGood).rules(),
-            (true, false, false, Some(Burns::ForGood)),
+            Light(BurnEnd::UntilSwitchedOff).rules(),
+            (true, false, false, Some(BurnEnd::UntilSwitchedOff)),
         ),
         (Darken.rules(), (false, false, false, None)),
         (Stop.rules(), (false, false, false, None)),
         (Hold.rules(), (false, false, false, None)),
-        (ToldPolicy::Record.rules(), (false, false, false, None)),
-        (ToldPolicy::Burn.rules(), (true, false, true, None)),
+        (SignalPolicy::Record.rules(), (false, false, false, None)),
+        (SignalPolicy::Burn.rules(), (true, false, true, None)),
         (JobPolicy::Dark.rules(), (true, false, false, None)),
         (JobPolicy::Burning.rules(), (true, false, true, None)),
     ] {
-        assert_eq!(comes_to(rules), expected, "{rules:?}");
+        assert_eq!(effects(rules), expected, "{rules:?}");
     }
 }
 
 #[test]
-fn what_lines_of_a_shell_set_going_goes_until_one_of_them_ends_it() {
-    let lit = StopPolicy::Light(Burns::WhileConnected);
+fn work_of_shell_lines_continues_until_a_line_ends_it() {
+    let lit = StopPolicy::Light(BurnEnd::WhileConnected);
     for (lines, needs_stop, laser) in [
         (&[StopPolicy::HandOver, StopPolicy::Look][..], true, None),
         (&[StopPolicy::HandOver, StopPolicy::Hold], true, None),
@@ -225,19 +233,23 @@ fn what_lines_of_a_shell_set_going_goes_until_one_of_them_ends_it() {
         (&[StopPolicy::HandOver, StopPolicy::Darken], true, None),
         (&[lit, StopPolicy::Darken], false, None),
         (&[lit, StopPolicy::Stop], false, None),
-        (&[lit, StopPolicy::Move], true, Some(Burns::WhileConnected)),
         (
-            &[StopPolicy::Light(Burns::ForGood), lit],
+            &[lit, StopPolicy::Move],
             true,
-            Some(Burns::WhileConnected),
+            Some(BurnEnd::WhileConnected),
+        ),
+        (
+            &[StopPolicy::Light(BurnEnd::UntilSwitchedOff), lit],
+            true,
+            Some(BurnEnd::WhileConnected),
         ),
     ] {
-        let mut under_way = UnderWay::default();
+        let mut untracked = Untracked::default();
         for line in lines {
-            under_way.begins(&line.rules());
-            under_way.ends(line.rules().end);
+            untracked.begin(&line.rules());
+            untracked.note_success(line.rules().end);
         }
-        assert_eq!(under_way.needs_stop(), needs_stop, "{lines:?}");
-        assert_eq!(under_way.laser, laser, "{lines:?}");
+        assert_eq!(untracked.needs_stop(), needs_stop, "{lines:?}");
+        assert_eq!(untracked.laser, laser, "{lines:?}");
     }
 }

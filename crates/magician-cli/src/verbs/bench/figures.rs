@@ -7,29 +7,29 @@ use magician_measure::{Exchange, LineSpeed, Mixed, Stops, StreamResult};
 use serde::Serialize;
 
 /// Polls of the arm a second beside a stream.
-pub(super) const POLLS: f64 = 20.0;
+pub(super) const POLL_RATE: f64 = 20.0;
 /// Goal: share of the computed rates (h1).
-const SHARE: f64 = 0.95;
+const RATE_SHARE_GOAL: f64 = 0.95;
 /// Goal: segments a second with polls at a window of 4 (h2).
-const FULL_LINE: f64 = 460.0;
+const FULL_LINE_GOAL: f64 = 460.0;
 const FULL_LINE_WINDOW: usize = 4;
-/// Segments a second of the two streams of h3 and h5. Below the share `NEARLY` of it the line or
-/// the arm was the limit, so the measurement proves nothing about the driver.
+/// Segments a second of the two streams of h3 and h5. Below the share `MIN_RATE_SHARE` of it the
+/// line or the arm was the limit, so the measurement proves nothing about the driver.
 const DENSE_RATE: f64 = 450.0;
 const FAST_RATE: f64 = 200.0;
-const NEARLY: f64 = 0.97;
+const MIN_RATE_SHARE: f64 = 0.97;
 /// Goal: share of a core, % (h5).
-const PROCESSOR: f64 = 2.0;
+const CORE_PERCENT_GOAL: f64 = 2.0;
 /// Goal: longest delay of a stop beyond the line's own time, which is the frame being sent and the
 /// longest frame of this host (h4).
 const STOP_MARGIN: Duration = Duration::from_millis(1);
 /// Goal: latency added by the driver, µs at p50 and p99 (h7).
 #[cfg(unix)]
-const ADDED: [f64; 2] = [50.0, 200.0];
+const ADDED_LATENCY_GOAL_US: [f64; 2] = [50.0, 200.0];
 
 /// Measured rate beside the computed one.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Compared {
+pub(super) struct RateComparison {
     pub(super) per_s: f64,
     /// `None` if the line has no speed to compute with (not a serial line).
     pub(super) computed_per_s: Option<f64>,
@@ -39,10 +39,10 @@ pub(super) struct Compared {
 /// h1: rates compared with the computed stop-and-wait rates.
 #[derive(Debug, Default, Serialize)]
 pub(super) struct H1 {
-    pub(super) get_pose: Option<Compared>,
-    pub(super) current_index: Option<Compared>,
-    pub(super) enqueue: Option<Compared>,
-    pub(super) enqueue_polled: Option<Compared>,
+    pub(super) get_pose: Option<RateComparison>,
+    pub(super) current_index: Option<RateComparison>,
+    pub(super) enqueue: Option<RateComparison>,
+    pub(super) enqueue_polled: Option<RateComparison>,
     pub(super) goal: f64,
     pub(super) unit: &'static str,
     pub(super) met: Option<bool>,
@@ -151,7 +151,7 @@ pub(super) struct Figures {
 /// True if the stream never ran dry at its full rate; `None` if the arm was the limit.
 fn fed(seen: &StreamResult, rate: f64) -> Option<bool> {
     let kept_full = seen.fewest? >= seen.capacity / 2;
-    match (seen.dry, seen.rate.per_second() >= NEARLY * rate) {
+    match (seen.dry, seen.rate.per_second() >= MIN_RATE_SHARE * rate) {
         (0, true) => Some(true),
         (0, false) if kept_full => None,
         _ => Some(false),
@@ -218,10 +218,14 @@ impl Figures {
         self.computed_for_ms = self.turnaround.map(milliseconds);
     }
 
-    fn compare(&self, per_s: f64, computed: impl FnOnce(Duration) -> f64) -> Option<Compared> {
+    fn compare(
+        &self,
+        per_s: f64,
+        computed: impl FnOnce(Duration) -> f64,
+    ) -> Option<RateComparison> {
         let computed = self.turnaround.map(computed);
         let ratio = computed.filter(|computed| *computed > 0.0);
-        Some(Compared {
+        Some(RateComparison {
             per_s: rounded(per_s, 1),
             computed_per_s: computed.map(|rate| rounded(rate, 1)),
             ratio: ratio.map(|computed| rounded(per_s / computed, 3)),
@@ -230,7 +234,7 @@ impl Figures {
 
     fn h1(&mut self) -> &mut H1 {
         self.h1.get_or_insert_with(|| H1 {
-            goal: SHARE,
+            goal: RATE_SHARE_GOAL,
             unit: "share of the computed rate",
             ..H1::default()
         })
@@ -240,7 +244,7 @@ impl Figures {
         let h1 = self.h1();
         let all = [h1.get_pose, h1.current_index, h1.enqueue, h1.enqueue_polled];
         let mut ratios = all.iter().flatten().map(|one| one.ratio);
-        h1.met = ratios.try_fold(true, |met, ratio| Some(met && ratio? >= SHARE));
+        h1.met = ratios.try_fold(true, |met, ratio| Some(met && ratio? >= RATE_SHARE_GOAL));
     }
 
     pub(super) fn reads(&mut self, poses: f64, indices: f64) {
@@ -260,7 +264,7 @@ impl Figures {
     }
 
     pub(super) fn polled_segments(&mut self, seen: &StreamResult) {
-        let (rate, mixed) = (seen.rate.per_second(), Mixed { rounds: POLLS });
+        let (rate, mixed) = (seen.rate.per_second(), Mixed { rounds: POLL_RATE });
         self.enqueue_polled_per_s = Some(rounded(rate, 1));
         self.h1().enqueue_polled = self.compare(rate, |time| mixed.stop_and_wait(time));
         self.judge_h1();
@@ -268,9 +272,9 @@ impl Figures {
             enqueue_polled_per_s: rounded(rate, 1),
             bound_per_s: rounded(mixed.pipelined(), 1),
             in_a_row: seen.in_a_row,
-            goal: FULL_LINE,
+            goal: FULL_LINE_GOAL,
             unit: "1/s",
-            met: rate >= FULL_LINE && seen.in_a_row,
+            met: rate >= FULL_LINE_GOAL && seen.in_a_row,
         });
     }
 
@@ -309,15 +313,15 @@ impl Figures {
         let rate = seen.rate.per_second();
         let share = |used: Duration| 100.0 * used.as_secs_f64() / seen.took.as_secs_f64();
         let percent = seen.processor.map(|used| rounded(share(used), 2));
-        let carried = rate >= NEARLY * DENSE_RATE;
+        let carried = rate >= MIN_RATE_SHARE * DENSE_RATE;
         self.h5 = Some(H5 {
             segments_per_s: rounded(rate, 1),
             core_percent: percent,
-            goal: PROCESSOR,
+            goal: CORE_PERCENT_GOAL,
             unit: "percent of a core",
             met: percent
                 .filter(|_| carried)
-                .map(|percent| percent <= PROCESSOR),
+                .map(|percent| percent <= CORE_PERCENT_GOAL),
         });
     }
 
@@ -330,7 +334,7 @@ impl Figures {
 impl AddedFigures {
     pub(super) fn new(added: &magician_measure::AddedLatency, at: (Duration, Duration)) -> Self {
         let [p50, p99] = [at.0, at.1].map(microseconds);
-        let [goal_p50, goal_p99] = ADDED;
+        let [goal_p50, goal_p99] = ADDED_LATENCY_GOAL_US;
         Self {
             bare_p50_us: added.bare.p50().map(microseconds),
             bare_p99_us: added.bare.p99().map(microseconds),

@@ -11,7 +11,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use magician::{SimSpeed, Target};
 
-use crate::context::{Context, Sim, StopPolicy, Taken};
+use crate::context::{Context, Sim, StopPolicy, VirtualArmUse};
 use crate::failure::Failure;
 use crate::options::seconds;
 use figures::Figures;
@@ -53,12 +53,12 @@ pub(crate) struct Bench {
     stops: u32,
     /// Run only these measurements, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
-    only: Vec<Which>,
+    only: Vec<Measurement>,
 }
 
 /// A measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Which {
+enum Measurement {
     H1,
     H2,
     H3,
@@ -76,24 +76,29 @@ fn milliseconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Bench {
-    fn wants(&self, which: Which) -> bool {
+    fn includes(&self, which: Measurement) -> bool {
         self.only.is_empty() || self.only.contains(&which)
     }
 
     /// True if a measurement needs the arm to draw over the first connection.
     fn draws(&self) -> bool {
-        let drawn = [Which::H1, Which::H2, Which::H3, Which::H5];
-        drawn.into_iter().any(|which| self.wants(which))
+        let drawn = [
+            Measurement::H1,
+            Measurement::H2,
+            Measurement::H3,
+            Measurement::H5,
+        ];
+        drawn.into_iter().any(|which| self.includes(which))
     }
 
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
-            taken: Taken::IfAsked,
+            condition: VirtualArmUse::Named,
         };
         let target = context.target(Some(sim))?;
         let allowed = context.global.yes || matches!(target, Target::Sim(_));
-        let draws = allowed && (self.draws() || self.wants(Which::H4));
+        let draws = allowed && (self.draws() || self.includes(Measurement::H4));
         let quiet = context.global.json;
         let options = context.options()?;
         let mut figures = Figures::new(&target, options.window, self.seconds);
@@ -106,9 +111,9 @@ impl Bench {
                 None
             })
         })?;
-        if let (Some((ring, speeds)), true) = (ring, self.wants(Which::H4)) {
+        if let (Some((ring, speeds)), true) = (ring, self.includes(Measurement::H4)) {
             let paced = figures.paced();
-            let stops = context.attending(async |_| {
+            let stops = context.run_with_own_line(async |_| {
                 paths::stops(&target, options, paced, ring, self.stops, quiet).await
             });
             if stops.is_err() {
@@ -119,8 +124,8 @@ impl Bench {
             }
             figures.stops(&stops?);
         }
-        if self.wants(Which::H7) {
-            let added = context.attending(async |_| reads::added(quiet).await)?;
+        if self.includes(Measurement::H7) {
+            let added = context.run_with_own_line(async |_| reads::added(quiet).await)?;
             figures.added(&added);
         }
         figures.drawn(allowed);

@@ -6,18 +6,18 @@ use magician::commands::CpParams;
 use magician::{Arm, Options, Target};
 use magician_measure::{Load, Ring, Stops, StreamResult, streamed};
 
-use super::figures::{Figures, POLLS};
-use super::{Bench, Which};
+use super::figures::{Figures, POLL_RATE};
+use super::{Bench, Measurement};
 use crate::failure::Failure;
-use crate::progress::{Bar, attended};
+use crate::progress::{Bar, announce_wait};
 use crate::saved::SavedSettings;
 
 /// Segments shorter than any line can deliver in time: length in mm, speed in mm/s.
-const SHORT: (f64, f32) = (0.05, 100.0);
+const SHORT_SEGMENTS: (f64, f32) = (0.05, 100.0);
 /// Segments of 0.2 mm at 90 mm/s: 450 a second.
-const DENSE: (f64, f32) = (0.2, 90.0);
+const DENSE_SEGMENTS: (f64, f32) = (0.2, 90.0);
 /// Segments of 0.5 mm at 100 mm/s: 200 a second.
-const FAST: (f64, f32) = (0.5, 100.0);
+const FAST_SEGMENTS: (f64, f32) = (0.5, 100.0);
 
 /// Draws for a given time beside a load.
 struct Drawing<'a> {
@@ -40,7 +40,7 @@ impl Drawing<'_> {
         // Blocks the whole thread, as a scheduler that runs other programs would.
         let pause = async |time| std::thread::sleep(time);
         let work = streamed(self.arm, ring, self.time, load, pause);
-        Ok(attended(self.quiet, what, work).await?)
+        Ok(announce_wait(self.quiet, what, work).await?)
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) async fn measure(
                 are measured",
         ));
     }
-    let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
+    let ring = Ring::here(arm, DENSE_SEGMENTS.0, DENSE_SEGMENTS.1).await?;
     let speeds = arm.get::<CpParams>().await?;
     saved.save(arm, speeds).await;
     let drawing = Drawing {
@@ -71,35 +71,43 @@ pub(super) async fn measure(
         ring,
     };
     let polls = Load {
-        poses: POLLS,
-        queue: POLLS,
+        poses: POLL_RATE,
+        queue: POLL_RATE,
         ..Load::default()
     };
-    if bench.wants(Which::H1) {
-        let alone = drawing.draw("segments alone", SHORT, Load::default());
+    if bench.includes(Measurement::H1) {
+        let alone = drawing.draw("segments alone", SHORT_SEGMENTS, Load::default());
         figures.segments(&alone.await?);
     }
-    if bench.wants(Which::H1) || bench.wants(Which::H2) {
-        let polled = drawing.draw("h1, h2: segments and polls", SHORT, polls);
+    if bench.includes(Measurement::H1) || bench.includes(Measurement::H2) {
+        let polled = drawing.draw("h1, h2: segments and polls", SHORT_SEGMENTS, polls);
         figures.polled_segments(&polled.await?);
     }
-    if bench.wants(Which::H3) {
+    if bench.includes(Measurement::H3) {
         let pausing = |milliseconds| Load {
             pause: Duration::from_millis(milliseconds),
-            queue: POLLS,
+            queue: POLL_RATE,
             ..Load::default()
         };
-        let dense = drawing.draw("0.2 mm segments, pauses of 10 ms", DENSE, pausing(10));
+        let dense = drawing.draw(
+            "0.2 mm segments, pauses of 10 ms",
+            DENSE_SEGMENTS,
+            pausing(10),
+        );
         let dense = dense.await?;
-        let fast = drawing.draw("0.5 mm segments, pauses of 50 ms", FAST, pausing(50));
+        let fast = drawing.draw(
+            "0.5 mm segments, pauses of 50 ms",
+            FAST_SEGMENTS,
+            pausing(50),
+        );
         figures.starvation(&dense, &fast.await?);
     }
-    if bench.wants(Which::H5) {
+    if bench.includes(Measurement::H5) {
         let load = Load {
             poses: 50.0,
             ..Load::default()
         };
-        let busy = drawing.draw("processor time", DENSE, load).await?;
+        let busy = drawing.draw("processor time", DENSE_SEGMENTS, load).await?;
         figures.processor(&busy);
     }
     if bench.draws() {

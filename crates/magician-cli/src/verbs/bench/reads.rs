@@ -5,12 +5,12 @@ use magician::commands::{Pose, QueuedCmdCurrentIndex};
 use magician_measure::{LineSpeed, reads, round_trips};
 
 use super::figures::{AddedFigures, Figures};
-use super::{Bench, Which};
+use super::{Bench, Measurement};
 use crate::failure::Failure;
-use crate::progress::{Bar, attended};
+use crate::progress::{Bar, announce_wait};
 
 /// Round trips timed for the turnaround, for each of two kinds of requests.
-const ANSWERS: u64 = 100;
+const TURNAROUND_SAMPLES: u64 = 100;
 
 pub(super) async fn measure(
     arm: &Arm,
@@ -18,19 +18,21 @@ pub(super) async fn measure(
     quiet: bool,
     figures: &mut Figures,
 ) -> Result<(), Failure> {
-    let bar = Bar::begin(quiet, "timing replies", 2 * ANSWERS);
-    let pose = round_trips::<Pose>(arm, ANSWERS, |done| bar.at(done)).await?;
-    let index = round_trips::<QueuedCmdCurrentIndex>(arm, ANSWERS, |done| bar.at(ANSWERS + done));
+    let bar = Bar::begin(quiet, "timing replies", 2 * TURNAROUND_SAMPLES);
+    let pose = round_trips::<Pose>(arm, TURNAROUND_SAMPLES, |done| bar.at(done)).await?;
+    let index = round_trips::<QueuedCmdCurrentIndex>(arm, TURNAROUND_SAMPLES, |done| {
+        bar.at(TURNAROUND_SAMPLES + done)
+    });
     let index = index.await?;
     drop(bar);
     if let Some(line) = LineSpeed::of(&pose, &index) {
         figures.line(line, bench.turnaround);
     }
-    if bench.wants(Which::H1) {
+    if bench.includes(Measurement::H1) {
         let work = reads::<Pose>(arm, bench.seconds);
-        let poses = attended(quiet, "reading the pose", work).await?;
+        let poses = announce_wait(quiet, "reading the pose", work).await?;
         let work = reads::<QueuedCmdCurrentIndex>(arm, bench.seconds);
-        let indices = attended(quiet, "reading the current index", work).await?;
+        let indices = announce_wait(quiet, "reading the current index", work).await?;
         figures.reads(poses.per_second(), indices.per_second());
     }
     Ok(())
@@ -40,9 +42,10 @@ pub(super) async fn measure(
 #[cfg(unix)]
 pub(super) async fn added(quiet: bool) -> Result<Option<AddedFigures>, Failure> {
     /// Enough samples for a 99th percentile.
-    const TRIPS: usize = 5000;
-    let bar = Bar::begin(quiet, "round trips", TRIPS as u64);
-    let added = magician_measure::added_latency(TRIPS, |done| bar.at(done as u64)).await?;
+    const LATENCY_SAMPLES: usize = 5000;
+    let bar = Bar::begin(quiet, "round trips", LATENCY_SAMPLES as u64);
+    let added =
+        magician_measure::added_latency(LATENCY_SAMPLES, |done| bar.at(done as u64)).await?;
     Ok(added
         .at(50)
         .zip(added.at(99))

@@ -1,12 +1,12 @@
 //! Figures of `bench` as a table.
 
-use super::figures::{Compared, Figures, H1, H2, H3, H4, H5, Starvation};
+use super::figures::{Figures, H1, H2, H3, H4, H5, RateComparison, Starvation};
 use crate::columns::{Columns, note};
 use crate::failure::Failure;
 use crate::output::Output;
 
 /// Text for a figure that was not measured.
-const NONE: &str = "not measured";
+const NOT_MEASURED: &str = "not measured";
 
 pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> {
     let mut head = Columns::default();
@@ -55,7 +55,7 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
 
 fn line(figures: &Figures) -> String {
     let Some(turnaround) = figures.turnaround_ms else {
-        return NONE.to_owned();
+        return NOT_MEASURED.to_owned();
     };
     let jitter = figures.jitter_ms.unwrap_or_default();
     match (figures.line_baud, figures.computed_for_ms) {
@@ -72,7 +72,7 @@ fn line(figures: &Figures) -> String {
 }
 
 fn row(table: &mut Columns, name: &str, measured: Option<String>) {
-    table.row([name, measured.as_deref().unwrap_or(NONE)]);
+    table.row([name, measured.as_deref().unwrap_or(NOT_MEASURED)]);
 }
 
 fn rates(h1: &H1, table: &mut Columns) {
@@ -87,7 +87,7 @@ fn rates(h1: &H1, table: &mut Columns) {
     }
 }
 
-fn rate(one: Compared) -> String {
+fn rate(one: RateComparison) -> String {
     let measured = format!("{:.1} /s", one.per_s);
     match (one.computed_per_s, one.ratio) {
         (Some(computed), Some(ratio)) => format!(

@@ -5,7 +5,7 @@ use magician_program::{Tip, Tool};
 use serde::Serialize;
 
 use super::paper::Paper;
-use super::subject::{Found, Subject, bias};
+use super::subject::{CalibrationResult, Subject, bias};
 use crate::columns::Columns;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -46,7 +46,7 @@ pub(super) struct CalibrationReport {
 }
 
 impl CalibrationReport {
-    pub(super) fn new(found: &Found, tool: Tool) -> Self {
+    pub(super) fn new(found: &CalibrationResult, tool: Tool) -> Self {
         let mut answer = Self {
             sheet: None,
             tilt: None,
@@ -62,13 +62,13 @@ impl CalibrationReport {
             lines: lines(found, tool),
         };
         match found {
-            Found::Sheet(sheet) => {
+            CalibrationResult::Sheet(sheet) => {
                 answer.sheet = Some(*sheet);
                 answer.tilt = Some((tilt(sheet) * 100.0).round() / 100.0);
-                answer.paper = sheet.size.and_then(Paper::like);
+                answer.paper = sheet.size.and_then(Paper::most_similar);
             }
-            Found::Surface(height) => answer.surface = Some(*height),
-            Found::Tip(tip) => {
+            CalibrationResult::Surface(height) => answer.surface = Some(*height),
+            CalibrationResult::Tip(tip) => {
                 answer.offset = Some(tip.offset.map(|part| (part * 1000.0).round() / 1000.0));
                 answer.tool = bias(tip);
                 answer.told = Some(false);
@@ -125,15 +125,15 @@ fn tilt(sheet: &Sheet) -> f64 {
 pub(super) const TOUCHED_BY: &str = "touched by";
 
 /// Returns the result as labels and values.
-pub(super) fn lines(found: &Found, tool: Tool) -> Vec<[String; 2]> {
+pub(super) fn lines(found: &CalibrationResult, tool: Tool) -> Vec<[String; 2]> {
     let line = |name: &str, value: String| [name.to_owned(), value];
     match found {
-        Found::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
-        Found::Surface(height) => vec![
+        CalibrationResult::Sheet(sheet) => sheet_lines(sheet, Some(tool)),
+        CalibrationResult::Surface(height) => vec![
             line("height", format!("z {height:.2} mm")),
             line(TOUCHED_BY, tool.to_string()),
         ],
-        Found::Tip(tip) => tip_lines(tip, tool),
+        CalibrationResult::Tip(tip) => tip_lines(tip, tool),
     }
 }
 
@@ -143,7 +143,7 @@ pub(super) fn sheet_lines(sheet: &Sheet, tool: Option<Tool>) -> Vec<[String; 2]>
     let mut line = |name: &str, value: String| lines.push([name.to_owned(), value]);
     if let Some([width, height]) = sheet.size {
         line("size", format!("{width:.1} by {height:.1} mm"));
-        if let Some(paper) = Paper::like([width, height]) {
+        if let Some(paper) = Paper::most_similar([width, height]) {
             line("paper", format!("looks like {paper}"));
         }
     }

@@ -2,8 +2,8 @@
 //! from points that its tip touches.
 
 mod answer;
-mod known;
 mod paper;
+mod saved;
 mod session;
 mod sketch;
 mod subject;
@@ -18,14 +18,14 @@ use magician_program::{Diagnostic, Tool};
 use serde::Serialize;
 
 use self::answer::CalibrationReport;
-use self::known::Part;
+use self::saved::Part;
 use self::session::Outcome;
-use self::subject::{Found, Subject, Touch};
-use super::jog::{AT_SIGHT, for_a_person};
+use self::subject::{CalibrationResult, Subject, Touch};
+use super::jog::{REAL_TIME_ARM, check_interactive};
 use crate::config::Config;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::mounted::usual_tool;
+use crate::mounted::mounted_tool;
 use crate::numbers::numbers;
 use crate::options::number;
 use crate::permission::homed;
@@ -48,11 +48,11 @@ Move the arm to the points by hand with its unlock button, or with the keys of `
 result is saved in the settings file, which `draw`, `engrave` and `run` read.")]
 pub(crate) struct Calibrate {
     #[command(subcommand)]
-    deed: Deed,
+    action: Action,
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// Measure the sheet: touch its lower left, lower right and upper left corners, seen with the
     /// arm's X axis pointing right
     Sheet {
@@ -60,7 +60,7 @@ enum Deed {
         #[arg(long, num_args = 3, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
         points: Option<Vec<[f64; 3]>>,
         #[command(flatten)]
-        mounted: Mounted,
+        mounted: TouchingTool,
     },
     /// Measure the height of a level surface: touch it once
     Surface {
@@ -68,7 +68,7 @@ enum Deed {
         #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
         height: Option<f64>,
         #[command(flatten)]
-        mounted: Mounted,
+        mounted: TouchingTool,
     },
     /// Measure the bias of the tool: touch one point twice, turning the tool in between
     Tool {
@@ -79,7 +79,7 @@ enum Deed {
         #[arg(long)]
         tell: bool,
         #[command(flatten)]
-        mounted: Mounted,
+        mounted: TouchingTool,
     },
     /// Show the calibration
     Show,
@@ -93,7 +93,7 @@ enum Deed {
 
 /// The tool that touches.
 #[derive(Args, Clone, Copy, Debug)]
-struct Mounted {
+struct TouchingTool {
     /// Mounted tool, for touching and drawing: none, suction, gripper, pen, laser, or its bias
     /// X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
@@ -105,25 +105,27 @@ struct Mounted {
 
 impl Calibrate {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        match self.deed {
-            Deed::Sheet { points, mounted } => {
-                let points = points.map(|points| points.into_iter().map(Touch::of_point).collect());
+        match self.action {
+            Action::Sheet { points, mounted } => {
+                let points =
+                    points.map(|points| points.into_iter().map(Touch::from_point).collect());
                 find(Subject::Sheet, points, mounted, false, context)
             }
-            Deed::Surface { height, mounted } => {
-                let points = height.map(|z| vec![Touch::of_point([0.0, 0.0, z])]);
+            Action::Surface { height, mounted } => {
+                let points = height.map(|z| vec![Touch::from_point([0.0, 0.0, z])]);
                 find(Subject::Surface, points, mounted, false, context)
             }
-            Deed::Tool {
+            Action::Tool {
                 poses,
                 tell,
                 mounted,
             } => {
-                let poses = poses.map(|poses| poses.into_iter().map(Touch::of_turn).collect());
+                let poses =
+                    poses.map(|poses| poses.into_iter().map(Touch::from_rotation).collect());
                 find(Subject::Tool, poses, mounted, tell, context)
             }
-            Deed::Show => known::show(context),
-            Deed::Forget { part } => known::forget(part, context),
+            Action::Show => saved::show(context),
+            Action::Forget { part } => saved::forget(part, context),
         }
     }
 }
@@ -132,27 +134,43 @@ impl Calibrate {
 fn find(
     subject: Subject,
     given: Option<Vec<Touch>>,
-    mounted: Mounted,
+    mounted: TouchingTool,
     tell: bool,
     context: &mut Context,
 ) -> Result<(), Failure> {
-    let usual = usual_tool(&*context.config()?)?;
+    let usual = mounted_tool(&*context.config()?)?;
     let (found, tool, saves) = match given {
         Some(touches) => {
             let tool = tool_of_points(subject, mounted, usual, context)?;
-            let found = subject.found(&touches, tool).map_err(wrong)?;
+            let found = subject.evaluate(&touches, tool).map_err(touch_failure)?;
             let saves = context.global.yes;
-            (found, tool, if saves { Saves::Yes } else { Saves::Asks })
+            (
+                found,
+                tool,
+                if saves {
+                    SaveDecision::Yes
+                } else {
+                    SaveDecision::Ask
+                },
+            )
         }
         None => {
-            let way = subject.without_a_terminal();
-            for_a_person(&format!("calibrate {}", subject.name()), way)?;
-            let (outcome, tool) = at_the_pad(subject, mounted, usual, context)?;
+            let way = subject.without_terminal_hint();
+            check_interactive(&format!("calibrate {}", subject.name()), way)?;
+            let (outcome, tool) = touch_at_pad(subject, mounted, usual, context)?;
             let Some(Outcome { found, saves }) = outcome else {
-                let nothing = Nothing { saved: false };
+                let nothing = NoResult { saved: false };
                 return context.show(&nothing, |out| out.line("nothing was saved"));
             };
-            (found, tool, if saves { Saves::Yes } else { Saves::No })
+            (
+                found,
+                tool,
+                if saves {
+                    SaveDecision::Yes
+                } else {
+                    SaveDecision::No
+                },
+            )
         }
     };
     let mut answer = CalibrationReport::new(&found, tool);
@@ -162,8 +180,8 @@ fn find(
         context.out.flush()?;
     }
     let saves = match saves {
-        Saves::Asks => asks(context.global.json)?,
-        other => other == Saves::Yes,
+        SaveDecision::Ask => ask_to_save(context.global.json)?,
+        other => other == SaveDecision::Yes,
     };
     if saves {
         let mut config = Config::load()?;
@@ -173,13 +191,13 @@ fn find(
         if subject == Subject::Tool {
             answer.stale = ["sheet", "surface"]
                 .into_iter()
-                .filter(|name| config.says(name).is_some())
+                .filter(|name| config.file_value(name).is_some())
                 .collect();
         }
-        answer.sheet_counts = subject == Subject::Surface && config.says("sheet").is_some();
+        answer.sheet_counts = subject == Subject::Surface && config.file_value("sheet").is_some();
         answer.file = config.path().map(|path| path.display().to_string());
     }
-    if let (Found::Tip(tip), true) = (&found, tell) {
+    if let (CalibrationResult::Tip(tip), true) = (&found, tell) {
         let command = build::tool(tip.bias);
         context.arm(StopPolicy::Order, async |arm, _| {
             Ok(arm.set_any(&command).await?)
@@ -195,12 +213,12 @@ fn find(
 
 /// Answer of a session that was left without a result.
 #[derive(Serialize)]
-struct Nothing {
+struct NoResult {
     saved: bool,
 }
 
 /// Converts a problem with touched points into a failure with its advice.
-fn wrong(problem: Diagnostic) -> Failure {
+fn touch_failure(problem: Diagnostic) -> Failure {
     let advice = problem.advice(&Command);
     let failure = Failure::invalid(problem.message);
     match advice {
@@ -211,15 +229,15 @@ fn wrong(problem: Diagnostic) -> Failure {
 
 /// Decision about saving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Saves {
+enum SaveDecision {
     Yes,
     No,
     /// The user at the terminal decides.
-    Asks,
+    Ask,
 }
 
 /// Asks on the terminal; false without one.
-fn asks(json: bool) -> Result<bool, Failure> {
+fn ask_to_save(json: bool) -> Result<bool, Failure> {
     if json || !io::stdin().is_terminal() || !io::stderr().is_terminal() {
         return Ok(false);
     }
@@ -234,7 +252,7 @@ fn asks(json: bool) -> Result<bool, Failure> {
 /// Returns the tool of points given as numbers. It matters only for the calibration of a tool.
 fn tool_of_points(
     subject: Subject,
-    mounted: Mounted,
+    mounted: TouchingTool,
     usual: Option<Tool>,
     context: &mut Context,
 ) -> Result<Tool, Failure> {
@@ -248,16 +266,16 @@ fn tool_of_points(
 }
 
 /// Lets the user touch the points with the jog pad.
-fn at_the_pad(
+fn touch_at_pad(
     subject: Subject,
-    mounted: Mounted,
+    mounted: TouchingTool,
     usual: Option<Tool>,
     context: &mut Context,
 ) -> Result<(Option<Outcome>, Tool), Failure> {
     let saved = context.saved.clone();
     let asks = !context.global.yes;
     let json = context.global.json;
-    context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
+    context.arm_or(REAL_TIME_ARM, StopPolicy::Pad, async |arm, out| {
         let arm = &homed(arm, mounted.unhomed).await?;
         let tool = tool_in_force(arm, subject, mounted, usual).await?;
         let outcome = session::run(arm, &saved, subject, tool, asks, (out, json)).await?;
@@ -270,7 +288,7 @@ fn at_the_pad(
 async fn tool_in_force(
     arm: &Arm,
     subject: Subject,
-    mounted: Mounted,
+    mounted: TouchingTool,
     usual: Option<Tool>,
 ) -> Result<Tool, Failure> {
     if let Some(tool) = mounted.tool {

@@ -1,7 +1,7 @@
 //! Common paper sizes.
 
 /// Names with shorter and longer side, mm (ISO 216; ANSI/ASME Y14.1).
-const KNOWN: [(&str, [f64; 2]); 9] = [
+const PAPER_SIZES: [(&str, [f64; 2]); 9] = [
     ("A6", [105.0, 148.0]),
     ("A5", [148.0, 210.0]),
     ("A4", [210.0, 297.0]),
@@ -14,7 +14,7 @@ const KNOWN: [(&str, [f64; 2]); 9] = [
 ];
 /// Largest deviation of a side from a known size, mm. A choice: corners touched by hand are a few
 /// millimetres off, and the sizes differ by more.
-const NEAR: f64 = 6.0;
+const SIZE_TOLERANCE: f64 = 6.0;
 
 /// Known paper size that a sheet resembles.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -28,16 +28,16 @@ pub(super) struct Paper {
 
 impl Paper {
     /// Returns the most similar paper size; `None` if none is similar.
-    pub(super) fn like([width, height]: [f64; 2]) -> Option<Self> {
+    pub(super) fn most_similar([width, height]: [f64; 2]) -> Option<Self> {
         let landscape = width > height;
         let sides = [width.min(height), width.max(height)];
         let off = |known: [f64; 2]| (sides[0] - known[0]).abs().max((sides[1] - known[1]).abs());
-        let papers = KNOWN.into_iter().map(|(name, known)| Self {
+        let papers = PAPER_SIZES.into_iter().map(|(name, known)| Self {
             name,
             landscape,
             off: (off(known) * 10.0).round() / 10.0,
         });
-        let near = papers.filter(|paper| paper.off <= NEAR);
+        let near = papers.filter(|paper| paper.off <= SIZE_TOLERANCE);
         near.min_by(|one, other| one.off.total_cmp(&other.off))
     }
 }
@@ -56,11 +56,17 @@ mod tests {
 
     #[test]
     fn paper_is_known_by_its_size() {
-        let like = |size| Paper::like(size).map(|paper| paper.to_string());
-        assert_eq!(like([210.4, 296.2]), Some("A4, 0.8 mm off".to_owned()));
+        let most_similar = |size| Paper::most_similar(size).map(|paper| paper.to_string());
+        assert_eq!(
+            most_similar([210.4, 296.2]),
+            Some("A4, 0.8 mm off".to_owned())
+        );
         let lying = Some("A5, landscape, 1 mm off".to_owned());
-        assert_eq!(like([211.0, 148.0]), lying);
-        assert_eq!(like([216.0, 279.0]), Some("Letter, 0.4 mm off".to_owned()));
-        assert_eq!(like([120.0, 90.0]), None);
+        assert_eq!(most_similar([211.0, 148.0]), lying);
+        assert_eq!(
+            most_similar([216.0, 279.0]),
+            Some("Letter, 0.4 mm off".to_owned())
+        );
+        assert_eq!(most_similar([120.0, 90.0]), None);
     }
 }

@@ -4,28 +4,28 @@ use magician::Arm;
 use magician_program::{Diagnostic, Tool};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::subject::{Found, Subject, Touch};
+use super::subject::{CalibrationResult, Subject, Touch};
 use super::view;
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::SavedSettings;
-use crate::terminal::{Seen, Stage};
-use crate::verbs::jog::{Console, End, Happened, Pad, Tone};
+use crate::terminal::{FullScreen, ObservedArm};
+use crate::verbs::jog::{Console, ConsoleEvent, End, Pad, Tone};
 
 /// Distance below which two points count as the same, touched twice by mistake; mm and deg.
-const SAME: f64 = 2.0;
+const SAME_POINT_DISTANCE: f64 = 2.0;
 
 /// Result of the session and the decision about saving.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outcome {
-    pub(super) found: Found,
+    pub(super) found: CalibrationResult,
     pub(super) saves: bool,
 }
 
 /// Contents of a frame of the session.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
-    pub(super) seen: Seen,
+    pub(super) observed: ObservedArm,
     pub(super) pad: Pad,
     pub(super) touched: Touched,
 }
@@ -37,12 +37,12 @@ pub(super) struct Touched {
     pub(super) tool: Tool,
     pub(super) touches: Vec<Touch>,
     /// Result, once all points have been touched.
-    pub(super) result: Option<Result<Found, Diagnostic>>,
+    pub(super) result: Option<Result<CalibrationResult, Diagnostic>>,
 }
 
 /// Use of a key in this session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wish {
+enum KeyUse {
     Take,
     TakeBack,
     /// Passed on to the jog pad.
@@ -59,31 +59,31 @@ impl Touched {
         }
     }
 
-    pub(super) fn take(&mut self, touch: Touch) {
+    pub(super) fn add(&mut self, touch: Touch) {
         self.touches.push(touch);
         if self.touches.len() == self.subject.points().len() {
-            self.result = Some(self.subject.found(&self.touches, self.tool));
+            self.result = Some(self.subject.evaluate(&self.touches, self.tool));
         }
     }
 
     /// Returns the index of an earlier point at the same place. A tool is calibrated at one point
     /// from two angles of the wrist, which are different poses.
-    fn is_there(&self, touch: &Touch) -> Option<usize> {
+    fn existing_point(&self, touch: &Touch) -> Option<usize> {
         let near = |other: &Touch| {
             let apart = other.pose.iter().zip(touch.pose);
             let far = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            far < SAME
+            far < SAME_POINT_DISTANCE
         };
         self.touches.iter().position(near)
     }
 
-    fn take_back(&mut self) {
+    fn undo(&mut self) {
         self.touches.pop();
         self.result = None;
     }
 
     /// Returns the result if it may be saved.
-    fn good(&self) -> Option<&Found> {
+    fn savable_result(&self) -> Option<&CalibrationResult> {
         self.result.as_ref()?.as_ref().ok()
     }
 }
@@ -99,40 +99,40 @@ pub(super) async fn run(
 ) -> Result<Option<Outcome>, Failure> {
     let mut console = Console::open(arm, saved).await?;
     console
-        .seen
+        .observed
         .note(format!("the arm's poses are for the tool {tool}"));
     let mut touched = Touched::new(subject, tool);
-    let mut stage = Stage::open(view::draw)?;
+    let mut stage = FullScreen::open(view::draw)?;
     let mut saves = false;
     let end = loop {
         stage.show(Model {
-            seen: console.seen.clone(),
+            observed: console.observed.clone(),
             pad: console.pad.clone(),
             touched: touched.clone(),
         });
         let end = match console.next(&mut stage).await? {
-            Happened::Key(key) => match wish(key, &console.pad) {
-                Wish::Take if touched.good().is_some() => {
+            ConsoleEvent::Key(key) => match key_use(key, &console.pad) {
+                KeyUse::Take if touched.savable_result().is_some() => {
                     saves = true;
                     Some(End::Quit)
                 }
-                Wish::Take => {
+                KeyUse::Take => {
                     take(&mut console, &mut touched);
-                    (touched.good().is_some() && !asks).then(|| {
+                    (touched.savable_result().is_some() && !asks).then(|| {
                         saves = true;
                         End::Quit
                     })
                 }
-                Wish::TakeBack => {
-                    touched.take_back();
+                KeyUse::TakeBack => {
+                    touched.undo();
                     None
                 }
-                Wish::Move => {
+                KeyUse::Move => {
                     let reply = console.pad.key(key, console.now());
-                    console.obey(reply)
+                    console.carry_out(reply)
                 }
             },
-            other => console.attend(&other),
+            other => console.handle_background(&other),
         };
         if let Some(end) = end {
             break end;
@@ -140,7 +140,7 @@ pub(super) async fn run(
     };
     stage.close()?;
     console.leave(end, out, json).await?;
-    let found = touched.good().cloned();
+    let found = touched.savable_result().cloned();
     Ok(found.map(|found| Outcome { found, saves }))
 }
 
@@ -152,10 +152,10 @@ fn take(console: &mut Console, touched: &mut Touched) {
             .say(Tone::Bad, "Backspace undoes the last point");
         return;
     }
-    let Some(status) = console.seen.arm.status.as_ref() else {
+    let Some(status) = console.observed.arm.status.as_ref() else {
         return;
     };
-    if console.pad.pendant.activity.is_some() || !console.seen.arm.stands() {
+    if console.pad.pendant.activity.is_some() || !console.observed.arm.stands() {
         console.pad.say(
             Tone::Bad,
             "the arm is moving: take the point after it has stopped",
@@ -166,7 +166,7 @@ fn take(console: &mut Console, touched: &mut Touched) {
     let touch = Touch {
         pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),
     };
-    if let Some(nth) = touched.is_there(&touch) {
+    if let Some(nth) = touched.existing_point(&touch) {
         let text = format!(
             "point {} was taken here: move the tool to the next one",
             nth + 1
@@ -174,21 +174,21 @@ fn take(console: &mut Console, touched: &mut Touched) {
         console.pad.say(Tone::Bad, text);
         return;
     }
-    touched.take(touch);
+    touched.add(touch);
     let nth = touched.touches.len();
-    console.seen.note(format!("point {nth} taken"));
+    console.observed.note(format!("point {nth} taken"));
 }
 
 /// Returns the use of a key: Enter and Backspace are the session's, unless the pad asks a question
 /// or shows its help.
-fn wish(key: KeyEvent, pad: &Pad) -> Wish {
+fn key_use(key: KeyEvent, pad: &Pad) -> KeyUse {
     let pressed = key.kind == KeyEventKind::Press && key.modifiers == KeyModifiers::NONE;
     if !pressed || pad.help.is_some() || pad.question.is_some() {
-        return Wish::Move;
+        return KeyUse::Move;
     }
     match key.code {
-        KeyCode::Enter => Wish::Take,
-        KeyCode::Backspace => Wish::TakeBack,
-        _ => Wish::Move,
+        KeyCode::Enter => KeyUse::Take,
+        KeyCode::Backspace => KeyUse::TakeBack,
+        _ => KeyUse::Move,
     }
 }

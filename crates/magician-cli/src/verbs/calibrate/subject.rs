@@ -22,12 +22,12 @@ pub(super) struct Touch {
 }
 
 impl Touch {
-    pub(super) fn of_point([x, y, z]: [f64; 3]) -> Self {
+    pub(super) fn from_point([x, y, z]: [f64; 3]) -> Self {
         let pose = [x, y, z, 0.0];
         Self { pose }
     }
 
-    pub(super) fn of_turn([x, y, r]: [f64; 3]) -> Self {
+    pub(super) fn from_rotation([x, y, r]: [f64; 3]) -> Self {
         let pose = [x, y, 0.0, r];
         Self { pose }
     }
@@ -45,7 +45,7 @@ impl Touch {
 
 /// Result of a calibration.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Found {
+pub(super) enum CalibrationResult {
     Sheet(Sheet),
     /// Height of a level surface, mm.
     Surface(f64),
@@ -88,7 +88,7 @@ impl Subject {
         }
     }
 
-    pub(super) fn without_a_terminal(self) -> &'static str {
+    pub(super) fn without_terminal_hint(self) -> &'static str {
         match self {
             Self::Sheet => {
                 "--points X,Y,Z X,Y,Z X,Y,Z gives the corners, as `magician pose` shows them"
@@ -110,25 +110,29 @@ impl Subject {
     }
 
     /// Evaluates the touched points. Fails if they contradict each other or are too close.
-    pub(super) fn found(self, touches: &[Touch], tool: Tool) -> Result<Found, Diagnostic> {
+    pub(super) fn evaluate(
+        self,
+        touches: &[Touch],
+        tool: Tool,
+    ) -> Result<CalibrationResult, Diagnostic> {
         match (self, touches) {
             (Self::Sheet, [a, b, c]) => {
                 let sheet = Sheet::touched([a.point(), b.point(), c.point()])?;
-                Ok(Found::Sheet(sheet.rounded()))
+                Ok(CalibrationResult::Sheet(sheet.rounded()))
             }
             (Self::Surface, [touch]) => magician_job::Touch::of(touch.point())
-                .map(|touch| Found::Surface(touch.height))
+                .map(|touch| CalibrationResult::Surface(touch.height))
                 .ok_or_else(|| Diagnostic::of_file("the touched point is not finite")),
             (Self::Tool, [a, b]) => {
                 let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
-                Ok(Found::Tip(tip))
+                Ok(CalibrationResult::Tip(tip))
             }
             _ => Err(Diagnostic::of_file("wrong number of points")),
         }
     }
 }
 
-impl Found {
+impl CalibrationResult {
     /// Saves the result in the settings.
     pub(super) fn keep(&self, config: &mut Config) -> Result<(), Failure> {
         let number = |name, value: f64| {

@@ -11,9 +11,9 @@ use ratatui::widgets::Paragraph;
 use super::answer::{TOUCHED_BY, lines as found_lines};
 use super::session::{Model, Touched};
 use super::sketch::sketch;
-use super::subject::{Found, Subject};
-use crate::terminal::{Theme, panel, thirds, wrapped};
-use crate::verbs::jog::{MOVES, beside, foot};
+use super::subject::{CalibrationResult, Subject};
+use crate::terminal::{Theme, header_body_footer, panel, wrapped};
+use crate::verbs::jog::{MOVES, foot, side_panel};
 use crate::voice::Command;
 
 const KEYS: [(&str, &str); 12] = [
@@ -51,16 +51,20 @@ const SAVE: [(&str, &str); 3] = [
 ];
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
-    let Model { seen, pad, touched } = model;
+    let Model {
+        observed,
+        pad,
+        touched,
+    } = model;
     let hints: &[(&str, &str)] = match touched.result {
         Some(Ok(_)) => &SAVE,
         _ => &TOUCH,
     };
     let foot = foot(pad, hints, frame.area().width, theme);
-    let [header, middle, footer] = thirds(frame.area(), &foot);
+    let [header, middle, footer] = header_body_footer(frame.area(), &foot);
     let program = format!("calibrate {}", touched.subject.name());
-    frame.render_widget(seen.header(&program, header.width, theme), header);
-    let left = beside(frame, middle, seen, pad, theme);
+    frame.render_widget(observed.header(&program, header.width, theme), header);
+    let left = side_panel(frame, middle, observed, pad, theme);
     task(frame, left, touched, pad.view, theme);
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
@@ -75,11 +79,11 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, the
     let points = points(touched, theme);
     let rows = u16::try_from(points.len()).unwrap_or(u16::MAX);
     // The list of points keeps its rows; the text above is cut first.
-    let room = inner.height.saturating_sub(rows).min(MOST);
+    let room = inner.height.saturating_sub(rows).min(MAX_CONTENT_ROWS);
     let [above, list] =
         Layout::vertical([Constraint::Length(room), Constraint::Length(rows)]).areas(inner);
     match &touched.result {
-        None => to_do(frame, above, touched, view, theme),
+        None => instruction_panel(frame, above, touched, view, theme),
         Some(result) => {
             let lines = outcome(result, touched, above.width, theme);
             frame.render_widget(Paragraph::new(lines), above);
@@ -90,7 +94,13 @@ fn task(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, the
 
 /// Draws instruction and sketch: below each other, side by side, or the instruction alone, as they
 /// fit.
-fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, theme: Theme) {
+fn instruction_panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    touched: &Touched,
+    view: TopView,
+    theme: Theme,
+) {
     let words = |width: u16| -> Vec<Line<'static>> {
         let lines = wrapped(touched.subject.instruction(), width.into());
         lines.into_iter().map(Line::raw).collect()
@@ -125,7 +135,7 @@ fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, th
 
 /// Returns the lines about the result.
 fn outcome(
-    result: &Result<Found, Diagnostic>,
+    result: &Result<CalibrationResult, Diagnostic>,
     touched: &Touched,
     width: u16,
     theme: Theme,
@@ -140,7 +150,7 @@ fn outcome(
             // The title names the tool already.
             let found = found_lines(found, touched.tool).into_iter();
             for [name, value] in found.filter(|[name, _]| name != TOUCHED_BY) {
-                let values = wrapped(&value, usize::from(width).saturating_sub(NAME));
+                let values = wrapped(&value, usize::from(width).saturating_sub(LABEL_WIDTH));
                 lines.extend(values.into_iter().enumerate().map(|(nth, value)| {
                     let name = if nth == 0 { name.as_str() } else { "" };
                     Line::from(vec![
@@ -161,9 +171,9 @@ fn outcome(
 }
 
 /// Largest number of rows above the list of points, which the tallest content needs.
-const MOST: u16 = 12;
+const MAX_CONTENT_ROWS: u16 = 12;
 /// Columns of the labels of results.
-const NAME: usize = 11;
+const LABEL_WIDTH: usize = 11;
 
 /// Returns the list of points: taken ones with their values, and the next one.
 fn points(touched: &Touched, theme: Theme) -> Vec<Line<'static>> {

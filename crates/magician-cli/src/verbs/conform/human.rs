@@ -11,9 +11,9 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Columns of the chapters' names.
-const CHAPTER: usize = 13;
+const CHAPTER_WIDTH: usize = 13;
 /// Indentation of the details of a failure, in columns.
-const INDENT: usize = 14;
+const DETAIL_INDENT: usize = 14;
 
 /// Collects the results of a chapter and writes them at its end.
 pub(super) struct Lines<'o> {
@@ -40,7 +40,7 @@ impl<'o> Lines<'o> {
         }
     }
 
-    fn chapter_ends(&mut self) -> Result<(), Failure> {
+    fn end_chapter(&mut self) -> Result<(), Failure> {
         if self.chapter.is_empty() {
             return Ok(());
         }
@@ -68,28 +68,28 @@ impl<'o> Lines<'o> {
             0 => mismatch.step.clone(),
             line => format!("{} (line {line})", mismatch.step),
         };
-        self.told("step", &step)?;
+        self.write_detail("step", &step)?;
         if !mismatch.sent.is_empty() {
-            self.told("sent", &hex(&mismatch.sent))?;
+            self.write_detail("sent", &hex(&mismatch.sent))?;
             if let Some(frame) = Frame::new(&mismatch.sent) {
-                self.told(
+                self.write_detail(
                     "",
                     &frame_in_words(&FrameBuf::from(frame), Direction::Request),
                 )?;
             }
         }
-        self.told("expected", &mismatch.expected)?;
-        self.told("got", &mismatch.got)?;
+        self.write_detail("expected", &mismatch.expected)?;
+        self.write_detail("got", &mismatch.got)?;
         if mismatch.received.is_empty() {
             Ok(())
         } else {
-            self.told("", &hex(&mismatch.received))
+            self.write_detail("", &hex(&mismatch.received))
         }
     }
 
-    fn told(&mut self, name: &str, text: &str) -> Result<(), Failure> {
+    fn write_detail(&mut self, name: &str, text: &str) -> Result<(), Failure> {
         let paint = self.out.paint;
-        for (at, part) in fitted(text, INDENT, self.out).iter().enumerate() {
+        for (at, part) in fitted(text, DETAIL_INDENT, self.out).iter().enumerate() {
             let name = if at == 0 { name } else { "" };
             let name = format!("{name:<10}");
             self.out
@@ -102,7 +102,7 @@ impl<'o> Lines<'o> {
 impl Printer for Lines<'_> {
     fn case(&mut self, case: &Case, outcome: &Outcome) -> Result<(), Failure> {
         if case.chapter() != self.chapter {
-            self.chapter_ends()?;
+            self.end_chapter()?;
             self.chapter = case.chapter().to_owned();
         }
         self.tally.count(outcome);
@@ -125,7 +125,7 @@ impl Printer for Lines<'_> {
     }
 
     fn end(&mut self, tally: Tally, took: Duration) -> Result<(), Failure> {
-        self.chapter_ends()?;
+        self.end_chapter()?;
         let seconds = took.as_secs_f64();
         self.out.line(format_args!(
             "{:<CHAPTER$}{} in {seconds:.1} s",

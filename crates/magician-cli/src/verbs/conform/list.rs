@@ -16,7 +16,7 @@ pub(super) fn show(cases: &[&Case], context: &mut Context) -> Result<(), Failure
     }
     match context.global.verbose {
         0 => table(cases, out),
-        _ => cases.iter().try_for_each(|case| whole(case, out)),
+        _ => cases.iter().try_for_each(|case| case_details(case, out)),
     }
 }
 
@@ -38,7 +38,7 @@ fn table(cases: &[&Case], out: &mut Output) -> Result<(), Failure> {
     })
 }
 
-fn whole(case: &Case, out: &mut Output) -> Result<(), Failure> {
+fn case_details(case: &Case, out: &mut Output) -> Result<(), Failure> {
     let paint = out.paint;
     out.line(format_args!(
         "{}",

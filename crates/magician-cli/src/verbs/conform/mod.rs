@@ -14,13 +14,13 @@ use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 
 /// Default timeout of an answer: the Wi-Fi module takes up to 2 s.
-const PATIENCE: Duration = Duration::from_secs(3);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Longest time for restoring the arm's parameters after an interruption. A choice: every parameter
 /// takes a request, each with its timeout.
-const LEAVING: Duration = Duration::from_secs(20);
+const RESTORE_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Run the conformance suite against an arm
 #[derive(Args, Debug)]
@@ -93,7 +93,7 @@ impl Conform {
         permit(&target, &cases, context)?;
         let options = context.line_options()?;
         let open = async |_: &mut Output| Ok(RawLine::open_with(&target, options).await?);
-        let line = context.attending(open)?;
+        let line = context.run_with_own_line(open)?;
         run_on(LineTarget::new(line), &cases, context)
     }
 }
@@ -146,11 +146,11 @@ fn run_on<T: magician_conform::Target>(
     context: &mut Context,
 ) -> Result<(), Failure> {
     let quiet = context.global.json;
-    let patience = context.global.timeout.unwrap_or(PATIENCE);
+    let patience = context.global.timeout.unwrap_or(ANSWER_TIMEOUT);
     let details = context.global.verbose > 0;
     let mut runner =
         Runner::new(arm, patience).map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
-    let tally = context.alone(async |out, signals| {
+    let tally = context.run_without_arm(async |out, signals| {
         let work = async {
             if quiet {
                 run_all(&mut runner, cases, quiet, record::Records { out }).await
@@ -163,11 +163,11 @@ fn run_on<T: magician_conform::Target>(
             _ = signals.next() => Err(()),
         };
         // The arm's parameters are restored however the run ended.
-        let ended = tokio::time::timeout(LEAVING, runner.end()).await;
+        let ended = tokio::time::timeout(RESTORE_TIMEOUT, runner.end()).await;
         match outcome {
             Ok(outcome) => {
                 let tally = outcome?;
-                ended.map_err(|_| not_left())??;
+                ended.map_err(|_| restore_failure())??;
                 Ok(Some(tally))
             }
             Err(()) => Ok(None),
@@ -185,7 +185,7 @@ fn run_on<T: magician_conform::Target>(
 }
 
 /// Failure of an arm that did not answer while its parameters were restored.
-fn not_left() -> Failure {
+fn restore_failure() -> Failure {
     let message = "the arm's parameters were not restored in time";
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
 }
@@ -198,10 +198,10 @@ async fn run_all<T: magician_conform::Target>(
 ) -> Result<Tally, Failure> {
     let begun = Instant::now();
     let mut tally = Tally::default();
-    attended(quiet, "saving the arm's parameters", runner.begin()).await?;
+    announce_wait(quiet, "saving the arm's parameters", runner.begin()).await?;
     for (at, case) in cases.iter().enumerate() {
         let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
-        let outcome = attended(quiet, &what, runner.run(case)).await?;
+        let outcome = announce_wait(quiet, &what, runner.run(case)).await?;
         tally.count(&outcome);
         printer.case(case, &outcome)?;
     }

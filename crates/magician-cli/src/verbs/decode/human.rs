@@ -3,16 +3,16 @@
 use magician_protocol::{DecodeError, Description, Frame, Rejection};
 use magician_record::pieces::{Place, Sink};
 
-use super::word;
+use super::direction_word;
 use crate::columns::wrap;
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::values;
 
 /// Largest number of bytes shown of a run of noise.
-const SHOWN: usize = 32;
+const MAX_NOISE_BYTES: usize = 32;
 /// Columns of the offset.
-const OFFSET: usize = 8;
+const OFFSET_WIDTH: usize = 8;
 
 /// Writes pieces as lines.
 pub(super) struct Lines<'o> {
@@ -58,12 +58,12 @@ impl<'o> Lines<'o> {
         self.out.line(line.trim_end())
     }
 
-    fn bad(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
+    fn write_error(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
         let position = self.position(place);
-        self.bad_at(&position, what, about)
+        self.write_error_at(&position, what, about)
     }
 
-    fn bad_at(&mut self, position: &str, what: &str, about: &str) -> Result<(), Failure> {
+    fn write_error_at(&mut self, position: &str, what: &str, about: &str) -> Result<(), Failure> {
         let paint = self.out.paint;
         let what = paint.error(format!("{what:<8} ")).to_string();
         self.out
@@ -84,7 +84,10 @@ impl<'o> Lines<'o> {
 
     fn bytes(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         let text = spaced(bytes);
-        for line in wrap(&text, self.out.width().saturating_sub(OFFSET).min(3 * 32)) {
+        for line in wrap(
+            &text,
+            self.out.width().saturating_sub(OFFSET_WIDTH).min(3 * 32),
+        ) {
             let line = self.out.paint.dim(line).to_string();
             self.out.line(format_args!("{:OFFSET$}{line}", ""))?;
         }
@@ -92,7 +95,7 @@ impl<'o> Lines<'o> {
     }
 
     fn fields(&mut self, description: &Description<'_>) -> Result<(), Failure> {
-        values::columns(description, OFFSET)?.write(self.out)
+        values::columns(description, OFFSET_WIDTH)?.write(self.out)
     }
 }
 
@@ -112,7 +115,7 @@ impl Sink for Lines<'_> {
     ) -> Result<(), Failure> {
         match meaning {
             Ok(description) => {
-                let direction = word(description.direction);
+                let direction = direction_word(description.direction);
                 let queued = if description.queued { "  queued" } else { "" };
                 self.title(place, direction, description.name, queued)?;
                 self.bytes(frame.bytes())?;
@@ -128,12 +131,12 @@ impl Sink for Lines<'_> {
                 Ok(())
             }
             Err(error @ DecodeError::UnknownId(_)) => {
-                self.bad(place, "unknown", &error.to_string())?;
+                self.write_error(place, "unknown", &error.to_string())?;
                 self.bytes(frame.bytes())
             }
             Err(error) => {
                 let name = magician_protocol::Row::with_id(frame.id()).map_or("", |row| row.name);
-                self.bad(place, "length", &format!("{name}: {error}"))?;
+                self.write_error(place, "length", &format!("{name}: {error}"))?;
                 self.bytes(frame.bytes())
             }
         }
@@ -145,7 +148,7 @@ impl Sink for Lines<'_> {
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
-        self.bad(place, reason.name(), &format!("{reason:#}"))?;
+        self.write_error(place, reason.name(), &format!("{reason:#}"))?;
         self.bytes(bytes)
     }
 
@@ -159,7 +162,7 @@ impl Sink for Lines<'_> {
 
     fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
         self.noise.count += bytes.len() as u64;
-        let room = SHOWN.saturating_sub(self.noise.first.len());
+        let room = MAX_NOISE_BYTES.saturating_sub(self.noise.first.len());
         self.noise.first.extend(bytes.iter().take(room));
         Ok(())
     }
@@ -171,9 +174,13 @@ impl Sink for Lines<'_> {
             first,
         } = std::mem::take(&mut self.noise);
         let bytes = if count == 1 { "byte" } else { "bytes" };
-        let more = if count > SHOWN as u64 { " ..." } else { "" };
+        let more = if count > MAX_NOISE_BYTES as u64 {
+            " ..."
+        } else {
+            ""
+        };
         let text = first.escape_ascii();
-        self.bad_at(
+        self.write_error_at(
             &position,
             "noise",
             &format!("{count} {bytes}: \"{text}\"{more}"),

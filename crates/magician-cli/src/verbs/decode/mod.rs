@@ -32,7 +32,7 @@ Exit status 10 if bytes are not a frame, or a frame cannot be decoded.")]
 pub(crate) struct Decode {
     /// Sender of the bytes, if the input does not contain it
     #[arg(long, value_name = "SIDE", default_value = "auto")]
-    from: From,
+    sender: Sender,
     /// Bytes in hex, a file, or - for stdin
     #[arg(required = true, value_name = "HEX|FILE|-")]
     input: Vec<OsString>,
@@ -40,7 +40,7 @@ pub(crate) struct Decode {
 
 /// The sender of the bytes.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum From {
+enum Sender {
     /// Host
     Host,
     /// Arm
@@ -49,7 +49,7 @@ enum From {
     Auto,
 }
 
-impl From {
+impl Sender {
     fn direction(self) -> Option<Direction> {
         match self {
             Self::Host => Some(Direction::Request),
@@ -60,7 +60,7 @@ impl From {
 }
 
 /// Returns the word for a direction.
-pub(crate) fn word(direction: Direction) -> &'static str {
+pub(crate) fn direction_word(direction: Direction) -> &'static str {
     match direction {
         Direction::Request => "request",
         Direction::Reply => "reply",
@@ -73,7 +73,7 @@ type Printer<'o> = Box<dyn Sink<Error = Failure> + 'o>;
 impl Decode {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let printer = printer(&mut context.out, context.global.json);
-        let mut decoder = Decoder::new(self.from.direction(), printer);
+        let mut decoder = Decoder::new(self.sender.direction(), printer);
         source::read(&self.input, &mut decoder)?;
         verdict(decoder.finish()?.0)
     }

@@ -7,7 +7,7 @@ use magician_protocol::{DecodeError, Description, Frame, Rejection, Row};
 use magician_record::pieces::{Origin, Place, Sink};
 use serde::Serialize;
 
-use super::word;
+use super::direction_word;
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -17,7 +17,7 @@ pub(super) struct Records<'o> {
 }
 
 #[derive(Serialize)]
-struct Understood<'a> {
+struct DecodedFrame<'a> {
     offset: u64,
     hex: String,
     ok: bool,
@@ -29,11 +29,11 @@ struct Understood<'a> {
     params: &'a Description<'a>,
     notes: Vec<&'static str>,
     #[serde(flatten)]
-    seen: Seen<'a>,
+    seen: CaptureFields<'a>,
 }
 
 #[derive(Serialize)]
-struct Misfit<'a> {
+struct UndecodedFrame<'a> {
     offset: u64,
     hex: String,
     ok: bool,
@@ -44,19 +44,19 @@ struct Misfit<'a> {
     params: Raw,
     error: &'static str,
     #[serde(flatten)]
-    seen: Seen<'a>,
+    seen: CaptureFields<'a>,
 }
 
 /// Additional fields of a piece from a capture: the link, and the time in microseconds since 1970.
 #[derive(Serialize)]
-struct Seen<'a> {
+struct CaptureFields<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     link: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     time: Option<u64>,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> CaptureFields<'a> {
     fn of(origin: Origin<'a>) -> Self {
         Self {
             link: origin
@@ -80,7 +80,7 @@ struct Rejected<'a> {
     ok: bool,
     error: &'static str,
     #[serde(flatten)]
-    seen: Seen<'a>,
+    seen: CaptureFields<'a>,
 }
 
 /// Returns bytes as upper-case hex digits.
@@ -99,20 +99,20 @@ impl Sink for Records<'_> {
     ) -> Result<(), Failure> {
         let description = match &meaning {
             Ok(description) => description,
-            Err(error) => return self.out.json(&misfit(place, frame, *error)),
+            Err(error) => return self.out.json(&undecoded(place, frame, *error)),
         };
-        self.out.json(&Understood {
+        self.out.json(&DecodedFrame {
             offset: place.offset,
             hex: hex(frame.bytes()),
             ok: true,
             id: frame.id(),
             command: description.name,
-            direction: word(description.direction),
+            direction: direction_word(description.direction),
             write: description.write,
             queued: description.queued,
             params: description,
             notes: description.notes().collect(),
-            seen: Seen::of(place.origin),
+            seen: CaptureFields::of(place.origin),
         })
     }
 
@@ -127,7 +127,7 @@ impl Sink for Records<'_> {
             hex: hex(bytes),
             ok: false,
             error: reason.name(),
-            seen: Seen::of(place.origin),
+            seen: CaptureFields::of(place.origin),
         })
     }
 
@@ -149,9 +149,9 @@ impl Sink for Records<'_> {
 }
 
 /// Describes a complete frame that cannot be decoded: unknown id, or parameters that fit no layout.
-fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
+fn undecoded<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> UndecodedFrame<'a> {
     let ctrl = frame.ctrl();
-    Misfit {
+    UndecodedFrame {
         offset: place.offset,
         hex: hex(frame.bytes()),
         ok: false,
@@ -166,6 +166,6 @@ fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit
             DecodeError::UnknownId(_) => "unknown",
             _ => "length",
         },
-        seen: Seen::of(place.origin),
+        seen: CaptureFields::of(place.origin),
     }
 }

@@ -11,9 +11,9 @@ use magician_record::trace::is_trace;
 use crate::failure::Failure;
 
 // Size of a read. A choice.
-const CHUNK: usize = 1 << 16;
+const CHUNK_SIZE: usize = 1 << 16;
 /// Number of bytes that identify a capture file.
-const MAGIC: usize = 4;
+const MAGIC_LENGTH: usize = 4;
 
 /// Feeds all input that the arguments name into the decoder, in bounded memory.
 pub(super) fn read(
@@ -23,12 +23,12 @@ pub(super) fn read(
     if let [argument] = input
         && argument == "-"
     {
-        return Feed::new(decoder).stream(&mut io::stdin().lock(), "stdin");
+        return InputFeed::new(decoder).stream(&mut io::stdin().lock(), "stdin");
     }
     let words: Vec<_> = input.iter().map(|word| word.to_string_lossy()).collect();
     let text = words.join(" ");
     if is_hex(&text) {
-        return Feed::new(decoder).text(text.as_bytes());
+        return InputFeed::new(decoder).text(text.as_bytes());
     }
     match input {
         [name] => file(name, &words[0], decoder),
@@ -57,43 +57,43 @@ fn file(
         return Err(Failure::invalid(format!("`{name}` is a directory")));
     }
     if !metadata.is_file() {
-        return Feed::new(decoder).stream(&mut file, name);
+        return InputFeed::new(decoder).stream(&mut file, name);
     }
-    let nature = examine(&mut file).map_err(unreadable)?;
+    let encoding = detect_encoding(&mut file).map_err(unreadable)?;
     file.rewind().map_err(unreadable)?;
-    Feed { decoder, nature }.rest(&mut file, name)
+    InputFeed { decoder, encoding }.rest(&mut file, name)
 }
 
 /// Encoding of an input.
 #[derive(Clone, Copy)]
-enum Nature {
+enum Encoding {
     Bytes,
     Text(Parser),
     Capture,
 }
 
 /// Reads a whole file to find out its encoding.
-fn examine(file: &mut impl Read) -> io::Result<Nature> {
-    let mut chunk = [0; CHUNK];
+fn detect_encoding(file: &mut impl Read) -> io::Result<Encoding> {
+    let mut chunk = [0; CHUNK_SIZE];
     let mut test = Test::default();
     let mut first = fill(file, &mut chunk)?;
     if is_trace(&chunk) {
-        return Ok(Nature::Capture);
+        return Ok(Encoding::Capture);
     }
     // A single character that does not fit makes the whole file binary.
     while first > 0 {
         if !test.accepts(&chunk[..first]) {
-            return Ok(Nature::Bytes);
+            return Ok(Encoding::Bytes);
         }
         first = fill(file, &mut chunk)?;
     }
-    Ok(Nature::Text(Parser::default()))
+    Ok(Encoding::Text(Parser::default()))
 }
 
 /// Reads until there are enough bytes to identify a capture, or the input ends.
 fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
     let mut count = 0;
-    while count < MAGIC {
+    while count < MAGIC_LENGTH {
         match from.read(&mut chunk[count..]) {
             Ok(0) => break,
             Ok(more) => count += more,
@@ -105,46 +105,46 @@ fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
 }
 
 /// Converts input of some encoding and passes it to the decoder.
-struct Feed<'d, S: Sink<Error = Failure>> {
+struct InputFeed<'d, S: Sink<Error = Failure>> {
     decoder: &'d mut Decoder<S>,
-    nature: Nature,
+    encoding: Encoding,
 }
 
-impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
+impl<'d, S: Sink<Error = Failure>> InputFeed<'d, S> {
     fn new(decoder: &'d mut Decoder<S>) -> Self {
         Self {
             decoder,
-            nature: Nature::Bytes,
+            encoding: Encoding::Bytes,
         }
     }
 
     fn text(mut self, text: &[u8]) -> Result<(), Failure> {
-        self.nature = Nature::Text(Parser::default());
+        self.encoding = Encoding::Text(Parser::default());
         self.push(text)?;
         self.finish()
     }
 
     /// Reads input that can be read only once. Its beginning decides about the encoding.
     fn stream(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
-        let mut chunk = [0; CHUNK];
+        let mut chunk = [0; CHUNK_SIZE];
         let count = fill(from, &mut chunk).map_err(|error| broken(name, &error))?;
         let first = &chunk[..count];
         if is_trace(first) {
-            self.nature = Nature::Capture;
+            self.encoding = Encoding::Capture;
             return self.rest(&mut first.chain(from), name);
         }
         if Test::default().accepts(first) {
-            self.nature = Nature::Text(Parser::default());
+            self.encoding = Encoding::Text(Parser::default());
         }
         self.push(first)?;
         self.rest(from, name)
     }
 
     fn rest(mut self, from: &mut impl Read, name: &str) -> Result<(), Failure> {
-        if matches!(self.nature, Nature::Capture) {
+        if matches!(self.encoding, Encoding::Capture) {
             return self.capture(from, name);
         }
-        let mut chunk = [0; CHUNK];
+        let mut chunk = [0; CHUNK_SIZE];
         loop {
             match from.read(&mut chunk) {
                 Ok(0) => return self.finish(),
@@ -167,8 +167,8 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
     }
 
     fn push(&mut self, chunk: &[u8]) -> Result<(), Failure> {
-        match &mut self.nature {
-            Nature::Text(parser) => {
+        match &mut self.encoding {
+            Encoding::Text(parser) => {
                 let mut bytes = Vec::with_capacity(chunk.len() / 2 + 1);
                 let parsed = parser.push(chunk, &mut bytes);
                 // Bytes before a mistake are decoded before the mistake is reported.
@@ -182,7 +182,7 @@ impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
     }
 
     fn finish(self) -> Result<(), Failure> {
-        let Nature::Text(mut parser) = self.nature else {
+        let Encoding::Text(mut parser) = self.encoding else {
             return Ok(());
         };
         let mut bytes = Vec::new();

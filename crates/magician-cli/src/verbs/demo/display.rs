@@ -11,9 +11,9 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Interval between updates of the line.
-const FRAME: Duration = Duration::from_millis(60);
+const UPDATE_INTERVAL: Duration = Duration::from_millis(60);
 /// Terminal width for the wide form of the line, in columns.
-const WIDE: usize = 100;
+const MIN_WIDE_WIDTH: usize = 100;
 
 /// Progress of the arm.
 pub(super) struct DisplayState {
@@ -31,7 +31,7 @@ pub(super) struct Display<'o> {
     quiet: bool,
     places: u32,
     bar: Option<ProgressBar>,
-    told: Option<usize>,
+    reported: Option<usize>,
     shown: Option<Instant>,
 }
 
@@ -39,13 +39,13 @@ impl<'o> Display<'o> {
     /// Creates a display that prints nothing if `quiet`.
     pub(super) fn new(quiet: bool, out: &'o mut Output, places: u32) -> Self {
         let live = !quiet && io::stdout().is_terminal();
-        let wide = out.width() >= WIDE;
+        let wide = out.width() >= MIN_WIDE_WIDTH;
         Self {
             out,
             quiet,
             places,
             bar: live.then(|| bar(wide)),
-            told: None,
+            reported: None,
             shown: None,
         }
     }
@@ -70,7 +70,10 @@ impl<'o> Display<'o> {
 
     /// True if it is time for an update.
     pub(super) fn due(&mut self) -> bool {
-        let due = !self.quiet && self.shown.is_none_or(|shown| shown.elapsed() >= FRAME);
+        let due = !self.quiet
+            && self
+                .shown
+                .is_none_or(|shown| shown.elapsed() >= UPDATE_INTERVAL);
         if due {
             self.shown = Some(Instant::now());
         }
@@ -85,14 +88,14 @@ impl<'o> Display<'o> {
         let queue = format!("queue {taken:>2}/{}", self.places);
         if let Some(bar) = &self.bar {
             bar.set_position(state.placed as u64);
-            bar.set_message(if self.out.width() >= WIDE {
+            bar.set_message(if self.out.width() >= MIN_WIDE_WIDTH {
                 format!("  pose {place}   {queue}   index {index}")
             } else {
                 format!("{place}  {queue}  index {index}")
             });
             return Ok(());
         }
-        if self.told.replace(state.placed) == Some(state.placed) {
+        if self.reported.replace(state.placed) == Some(state.placed) {
             return Ok(());
         }
         let step = picking();

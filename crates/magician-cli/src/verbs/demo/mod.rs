@@ -3,7 +3,7 @@
 
 mod display;
 mod picture;
-mod place;
+mod picture_file;
 mod program;
 mod recorder;
 mod scene;
@@ -19,17 +19,17 @@ use magician_job::{Job, JobSpec, NoJournal};
 use serde::Serialize;
 
 use crate::columns::wrap;
-use crate::context::{Context, Sim, StopPolicy, Taken};
+use crate::context::{Context, Sim, StopPolicy, VirtualArmUse};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::SavedSettings;
 use display::Display;
-use place::PictureFile;
-use recorder::{ARM_PAUSE, PAUSE, Recorder};
+use picture_file::PictureFile;
+use recorder::{READ_INTERVAL, Recorder, VIRTUAL_READ_INTERVAL};
 use scene::CUBES;
 
 /// Default speed of the virtual arm's clock, as a factor of real time.
-const SPEED: f64 = 5.0;
+const DEFAULT_SPEED: f64 = 5.0;
 /// Pick and place six cubes, and write a picture of the motion
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -70,8 +70,8 @@ struct Summary {
 impl Demo {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
-            speed: self.speed.unwrap_or(SimSpeed::Times(SPEED)),
-            taken: Taken::Unasked,
+            speed: self.speed.unwrap_or(SimSpeed::Times(DEFAULT_SPEED)),
+            condition: VirtualArmUse::NoPortGiven,
         };
         let target = context.target(Some(sim))?;
         let is_virtual = matches!(target, Target::Sim(_));
@@ -86,7 +86,7 @@ impl Demo {
             // At full speed the motion would be over between two readings. In virtual time the arm
             // waits for the readings, which then show its path.
             let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
-            context.put_up_in_arm_time(arm);
+            context.use_virtual_in_arm_time(arm);
         }
         let place = PictureFile::open(&self.picture)?;
         let quiet = context.global.json;
@@ -115,8 +115,8 @@ impl Demo {
         display.end(&arm.get::<Pose>().await?)?;
         let commands = program::commands();
         let pause = match target {
-            Target::Sim(SimSpeed::Max) => ARM_PAUSE,
-            _ => PAUSE,
+            Target::Sim(SimSpeed::Max) => VIRTUAL_READ_INTERVAL,
+            _ => READ_INTERVAL,
         };
         let mut recorder = Recorder::new(&commands, pause);
         // The program sets the tool by a command, which a job does not undo; saved here, it is

@@ -3,7 +3,7 @@
 use magician_motion::JointAngles;
 use magician_picture::{ArmView, MovedObject, RunReading, RunView, Snapshot};
 
-use super::scene::{CUBE, CUBES, TABLE, TOOL};
+use super::scene::{CUBE_SIZE, CUBES, TABLE_Z, TOOL};
 
 const TITLE: &str = "Six cubes, picked from a row and placed on a grid";
 
@@ -16,15 +16,15 @@ pub(super) fn draw(readings: Vec<RunReading>, subtitle: String) -> String {
     arm.facts = vec![subtitle];
     let mut run = RunView::default();
     run.readings = readings;
-    run.table = Some(TABLE);
+    run.table = Some(TABLE_Z);
     run.place = "home".to_owned();
-    let cubes = (1..).zip(CUBES).map(|(number, errand)| {
-        let on_table = |(x, y)| [x, y, TABLE];
+    let cubes = (1..).zip(CUBES).map(|(number, cube)| {
+        let on_table = |(x, y)| [x, y, TABLE_Z];
         MovedObject {
             name: number.to_string(),
-            size: [CUBE; 3],
-            from: on_table(errand.from),
-            to: on_table(errand.to),
+            size: [CUBE_SIZE; 3],
+            from: on_table(cube.from),
+            to: on_table(cube.to),
         }
     });
     run.objects = cubes.collect();
@@ -35,21 +35,21 @@ pub(super) fn draw(readings: Vec<RunReading>, subtitle: String) -> String {
 mod tests {
     use magician_picture::svg::palette;
 
-    use super::super::scene::{LIFT, TOP};
+    use super::super::scene::{CUBE_TOP_Z, LIFT_HEIGHT};
     use super::*;
 
     /// Readings at the corners of the path only.
     fn corners() -> Vec<RunReading> {
         let mut readings = Vec::new();
-        for errand in CUBES {
-            for ((x, y), holds) in [(errand.from, false), (errand.to, true)] {
-                for z in [TOP + LIFT, TOP] {
+        for cube in CUBES {
+            for ((x, y), holds) in [(cube.from, false), (cube.to, true)] {
+                for z in [CUBE_TOP_Z + LIFT_HEIGHT, CUBE_TOP_Z] {
                     let at = [x, y, z];
                     readings.push(RunReading { at, holds });
                 }
             }
-            let (x, y) = errand.to;
-            let at = [x, y, TOP + LIFT];
+            let (x, y) = cube.to;
+            let at = [x, y, CUBE_TOP_Z + LIFT_HEIGHT];
             readings.push(RunReading { at, holds: false });
         }
         readings

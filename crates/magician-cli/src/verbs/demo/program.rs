@@ -6,26 +6,26 @@ use magician::commands::Pose;
 use magician::{Arm, Ran, Set, build};
 use magician_program::{Origin, Plan, Program};
 
-use super::scene::{self, CUBES, Errand, LIFT, TOOL, TOP};
+use super::scene::{self, CUBE_TOP_Z, CUBES, CubeMove, LIFT_HEIGHT, TOOL};
 use crate::failure::{Failure, Kind};
 
 /// Share of the set speeds, percent.
 const SPEED_RATIO: f32 = 75.0;
 /// Time for the cup to grip a cube or to release it. A choice.
-const GRIP: Duration = Duration::from_millis(300);
+const GRIP_TIME: Duration = Duration::from_millis(300);
 /// Largest deviation of the joints from their expected angles at the end, deg.
-const REACHED: f32 = 0.01;
+const JOINT_TOLERANCE: f32 = 0.01;
 
 /// Returns the whole program, from the settings it needs to the way home.
 pub(super) fn commands() -> Vec<Set> {
     let mut commands = vec![
         build::tool(TOOL),
-        build::jump_height(LIFT as f32, (TOP + LIFT) as f32),
+        build::jump_height(LIFT_HEIGHT as f32, (CUBE_TOP_Z + LIFT_HEIGHT) as f32),
         build::speed(SPEED_RATIO, SPEED_RATIO),
         build::suction(false),
     ];
-    for errand in CUBES {
-        commands.extend(carry(errand));
+    for cube in CUBES {
+        commands.extend(carry(cube));
     }
     let home = scene::home();
     commands.push(build::jump_to(
@@ -38,15 +38,15 @@ pub(super) fn commands() -> Vec<Set> {
 }
 
 /// Returns the commands that pick a cube and place it.
-fn carry(Errand { from, to }: Errand) -> [Set; 6] {
-    let above = |(x, y): (f64, f64)| build::jump_to(x as f32, y as f32, TOP as f32, 0.0);
+fn carry(CubeMove { from, to }: CubeMove) -> [Set; 6] {
+    let above = |(x, y): (f64, f64)| build::jump_to(x as f32, y as f32, CUBE_TOP_Z as f32, 0.0);
     [
         above(from),
         build::suction(true),
-        build::wait(GRIP),
+        build::wait(GRIP_TIME),
         above(to),
         build::suction(false),
-        build::wait(GRIP),
+        build::wait(GRIP_TIME),
     ]
 }
 
@@ -81,7 +81,7 @@ pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(),
         .iter()
         .zip(home)
         .map(|(found, wanted)| (found - wanted).abs());
-    if apart.fold(0.0, f32::max) > REACHED {
+    if apart.fold(0.0, f32::max) > JOINT_TOLERANCE {
         return failed(format!(
             "the arm ends at joints {:?}, not at home",
             pose.joint_angle

@@ -13,9 +13,9 @@ use crate::failure::Failure;
 
 /// Pause between readings. A choice: short enough for a smooth path, and it leaves the line to the
 /// commands.
-pub(super) const PAUSE: Duration = Duration::from_millis(3);
+pub(super) const READ_INTERVAL: Duration = Duration::from_millis(3);
 /// Pause between readings in virtual time, by the arm's clock.
-pub(super) const ARM_PAUSE: Duration = Duration::from_millis(20);
+pub(super) const VIRTUAL_READ_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Records the readings of a run.
 pub(super) struct Recorder {
@@ -54,7 +54,7 @@ impl Recorder {
             }
         };
         let done = tokio::select! {
-            done = job.outcome() => done.map_err(|error| told(&error))?,
+            done = job.outcome() => done.map_err(|error| job_failure(&error))?,
             failed = watch => {
                 let failed: Result<std::convert::Infallible, Failure> = failed;
                 match failed {
@@ -125,7 +125,7 @@ impl Recorder {
 }
 
 /// Converts the error of a job into a failure.
-fn told(error: &JobError) -> Failure {
+fn job_failure(error: &JobError) -> Failure {
     let refused_step = match &error.fault {
         Fault::Refused { report, .. } => report.refused_steps.first(),
         _ => None,
@@ -144,9 +144,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cube_counts_when_it_has_been_let_go() {
+    fn cube_counts_once_released() {
         let commands = commands();
-        let recorder = Recorder::new(&commands, PAUSE);
+        let recorder = Recorder::new(&commands, READ_INTERVAL);
         assert_eq!(recorder.placed(0), 0);
         assert_eq!(recorder.placed(8), 0);
         assert_eq!(recorder.placed(9), 1);

@@ -1,38 +1,38 @@
 //! Places of the cubes before and after the demo.
 //!
 //! Heights are those of the wrist axis, which the arm reports with a suction cup (bias z 0): at
-//! [`TABLE`] the cup touches the table. Lengths in mm.
+//! [`TABLE_Z`] the cup touches the table. Lengths in mm.
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 
 /// Edge of a cube, mm.
-pub(super) const CUBE: f64 = 25.0;
+pub(super) const CUBE_SIZE: f64 = 25.0;
 /// Height at which the cup touches the table, mm.
-pub(super) const TABLE: f64 = -60.0;
+pub(super) const TABLE_Z: f64 = -60.0;
 /// Height at which the cup touches the top of a cube, mm.
-pub(super) const TOP: f64 = TABLE + CUBE;
+pub(super) const CUBE_TOP_Z: f64 = TABLE_Z + CUBE_SIZE;
 /// Lift above the higher end of a move, mm.
-pub(super) const LIFT: f64 = 70.0;
+pub(super) const LIFT_HEIGHT: f64 = 70.0;
 /// Tool of the demo.
 pub(super) const TOOL: ToolBias = ToolBias::SUCTION;
 /// Start and destination of each cube.
-pub(super) const CUBES: [Errand; 6] = [
-    Errand::new((150.0, 105.0), (270.0, -70.0)),
-    Errand::new((180.0, 105.0), (270.0, -110.0)),
-    Errand::new((210.0, 105.0), (230.0, -70.0)),
-    Errand::new((240.0, 105.0), (230.0, -110.0)),
-    Errand::new((270.0, 105.0), (190.0, -70.0)),
-    Errand::new((300.0, 105.0), (190.0, -110.0)),
+pub(super) const CUBES: [CubeMove; 6] = [
+    CubeMove::new((150.0, 105.0), (270.0, -70.0)),
+    CubeMove::new((180.0, 105.0), (270.0, -110.0)),
+    CubeMove::new((210.0, 105.0), (230.0, -70.0)),
+    CubeMove::new((240.0, 105.0), (230.0, -110.0)),
+    CubeMove::new((270.0, 105.0), (190.0, -70.0)),
+    CubeMove::new((300.0, 105.0), (190.0, -110.0)),
 ];
 
 /// Start and destination of a cube: x and y of its centre, mm.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Errand {
+pub(super) struct CubeMove {
     pub(super) from: (f64, f64),
     pub(super) to: (f64, f64),
 }
 
-impl Errand {
+impl CubeMove {
     const fn new(from: (f64, f64), to: (f64, f64)) -> Self {
         Self { from, to }
     }
@@ -56,9 +56,9 @@ mod tests {
 
     #[test]
     fn every_place_and_the_point_above_it_is_within_the_guaranteed_reach() {
-        for errand in CUBES {
-            for (x, y) in [errand.from, errand.to] {
-                for z in [TOP, TOP + LIFT] {
+        for cube in CUBES {
+            for (x, y) in [cube.from, cube.to] {
+                for z in [CUBE_TOP_Z, CUBE_TOP_Z + LIFT_HEIGHT] {
                     let pose = Pose::new(x, y, z, 0.0);
                     let joints = ARM.inverse_within(&pose, &ArmModel::MAGICIAN.guaranteed);
                     assert!(joints.is_ok(), "{pose:?}: {joints:?}");
@@ -69,14 +69,11 @@ mod tests {
 
     #[test]
     fn no_two_cubes_share_a_place() {
-        let places: Vec<_> = CUBES
-            .iter()
-            .flat_map(|errand| [errand.from, errand.to])
-            .collect();
+        let places: Vec<_> = CUBES.iter().flat_map(|cube| [cube.from, cube.to]).collect();
         for (at, one) in places.iter().enumerate() {
             for other in &places[at + 1..] {
                 let apart = (one.0 - other.0).abs().max((one.1 - other.1).abs());
-                assert!(apart > CUBE, "{one:?} {other:?}");
+                assert!(apart > CUBE_SIZE, "{one:?} {other:?}");
             }
         }
     }

@@ -13,11 +13,11 @@ use tokio::time::timeout;
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, Kind};
-use crate::progress::attended;
-use report::{Shown, write_json};
+use crate::progress::announce_wait;
+use report::{FindingPrinter, write_json};
 
 /// Longest time for the test of the queue to end after an interruption. A choice.
-const LEAVING: Duration = Duration::from_secs(3);
+const TRIAL_END_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Find the arm, check it, and explain how to fix problems
 #[derive(Args, Debug)]
@@ -54,7 +54,9 @@ impl Doctor {
         }
         match outcome {
             // People have read the reason among the findings already.
-            Err(failure) if found.ended && !context.global.json => Err(Failure::told(failure.kind)),
+            Err(failure) if found.ended && !context.global.json => {
+                Err(Failure::already_reported(failure.kind))
+            }
             Err(failure) => Err(failure),
             Ok(()) => verdict(found.wrong()),
         }
@@ -64,21 +66,21 @@ impl Doctor {
         let quiet = context.global.json;
         let given = context.port()?;
         let out = &mut context.out;
-        let target = found.find(given.as_deref(), &mut Shown { out, quiet })?;
+        let target = found.find(given.as_deref(), &mut FindingPrinter { out, quiet })?;
         let patience = context.global.timeout;
         let options = context.line_options()?;
-        let mut line = context.attending(async |out| {
-            let to = &mut Shown { out, quiet };
+        let mut line = context.run_with_own_line(async |out| {
+            let to = &mut FindingPrinter { out, quiet };
             let mut line = found.open(&target, options, to).await?;
             found.hear(&mut line, &target, patience, to).await?;
             found.window(&mut line, &target, to).await?;
             Ok(line)
         })?;
         if context.global.yes {
-            attended_trial(&mut line, &target, context, found)?;
+            interruptible_trial(&mut line, &target, context, found)?;
         } else {
             let out = &mut context.out;
-            found.leave_queue(&mut Shown { out, quiet })?;
+            found.leave_queue(&mut FindingPrinter { out, quiet })?;
         }
         drop(line);
         // Findings name the target in one way, however the port was given.
@@ -88,7 +90,7 @@ impl Doctor {
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
         );
         context.arm(StopPolicy::Look, async |arm, out| {
-            let to = &mut Shown { out, quiet };
+            let to = &mut FindingPrinter { out, quiet };
             found.examine(arm, self.count, serial, to).await
         })
     }
@@ -97,17 +99,19 @@ impl Doctor {
 /// Examines a station like an arm above.
 fn examine_station(url: &str, context: &mut Context, found: &mut Diagnosis) -> Result<(), Failure> {
     let quiet = context.global.json;
-    let asked = station::Asked {
+    let access = station::StationAccess {
         url,
         token: context.global.token(),
         trust: context.global.trust(),
     };
-    context.attending(async |out| station::examine(found, &asked, &mut Shown { out, quiet }).await)
+    context.run_with_own_line(async |out| {
+        station::examine(found, &access, &mut FindingPrinter { out, quiet }).await
+    })
 }
 
 /// Runs the test of the queue. After Ctrl-C the test is completed first, because its commands would
 /// remain in the queue.
-fn attended_trial(
+fn interruptible_trial(
     line: &mut RawLine,
     target: &Target,
     context: &mut Context,
@@ -115,18 +119,18 @@ fn attended_trial(
 ) -> Result<(), Failure> {
     let quiet = context.global.json;
     let mut trial = pin!(try_queue(line));
-    let trying = context.attending(async |_| {
-        let trial = attended(quiet, "testing the queue", &mut trial);
+    let trying = context.run_with_own_line(async |_| {
+        let trial = announce_wait(quiet, "testing the queue", &mut trial);
         Ok(trial.await)
     });
     match trying {
         Ok(trial) => {
             let out = &mut context.out;
-            found.queue(trial, target, &mut Shown { out, quiet })
+            found.queue(trial, target, &mut FindingPrinter { out, quiet })
         }
         Err(failure) => {
-            let rest = async { timeout(LEAVING, trial).await.is_ok() };
-            if context.alone(async |_, _| Ok(rest.await))? {
+            let rest = async { timeout(TRIAL_END_TIMEOUT, trial).await.is_ok() };
+            if context.run_without_arm(async |_, _| Ok(rest.await))? {
                 Err(failure)
             } else {
                 Err(failure

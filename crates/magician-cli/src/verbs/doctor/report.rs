@@ -12,22 +12,22 @@ use crate::columns::wrap;
 use crate::failure::{Failure, Kind};
 
 use crate::output::Output;
-use crate::progress::{Bar, attended};
+use crate::progress::{Bar, announce_wait};
 use crate::voice::Command;
 
 /// Columns of the checks' names.
-const NAME: usize = 16;
+const CHECK_WIDTH: usize = 16;
 /// Columns before a finding's text.
-const INDENT: usize = NAME + 2;
+const INDENT: usize = CHECK_WIDTH + 2;
 
 /// Prints findings for people.
-pub(super) struct Shown<'o> {
+pub(super) struct FindingPrinter<'o> {
     pub(super) out: &'o mut Output,
     /// True with JSON: nothing is printed before the end.
     pub(super) quiet: bool,
 }
 
-impl DiagnosisObserver for Shown<'_> {
+impl DiagnosisObserver for FindingPrinter<'_> {
     type Failure = Failure;
 
     fn found(&mut self, finding: &Finding) -> Result<(), Failure> {
@@ -43,7 +43,7 @@ impl DiagnosisObserver for Shown<'_> {
         what: &'static str,
         work: impl Future<Output = T>,
     ) -> impl Future<Output = T> {
-        attended(self.quiet, what, work)
+        announce_wait(self.quiet, what, work)
     }
 
     fn count(&mut self, what: &'static str, total: u64) -> impl FnMut(u64) {

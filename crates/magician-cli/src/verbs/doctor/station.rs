@@ -8,18 +8,18 @@ use magician_station::client::{ClientError, StationAddress, StationClient, Trust
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::report::Shown;
+use super::report::FindingPrinter;
 use crate::failure::Failure;
 
 /// Number of timed requests.
-const TIMED: usize = 20;
+const TIMED_REQUESTS: usize = 20;
 /// Longest wait for an answer. A station that takes longer counts as not answering.
-const PATIENCE: Duration = Duration::from_secs(5);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 /// Difference between the clocks of station and client from which it is reported, s.
-const APART: f64 = 2.0;
+const MAX_CLOCK_DIFFERENCE: f64 = 2.0;
 
 /// Address of the station, and the credentials for it.
-pub(super) struct Asked<'a> {
+pub(super) struct StationAccess<'a> {
     pub(super) url: &'a str,
     pub(super) token: Option<String>,
     pub(super) trust: Trust,
@@ -30,20 +30,20 @@ type Outcome<T = ()> = Result<T, Failure>;
 /// Runs all checks of a station.
 pub(super) async fn examine(
     found: &mut Diagnosis,
-    asked: &Asked<'_>,
-    to: &mut Shown<'_>,
+    access: &StationAccess<'_>,
+    to: &mut FindingPrinter<'_>,
 ) -> Outcome {
-    let address: StationAddress = asked.url.parse().map_err(Failure::invalid)?;
-    found.port = Some(asked.url.to_owned());
+    let address: StationAddress = access.url.parse().map_err(Failure::invalid)?;
+    found.port = Some(access.url.to_owned());
     let connecting = StationClient::connect_trusting(
-        asked.url,
+        access.url,
         "magician doctor",
-        asked.token.as_deref(),
-        &asked.trust,
+        access.token.as_deref(),
+        &access.trust,
     );
     let station = match to.attend("connecting to the station", connecting).await {
         Ok(station) => station,
-        Err(error) => return not_let_in(found, &address, error, to),
+        Err(error) => return report_refusal(found, &address, error, to),
     };
     found.add(
         Finding::good("station", format!("{} answers", address.host)),
@@ -52,30 +52,30 @@ pub(super) async fn examine(
     encryption(found, &address, to)?;
     let hello = station.hello().clone();
     versions(found, &hello, to)?;
-    role(found, &hello, asked.token.is_some(), to)?;
-    answers(found, &station, to).await?;
+    role(found, &hello, access.token.is_some(), to)?;
+    measure_latency(found, &station, to).await?;
     let list = call(&station, "arm.list", json!({})).await?;
     let arms = list["arms"].as_array().cloned().unwrap_or_default();
-    let meant =
+    let chosen =
         |arm: &&Value| address.arm.is_none() || arm["name"].as_str() == address.arm.as_deref();
-    let meant: Vec<_> = arms.iter().filter(meant).collect();
-    if meant.is_empty() {
+    let chosen: Vec<_> = arms.iter().filter(chosen).collect();
+    if chosen.is_empty() {
         let names: Vec<_> = arms.iter().filter_map(|arm| arm["name"].as_str()).collect();
         let text = format!("no such arm: the station has {}", names.join(", "));
         found.add(Finding::bad("arm", text), to)?;
     }
-    for arm in meant {
+    for arm in chosen {
         arm_of(found, &station, arm, to).await?;
     }
     Ok(())
 }
 
 /// Reports why no session could be opened.
-fn not_let_in(
+fn report_refusal(
     found: &mut Diagnosis,
     address: &StationAddress,
     error: ClientError,
-    to: &mut Shown<'_>,
+    to: &mut FindingPrinter<'_>,
 ) -> Outcome {
     let text = error.to_string();
     let finding = match &error {
@@ -95,7 +95,11 @@ fn not_let_in(
     Err(error.into())
 }
 
-fn encryption(found: &mut Diagnosis, address: &StationAddress, to: &mut Shown<'_>) -> Outcome {
+fn encryption(
+    found: &mut Diagnosis,
+    address: &StationAddress,
+    to: &mut FindingPrinter<'_>,
+) -> Outcome {
     let near = ["localhost:", "127.0.0.1:", "[::1]:"];
     let near = near.iter().any(|host| address.host.starts_with(host));
     let finding = match (address.encrypted, near) {
@@ -116,7 +120,7 @@ fn encryption(found: &mut Diagnosis, address: &StationAddress, to: &mut Shown<'_
     found.add(finding, to)
 }
 
-fn versions(found: &mut Diagnosis, hello: &Value, to: &mut Shown<'_>) -> Outcome {
+fn versions(found: &mut Diagnosis, hello: &Value, to: &mut FindingPrinter<'_>) -> Outcome {
     let (version, own) = (
         hello["version"].as_str().unwrap_or_default(),
         env!("CARGO_PKG_VERSION"),
@@ -134,7 +138,12 @@ fn versions(found: &mut Diagnosis, hello: &Value, to: &mut Shown<'_>) -> Outcome
     found.add(finding.value(version), to)
 }
 
-fn role(found: &mut Diagnosis, hello: &Value, by_token: bool, to: &mut Shown<'_>) -> Outcome {
+fn role(
+    found: &mut Diagnosis,
+    hello: &Value,
+    by_token: bool,
+    to: &mut FindingPrinter<'_>,
+) -> Outcome {
     let role = hello["role"].as_str().unwrap_or_default();
     let right = if by_token {
         "by the token"
@@ -156,16 +165,20 @@ fn role(found: &mut Diagnosis, hello: &Value, by_token: bool, to: &mut Shown<'_>
 }
 
 /// Measures the latency of requests.
-async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<'_>) -> Outcome {
+async fn measure_latency(
+    found: &mut Diagnosis,
+    station: &StationClient,
+    to: &mut FindingPrinter<'_>,
+) -> Outcome {
     let mut times = Vec::new();
-    for _ in 0..TIMED {
+    for _ in 0..TIMED_REQUESTS {
         let began = Instant::now();
         call(station, "server.info", json!({})).await?;
         times.push(began.elapsed());
     }
     times.sort();
     // The median ignores single delays, such as that of the first request.
-    let median = times.get(TIMED / 2).copied().unwrap_or_default();
+    let median = times.get(TIMED_REQUESTS / 2).copied().unwrap_or_default();
     let median = (median.as_secs_f64() * 1e5).round() / 100.0;
     let text = format!("median {median} ms from request to response");
     found.add(Finding::good("answers", text).value(median).unit("ms"), to)
@@ -175,7 +188,7 @@ async fn arm_of(
     found: &mut Diagnosis,
     station: &StationClient,
     arm: &Value,
-    to: &mut Shown<'_>,
+    to: &mut FindingPrinter<'_>,
 ) -> Outcome {
     let name = arm["name"].as_str().unwrap_or_default();
     let port = arm["port"].as_str().unwrap_or_default();
@@ -243,13 +256,13 @@ async fn arm_of(
 }
 
 /// Compares the clocks, once: the station's clock stamps all states and events.
-fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
+fn clock(found: &mut Diagnosis, there: f64, to: &mut FindingPrinter<'_>) -> Outcome {
     if found.findings.iter().any(|known| known.check == "clock") {
         return Ok(());
     }
     let here = SystemTime::now().duration_since(UNIX_EPOCH);
     let ahead = there - here.map_or(0.0, |here| here.as_secs_f64());
-    let finding = if ahead.abs() <= APART {
+    let finding = if ahead.abs() <= MAX_CLOCK_DIFFERENCE {
         Finding::good("clock", "same time as this computer")
     } else {
         let side = if ahead > 0.0 { "ahead of" } else { "behind" };
@@ -261,6 +274,6 @@ fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
 }
 
 async fn call(station: &StationClient, method: &str, params: Value) -> Outcome<Value> {
-    let answer = timeout(PATIENCE, station.call(method, params)).await;
+    let answer = timeout(ANSWER_TIMEOUT, station.call(method, params)).await;
     Ok(answer.unwrap_or(Err(ClientError::Lost))?)
 }

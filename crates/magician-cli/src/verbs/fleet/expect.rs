@@ -9,7 +9,7 @@ use magician_site::{Caller, Roster, Site};
 use serde_json::json;
 use tokio::time::timeout;
 
-use super::hub::ask;
+use super::hub::request;
 use super::stop::no_token;
 use super::{Expect, Known, gather};
 use crate::columns::Columns;
@@ -18,7 +18,7 @@ use crate::failure::{Failure, Kind};
 
 /// Longest wait for an expected arm that has not appeared yet, after the site was gathered. A
 /// choice.
-const LATE: Duration = Duration::from_millis(600);
+const LATE_ARM_TIMEOUT: Duration = Duration::from_millis(600);
 
 impl Expect {
     pub(super) fn run(
@@ -30,7 +30,7 @@ impl Expect {
         if caller.token.is_none() && !self.show {
             return Err(no_token());
         }
-        let (expected, missing) = context.attending(async |_| {
+        let (expected, missing) = context.run_with_own_line(async |_| {
             let site = Arc::new(join().await?);
             let known = gather(&site).await?;
             if !self.show {
@@ -75,10 +75,10 @@ impl Expect {
 }
 
 /// Returns a roster of all arms that are present.
-pub(super) fn of(known: &Known) -> Roster {
+pub(super) fn present_roster(known: &Known) -> Roster {
     let mut roster = Roster::default();
-    for (at, news) in known {
-        let machine = news.as_ref().map_or("", |news| &news.machine);
+    for (at, report) in known {
+        let machine = report.as_ref().map_or("", |report| &report.machine);
         roster.expect(at.arm.clone(), machine);
     }
     roster
@@ -112,7 +112,7 @@ pub(super) async fn wait_for(site: &ZenohSite, expected: &Roster) {
         }
     };
     // A timeout is not an error here: the caller names the arms that are still missing.
-    let _ = timeout(LATE, all_there).await;
+    let _ = timeout(LATE_ARM_TIMEOUT, all_there).await;
 }
 
 /// Failure because expected arms are absent.

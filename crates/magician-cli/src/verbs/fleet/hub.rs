@@ -18,17 +18,17 @@ use crate::failure::Failure;
 use crate::serving::unix_time;
 
 /// Returns a function that joins the site and makes one request to its stations.
-pub(super) fn asks(
+pub(super) fn requester(
     caller: Caller,
     join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
 ) -> impl FnOnce(&mut Context, &str, Value) -> Result<Value, Failure> {
     move |context, method, params| {
         let token = caller.token.ok_or_else(no_token)?;
-        context.alone(async |_, signals| {
+        context.run_without_arm(async |_, signals| {
             let asked = async {
                 let site = Arc::new(join().await?);
                 gather(&site).await?;
-                ask(site, token, method, params).await
+                request(site, token, method, params).await
             };
             tokio::select! {
                 answer = asked => answer,
@@ -40,7 +40,7 @@ pub(super) fn asks(
 
 /// Makes a request through a hub that knows the roster. Equal answers are shown once, with the arms
 /// that differ.
-pub(super) async fn ask(
+pub(super) async fn request(
     site: Arc<ZenohSite>,
     token: String,
     method: &str,

@@ -14,26 +14,26 @@ use crate::context::Context;
 use crate::failure::Failure;
 
 /// Longest wait for a station to present its certificate. A choice.
-const PROOF: Duration = Duration::from_secs(1);
+const PROOF_TIMEOUT: Duration = Duration::from_secs(1);
 
 pub(super) fn run(
     context: &mut Context,
     join: impl AsyncFnOnce() -> Result<ZenohSite, Failure>,
 ) -> Result<(), Failure> {
-    let (site, known, proved, missing) = context.attending(async |_| {
+    let (site, known, proved_stations, missing) = context.run_with_own_line(async |_| {
         let site = join().await?;
         gather(&site).await?;
         let expected = site.roster().await;
         wait_for(&site, &expected).await;
-        let proved = site.proved(PROOF).await;
+        let proved_stations = site.proved_stations(PROOF_TIMEOUT).await;
         let (known, missing) = (site.arms(), missing(&site, &expected));
-        Ok((site, known, proved, missing))
+        Ok((site, known, proved_stations, missing))
     })?;
     let twins = twins(&known);
     let arms: Vec<_> = { known.iter() }
-        .map(|(at, news)| {
-            let mut arm = as_json(at, news.as_ref(), twins.contains(&at.arm));
-            arm["proved"] = json!(proved.contains(&at.station));
+        .map(|(at, report)| {
+            let mut arm = as_json(at, report.as_ref(), twins.contains(&at.arm));
+            arm["proved"] = json!(proved_stations.contains(&at.station));
             arm
         })
         .collect();
@@ -42,9 +42,9 @@ pub(super) fn run(
         "site": site.name(), "proved": site.is_proved(), "arms": arms, "missing": absent,
     });
     // On a machine without a certificate no station can be verified, which is reported once.
-    let proved = site.is_proved().then_some(&proved);
+    let proved_stations = site.is_proved().then_some(&proved_stations);
     context.show(&shown, |out| {
-        rows(&known, proved).write(out)?;
+        rows(&known, proved_stations).write(out)?;
         for (arm, place) in &missing {
             out.line(format_args!("{arm}: {}", why_missing(place)))?;
         }
@@ -53,23 +53,23 @@ pub(super) fn run(
 }
 
 /// Returns the table. Stations missing from `proved` are marked; with `None` no station is.
-pub(super) fn rows(known: &Known, proved: Option<&BTreeSet<StationId>>) -> Columns {
+pub(super) fn rows(known: &Known, proved_stations: Option<&BTreeSet<StationId>>) -> Columns {
     let twins = twins(known);
     let mut columns = Columns::default();
     columns.row([
         "arm", "station", "machine", "port", "state", "holder", "job",
     ]);
-    for (at, news) in known {
-        let news = news.as_ref();
-        let (job, holder) = job_of(news);
-        let mut state = condition(news);
+    for (at, report) in known {
+        let report = report.as_ref();
+        let (job, holder) = job_of(report);
+        let mut state = condition(report);
         if twins.contains(&at.arm) {
             state.push_str(", twice on the site");
         }
-        if proved.is_some_and(|proved| !proved.contains(&at.station)) {
+        if proved_stations.is_some_and(|proved_stations| !proved_stations.contains(&at.station)) {
             state.push_str(", unproved");
         }
-        let (machine, port) = news.map_or(("", ""), |news| (&news.machine, &news.port));
+        let (machine, port) = report.map_or(("", ""), |report| (&report.machine, &report.port));
         columns.row([
             at.arm.as_str(),
             &at.station.to_string(),

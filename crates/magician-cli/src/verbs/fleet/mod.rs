@@ -48,26 +48,26 @@ creates one.
   magician fleet --site lab class freeze")]
 pub(crate) struct Fleet {
     /// Name of the site
-    #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = name_or_nothing)]
+    #[arg(long, env = "MAGICIAN_SITE", hide_env_values = true, global = true, value_name = "NAME", value_parser = optional_site_name)]
     site: Option<String>,
     /// Zenoh configuration for the site, a JSON5 file
     #[arg(long, global = true, value_name = "FILE", value_hint = ValueHint::FilePath)]
     site_config: Option<PathBuf>,
     #[command(subcommand)]
-    deed: Deed,
+    action: Action,
 }
 
 impl Fleet {
     /// True for the hub of the studio.
     pub(crate) fn serves(&self) -> bool {
-        matches!(self.deed, Deed::Studio(_))
+        matches!(self.action, Action::Studio(_))
     }
 }
 
 #[cfg(feature = "site")]
-impl Deed {
+impl Action {
     /// True if the verb only shows what stations report, and sends them nothing.
-    fn only_looks(&self) -> bool {
+    fn is_read_only(&self) -> bool {
         match self {
             Self::List | Self::Watch => true,
             Self::Expect(expect) => expect.show,
@@ -77,7 +77,7 @@ impl Deed {
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// List the arms: name, station, machine, port, state, holder, job
     List,
     /// Watch the arms until Ctrl-C: a table on a terminal, otherwise one line per change
@@ -172,7 +172,7 @@ struct Run {
 }
 
 /// Parses the name of a site. An empty variable counts as not set, as for the port.
-fn name_or_nothing(text: &str) -> Result<String, &'static str> {
+fn optional_site_name(text: &str) -> Result<String, &'static str> {
     match text {
         "" => Ok(String::new()),
         text => name_of_site(text),
@@ -197,28 +197,28 @@ mod with {
     use magician::ErrorKind;
     use magician_site::carrier::ZenohSite;
     use magician_site::keys::SiteName;
-    use magician_site::{ArmAt, ArmNews, Caller, Site};
+    use magician_site::{ArmAt, ArmReport, Caller, Site};
     use serde_json::{Value, json};
     use tokio::time::{Instant, sleep_until, timeout_at};
 
-    use super::{Deed, Fleet};
+    use super::{Action, Fleet};
     use crate::context::Context;
     use crate::failure::{Failure, Kind};
-    use crate::paint::tell;
-    use crate::verbs::serve::tell_flaw;
+    use crate::paint::print_stderr;
+    use crate::verbs::serve::print_linger_warning;
     use crate::verbs::site::identity;
 
     /// Time after joining in which present arms appear. A choice: long for a local network, short
     /// for a user who waits.
-    const GATHERING: Duration = Duration::from_millis(700);
+    const DISCOVERY_TIME: Duration = Duration::from_millis(700);
     /// Longest wait, from joining on, for the state of every arm. A choice.
-    const NEWS: Duration = Duration::from_millis(1300);
+    const STATE_TIMEOUT: Duration = Duration::from_millis(1300);
 
     /// Alarm that an arm raises at power-on, until it is cleared.
     const RESET_OCCURRED: u64 = 0;
 
     /// Present arms with their latest state; `None` if none has been received.
-    pub(in super::super) type Known = BTreeMap<ArmAt, Option<ArmNews>>;
+    pub(in super::super) type Known = BTreeMap<ArmAt, Option<ArmReport>>;
 
     impl Fleet {
         pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
@@ -227,7 +227,7 @@ mod with {
             };
             let config = self.site_config.as_deref();
             let name = self.site.filter(|name| !name.is_empty());
-            let only_looks = self.deed.only_looks();
+            let is_read_only = self.action.is_read_only();
             let join = async || {
                 let Some(name) = name else {
                     return Err(Failure::usage("no site given").hint(
@@ -236,26 +236,28 @@ mod with {
                 };
                 let name: SiteName = name.parse().map_err(Failure::usage)?;
                 let identity = identity(&name)?;
-                if identity.is_none() && !only_looks {
+                if identity.is_none() && !is_read_only {
                     return Err(no_certificate(&name));
                 }
-                tell_flaw();
+                print_linger_warning();
                 if identity.is_none() {
-                    tell(format_args!(
+                    print_stderr(format_args!(
                         "this information is not authenticated: this machine has no certificate of the site {name}"
                     ));
                 }
                 Ok::<_, Failure>(ZenohSite::join(name, config, identity).await?)
             };
-            match self.deed {
-                Deed::List => super::list::run(context, join),
-                Deed::Watch => super::watch::run(context, join),
-                Deed::Stop(stop) => stop.run(context, caller, join),
-                Deed::Expect(expect) => expect.run(context, caller, join),
-                Deed::Run(run) => run.run(context, caller, join),
-                Deed::Studio(studio) => studio.run(context, caller, join),
-                Deed::Class(class) => class.run(context, super::hub::asks(caller, join)),
-                Deed::Results(results) => results.run(context, super::hub::asks(caller, join)),
+            match self.action {
+                Action::List => super::list::run(context, join),
+                Action::Watch => super::watch::run(context, join),
+                Action::Stop(stop) => stop.run(context, caller, join),
+                Action::Expect(expect) => expect.run(context, caller, join),
+                Action::Run(run) => run.run(context, caller, join),
+                Action::Studio(studio) => studio.run(context, caller, join),
+                Action::Class(class) => class.run(context, super::hub::requester(caller, join)),
+                Action::Results(results) => {
+                    results.run(context, super::hub::requester(caller, join))
+                }
             }
         }
     }
@@ -276,22 +278,22 @@ mod with {
     pub(in super::super) async fn gather(site: &ZenohSite) -> Result<Known, Failure> {
         let begun = Instant::now();
         let mut events = site.watch();
-        sleep_until(begun + GATHERING).await;
+        sleep_until(begun + DISCOVERY_TIME).await;
         let all_told = async {
             while site.arms().is_empty() || site.arms().values().any(Option::is_none) {
                 events.next().await;
             }
         };
         // A timeout is not an error: an arm without news is listed without a state.
-        let _ = timeout_at(begun + NEWS, all_told).await;
+        let _ = timeout_at(begun + STATE_TIMEOUT, all_told).await;
         let arms = site.arms();
         if arms.is_empty() {
-            return Err(nobody(site));
+            return Err(no_arm_failure(site));
         }
         Ok(arms)
     }
 
-    fn nobody(site: &ZenohSite) -> Failure {
+    fn no_arm_failure(site: &ZenohSite) -> Failure {
         let message = format!("there are no arms on the site {}", site.name());
         Failure::new(Kind::Driver(ErrorKind::Timeout), message)
             .hint("stations join it with `magician serve --site NAME`, on the same network")
@@ -305,9 +307,9 @@ mod with {
     }
 
     /// Describes the state of an arm in a word or two.
-    pub(in super::super) fn condition(news: Option<&ArmNews>) -> String {
-        let state = match news {
-            Some(news) if !news.state.is_null() => &news.state,
+    pub(in super::super) fn condition(report: Option<&ArmReport>) -> String {
+        let state = match report {
+            Some(report) if !report.state.is_null() => &report.state,
             Some(_) => return "no line".to_owned(),
             None => return "silent".to_owned(),
         };
@@ -331,26 +333,30 @@ mod with {
     }
 
     /// Returns an arm's job and its lease holder, empty for an arm without.
-    pub(in super::super) fn job_of(news: Option<&ArmNews>) -> (String, String) {
+    pub(in super::super) fn job_of(report: Option<&ArmReport>) -> (String, String) {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
-        news.map_or_else(Default::default, |news| {
+        report.map_or_else(Default::default, |report| {
             (
-                text(&news.state["job"]),
-                text(&news.state["holder"]["name"]),
+                text(&report.state["job"]),
+                text(&report.state["holder"]["name"]),
             )
         })
     }
 
     /// Returns an arm as JSON.
-    pub(in super::super) fn as_json(at: &ArmAt, news: Option<&ArmNews>, is_twin: bool) -> Value {
+    pub(in super::super) fn as_json(
+        at: &ArmAt,
+        report: Option<&ArmReport>,
+        is_twin: bool,
+    ) -> Value {
         json!({
             "name": at.arm,
             "station": at.station.to_string(),
-            "machine": news.map(|news| &news.machine),
-            "port": news.map(|news| &news.port),
-            "virtual": news.map(|news| news.is_virtual),
+            "machine": report.map(|report| &report.machine),
+            "port": report.map(|report| &report.port),
+            "virtual": report.map(|report| report.is_virtual),
             "twin": is_twin,
-            "state": news.map_or(&Value::Null, |news| &news.state),
+            "state": report.map_or(&Value::Null, |report| &report.state),
         })
     }
 }

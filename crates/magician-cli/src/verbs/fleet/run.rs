@@ -27,13 +27,13 @@ use crate::output::Output;
 use crate::source::Source;
 
 /// Largest file, bytes. A request may have 1 MiB, and base64 adds a third.
-const LARGEST: usize = 700 * 1024;
+const MAX_FILE_SIZE: usize = 700 * 1024;
 /// Interval of polling the jobs' states. A choice.
-const LOOKS: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 /// Longest wait for jobs to stop, and for the answer to a poll. A choice.
-const STOPPING: Duration = Duration::from_secs(5);
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest wait at the end for stations that have disappeared. A choice.
-const GONE: Duration = Duration::from_secs(30);
+const GONE_STATION_TIMEOUT: Duration = Duration::from_secs(30);
 
 impl Run {
     pub(super) fn run(
@@ -47,22 +47,22 @@ impl Run {
         }
         let params = self.params(context.global.yes)?;
         let json = context.global.json;
-        context.alone(async |out, signals| {
+        context.run_without_arm(async |out, signals| {
             let site = Arc::new(join().await?);
             let known = gather(&site).await?;
             let arms = self.choose(&known)?;
-            let fleet = Fleet {
+            let request = JobRequest {
                 site,
                 caller,
                 params,
             };
             tokio::select! {
-                checked = fleet.check(&arms) => checked?,
+                checked = request.check(&arms) => checked?,
                 _ = signals.next() => return Err(Failure::interrupted()),
             }
-            let mut run = Jobs::new(fleet, arms, json);
+            let mut run = FleetJobs::new(request, arms, json);
             let interrupted = tokio::select! {
-                ran = run.go(self.stagger, self.detach, out) => { ran?; false }
+                ran = run.run_all(self.stagger, self.detach, out) => { ran?; false }
                 _ = signals.next() => true,
             };
             if interrupted {
@@ -77,8 +77,12 @@ impl Run {
         let source = Source::open(&self.file)?;
         let format = source.format(self.format)?;
         let bytes = source.bytes();
-        if bytes.len() > LARGEST {
-            let message = format!("{} is larger than {} KiB", source.name, LARGEST / 1024);
+        if bytes.len() > MAX_FILE_SIZE {
+            let message = format!(
+                "{} is larger than {} KiB",
+                source.name,
+                MAX_FILE_SIZE / 1024
+            );
             return Err(Failure::invalid(message)
                 .hint("save it in the library of each station, and start it there"));
         }
@@ -111,7 +115,7 @@ impl Run {
             let state = known
                 .get(at)
                 .and_then(Option::as_ref)
-                .map(|news| &news.state);
+                .map(|report| &report.state);
             let Some(state) = state.filter(|state| state["link"] == "up") else {
                 return Err(format!("{} is not connected to its arm", at.arm));
             };
@@ -163,24 +167,29 @@ impl Run {
 }
 
 /// Site and request.
-struct Fleet {
+struct JobRequest {
     site: Arc<ZenohSite>,
     caller: Caller,
     params: Map<String, Value>,
 }
 
 /// Reason why something was not done; the kind says whether that is certain.
-struct Why {
+struct RequestFailure {
     text: String,
     kind: Kind,
 }
 
-impl Fleet {
+impl JobRequest {
     /// Sends a request to a station once, without retries.
-    async fn ask(&self, at: &ArmAt, method: &str, params: &Value) -> Result<Value, Why> {
+    async fn send(
+        &self,
+        at: &ArmAt,
+        method: &str,
+        params: &Value,
+    ) -> Result<Value, RequestFailure> {
         let request = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
         let answer = self.site.call(at, &self.caller, request.to_string()).await;
-        let answer = answer.map_err(|error| Why {
+        let answer = answer.map_err(|error| RequestFailure {
             text: error.to_string(),
             kind: Kind::Driver(match error {
                 // A request without an answer may have been carried out.
@@ -193,7 +202,7 @@ impl Fleet {
             .and_then(|text| serde_json::from_str(&text).ok())
             .unwrap_or_default();
         if let Some(error) = answer.get("error") {
-            return Err(Why {
+            return Err(RequestFailure {
                 text: error["message"].as_str().unwrap_or_default().to_owned(),
                 kind: match error["code"].as_i64() {
                     // Refused by the station's check of the program.
@@ -220,7 +229,7 @@ impl Fleet {
             let mut params = self.with_arm(at);
             params.remove("yes");
             params.remove("unhomed");
-            match self.ask(at, "job.check", &Value::Object(params)).await {
+            match self.send(at, "job.check", &Value::Object(params)).await {
                 Ok(report) => {
                     if let Some(why) = refusal(&report) {
                         wrong.push(format!("{}: {why}", at.arm));
@@ -240,12 +249,12 @@ impl Fleet {
     }
 
     /// Starts the job on one arm and returns the job's id.
-    async fn start(&self, at: &ArmAt) -> Result<String, Why> {
+    async fn start(&self, at: &ArmAt) -> Result<String, RequestFailure> {
         let mut params = self.with_arm(at);
         params.insert("on_lost".to_owned(), json!("continue"));
-        let started = self.ask(at, "job.start", &Value::Object(params)).await?;
+        let started = self.send(at, "job.start", &Value::Object(params)).await?;
         let job = started["job"].as_str();
-        job.map(str::to_owned).ok_or_else(|| Why {
+        job.map(str::to_owned).ok_or_else(|| RequestFailure {
             text: "the station did not report the job".to_owned(),
             kind: Kind::Driver(ErrorKind::Uncertain),
         })
@@ -263,15 +272,15 @@ fn refusal(report: &Value) -> Option<String> {
 
 /// State of the job on one arm.
 #[derive(Default)]
-struct Part {
+struct ArmJob {
     job: Option<String>,
     /// Answer of `job.get`.
     seen: Value,
-    why: Option<Why>,
+    why: Option<RequestFailure>,
     is_gone: bool,
 }
 
-impl Part {
+impl ArmJob {
     fn state(&self) -> &str {
         self.seen["state"].as_str().unwrap_or("waiting")
     }
@@ -303,60 +312,60 @@ impl Part {
 }
 
 /// Jobs on all arms.
-struct Jobs {
-    fleet: Arc<Fleet>,
-    parts: BTreeMap<ArmAt, Part>,
+struct FleetJobs {
+    request: Arc<JobRequest>,
+    parts: BTreeMap<ArmAt, ArmJob>,
     order: Vec<ArmAt>,
-    starting: JoinSet<(ArmAt, Result<String, Why>)>,
+    starting: JoinSet<(ArmAt, Result<String, RequestFailure>)>,
     /// Polls in flight.
-    looking: JoinSet<(ArmAt, Option<Value>)>,
+    polling: JoinSet<(ArmAt, Option<Value>)>,
     json: bool,
-    told: BTreeMap<ArmAt, String>,
+    reported: BTreeMap<ArmAt, String>,
     drawn: usize,
 }
 
-impl Jobs {
-    fn new(fleet: Fleet, order: Vec<ArmAt>, json: bool) -> Self {
+impl FleetJobs {
+    fn new(request: JobRequest, order: Vec<ArmAt>, json: bool) -> Self {
         Self {
-            fleet: Arc::new(fleet),
+            request: Arc::new(request),
             parts: order
                 .iter()
-                .map(|at| (at.clone(), Part::default()))
+                .map(|at| (at.clone(), ArmJob::default()))
                 .collect(),
             order,
             starting: JoinSet::new(),
-            looking: JoinSet::new(),
+            polling: JoinSet::new(),
             json,
-            told: BTreeMap::new(),
+            reported: BTreeMap::new(),
             drawn: 0,
         }
     }
 
     /// Starts the jobs one after the other and follows them. Dropping the future leaves started
     /// jobs running.
-    async fn go(
+    async fn run_all(
         &mut self,
         stagger: Duration,
         detach: bool,
         out: &mut Output,
     ) -> Result<(), Failure> {
-        let mut events = self.fleet.site.watch();
+        let mut events = self.request.site.watch();
         let mut waiting: std::collections::VecDeque<_> = self.order.clone().into();
         let mut next = Instant::now();
         let mut gone_since = None;
-        let (mut looks, mut due) = (interval(LOOKS), false);
+        let (mut looks, mut due) = (interval(POLL_INTERVAL), false);
         looks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
-            self.tell(out)?;
+            self.report_changes(out)?;
             let started = waiting.is_empty() && self.starting.is_empty();
-            let told = self.looking.is_empty();
+            let told = self.polling.is_empty();
             // With `detach` one answer about each job is enough.
-            if started && (detach && told || self.parts.values().all(Part::is_over)) {
+            if started && (detach && told || self.parts.values().all(ArmJob::is_over)) {
                 return Ok(());
             }
             if told && std::mem::take(&mut due) {
                 for at in &self.order.clone() {
-                    self.look(at);
+                    self.poll_state(at);
                 }
             }
             // Jobs of absent stations are waited for only for a limited time.
@@ -366,9 +375,9 @@ impl Jobs {
             tokio::select! {
                 () = sleep_until(next), if !waiting.is_empty() => {
                     if let Some(at) = waiting.pop_front() {
-                        let fleet = Arc::clone(&self.fleet);
+                        let request = Arc::clone(&self.request);
                         self.starting.spawn(async move {
-                            let started = fleet.start(&at).await;
+                            let started = request.start(&at).await;
                             (at, started)
                         });
                     }
@@ -378,11 +387,11 @@ impl Jobs {
                 }
                 Some(started) = self.starting.join_next() => {
                     if let Ok((at, started)) = started {
-                        self.has_started(&at, started);
-                        self.look(&at);
+                        self.handle_start(&at, started);
+                        self.poll_state(&at);
                     }
                 }
-                Some(looked) = self.looking.join_next() => self.has_looked(looked),
+                Some(looked) = self.polling.join_next() => self.handle_poll(looked),
                 event = events.next() => match event {
                     SiteEvent::Left(at) => {
                         if let Some(part) = self.parts.get_mut(&at) {
@@ -392,15 +401,15 @@ impl Jobs {
                     // A station that is back may have finished the job meanwhile.
                     SiteEvent::Arrived(at) => {
                         if self.parts.get(&at).is_some_and(|part| part.is_gone) {
-                            self.look(&at);
+                            self.poll_state(&at);
                         }
                     }
-                    SiteEvent::News(..) | SiteEvent::Missed => {}
+                    SiteEvent::Report(..) | SiteEvent::Missed => {}
                 },
                 _ = looks.tick() => due = true,
                 () = async {
                     match gone_since {
-                        Some(since) => sleep_until(since + GONE).await,
+                        Some(since) => sleep_until(since + GONE_STATION_TIMEOUT).await,
                         None => std::future::pending().await,
                     }
                 } => return Ok(()),
@@ -408,7 +417,7 @@ impl Jobs {
         }
     }
 
-    fn has_started(&mut self, at: &ArmAt, started: Result<String, Why>) {
+    fn handle_start(&mut self, at: &ArmAt, started: Result<String, RequestFailure>) {
         if let Some(part) = self.parts.get_mut(at) {
             match started {
                 Ok(job) => part.job = Some(job),
@@ -418,7 +427,7 @@ impl Jobs {
     }
 
     /// Stores a job's new state if it is ours.
-    fn see(&mut self, at: &ArmAt, job: Value) {
+    fn note_state(&mut self, at: &ArmAt, job: Value) {
         if let Some(part) = self.parts.get_mut(at)
             && part.job.as_deref() == job["job"].as_str()
             && part.job.is_some()
@@ -429,23 +438,23 @@ impl Jobs {
     }
 
     /// Polls a job's state.
-    fn look(&mut self, at: &ArmAt) {
+    fn poll_state(&mut self, at: &ArmAt) {
         let part = self.parts.get(at).filter(|part| !part.is_over());
         let Some(job) = part.and_then(|part| part.job.clone()) else {
             return;
         };
-        let (fleet, at) = (Arc::clone(&self.fleet), at.clone());
-        self.looking.spawn(async move {
+        let (request, at) = (Arc::clone(&self.request), at.clone());
+        self.polling.spawn(async move {
             let of_job = json!({"job": job});
-            let asked = fleet.ask(&at, "job.get", &of_job);
-            let job = timeout(STOPPING, asked).await.ok().and_then(Result::ok);
+            let asked = request.send(&at, "job.get", &of_job);
+            let job = timeout(STOP_TIMEOUT, asked).await.ok().and_then(Result::ok);
             (at, job)
         });
     }
 
-    fn has_looked(&mut self, looked: Result<(ArmAt, Option<Value>), JoinError>) {
+    fn handle_poll(&mut self, looked: Result<(ArmAt, Option<Value>), JoinError>) {
         match looked {
-            Ok((at, Some(job))) => self.see(&at, job),
+            Ok((at, Some(job))) => self.note_state(&at, job),
             // A station may be present on the bus and still refuse requests from this machine, for
             // example after its certificate was revoked.
             Ok((at, None)) => {
@@ -457,7 +466,7 @@ impl Jobs {
         }
     }
 
-    fn tell(&mut self, out: &mut Output) -> Result<(), Failure> {
+    fn report_changes(&mut self, out: &mut Output) -> Result<(), Failure> {
         if !self.json && std::io::stdout().is_terminal() {
             if self.drawn > 0 {
                 write!(out, "\x1b[{}A", self.drawn)?;
@@ -481,7 +490,7 @@ impl Jobs {
             } else {
                 format!("{state}{}", part.is_gone)
             };
-            if self.told.insert(at.clone(), mark.clone()).as_ref() == Some(&mark) {
+            if self.reported.insert(at.clone(), mark.clone()).as_ref() == Some(&mark) {
                 continue;
             }
             if self.json {
@@ -506,35 +515,35 @@ impl Jobs {
             let started = async {
                 while let Some(started) = self.starting.join_next().await {
                     if let Ok((at, started)) = started {
-                        self.has_started(&at, started);
+                        self.handle_start(&at, started);
                     }
                 }
             };
             // A start without an answer may still take effect, and its job is not known here.
-            let in_doubt = timeout(STOPPING, started).await.is_err();
+            let in_doubt = timeout(STOP_TIMEOUT, started).await.is_err();
             let mut stops = JoinSet::new();
             for (at, part) in self.parts.iter().filter(|(_, part)| !part.is_over()) {
                 let Some(job) = part.job.clone() else {
                     continue;
                 };
-                let (fleet, at) = (Arc::clone(&self.fleet), at.clone());
+                let (request, at) = (Arc::clone(&self.request), at.clone());
                 stops.spawn(async move {
                     let of_job = json!({"job": job});
-                    let stopped = fleet.ask(&at, "job.stop", &of_job);
-                    let stopped = timeout(STOPPING, stopped).await;
+                    let stopped = request.send(&at, "job.stop", &of_job);
+                    let stopped = timeout(STOP_TIMEOUT, stopped).await;
                     (at, stopped.is_ok_and(|stopped| stopped.is_ok()))
                 });
             }
             let mut unstopped = Vec::new();
             while let Some(Ok((at, stopped))) = stops.join_next().await {
                 if stopped {
-                    self.look(&at);
+                    self.poll_state(&at);
                 } else {
                     unstopped.push(at.arm);
                 }
             }
-            while let Some(looked) = self.looking.join_next().await {
-                self.has_looked(looked);
+            while let Some(looked) = self.polling.join_next().await {
+                self.handle_poll(looked);
             }
             (in_doubt, unstopped)
         };
@@ -542,7 +551,7 @@ impl Jobs {
             ended = stopping => ended,
             _ = signals.next() => return Failure::interrupted(),
         };
-        if let Err(failure) = self.tell(out) {
+        if let Err(failure) = self.report_changes(out) {
             return failure;
         }
         match ended {

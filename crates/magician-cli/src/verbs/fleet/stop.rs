@@ -16,7 +16,7 @@ use crate::context::Context;
 use crate::failure::{Failure, Kind};
 
 /// Longest wait for an arm to confirm that it stands.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const STOP_CONFIRM_TIMEOUT: Duration = Duration::from_secs(5);
 
 impl Stop {
     pub(super) fn run(
@@ -29,7 +29,7 @@ impl Stop {
             return Err(no_token());
         }
         let json = context.global.json;
-        context.attending(async |out| {
+        context.run_with_own_line(async |out| {
             let site = std::sync::Arc::new(join().await?);
             let known = gather(&site).await?;
             let meant = |at: &&ArmAt| self.all || self.names.contains(&at.arm);
@@ -123,7 +123,11 @@ async fn stop(
         json!({"arm": first.arm})
     };
     let request = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop", "params": params});
-    let asked = timeout(PATIENCE, site.call(first, caller, request.to_string())).await;
+    let asked = timeout(
+        STOP_CONFIRM_TIMEOUT,
+        site.call(first, caller, request.to_string()),
+    )
+    .await;
     let answer = asked.unwrap_or(Err(SiteError::NoAnswer));
     // An empty or malformed answer does not confirm a stop.
     let answer = answer.map(|answer| answer.unwrap_or_default());

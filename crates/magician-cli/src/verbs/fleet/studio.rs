@@ -16,13 +16,13 @@ use super::stop::no_token;
 use super::{Studio, gather};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::paint::tell;
-use crate::serving::{say_ready, unix_time};
+use crate::paint::print_stderr;
+use crate::serving::{print_ready, unix_time};
 use crate::verbs::{job, serve};
 use magician::stations::folder;
 
 /// Longest wait for sockets to close at the end. A choice.
-const STOPPING: Duration = Duration::from_secs(2);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 impl Studio {
     pub(super) fn run(
@@ -49,8 +49,8 @@ impl Studio {
         station.reader = Arc::new(reader);
         let journal = folder().map(|folder| JournalFile::at(folder.join("hub.jsonl")));
         let json = context.global.json;
-        context.let_go()?;
-        context.alone(async |_, signals| {
+        context.close_connection()?;
+        context.run_without_arm(async |_, signals| {
             let listener = self.front.bind(tls).await?;
             let site = join().await?;
             // A page opened now shows all arms at once; arms that appear later are added.
@@ -76,19 +76,19 @@ impl Studio {
             let (over, ends) = watch::channel(false);
             let serving = tokio::spawn(listener.serve(hub.clone(), options, ends));
             match arms {
-                Ok(arms) => tell(format_args!(
+                Ok(arms) => print_stderr(format_args!(
                     "serving {url}: {arms} arms of the site {name}"
                 )),
-                Err(_) => tell(format_args!(
+                Err(_) => print_stderr(format_args!(
                     "serving {url}: the site {name} has no arms yet"
                 )),
             }
             if exposed {
-                tell(format_args!(
+                print_stderr(format_args!(
                     "other computers can connect, each with a token"
                 ));
             }
-            self.front.tell_code(&store)?;
+            self.front.print_code(&store)?;
             if !self.no_open {
                 serve::open_in_browser(&url);
             }
@@ -99,12 +99,12 @@ impl Studio {
                 writeln!(stdout, "{ready}")?;
                 stdout.flush()?;
             } else {
-                say_ready();
+                print_ready();
             }
             signals.next().await;
             let _ = over.send(true);
             tokio::select! {
-                _ = timeout(STOPPING, serving) => {}
+                _ = timeout(CLOSE_TIMEOUT, serving) => {}
                 _ = signals.next() => return Err(Failure::interrupted()),
             }
             drop(hub);

@@ -14,9 +14,9 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Shortest time between two redraws of the table. A choice.
-const FRAME: Duration = Duration::from_millis(200);
+const REDRAW_INTERVAL: Duration = Duration::from_millis(200);
 /// Escape sequences: cursor to the corner, clear the screen.
-const CLEAR: &str = "\x1b[H\x1b[J";
+const CLEAR_SCREEN: &str = "\x1b[H\x1b[J";
 
 pub(super) fn run(
     context: &mut Context,
@@ -24,7 +24,7 @@ pub(super) fn run(
 ) -> Result<(), Failure> {
     let json = context.global.json;
     let drawn = !json && io::stdout().is_terminal();
-    context.attending(async |out| {
+    context.run_with_own_line(async |out| {
         let site = join().await?;
         if drawn {
             table(&site, out).await
@@ -36,12 +36,12 @@ pub(super) fn run(
 
 async fn table(site: &ZenohSite, out: &mut Output) -> Result<(), Failure> {
     use io::Write;
-    let mut frames = interval(FRAME);
+    let mut frames = interval(REDRAW_INTERVAL);
     frames.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         frames.tick().await;
         let known = site.arms();
-        write!(out, "{CLEAR}")?;
+        write!(out, "{CLEAR_SCREEN}")?;
         let (name, count) = (site.name(), known.len());
         out.line(format_args!("site {name}: {count} arms"))?;
         out.line("")?;
@@ -68,15 +68,15 @@ async fn lines(site: &ZenohSite, json: bool, out: &mut Output) -> Result<(), Fai
 
 /// Returns an event as JSON.
 fn as_event(event: &SiteEvent) -> Value {
-    let of = |event: &str, at, news| {
-        let mut object = as_json(at, news, false);
+    let of = |event: &str, at, report| {
+        let mut object = as_json(at, report, false);
         object["event"] = json!(event);
         object
     };
     match event {
         SiteEvent::Arrived(at) => of("arrived", at, None),
         SiteEvent::Left(at) => of("left", at, None),
-        SiteEvent::News(at, news) => of("state", at, Some(news)),
+        SiteEvent::Report(at, report) => of("state", at, Some(report)),
         SiteEvent::Missed => json!({"event": "missed"}),
     }
 }
@@ -92,9 +92,9 @@ fn as_line(
             shown.remove(at);
             Some(format!("{}: gone", at.arm))
         }
-        SiteEvent::News(at, news) => {
-            let (job, holder) = job_of(Some(news));
-            let mut line = condition(Some(news));
+        SiteEvent::Report(at, report) => {
+            let (job, holder) = job_of(Some(report));
+            let mut line = condition(Some(report));
             for (what, text) in [("held by", holder), ("job", job)] {
                 if !text.is_empty() {
                     line.push_str(&format!(", {what} {text}"));

@@ -10,18 +10,18 @@ use tokio::sync::mpsc;
 use super::Job;
 use super::keys::Keys;
 #[cfg(unix)]
-use super::keys::is_in_front;
+use super::keys::is_in_foreground;
 use crate::context::Context;
 #[cfg(unix)]
-use crate::terminal::FRAME;
+use crate::terminal::FRAME_INTERVAL;
 
 /// Largest line, bytes; far above any valid one. Bounds the memory for input that has no line
 /// feeds.
-const LONGEST: u64 = 1 << 16;
+const MAX_LINE_LENGTH: u64 = 1 << 16;
 
 /// Order from the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Typed {
+pub(super) enum UserOrder {
     /// Key that pauses or resumes.
     Toggle,
     Pause,
@@ -39,7 +39,7 @@ pub(super) enum Typed {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
     /// No input: stdin is the file, or the full-screen picture reads the keys.
-    Nowhere,
+    None,
     Lines,
     Keys,
 }
@@ -47,8 +47,8 @@ enum Source {
 /// Stream of orders.
 pub(super) struct Input {
     source: Source,
-    typed: mpsc::UnboundedReceiver<Typed>,
-    to: mpsc::UnboundedSender<Typed>,
+    typed: mpsc::UnboundedReceiver<UserOrder>,
+    to: mpsc::UnboundedSender<UserOrder>,
     keys: Option<Keys>,
     reads: bool,
 }
@@ -58,12 +58,12 @@ pub(super) struct Input {
 #[serde(deny_unknown_fields)]
 struct ControlLine {
     #[serde(rename = "do")]
-    order: Order,
+    order: LineOrder,
 }
 
 #[derive(Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Order {
+enum LineOrder {
     Pause,
     Resume,
     Stop,
@@ -73,11 +73,11 @@ impl Job {
     /// Returns the input for this job: stdin, unless it is the file itself.
     pub(super) fn input(&self, context: &Context) -> Input {
         let source = if self.file.file == Path::new("-") || self.way.tui {
-            Source::Nowhere
+            Source::None
         } else if !context.global.json {
             Source::Keys
         } else if context.in_shell() {
-            Source::Nowhere
+            Source::None
         } else {
             Source::Lines
         };
@@ -96,7 +96,7 @@ impl Input {
     /// True if a pause may be answered, by a key or a line.
     pub(super) fn can_answer(&self, tui: bool) -> bool {
         match self.source {
-            Source::Nowhere => tui,
+            Source::None => tui,
             Source::Lines => true,
             Source::Keys => io::stdin().is_terminal(),
         }
@@ -106,7 +106,7 @@ impl Input {
     pub(super) fn listen(&mut self) {
         let to = self.to.clone();
         match self.source {
-            Source::Nowhere => {}
+            Source::None => {}
             Source::Keys if self.keys.is_some() => {}
             Source::Keys => self.keys = Keys::listen(to),
             Source::Lines if self.reads => {}
@@ -115,9 +115,9 @@ impl Input {
                 // Never joined: nothing can wake a thread that is reading from stdin, so it ends
                 // with the process.
                 let read = move || {
-                    lines(InFront(io::stdin()), &to);
+                    lines(ForegroundStdin(io::stdin()), &to);
                     // Fails if the job has ended meanwhile.
-                    let _ = to.send(Typed::End);
+                    let _ = to.send(UserOrder::End);
                 };
                 let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
             }
@@ -130,7 +130,7 @@ impl Input {
     }
 
     /// Waits for the next order; for ever without a terminal or a pipe.
-    pub(super) async fn next(&mut self) -> Typed {
+    pub(super) async fn next(&mut self) -> UserOrder {
         match self.typed.recv().await {
             Some(typed) => typed,
             None => std::future::pending().await,
@@ -140,27 +140,27 @@ impl Input {
 
 /// Standard input that a background process does not read: the system would stop the process
 /// (SIGTTIN).
-struct InFront(io::Stdin);
+struct ForegroundStdin(io::Stdin);
 
-impl Read for InFront {
+impl Read for ForegroundStdin {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         if self.0.is_terminal() {
-            wait_in_front(&self.0)?;
+            wait_for_foreground(&self.0)?;
         }
         self.0.read(into)
     }
 }
 
 #[cfg(unix)]
-fn wait_in_front(stdin: &io::Stdin) -> io::Result<()> {
+fn wait_for_foreground(stdin: &io::Stdin) -> io::Result<()> {
     use rustix::event::{PollFd, PollFlags, Timespec, poll};
-    let patience = Timespec::try_from(FRAME).map_err(io::Error::other)?;
+    let patience = Timespec::try_from(FRAME_INTERVAL).map_err(io::Error::other)?;
     loop {
-        let told = poll(&mut [PollFd::new(stdin, PollFlags::IN)], Some(&patience));
-        match told {
-            Ok(1..) if is_in_front() => return Ok(()),
+        let polled = poll(&mut [PollFd::new(stdin, PollFlags::IN)], Some(&patience));
+        match polled {
+            Ok(1..) if is_in_foreground() => return Ok(()),
             // Readable, but the input belongs to the foreground process.
-            Ok(1..) => thread::sleep(FRAME),
+            Ok(1..) => thread::sleep(FRAME_INTERVAL),
             Ok(0) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(error.into()),
         }
@@ -168,31 +168,35 @@ fn wait_in_front(stdin: &io::Stdin) -> io::Result<()> {
 }
 
 #[cfg(not(unix))]
-const fn wait_in_front(_: &io::Stdin) -> io::Result<()> {
+const fn wait_for_foreground(_: &io::Stdin) -> io::Result<()> {
     Ok(())
 }
 
 /// Reads lines to the end of the input.
-fn lines(from: impl Read, to: &mpsc::UnboundedSender<Typed>) {
+fn lines(from: impl Read, to: &mpsc::UnboundedSender<UserOrder>) {
     let mut from = BufReader::new(from);
     let mut line = Vec::new();
-    while let Ok(1..) = from.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
+    while let Ok(1..) = from
+        .by_ref()
+        .take(MAX_LINE_LENGTH)
+        .read_until(b'\n', &mut line)
+    {
         let text = String::from_utf8_lossy(&line).trim().to_owned();
         line.clear();
-        if !text.is_empty() && to.send(meaning(text)).is_err() {
+        if !text.is_empty() && to.send(parse_line(text)).is_err() {
             return;
         }
     }
 }
 
-fn meaning(text: String) -> Typed {
+fn parse_line(text: String) -> UserOrder {
     match serde_json::from_str::<ControlLine>(&text) {
         Ok(ControlLine { order }) => match order {
-            Order::Pause => Typed::Pause,
-            Order::Resume => Typed::Resume,
-            Order::Stop => Typed::Stop,
+            LineOrder::Pause => UserOrder::Pause,
+            LineOrder::Resume => UserOrder::Resume,
+            LineOrder::Stop => UserOrder::Stop,
         },
-        Err(_) => Typed::Line(text),
+        Err(_) => UserOrder::Line(text),
     }
 }
 
@@ -210,14 +214,14 @@ mod tests {
         while let Ok(next) = from.try_recv() {
             typed.push(next);
         }
-        let line = |text: &str| Typed::Line(text.to_owned());
+        let line = |text: &str| UserOrder::Line(text.to_owned());
         let wanted = [
-            Typed::Pause,
-            Typed::Resume,
+            UserOrder::Pause,
+            UserOrder::Resume,
             line("halt"),
             line("{\"do\":\"fly\"}"),
             line("{\"do\":\"stop\",\"now\":1}"),
-            Typed::Stop,
+            UserOrder::Stop,
         ];
         assert_eq!(typed, wanted);
     }
@@ -225,8 +229,8 @@ mod tests {
     #[test]
     fn a_line_without_end_is_read_in_pieces() {
         let (to, mut from) = mpsc::unbounded_channel();
-        lines(io::repeat(b'x').take(3 * LONGEST), &to);
+        lines(io::repeat(b'x').take(3 * MAX_LINE_LENGTH), &to);
         let first = from.try_recv().expect("a piece");
-        assert_eq!(first, Typed::Line("x".repeat(1 << 16)));
+        assert_eq!(first, UserOrder::Line("x".repeat(1 << 16)));
     }
 }

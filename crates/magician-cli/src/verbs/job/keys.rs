@@ -11,8 +11,8 @@ use std::thread::{self, JoinHandle};
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use tokio::sync::mpsc;
 
-use super::input::Typed;
-use crate::terminal::{FRAME, Keyboard, Waited};
+use super::input::UserOrder;
+use crate::terminal::{FRAME_INTERVAL, Keyboard, WaitResult};
 
 /// Listener for keys. Dropping it restores the terminal.
 pub(super) struct Keys {
@@ -23,17 +23,17 @@ pub(super) struct Keys {
 impl Keys {
     /// Begins to listen if this program has a terminal. In the background it waits until it is in
     /// the foreground.
-    pub(super) fn listen(to: mpsc::UnboundedSender<Typed>) -> Option<Self> {
+    pub(super) fn listen(to: mpsc::UnboundedSender<UserOrder>) -> Option<Self> {
         if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
             return None;
         }
         let over = Arc::new(AtomicBool::new(false));
-        let told = Arc::clone(&over);
+        let stopping = Arc::clone(&over);
         let mode = Some(())
-            .filter(|()| is_in_front())
-            .and_then(|()| Mode::take());
+            .filter(|()| is_in_foreground())
+            .and_then(|()| TerminalMode::take());
         let read = thread::Builder::new().name("keys".to_owned());
-        let reads = read.spawn(move || listen(&told, &to, mode)).ok()?;
+        let reads = read.spawn(move || listen(&stopping, &to, mode)).ok()?;
         Some(Self {
             over,
             reads: Some(reads),
@@ -50,26 +50,30 @@ impl Drop for Keys {
     }
 }
 
-fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option<Mode>) {
+fn listen(
+    over: &AtomicBool,
+    to: &mpsc::UnboundedSender<UserOrder>,
+    mut mode: Option<TerminalMode>,
+) {
     let Ok(keyboard) = Keyboard::find() else {
         return;
     };
     while !over.load(Ordering::SeqCst) {
         // The system stops a background process that reads a terminal (SIGTTIN).
-        if !is_in_front() {
-            thread::sleep(FRAME);
+        if !is_in_foreground() {
+            thread::sleep(FRAME_INTERVAL);
             continue;
         }
         if mode.is_none() {
-            mode = Mode::take();
+            mode = TerminalMode::take();
             if mode.is_none() {
                 return;
             }
         }
-        let typed = match keyboard.wait(FRAME) {
-            Ok(Waited::Came(event)) => meaning(&event),
-            Ok(Waited::Nothing) => None,
-            Ok(Waited::Gone) | Err(_) => return,
+        let typed = match keyboard.wait(FRAME_INTERVAL) {
+            Ok(WaitResult::Event(event)) => order_of(&event),
+            Ok(WaitResult::Timeout) => None,
+            Ok(WaitResult::Gone) | Err(_) => return,
         };
         if typed.is_some_and(|typed| to.send(typed).is_err()) {
             return;
@@ -78,7 +82,7 @@ fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option
 }
 
 /// Returns the order that a key stands for; `None` if it has no meaning.
-pub(super) fn meaning(event: &Event) -> Option<Typed> {
+pub(super) fn order_of(event: &Event) -> Option<UserOrder> {
     let Event::Key(KeyEvent {
         code,
         modifiers,
@@ -94,19 +98,19 @@ pub(super) fn meaning(event: &Event) -> Option<Typed> {
     match (code, kind) {
         (_, KeyEventKind::Release) => None,
         _ if !plain => None,
-        (KeyCode::Char('+'), _) => Some(Typed::Faster),
-        (KeyCode::Char('-'), _) => Some(Typed::Slower),
+        (KeyCode::Char('+'), _) => Some(UserOrder::Faster),
+        (KeyCode::Char('-'), _) => Some(UserOrder::Slower),
         (_, KeyEventKind::Repeat) => None,
-        (KeyCode::Char('p' | 'P'), _) => Some(Typed::Toggle),
-        (KeyCode::Char(' ' | 's' | 'S'), _) => Some(Typed::Stop),
+        (KeyCode::Char('p' | 'P'), _) => Some(UserOrder::Toggle),
+        (KeyCode::Char(' ' | 's' | 'S'), _) => Some(UserOrder::Stop),
         _ => None,
     }
 }
 
 #[cfg(unix)]
-use unix::Mode;
+use unix::TerminalMode;
 #[cfg(unix)]
-pub(super) use unix::is_in_front;
+pub(super) use unix::is_in_foreground;
 
 #[cfg(unix)]
 mod unix {
@@ -117,14 +121,14 @@ mod unix {
 
     /// True if this process is in the foreground. A process without a controlling terminal may
     /// always read.
-    pub(in super::super) fn is_in_front() -> bool {
+    pub(in super::super) fn is_in_foreground() -> bool {
         tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
     }
 
     /// Mode of the terminal while keys are read. crossterm's raw mode would turn Ctrl-C into a key.
-    pub(super) struct Mode(Termios);
+    pub(super) struct TerminalMode(Termios);
 
-    impl Mode {
+    impl TerminalMode {
         pub(super) fn take() -> Option<Self> {
             let before = tcgetattr(io::stdin()).ok()?;
             let mut keys = before.clone();
@@ -134,10 +138,10 @@ mod unix {
         }
     }
 
-    impl Drop for Mode {
+    impl Drop for TerminalMode {
         fn drop(&mut self) {
             // In the background the terminal belongs to another process.
-            if is_in_front() {
+            if is_in_foreground() {
                 let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.0);
             }
         }
@@ -146,17 +150,17 @@ mod unix {
 
 /// Windows consoles deliver key events in any mode and do not echo them.
 #[cfg(not(unix))]
-struct Mode;
+struct TerminalMode;
 
 #[cfg(not(unix))]
-impl Mode {
+impl TerminalMode {
     const fn take() -> Option<Self> {
         Some(Self)
     }
 }
 
 #[cfg(not(unix))]
-pub(super) const fn is_in_front() -> bool {
+pub(super) const fn is_in_foreground() -> bool {
     true
 }
 
@@ -164,22 +168,22 @@ pub(super) const fn is_in_front() -> bool {
 mod tests {
     use super::*;
 
-    fn key(code: KeyCode, modifiers: KeyModifiers, kind: KeyEventKind) -> Option<Typed> {
-        meaning(&Event::Key(KeyEvent::new_with_kind(code, modifiers, kind)))
+    fn key(code: KeyCode, modifiers: KeyModifiers, kind: KeyEventKind) -> Option<UserOrder> {
+        order_of(&Event::Key(KeyEvent::new_with_kind(code, modifiers, kind)))
     }
 
     #[test]
-    fn a_key_means_the_same_with_shift_and_nothing_when_it_is_let_go() {
+    fn shift_keeps_the_meaning_of_a_key_and_releases_have_none() {
         let [none, shift] = [KeyModifiers::NONE, KeyModifiers::SHIFT];
         let press = |code, modifiers| key(code, modifiers, KeyEventKind::Press);
         for (sign, typed) in [
-            ('p', Typed::Toggle),
-            ('P', Typed::Toggle),
-            (' ', Typed::Stop),
-            ('s', Typed::Stop),
-            ('S', Typed::Stop),
-            ('+', Typed::Faster),
-            ('-', Typed::Slower),
+            ('p', UserOrder::Toggle),
+            ('P', UserOrder::Toggle),
+            (' ', UserOrder::Stop),
+            ('s', UserOrder::Stop),
+            ('S', UserOrder::Stop),
+            ('+', UserOrder::Faster),
+            ('-', UserOrder::Slower),
         ] {
             let code = KeyCode::Char(sign);
             assert_eq!(press(code, none), Some(typed.clone()), "{sign}");
@@ -190,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_key_that_is_held_changes_the_speed_and_toggles_nothing() {
+    fn held_key_changes_speed_but_does_not_toggle() {
         let held = |sign| {
             key(
                 KeyCode::Char(sign),
@@ -198,14 +202,14 @@ mod tests {
                 KeyEventKind::Repeat,
             )
         };
-        assert_eq!(held('+'), Some(Typed::Faster));
+        assert_eq!(held('+'), Some(UserOrder::Faster));
         assert_eq!(held('p'), None);
         assert_eq!(held(' '), None);
     }
 
     /// Escape sequences of these keys contain letters that have a meaning alone.
     #[test]
-    fn other_keys_mean_nothing() {
+    fn other_keys_are_ignored() {
         for code in [
             KeyCode::F(1),
             KeyCode::F(4),

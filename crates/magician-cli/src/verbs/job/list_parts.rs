@@ -5,8 +5,8 @@ use magician_program::PartSummary;
 use magician_protocol::visible_lines;
 use serde::Serialize;
 
-use super::reading::Opened;
-use super::{Job, Where, notes};
+use super::reading::ParsedFile;
+use super::{Job, RunPlace, notes};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -19,7 +19,7 @@ struct Parts {
 impl Job {
     /// Lists the parts of a file.
     pub(super) fn list_parts(&self, context: &mut Context) -> Result<(), Failure> {
-        let Opened { source, mut file } = self.opened(&Where::Nowhere, context)?;
+        let ParsedFile { source, mut file } = self.parse_file(&RunPlace::NoArm, context)?;
         let listed = file.list_parts();
         let (parts, told) = listed.map_err(|error| self.refused(&source, error, context))?;
         notes(&source, &told, context);

@@ -5,21 +5,21 @@
 //! station supplies the arm's real position and settings. `sim` runs the program on a virtual arm
 //! of this process, with a real arm's checks.
 
-mod drive;
+mod defaults;
 mod input;
+mod job_run;
 mod keys;
 mod list_parts;
 #[cfg(test)]
 mod option_tests;
 pub(crate) mod options;
+mod progress_reporter;
 mod reading;
 mod report;
-mod setting;
+mod running_job;
 mod show;
 mod suspend;
-mod tell;
 mod tui;
-mod under_way;
 mod unusual;
 mod wording;
 
@@ -37,25 +37,25 @@ use magician_program::{
 };
 use magician_protocol::visible_lines;
 
-use self::drive::{Drive, RATE, Ran};
+use self::job_run::{DEFAULT_RECORD_RATE, JobRun, RunEnd};
 use self::options::{File, OptionFlags, PreviewFlags, RunFlags};
 use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, incomplete};
 use crate::paint::Paint;
-use crate::permission::Asks;
+use crate::permission::ConfirmationSource;
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::preset;
 use crate::verbs::sim::picture::Picture;
 use crate::voice::Command;
 
-pub(crate) use setting::defaults;
+pub(crate) use defaults::defaults;
 #[cfg(test)]
 pub(super) use tui::examples;
 
 /// Largest number of notes shown. A choice: the rest is counted.
-const NOTES: usize = 10;
+const MAX_NOTES: usize = 10;
 
 /// File with everything that flags say about it.
 #[derive(Debug)]
@@ -86,11 +86,11 @@ struct PreparedJob {
 }
 
 /// Place where a program is checked or run.
-enum Where {
+enum RunPlace {
     /// No arm: checked for an arm that was just homed.
-    Nowhere,
+    NoArm,
     /// Virtual arm in this process.
-    Stage(SimSpeed),
+    VirtualArm(SimSpeed),
     /// Arm at a port or a station.
     Arm,
 }
@@ -151,17 +151,17 @@ impl Job {
             return self.list_parts(context);
         }
         let place = self.place(looks, context);
-        let opened = self.opened(place.as_ref().unwrap_or(&Where::Nowhere), context)?;
+        let parsed = self.parse_file(place.as_ref().unwrap_or(&RunPlace::NoArm), context)?;
         let place = match place {
             Ok(place) => place,
             Err(no_arm) => {
                 // An error in the file would occur with any arm, so it is reported first.
-                self.prepared(opened, &Where::Nowhere, context)?;
+                self.prepared(parsed, &RunPlace::NoArm, context)?;
                 return Err(no_arm);
             }
         };
         let picture = self.picture(&place, context)?;
-        let made = self.prepared(opened, &place, context)?;
+        let made = self.prepared(parsed, &place, context)?;
         let from = self.way.from.map_or(0, |step| step - 1);
         let there = made.prepared.program.has(from);
         there.map_err(|problem| Failure::usage(problem.to_string()))?;
@@ -171,16 +171,16 @@ impl Job {
         if !looks {
             self.check_pauses(&made, from, context)?;
         }
-        let look = show::Shown {
+        let look = show::PreviewedProgram {
             made: &made,
             from,
             look: &self.look,
         };
         match place {
-            Where::Nowhere => look.show(made.start_on_stage()?, context),
-            Where::Arm if looks => look.show(made.start_here(context)?, context),
-            Where::Stage(speed) => self.run_on_stage(&made, speed, picture, context),
-            Where::Arm => self.run_on_arm(&made, context),
+            RunPlace::NoArm => look.show(made.virtual_start()?, context),
+            RunPlace::Arm if looks => look.show(made.arm_start(context)?, context),
+            RunPlace::VirtualArm(speed) => self.run_on_virtual_arm(&made, speed, picture, context),
+            RunPlace::Arm => self.run_on_arm(&made, context),
         }
     }
 
@@ -241,7 +241,7 @@ impl Job {
     }
 
     /// Runs the job on a virtual arm in this process.
-    fn run_on_stage(
+    fn run_on_virtual_arm(
         &self,
         made: &PreparedJob,
         speed: SimSpeed,
@@ -252,24 +252,24 @@ impl Job {
         let (arm, pace) = match speed {
             SimSpeed::Times(times) => {
                 let arm = VirtualArm::new(stage, speed);
-                context.put_up(arm.clone());
+                context.use_virtual(arm.clone());
                 (arm, times)
             }
             // A recorder samples by timers, so timers must run by virtual time too, not only the
             // arm.
             SimSpeed::Max if self.way.record.is_some() => {
                 let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
-                context.put_up_in_arm_time(arm.clone());
+                context.use_virtual_in_arm_time(arm.clone());
                 (arm, f64::INFINITY)
             }
             SimSpeed::Max => {
                 let arm = VirtualArm::from(stage).in_virtual_time();
-                context.put_up(arm.clone());
+                context.use_virtual(arm.clone());
                 (arm, f64::INFINITY)
             }
         };
-        let outcome = self.go(
-            &self.drive(made, Some(pace), context),
+        let outcome = self.run_under_policy(
+            &self.job_run(made, Some(pace), context),
             JobPolicy::Dark,
             context,
         );
@@ -279,15 +279,15 @@ impl Job {
         let drawn = picture.map(|picture| arm.with(|arm| picture.keep(&arm.drawing(), &options)));
         let done = outcome?;
         drawn.transpose()?;
-        self.tell(&done, made, context)
+        self.report_end(&done, made, context)
     }
 
     /// Runs the job on the arm at a port or a station.
     fn run_on_arm(&self, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
         let asks = if self.file.file == Path::new("-") {
-            Asks::Never
+            ConfirmationSource::Never
         } else {
-            Asks::AtTheTerminal
+            ConfirmationSource::AtTheTerminal
         };
         if self.way.keep {
             context.permit_queue()?;
@@ -308,8 +308,8 @@ impl Job {
         } else {
             JobPolicy::Dark
         };
-        let done = self.go(&self.drive(made, None, context), policy, context)?;
-        self.tell(&done, made, context)
+        let done = self.run_under_policy(&self.job_run(made, None, context), policy, context)?;
+        self.report_end(&done, made, context)
     }
 
     /// Reads the file and places it, for verbs that do not run it.
@@ -318,18 +318,18 @@ impl Job {
         context: &mut Context,
     ) -> Result<(Source, Plan, Vec<Diagnostic>), Failure> {
         self.preset()?;
-        let opened = self.opened(&Where::Nowhere, context)?;
+        let parsed = self.parse_file(&RunPlace::NoArm, context)?;
         let PreparedJob {
             source, prepared, ..
-        } = self.prepared(opened, &Where::Nowhere, context)?;
+        } = self.prepared(parsed, &RunPlace::NoArm, context)?;
         Ok((source, prepared.program.into_plan(), prepared.notes))
     }
 
     /// Returns the place to check or run. A preview ignores a port from the settings file, so that
     /// it works without the arm.
-    fn place(&self, looks: bool, context: &mut Context) -> Result<Where, Failure> {
+    fn place(&self, looks: bool, context: &mut Context) -> Result<RunPlace, Failure> {
         if context.global.station.is_some() {
-            return Ok(Where::Arm);
+            return Ok(RunPlace::Arm);
         }
         let given = context
             .global
@@ -338,22 +338,22 @@ impl Job {
             .is_some_and(|port| !port.is_empty());
         // A check needs no arm unless the user named one.
         if looks && !given && !context.is_connected() {
-            return Ok(Where::Nowhere);
+            return Ok(RunPlace::NoArm);
         }
         Ok(match context.target(None)? {
-            Target::Sim(_) if looks && !context.is_connected() => Where::Nowhere,
-            Target::Sim(speed) if !context.is_connected() => Where::Stage(speed),
-            _ => Where::Arm,
+            Target::Sim(_) if looks && !context.is_connected() => RunPlace::NoArm,
+            Target::Sim(speed) if !context.is_connected() => RunPlace::VirtualArm(speed),
+            _ => RunPlace::Arm,
         })
     }
 
     /// Returns the picture to write, after checking that its path is writable.
-    fn picture(&self, place: &Where, context: &Context) -> Result<Option<Picture>, Failure> {
+    fn picture(&self, place: &RunPlace, context: &Context) -> Result<Option<Picture>, Failure> {
         let Some(path) = &self.way.picture else {
             return Ok(None);
         };
         match place {
-            Where::Stage(_) => {}
+            RunPlace::VirtualArm(_) => {}
             _ if context.is_connected() => {
                 return Err(Failure::usage(
                     "--picture needs a virtual arm of its own, not that of a shell",
@@ -370,14 +370,14 @@ impl Job {
         Ok(Some(picture))
     }
 
-    fn drive<'a>(
+    fn job_run<'a>(
         &'a self,
         made: &'a PreparedJob,
         pace: Option<f64>,
         context: &Context,
-    ) -> Drive<'a> {
+    ) -> JobRun<'a> {
         let way = &self.way;
-        Drive {
+        JobRun {
             made,
             from: way.from,
             resume: way.resume,
@@ -387,7 +387,7 @@ impl Job {
             require_homed: way.require_homed,
             unhomed: way.unhomed,
             record: way.record.as_deref(),
-            rate: way.rate.unwrap_or(RATE),
+            rate: way.rate.unwrap_or(DEFAULT_RECORD_RATE),
             units: way.units,
             json: context.global.json,
             tui: way.tui,
@@ -400,12 +400,12 @@ impl Job {
     }
 
     /// Runs the job under a policy.
-    fn go(
+    fn run_under_policy(
         &self,
-        drive: &Drive<'_>,
+        drive: &JobRun<'_>,
         policy: JobPolicy,
         context: &mut Context,
-    ) -> Result<Ran, Failure> {
+    ) -> Result<RunEnd, Failure> {
         let saved = context.saved.clone();
         let input = self.input(context);
         context.job(policy, async |arm, out, signals| {
@@ -414,10 +414,15 @@ impl Job {
     }
 
     /// Reports how the job ended.
-    fn tell(&self, ran: &Ran, made: &PreparedJob, context: &mut Context) -> Result<(), Failure> {
+    fn report_end(
+        &self,
+        ran: &RunEnd,
+        made: &PreparedJob,
+        context: &mut Context,
+    ) -> Result<(), Failure> {
         let done = match ran {
-            Ran::Done(done) => done,
-            Ran::Stopped(stopped) => return stopped.show(context),
+            RunEnd::Completed(done) => done,
+            RunEnd::Stopped(stopped) => return stopped.show(context),
         };
         // An incomplete recording is reported as an error; the file of that name may be an older
         // one.
@@ -456,14 +461,14 @@ impl PreparedJob {
     }
 
     /// Returns position and settings of such a virtual arm.
-    fn start_on_stage(&self) -> Result<Preflight, Failure> {
+    fn virtual_start(&self) -> Result<Preflight, Failure> {
         let options = Options::default().fence(self.prepared.setup.fence);
         let arm = blocking::Arm::simulated(self.stage()?, options)?;
         Ok(arm.preflight_for(&self.prepared.program.kinds())?)
     }
 
     /// Returns position and settings of the arm at the port.
-    fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
+    fn arm_start(&self, context: &mut Context) -> Result<Preflight, Failure> {
         let kinds = self.prepared.program.kinds();
         context.arm(StopPolicy::Look, async |arm, _| {
             Ok(arm.preflight_for(&kinds).await?)
@@ -487,14 +492,14 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
     let all = context.global.verbose > 0;
     let is_told = |note: &&Diagnostic| all || note.code != DiagnosticCode::Reordered;
     let notes: Vec<_> = notes.iter().filter(is_told).collect();
-    for note in notes.iter().take(NOTES) {
+    for note in notes.iter().take(MAX_NOTES) {
         match context.global.verbose {
-            0 => say(&line_of(source, note)),
-            _ => say(&source.draw(note, Severity::Note)),
+            0 => print_line(&line_of(source, note)),
+            _ => print_line(&source.draw(note, Severity::Note)),
         }
     }
-    if notes.len() > NOTES {
-        say(&format!("and {} more notes", notes.len() - NOTES));
+    if notes.len() > MAX_NOTES {
+        print_line(&format!("and {} more notes", notes.len() - MAX_NOTES));
     }
 }
 
@@ -505,7 +510,7 @@ fn line_of(source: &Source, note: &Diagnostic) -> String {
 }
 
 /// Prints a line to stderr. An unwritable stderr is ignored.
-fn say(text: &str) {
+fn print_line(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 

@@ -7,7 +7,7 @@ use magician_program::{OptionKind, OptionSpec, SetupOptions};
 use serde_json::{Map, Value, json};
 
 use super::options::{
-    Draws, Engraves, Frames, Makes, OptionFlags, Plays, RunsAll, TakesOptions, Writes,
+    Draws, Engraves, Frames, Makes, OptionFlags, OptionSubset, Plays, RunsAll, Writes,
 };
 use crate::failure::Failure;
 
@@ -17,19 +17,19 @@ const BAD_OPTIONS: &str = concat!(
 );
 /// Entries of the table that no command line can express: null, objects, a switch with a value,
 /// pens without a file, a word as a number, and `work`, which the verb decides.
-const UNSAYABLE: usize = 399;
+const WITHOUT_FLAG: usize = 399;
 
-fn command<V: TakesOptions>() -> Command {
+fn command<V: OptionSubset>() -> Command {
     OptionFlags::<V>::augment_args(Command::new("verb").args_override_self(true))
 }
 
-fn flags<V: TakesOptions>() -> BTreeSet<String> {
+fn flags<V: OptionSubset>() -> BTreeSet<String> {
     let command = command::<V>();
     let flags = command.get_arguments().filter_map(clap::Arg::get_long);
     flags.map(str::to_owned).collect()
 }
 
-fn said<V: TakesOptions>(arguments: &[String]) -> Result<SetupOptions, Failure> {
+fn parse_options<V: OptionSubset>(arguments: &[String]) -> Result<SetupOptions, Failure> {
     let line = std::iter::once("verb").chain(arguments.iter().map(String::as_str));
     let matches = command::<V>().try_get_matches_from(line);
     let matches = matches.map_err(|error| Failure::from(&error))?;
@@ -71,7 +71,7 @@ fn text(row: &OptionSpec, value: &Value) -> Option<String> {
 fn arguments(options: &Map<String, Value>) -> Option<Vec<String>> {
     let mut arguments = Vec::new();
     for (key, value) in options {
-        let row = SetupOptions::option(key).filter(|row| RunsAll::takes(row))?;
+        let row = SetupOptions::option(key).filter(|row| RunsAll::accepts(row))?;
         let flag = key.replace('_', "-");
         match (row.kind, value) {
             (OptionKind::Switch, Value::Bool(true)) => arguments.push(format!("--{flag}")),
@@ -90,7 +90,7 @@ fn arguments(options: &Map<String, Value>) -> Option<Vec<String>> {
 }
 
 #[test]
-fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
+fn bad_flag_value_has_the_common_message() {
     let table = std::fs::read_to_string(BAD_OPTIONS).unwrap();
     let table: Vec<Value> = serde_json::from_str(&table).unwrap();
     let mut unsayable = 0;
@@ -100,7 +100,7 @@ fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
             unsayable += 1;
             continue;
         };
-        let failure = said::<RunsAll>(&arguments).expect_err(&entry.to_string());
+        let failure = parse_options::<RunsAll>(&arguments).expect_err(&entry.to_string());
         assert_eq!(failure.kind.status(), 2, "{entry}");
         let (key, sentence) = (
             entry["key"].as_str().unwrap(),
@@ -125,7 +125,7 @@ fn bad_value_of_a_flag_has_the_sentence_of_every_door() {
             _ => assert_eq!(*message, format!("{flag}: {sentence}"), "{entry}"),
         }
     }
-    assert_eq!(unsayable, UNSAYABLE, "of {}", table.len());
+    assert_eq!(unsayable, WITHOUT_FLAG, "of {}", table.len());
 }
 
 /// Returns a valid value of an option, with the options it needs.
@@ -156,7 +156,7 @@ fn example(row: &OptionSpec) -> Map<String, Value> {
 fn flag_and_key_say_the_same() {
     for row in SetupOptions::OPTIONS
         .iter()
-        .filter(|row| RunsAll::takes(row))
+        .filter(|row| RunsAll::accepts(row))
     {
         let options = example(row);
         let of_keys = SetupOptions::from_fields(&options).unwrap();
@@ -170,7 +170,7 @@ fn flag_and_key_say_the_same() {
             _ => arguments(&options).unwrap(),
         };
         assert_eq!(
-            said::<RunsAll>(&arguments).unwrap(),
+            parse_options::<RunsAll>(&arguments).unwrap(),
             of_keys,
             "{arguments:?}"
         );
@@ -178,7 +178,7 @@ fn flag_and_key_say_the_same() {
 }
 
 #[test]
-fn verb_takes_the_options_of_its_work() {
+fn verbs_accept_the_options_of_their_work() {
     let [draw, engrave] = [flags::<Draws>(), flags::<Engraves>()];
     for (flag, of_draw, of_engrave) in [
         ("fill-spacing", true, true),
@@ -209,7 +209,7 @@ fn verb_takes_the_options_of_its_work() {
 fn negative_value_is_a_value_and_no_flag() {
     let error = |argument: &str, value: &str| {
         let arguments = [argument.to_owned(), value.to_owned()];
-        said::<Draws>(&arguments).unwrap_err().message
+        parse_options::<Draws>(&arguments).unwrap_err().message
     };
     assert_eq!(
         error("--scale", "-1"),

@@ -13,7 +13,7 @@ pub(crate) use flags::{
 };
 
 #[cfg(test)]
-pub(crate) use flags::TakesOptions;
+pub(crate) use flags::OptionSubset;
 pub(crate) use preset_name::PresetName;
 
 /// The file.
@@ -68,7 +68,7 @@ pub(crate) struct RunFlags {
     pub(super) resume: bool,
     /// With --resume: restart a burn this far before the point where the laser went out, along its
     /// line [default: 0]
-    #[arg(long, value_name = "MM", requires = "resume", value_parser = from_zero)]
+    #[arg(long, value_name = "MM", requires = "resume", value_parser = non_negative)]
     pub(super) overlap: Option<f64>,
     /// Record the run to a .mcap, .csv or .jsonl file (see `magician record --help`); if writing
     /// fails, the run continues and the exit status is 4
@@ -104,7 +104,7 @@ pub(crate) struct RunFlags {
 
 impl File {
     /// Creates a file that is given as an argument or on stdin, of this format.
-    pub(crate) fn given(file: &str, format: Format) -> Self {
+    pub(crate) fn from_argument(file: &str, format: Format) -> Self {
         Self {
             file: file.into(),
             format: Some(format),
@@ -120,7 +120,7 @@ fn sample_rate(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a number of at least 0.
-fn from_zero(text: &str) -> Result<f64, String> {
+fn non_negative(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);
     value.ok_or_else(|| "expected a number from 0".to_owned())

@@ -6,21 +6,25 @@ use magician_program::{
     Tool, tip,
 };
 
-use super::{Job, PreparedJob, Where, notes, setting};
+use super::{Job, PreparedJob, RunPlace, defaults, notes};
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, Kind};
 use crate::permission::homed;
 use crate::source::Source;
 
 /// File that has been parsed.
-pub(super) struct Opened {
+pub(super) struct ParsedFile {
     pub(super) source: Source,
     pub(super) file: OpenedFile,
 }
 
 impl Job {
     /// Reads and parses the file. Errors in it are reported before an arm is looked for.
-    pub(super) fn opened(&self, place: &Where, context: &mut Context) -> Result<Opened, Failure> {
+    pub(super) fn parse_file(
+        &self,
+        place: &RunPlace,
+        context: &mut Context,
+    ) -> Result<ParsedFile, Failure> {
         let source = match &self.text {
             Some(text) if self.file.format == Some(Format::TestGrid) => Source::of_test_grid(text),
             Some(text) => Source::of_text(text),
@@ -34,21 +38,21 @@ impl Job {
         request.preset_note.clone_from(&self.preset_note);
         request.rest = self.pause;
         let config = context.config()?;
-        let defaults = setting::defaults(&config)?;
+        let defaults = defaults(&config)?;
         request.defaults = match place {
             _ if !self.runs => defaults.for_conversion(),
-            Where::Nowhere | Where::Stage(_) => defaults.on_virtual_arm(),
+            RunPlace::NoArm | RunPlace::VirtualArm(_) => defaults.on_virtual_arm(),
             // A station's arm counts as virtual until the station reports that it is real.
-            Where::Arm if context.global.station.is_some() => defaults.on_virtual_arm(),
-            Where::Arm => defaults,
+            RunPlace::Arm if context.global.station.is_some() => defaults.on_virtual_arm(),
+            RunPlace::Arm => defaults,
         };
         request.fence = context.fence();
         request.start = match place {
-            Where::Nowhere | Where::Stage(_) => StartPosition::Staged,
-            Where::Arm => StartPosition::Ask,
+            RunPlace::NoArm | RunPlace::VirtualArm(_) => StartPosition::Staged,
+            RunPlace::Arm => StartPosition::Ask,
         };
         match request.open() {
-            Ok(file) => Ok(Opened { source, file }),
+            Ok(file) => Ok(ParsedFile { source, file }),
             Err(error) => Err(self.refused(&source, error, context)),
         }
     }
@@ -56,16 +60,16 @@ impl Job {
     /// Prepares the program of the file for its place, and prints how the file was interpreted.
     pub(super) fn prepared(
         &self,
-        opened: Opened,
-        place: &Where,
+        parsed: ParsedFile,
+        place: &RunPlace,
         context: &mut Context,
     ) -> Result<PreparedJob, Failure> {
-        let Opened { source, mut file } = opened;
-        let is_stationed = matches!(place, Where::Arm) && context.global.station.is_some();
+        let ParsedFile { source, mut file } = parsed;
+        let is_stationed = matches!(place, RunPlace::Arm) && context.global.station.is_some();
         if is_stationed && !context.is_virtual()? {
             file.request.defaults.assumed_surface = None;
         }
-        if matches!(place, Where::Arm) && file.request.options.needs_tool_in_force() {
+        if matches!(place, RunPlace::Arm) && file.request.options.needs_tool_in_force() {
             let tool = context.arm(StopPolicy::Look, async |arm, _| {
                 Ok(arm.get::<EndEffectorParams>().await?)
             })?;
@@ -87,7 +91,7 @@ impl Job {
                 return Err(Failure::invalid("the position of the arm is unknown"));
             }
             Err(error) => {
-                let is_run = matches!(place, Where::Arm) && !self.look.is_wanted();
+                let is_run = matches!(place, RunPlace::Arm) && !self.look.is_wanted();
                 if error.problem.lacks_surface() && is_run {
                     // The surface is measured with the arm, whose position is valid only if it is
                     // homed.
@@ -126,7 +130,7 @@ impl Job {
         context: &Context,
     ) -> Failure {
         notes(source, &error.notes, context);
-        let mut failure = source.failure(&error.problem).noted(&error.notes);
+        let mut failure = source.failure(&error.problem).with_notes(&error.notes);
         // A drawing that does not fit is a result of the check; an unknown surface is an error.
         let is_found = error.stage == PrepareStage::Place && !error.problem.lacks_surface();
         if self.look.checks() && is_found {

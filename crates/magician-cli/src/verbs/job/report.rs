@@ -12,7 +12,7 @@ use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind};
 
 /// Summaries of a program for people.
-pub(super) trait ForPeople {
+pub(super) trait HumanSummary {
     /// Returns the range of laser powers; `None` if nothing burns.
     fn power_line(&self) -> Option<String>;
     /// Returns time, steps and lengths.
@@ -23,7 +23,7 @@ pub(super) trait ForPeople {
     fn place(&self) -> Option<String>;
 }
 
-impl ForPeople for Estimate {
+impl HumanSummary for Estimate {
     fn power_line(&self) -> Option<String> {
         let PowerRange { most, least, .. } = self.power?;
         let [least, most] = [least, most].map(|percent| (percent * 10.0).round() / 10.0);
@@ -87,7 +87,7 @@ impl PreparedJob {
     }
 
     /// Returns the hint for the user; `None` if the note about a misfit has one already.
-    fn told(&self, way_out: WayOut) -> Option<String> {
+    fn hint(&self, way_out: WayOut) -> Option<String> {
         if self.prepared.misfit.is_some() {
             return None;
         }
@@ -122,7 +122,7 @@ pub(super) fn failure(
         .then(|| foreign_coordinates(prepared.program.plan(), report))
         .flatten();
     let way_out = made
-        .told(WayOut::of(prepared, rest))
+        .hint(WayOut::of(prepared, rest))
         .filter(|_| foreign.is_none());
     let source = &made.source;
     let problem = |refused_step: &RefusedStep| Diagnostic {
@@ -190,7 +190,7 @@ fn sentence(made: &PreparedJob, report: &Report, refused_step: &RefusedStep) -> 
     let step = format!("step {}", report.number(refused_step.step));
     if let Some(beyond) = refused_step.beyond() {
         let words = match made.prepared.format {
-            Format::Gcode | Format::Points => made.source.words(refused_step.origin.line),
+            Format::Gcode | Format::Points => made.source.quoted_line(refused_step.origin.line),
             _ => None,
         };
         let what = words.unwrap_or(step);

@@ -15,9 +15,9 @@ use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::drive::Done;
+use super::job_run::RunResult;
 use super::options::PreviewFlags;
-use super::report::{ForPeople, failure};
+use super::report::{HumanSummary, failure};
 use super::{PreparedJob, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -28,7 +28,7 @@ use crate::voice::Command;
 const PIXELS_PER_MM: f64 = 8.0;
 
 /// Program to preview.
-pub(super) struct Shown<'a> {
+pub(super) struct PreviewedProgram<'a> {
     pub(super) made: &'a PreparedJob,
     /// Index of the first step, from 0.
     pub(super) from: u64,
@@ -37,14 +37,14 @@ pub(super) struct Shown<'a> {
 
 /// Command of a dry run as JSON.
 #[derive(Serialize)]
-struct Order<'a> {
+struct DryRunCommand<'a> {
     /// Number of the step, from 1; `None` for commands before the first step.
     step: Option<u64>,
     command: &'static str,
     params: &'a magician_protocol::Description<'a>,
 }
 
-impl Shown<'_> {
+impl PreviewedProgram<'_> {
     /// Checks the program for an arm in the state `start`, and prints the previews that flags ask
     /// for.
     pub(super) fn show(&self, start: Preflight, context: &mut Context) -> Result<(), Failure> {
@@ -151,7 +151,7 @@ impl Shown<'_> {
             let meaning = describe(&frame.frame(), Direction::Request);
             let meaning = meaning.map_err(magician::Error::from)?;
             if json {
-                out.json(&Order {
+                out.json(&DryRunCommand {
                     step,
                     command: meaning.name,
                     params: &meaning,
@@ -188,7 +188,7 @@ pub(super) fn corners(sheet: &Sheet) -> Option<Vec<[f64; 2]>> {
 
 /// Reports a completed run and the files that it has written.
 pub(super) fn done(
-    done: &Done,
+    done: &RunResult,
     made: &PreparedJob,
     files: &[(&str, Option<String>)],
     context: &mut Context,

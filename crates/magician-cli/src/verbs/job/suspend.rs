@@ -10,28 +10,28 @@ use crate::interrupt::Control;
 
 /// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Act {
+pub(super) enum SuspensionAction {
     Nothing,
     /// Pause the job and report the result to [`Suspension::paused`].
     Pause,
     /// Restore the terminal and stop this process.
     Stop,
     /// Take the terminal again and resume the job.
-    GoOn,
+    Continue,
     /// Take the terminal again; the job stays paused.
     Stay {
         /// True if it stays paused only because it burns.
         dark: bool,
     },
     /// No reaction: the job is ending, and this program with it.
-    Ends,
+    End,
 }
 
 /// Progress of a suspension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
     #[default]
-    Not,
+    Idle,
     /// The job has been asked to pause.
     Pausing,
     /// The process has been stopped.
@@ -44,79 +44,79 @@ pub(super) struct Suspension {
     phase: Phase,
     burns: bool,
     /// True if the user wants the job paused, whatever happens to this process.
-    held: bool,
+    paused_by_user: bool,
     /// True if the process was continued before it had stopped.
     cancelled: bool,
     /// True if another request to suspend came after the process was stopped.
-    again: bool,
+    suspend_again: bool,
 }
 
 impl Suspension {
     pub(super) const fn new(burns: bool) -> Self {
         Self {
-            phase: Phase::Not,
+            phase: Phase::Idle,
             burns,
-            held: false,
+            paused_by_user: false,
             cancelled: false,
-            again: false,
+            suspend_again: false,
         }
     }
 
     /// Records that the user pauses or resumes the job.
-    pub(super) const fn holds(&mut self, held: bool) {
-        self.held = held;
+    pub(super) const fn note_user_pause(&mut self, paused_by_user: bool) {
+        self.paused_by_user = paused_by_user;
     }
 
     /// Handles an event of job control. `paused` is true if the job is paused or pausing.
-    pub(super) fn hears(&mut self, control: Control, paused: bool) -> Act {
+    pub(super) fn handle_control(&mut self, control: Control, paused: bool) -> SuspensionAction {
         match (self.phase, control) {
-            (Phase::Not, Control::Continue) => Act::Nothing,
-            (Phase::Not, Control::Suspend) => {
+            (Phase::Idle, Control::Continue) => SuspensionAction::Nothing,
+            (Phase::Idle, Control::Suspend) => {
                 self.phase = Phase::Pausing;
-                self.held |= paused;
-                (self.cancelled, self.again) = (false, false);
-                Act::Pause
+                self.paused_by_user |= paused;
+                (self.cancelled, self.suspend_again) = (false, false);
+                SuspensionAction::Pause
             }
             (Phase::Pausing, control) => {
                 self.cancelled = control == Control::Continue;
-                Act::Nothing
+                SuspensionAction::Nothing
             }
             (Phase::Stopped, Control::Suspend) => {
-                self.again = true;
-                Act::Nothing
+                self.suspend_again = true;
+                SuspensionAction::Nothing
             }
-            (Phase::Stopped, Control::Continue) if self.again => {
-                self.again = false;
-                Act::Stop
+            (Phase::Stopped, Control::Continue) if self.suspend_again => {
+                self.suspend_again = false;
+                SuspensionAction::Stop
             }
-            (Phase::Stopped, Control::Continue) => self.goes_on(),
+            (Phase::Stopped, Control::Continue) => self.continued(),
         }
     }
 
     /// Handles the result of pausing.
-    pub(super) fn paused(&mut self, paused: Result<(), PauseError>) -> Act {
+    pub(super) fn handle_pause(&mut self, paused: Result<(), PauseError>) -> SuspensionAction {
         match paused {
             Err(_) => {
-                self.phase = Phase::Not;
-                Act::Ends
+                self.phase = Phase::Idle;
+                SuspensionAction::End
             }
-            Ok(()) if self.cancelled => self.goes_on(),
+            Ok(()) if self.cancelled => self.continued(),
             Ok(()) => {
                 self.phase = Phase::Stopped;
-                Act::Stop
+                SuspensionAction::Stop
             }
         }
     }
 
-    const fn goes_on(&mut self) -> Act {
-        self.phase = Phase::Not;
-        if self.held {
-            Act::Stay { dark: false }
+    const fn continued(&mut self) -> SuspensionAction {
+        self.phase = Phase::Idle;
+        if self.paused_by_user {
+            SuspensionAction::Stay { dark: false }
         } else if self.burns {
-            self.held = true;
-            Act::Stay { dark: true }
+            self.paused_by_user = true;
+            SuspensionAction::Stay { dark: true }
         } else {
-            Act::GoOn
+            SuspensionAction::Continue
         }
     }
 }
@@ -128,65 +128,134 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_job_pauses_before_its_program_stops_and_goes_on_with_it() {
+    fn job_pauses_before_the_process_stops_and_continues_with_it() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.paused(Ok(())), Act::Stop);
-        assert_eq!(suspension.hears(Continue, true), Act::GoOn);
-        assert_eq!(suspension.hears(Continue, false), Act::Nothing);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Continue
+        );
+        assert_eq!(
+            suspension.handle_control(Continue, false),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
     }
 
     #[test]
-    fn what_burns_or_was_paused_before_stays_paused() {
+    fn burning_or_previously_paused_job_stays_paused() {
         let mut suspension = Suspension::new(true);
         for dark in [true, false] {
-            assert_eq!(suspension.hears(Suspend, !dark), Act::Pause);
-            assert_eq!(suspension.paused(Ok(())), Act::Stop);
-            assert_eq!(suspension.hears(Continue, true), Act::Stay { dark });
+            assert_eq!(
+                suspension.handle_control(Suspend, !dark),
+                SuspensionAction::Pause
+            );
+            assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+            assert_eq!(
+                suspension.handle_control(Continue, true),
+                SuspensionAction::Stay { dark }
+            );
         }
         // After the user has resumed the job, suspension works as at first.
-        suspension.holds(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.paused(Ok(())), Act::Stop);
-        assert_eq!(suspension.hears(Continue, true), Act::Stay { dark: true });
+        suspension.note_user_pause(false);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Stay { dark: true }
+        );
 
         let mut suspension = Suspension::new(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
         // The user pauses by a JSON line while the suspension is in progress.
-        suspension.holds(true);
-        assert_eq!(suspension.paused(Ok(())), Act::Stop);
-        assert_eq!(suspension.hears(Continue, true), Act::Stay { dark: false });
+        suspension.note_user_pause(true);
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Stay { dark: false }
+        );
     }
 
     #[test]
-    fn a_second_wish_on_the_way_changes_nothing_and_a_going_on_takes_it_back() {
+    fn repeated_suspend_is_ignored_and_continue_cancels_it() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.hears(Suspend, true), Act::Nothing);
-        assert_eq!(suspension.hears(Continue, true), Act::Nothing);
-        assert_eq!(suspension.hears(Suspend, true), Act::Nothing);
-        assert_eq!(suspension.paused(Ok(())), Act::Stop);
-        assert_eq!(suspension.hears(Continue, true), Act::GoOn);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.hears(Continue, true), Act::Nothing);
-        assert_eq!(suspension.paused(Ok(())), Act::GoOn);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(
+            suspension.handle_control(Suspend, true),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(
+            suspension.handle_control(Suspend, true),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Continue
+        );
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Continue);
     }
 
     #[test]
-    fn a_wish_that_comes_with_the_going_on_is_followed_after_it() {
+    fn suspend_during_continue_is_executed_afterwards() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.paused(Ok(())), Act::Stop);
-        assert_eq!(suspension.hears(Suspend, true), Act::Nothing);
-        assert_eq!(suspension.hears(Continue, true), Act::Stop);
-        assert_eq!(suspension.hears(Continue, true), Act::GoOn);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(suspension.handle_pause(Ok(())), SuspensionAction::Stop);
+        assert_eq!(
+            suspension.handle_control(Suspend, true),
+            SuspensionAction::Nothing
+        );
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Stop
+        );
+        assert_eq!(
+            suspension.handle_control(Continue, true),
+            SuspensionAction::Continue
+        );
     }
 
     #[test]
-    fn a_job_that_ends_on_the_way_is_not_waited_for_twice() {
+    fn job_that_ends_while_pausing_is_not_awaited_again() {
         let mut suspension = Suspension::new(false);
-        assert_eq!(suspension.hears(Suspend, false), Act::Pause);
-        assert_eq!(suspension.paused(Err(PauseError::Ending)), Act::Ends);
+        assert_eq!(
+            suspension.handle_control(Suspend, false),
+            SuspensionAction::Pause
+        );
+        assert_eq!(
+            suspension.handle_pause(Err(PauseError::Ending)),
+            SuspensionAction::End
+        );
     }
 }

@@ -8,14 +8,14 @@ use magician_job::report::warnings;
 use super::PreparedJob;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::permission::Asks;
+use crate::permission::ConfirmationSource;
 
 impl PreparedJob {
     /// Asks for confirmation before a real arm begins an unusual job.
     pub(super) fn confirm_unusual(
         &self,
         from: u64,
-        asks: Asks,
+        asks: ConfirmationSource,
         context: &mut Context,
     ) -> Result<(), Failure> {
         let start = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);

@@ -12,7 +12,7 @@ use crate::context::{INTERRUPTED, STATION_ENDED, kind_of_stop, not_confirmed, pl
 use crate::failure::{Failure, Kind};
 
 /// Message after a second stop that was not confirmed.
-pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving";
+pub(super) const STOP_UNCONFIRMED: &str = "interrupted twice: the arm may still be moving";
 
 /// Context of the sentences: the job that ran.
 pub(super) struct Wording<'a> {
@@ -34,7 +34,7 @@ impl Wording<'_> {
         if error.all_done {
             failure.message = format!("all steps are done, but then: {}", failure.message);
         }
-        if let Some(said) = lifted(&error.lift) {
+        if let Some(said) = pen_lift_text(&error.lift) {
             failure.message = format!("{}; {said}", failure.message);
         }
         self.with_advice(failure, error)
@@ -69,9 +69,10 @@ impl Wording<'_> {
                 format!("interrupted twice: {}; queue empty", place(pose)),
                 true,
             ),
-            _ if twice => (UNKNOWN.to_owned(), false),
+            _ if twice => (STOP_UNCONFIRMED.to_owned(), false),
             (Some(pose), None) => {
-                let said = lifted(&error.lift).map_or_else(String::new, |said| format!("{said}; "));
+                let said =
+                    pen_lift_text(&error.lift).map_or_else(String::new, |said| format!("{said}; "));
                 let message = format!("{cause}: {said}{}; queue empty", place(pose));
                 (message, true)
             }
@@ -164,7 +165,7 @@ impl Wording<'_> {
     fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
-            Some(left) if error.unkept.is_some() => self.advice_unkept(left),
+            Some(left) if error.unkept.is_some() => self.advice_unsaved(left),
             None => return failure,
             Some(Left::NotAsked) if self.at_station => format!(
                 "the state of the arm is unknown: look at the arm; when a station serves it again \
@@ -192,7 +193,7 @@ impl Wording<'_> {
     }
 
     /// Returns the advice for a job whose progress was not saved.
-    fn advice_unkept(&self, left: Left) -> String {
+    fn advice_unsaved(&self, left: Left) -> String {
         let lost = "the progress could not be saved";
         let steps = match left {
             Left::Known { resume_point, .. } => match resume_point {
@@ -274,7 +275,7 @@ impl Wording<'_> {
 }
 
 /// Describes what happened to the pen; `None` if it needed nothing.
-fn lifted(lift: &PenLift) -> Option<String> {
+fn pen_lift_text(lift: &PenLift) -> Option<String> {
     Some(match lift {
         PenLift::Lifted(lifted) => lifted.to_string(),
         PenLift::Stays => "the pen stays down (`--stay`)".to_owned(),

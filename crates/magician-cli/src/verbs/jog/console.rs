@@ -9,27 +9,27 @@ use magician_job::report::left_on;
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
-use super::pad::{Pad, Reply, Tone};
+use super::pad::{KeyEffect, Pad, Tone};
 use super::wording;
-use crate::context::{INTERRUPTED, STAND_BY, not_confirmed, stop};
+use crate::context::{INTERRUPTED, STOP_CONFIRM_TIMEOUT, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::saved::SavedSettings;
-use crate::terminal::{Seen, Stage, Told, take_log};
+use crate::terminal::{FullScreen, ObservedArm, TerminalEvent, take_log};
 
 /// Event for a program with a jog pad.
 #[derive(Debug)]
-pub(crate) enum Happened {
+pub(crate) enum ConsoleEvent {
     Key(KeyEvent),
     /// Pasted text, which must not act as keys.
     Pasted(String),
     /// An order is complete; the pad has been informed.
     Done,
     /// New readings, or another change to show.
-    News,
+    Updated,
     Beat,
     /// The window has lost the focus.
-    Away,
+    FocusLost,
     /// The terminal is gone.
     Gone,
 }
@@ -44,7 +44,7 @@ pub(crate) enum End {
 
 pub(crate) struct Console {
     arm: Arm,
-    pub(crate) seen: Seen,
+    pub(crate) observed: ObservedArm,
     pub(crate) pad: Pad,
     pub(crate) session: PendantSession,
     saved: SavedSettings,
@@ -57,7 +57,7 @@ impl Console {
         let (session, pendant) = PendantSession::open(arm, saved).await?;
         let (_, places) = arm.stats().await?;
         Ok(Self {
-            seen: Seen::new(title(arm).await?, places),
+            observed: ObservedArm::new(title(arm).await?, places),
             pad: Pad::new(pendant),
             session,
             saved: saved.clone(),
@@ -69,51 +69,51 @@ impl Console {
     /// Waits for the next event.
     pub(crate) async fn next<M: Send + 'static>(
         &mut self,
-        stage: &mut Stage<M>,
-    ) -> Result<Happened, Failure> {
-        let happened = tokio::select! {
+        stage: &mut FullScreen<M>,
+    ) -> Result<ConsoleEvent, Failure> {
+        let event = tokio::select! {
             biased;
             told = stage.next() => match told {
-                Told::Event(Event::Key(key)) => Happened::Key(key),
-                Told::Event(Event::FocusLost) => Happened::Away,
-                Told::Event(Event::Paste(text)) => Happened::Pasted(text),
-                Told::Event(_) => Happened::News,
-                Told::Beat => Happened::Beat,
-                Told::Gone => Happened::Gone,
+                TerminalEvent::Event(Event::Key(key)) => ConsoleEvent::Key(key),
+                TerminalEvent::Event(Event::FocusLost) => ConsoleEvent::FocusLost,
+                TerminalEvent::Event(Event::Paste(text)) => ConsoleEvent::Pasted(text),
+                TerminalEvent::Event(_) => ConsoleEvent::Updated,
+                TerminalEvent::Beat => ConsoleEvent::Beat,
+                TerminalEvent::Gone => ConsoleEvent::Gone,
             },
             event = self.session.next() => self.take(event?),
         };
         for line in take_log() {
-            self.seen.note(line);
+            self.observed.note(line);
         }
         self.note_motion();
-        self.seen.arm.tick(Instant::now());
-        Ok(happened)
+        self.observed.arm.tick(Instant::now());
+        Ok(event)
     }
 
     /// Handles an event of the pendant.
-    fn take(&mut self, event: PendantEvent) -> Happened {
+    fn take(&mut self, event: PendantEvent) -> ConsoleEvent {
         match event {
             PendantEvent::Done(done) => {
                 self.pad.done(&done);
                 if let Err(error) = &done.outcome {
-                    self.seen.note(wording::failure(error).fact());
+                    self.observed.note(wording::failure(error).fact());
                 }
-                return Happened::Done;
+                return ConsoleEvent::Done;
             }
-            PendantEvent::Status(status) => self.seen.arm.observe(status),
-            PendantEvent::Arm(event) => self.seen.note(event.to_string()),
-            PendantEvent::Rail(rail) => self.seen.arm.rail = Some(rail),
+            PendantEvent::Status(status) => self.observed.arm.observe(status),
+            PendantEvent::Arm(event) => self.observed.note(event.to_string()),
+            PendantEvent::Rail(rail) => self.observed.arm.rail = Some(rail),
             _ => {}
         }
-        Happened::News
+        ConsoleEvent::Updated
     }
 
     /// Passes the cause of the arm's motion to the pad and the observed state.
     fn note_motion(&mut self) {
         self.pad.pendant.activity = self.session.activity();
         if self.pad.pendant.activity.is_some() {
-            self.seen.arm.disturb();
+            self.observed.arm.disturb();
         }
     }
 
@@ -123,34 +123,34 @@ impl Console {
     }
 
     /// Carries out the reply to a key.
-    pub(crate) fn obey(&mut self, reply: Reply) -> Option<End> {
+    pub(crate) fn carry_out(&mut self, reply: KeyEffect) -> Option<End> {
         match reply {
-            Reply::Order(order) => {
+            KeyEffect::Order(order) => {
                 if let Some(done) = self.session.order(order) {
                     self.pad.done(&done);
                 }
                 self.note_motion();
             }
-            Reply::Quit => return Some(End::Quit),
-            Reply::Interrupt => return Some(End::Interrupt),
-            Reply::Unknown => self.pad.say(Tone::Plain, "? lists the keys"),
-            Reply::Nothing => {}
+            KeyEffect::Quit => return Some(End::Quit),
+            KeyEffect::Interrupt => return Some(End::Interrupt),
+            KeyEffect::Unknown => self.pad.say(Tone::Plain, "? lists the keys"),
+            KeyEffect::Nothing => {}
         }
         None
     }
 
     /// Handles events that need no decision of the program: everything except keys.
-    pub(crate) fn attend(&mut self, happened: &Happened) -> Option<End> {
-        match happened {
-            Happened::Beat => {
+    pub(crate) fn handle_background(&mut self, event: &ConsoleEvent) -> Option<End> {
+        match event {
+            ConsoleEvent::Beat => {
                 let reply = self.pad.beat(self.now());
-                self.obey(reply)
+                self.carry_out(reply)
             }
-            Happened::Away => {
-                let reply = self.pad.let_go();
-                self.obey(reply)
+            ConsoleEvent::FocusLost => {
+                let reply = self.pad.focus_lost();
+                self.carry_out(reply)
             }
-            Happened::Gone => Some(End::Interrupt),
+            ConsoleEvent::Gone => Some(End::Interrupt),
             _ => None,
         }
     }
@@ -166,7 +166,11 @@ impl Console {
                 .map_err(Failure::from),
             End::Interrupt => {
                 drop(self.session);
-                let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved, INTERRUPTED)).await;
+                let stopped = timeout(
+                    STOP_CONFIRM_TIMEOUT,
+                    stop(&self.arm, &self.saved, INTERRUPTED),
+                )
+                .await;
                 let message = match stopped {
                     Ok(Ok(message) | Err(message)) => message,
                     Err(_) => not_confirmed(INTERRUPTED, "it took too long"),

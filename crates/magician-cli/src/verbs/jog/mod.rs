@@ -1,8 +1,8 @@
 //! `jog`: a pad for the arm on the terminal, or a single checked step.
 
-mod beside;
 mod console;
 mod pad;
+mod side_panel;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -17,17 +17,17 @@ use magician_job::jog::Axis;
 
 use super::pose::ShowPose;
 use super::rail::needs_rail;
-use crate::context::{Context, Sim, StopPolicy, Taken};
+use crate::context::{Context, Sim, StopPolicy, VirtualArmUse};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::output::Output;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 use crate::saved::SavedSettings;
-use crate::terminal::{self, Stage};
+use crate::terminal::{self, FullScreen};
 
-pub(super) use beside::{TIGHT_ROWS, beside, tight};
-pub(super) use console::{Console, End, Happened, next_of, title};
-pub(super) use pad::{Pad, Reply, Tone};
+pub(super) use console::{Console, ConsoleEvent, End, next_of, title};
+pub(super) use pad::{KeyEffect, Pad, Tone};
+pub(super) use side_panel::{COMPACT_ROWS, compact_panel, side_panel};
 #[cfg(test)]
 pub(super) use tests::examples;
 use view::Model;
@@ -57,16 +57,16 @@ pub(crate) struct Jog {
 }
 
 /// A pad's virtual arm runs in real time, so that the user can watch it.
-pub(super) const AT_SIGHT: Sim = Sim {
+pub(super) const REAL_TIME_ARM: Sim = Sim {
     speed: SimSpeed::Times(1.0),
-    taken: Taken::IfAsked,
+    condition: VirtualArmUse::Named,
 };
 
 impl Jog {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         match (self.axis, self.distance) {
             (Some(axis), Some(by)) => step(axis, by, context),
-            _ => at_the_pad(context),
+            _ => run_pad(context),
         }
     }
 }
@@ -80,7 +80,7 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
             needs_rail(arm).await?;
         }
         let command = [axis.step(by)];
-        attended(quiet, "moving", arm.run(&command)).await?;
+        announce_wait(quiet, "moving", arm.run(&command)).await?;
         Ok(arm.get::<commands::Pose>().await?)
     })?;
     let answer = PoseReport::from(pose);
@@ -89,11 +89,11 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
-fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
-    for_a_person("jog", "`magician jog x 10` makes one step")?;
+fn run_pad(context: &mut Context) -> Result<(), Failure> {
+    check_interactive("jog", "`magician jog x 10` makes one step")?;
     let saved = context.saved.clone();
     let json = context.global.json;
-    let pose = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
+    let pose = context.arm_or(REAL_TIME_ARM, StopPolicy::Pad, async |arm, out| {
         session(arm, &saved, out, json).await
     })?;
     let answer = PoseReport::from(pose);
@@ -103,7 +103,7 @@ fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
 }
 
 /// Fails unless a user at a terminal can hold keys.
-pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
+pub(super) fn check_interactive(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stdin().is_terminal() {
         let message = format!("{what} needs a keyboard, and stdin is not a terminal");
         return Err(Failure::usage(message).hint(without));
@@ -118,19 +118,19 @@ async fn session(
     json: bool,
 ) -> Result<commands::Pose, Failure> {
     let mut console = Console::open(arm, saved).await?;
-    let mut stage = Stage::open(view::draw)?;
+    let mut stage = FullScreen::open(view::draw)?;
     let end = loop {
         stage.show(Model {
-            seen: console.seen.clone(),
+            observed: console.observed.clone(),
             pad: console.pad.clone(),
         });
-        let happened = console.next(&mut stage).await?;
-        let end = match happened {
-            Happened::Key(key) => {
+        let event = console.next(&mut stage).await?;
+        let end = match event {
+            ConsoleEvent::Key(key) => {
                 let reply = console.pad.key(key, console.now());
-                console.obey(reply)
+                console.carry_out(reply)
             }
-            other => console.attend(&other),
+            other => console.handle_background(&other),
         };
         if let Some(end) = end {
             break end;

@@ -37,7 +37,7 @@ pub(crate) enum Tone {
 
 /// Effect of a key.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Reply {
+pub(crate) enum KeyEffect {
     /// No further effect.
     Nothing,
     /// Order for the arm.
@@ -49,7 +49,7 @@ pub(crate) enum Reply {
     Unknown,
 }
 
-impl Reply {
+impl KeyEffect {
     fn of(order: Option<PendantOrder>) -> Self {
         order.map_or(Self::Nothing, Self::Order)
     }
@@ -85,19 +85,19 @@ impl Pad {
     }
 
     /// Returns the effect of a key.
-    pub(crate) fn key(&mut self, key: KeyEvent, now: Duration) -> Reply {
+    pub(crate) fn key(&mut self, key: KeyEvent, now: Duration) -> KeyEffect {
         let pressed = key.kind != KeyEventKind::Release;
         if key.modifiers.contains(KeyModifiers::CONTROL) {
             return match key.code {
-                KeyCode::Char('c') if pressed => Reply::Interrupt,
-                _ => Reply::Unknown,
+                KeyCode::Char('c') if pressed => KeyEffect::Interrupt,
+                _ => KeyEffect::Unknown,
             };
         }
         let direction = self.direction(key.code);
         // Before all other uses of a key: a held jog must end even if a question has appeared
         // meanwhile.
         if !pressed {
-            return Reply::of(self.pendant.release(direction));
+            return KeyEffect::of(self.pendant.release(direction));
         }
         // Space stops the arm in every state of the pad.
         if key.code == KeyCode::Char(' ') {
@@ -105,7 +105,7 @@ impl Pad {
         }
         if let Some(help) = self.help {
             self.help = help.after(key.code);
-            return Reply::Nothing;
+            return KeyEffect::Nothing;
         }
         // Any key answers the question, and only y agrees.
         if let Some(question) = self.question.take() {
@@ -120,20 +120,20 @@ impl Pad {
 
     /// Handles a beat: a held jog continues, or ends if the key has not been seen held for too
     /// long.
-    pub(crate) fn beat(&mut self, now: Duration) -> Reply {
-        Reply::of(self.pendant.tick(now))
+    pub(crate) fn beat(&mut self, now: Duration) -> KeyEffect {
+        KeyEffect::of(self.pendant.tick(now))
     }
 
     /// Handles the loss of the focus: a held jog ends.
-    pub(crate) fn let_go(&mut self) -> Reply {
-        Reply::of(self.pendant.release_all())
+    pub(crate) fn focus_lost(&mut self) -> KeyEffect {
+        KeyEffect::of(self.pendant.release_all())
     }
 
     /// Handles the completion of an order.
     pub(crate) fn done(&mut self, done: &OrderDone) {
         self.pendant.done(done);
         let failure = match &done.outcome {
-            Ok(()) => return self.well_done(done.activity),
+            Ok(()) => return self.report_done(done.activity),
             Err(error) => wording::failure(error).fact().to_owned(),
         };
         if let Activity::Jog(direction) | Activity::Step(direction) = done.activity {
@@ -142,7 +142,7 @@ impl Pad {
         self.say(Tone::Bad, failure);
     }
 
-    fn well_done(&mut self, what: Activity) {
+    fn report_done(&mut self, what: Activity) {
         let text = match what {
             Activity::Stop => "stopped: the arm stands, the queue is empty",
             Activity::Home => "homed",
@@ -207,69 +207,71 @@ impl Pad {
         Some(JogDirection { axis, forward })
     }
 
-    fn go(&mut self, direction: JogDirection, kind: KeyEventKind, now: Duration) -> Reply {
-        Reply::of(match kind {
+    fn go(&mut self, direction: JogDirection, kind: KeyEventKind, now: Duration) -> KeyEffect {
+        KeyEffect::of(match kind {
             KeyEventKind::Repeat => self.pendant.repeat(direction, now),
             _ => self.pendant.press(direction, now),
         })
     }
 
-    fn stop(&mut self) -> Reply {
+    fn stop(&mut self) -> KeyEffect {
         self.question = None;
         self.help = None;
         self.say(Tone::Plain, "stopping");
-        Reply::Order(self.pendant.stop())
+        KeyEffect::Order(self.pendant.stop())
     }
 
-    fn answer(&mut self, question: Question, code: KeyCode) -> Reply {
+    fn answer(&mut self, question: Question, code: KeyCode) -> KeyEffect {
         match (question, code) {
             (Question::Home, KeyCode::Char('y' | 'Y')) => {
                 self.say(Tone::Plain, "homing; space stops it");
-                Reply::Order(PendantOrder::Home)
+                KeyEffect::Order(PendantOrder::Home)
             }
-            (Question::Laser, KeyCode::Char('y' | 'Y')) => Reply::Order(self.pendant.laser(true)),
-            _ => Reply::Nothing,
+            (Question::Laser, KeyCode::Char('y' | 'Y')) => {
+                KeyEffect::Order(self.pendant.laser(true))
+            }
+            _ => KeyEffect::Nothing,
         }
     }
 
-    fn other(&mut self, code: KeyCode) -> Reply {
+    fn other(&mut self, code: KeyCode) -> KeyEffect {
         match code {
-            KeyCode::Char('q') => return Reply::Quit,
+            KeyCode::Char('q') => return KeyEffect::Quit,
             KeyCode::Char('?') | KeyCode::F(1) => self.help = Some(Help::default()),
             KeyCode::Char('V') => {
                 // The arrows stand for other axes from now on, so a held jog ends.
                 self.view = self.view.turned();
-                return self.let_go();
+                return self.focus_lost();
             }
             KeyCode::Tab | KeyCode::BackTab => {
                 let frame = match self.pendant.frame {
                     JogFrame::Cartesian => JogFrame::Joints,
                     JogFrame::Joints => JogFrame::Cartesian,
                 };
-                return Reply::of(self.pendant.set_frame(frame));
+                return KeyEffect::of(self.pendant.set_frame(frame));
             }
             KeyCode::Char('m') => {
                 let mode = match self.pendant.mode {
                     JogMode::Hold => JogMode::Step,
                     JogMode::Step => JogMode::Hold,
                 };
-                return Reply::of(self.pendant.set_mode(mode));
+                return KeyEffect::of(self.pendant.set_mode(mode));
             }
             KeyCode::Char('+' | '=') => self.pendant.longer_step(),
             KeyCode::Char('-' | '_') => self.pendant.shorter_step(),
-            KeyCode::Char('.' | '>') => return Reply::Order(self.pendant.faster()),
-            KeyCode::Char(',' | '<') => return Reply::Order(self.pendant.slower()),
+            KeyCode::Char('.' | '>') => return KeyEffect::Order(self.pendant.faster()),
+            KeyCode::Char(',' | '<') => return KeyEffect::Order(self.pendant.slower()),
             KeyCode::Char('h') => self.question = Some(Question::Home),
-            KeyCode::Char('c') => return Reply::Order(PendantOrder::ClearAlarms),
-            KeyCode::Char('p') => return Reply::Order(self.pendant.toggle_suction()),
-            KeyCode::Char('g') => return Reply::Order(self.pendant.next_gripper()),
+            KeyCode::Char('c') => return KeyEffect::Order(PendantOrder::ClearAlarms),
+            KeyCode::Char('p') => return KeyEffect::Order(self.pendant.toggle_suction()),
+            KeyCode::Char('g') => return KeyEffect::Order(self.pendant.next_gripper()),
             KeyCode::Char('l') if self.pendant.tools.laser => {
-                return Reply::Order(self.pendant.laser(false));
+                return KeyEffect::Order(self.pendant.laser(false));
             }
             KeyCode::Char('l') => self.question = Some(Question::Laser),
-            _ => return Reply::Unknown,
+            _ => return KeyEffect::Unknown,
         }
-        Reply::Nothing
+        KeyEffect::Nothing
     }
 }
 
@@ -288,11 +290,11 @@ mod tests {
         Pad::new(Pendant::new(50.0, ToolState::default(), false))
     }
 
-    fn press(pad: &mut Pad, code: KeyCode) -> Reply {
+    fn press(pad: &mut Pad, code: KeyCode) -> KeyEffect {
         pad.key(KeyEvent::new(code, KeyModifiers::NONE), Duration::ZERO)
     }
 
-    fn letter(pad: &mut Pad, letter: char) -> Reply {
+    fn letter(pad: &mut Pad, letter: char) -> KeyEffect {
         press(pad, KeyCode::Char(letter))
     }
 
@@ -301,7 +303,7 @@ mod tests {
         let mut pad = pad();
         letter(&mut pad, '+');
         let step = |direction, length| {
-            Reply::Order(PendantOrder::Step {
+            KeyEffect::Order(PendantOrder::Step {
                 direction,
                 length,
                 burning: false,
@@ -318,11 +320,11 @@ mod tests {
         assert_eq!(press(&mut pad, KeyCode::Left), step(base, 0.1));
         // A second order is ignored while a step runs.
         pad.pendant.activity = Some(Activity::Step(base));
-        assert_eq!(press(&mut pad, KeyCode::Left), Reply::Nothing);
+        assert_eq!(press(&mut pad, KeyCode::Left), KeyEffect::Nothing);
     }
 
     #[test]
-    fn arrows_lead_where_the_view_shows_it() {
+    fn arrows_follow_the_view() {
         const ARROWS: [(KeyCode, [f64; 2]); 4] = [
             (KeyCode::Up, [0.0, 1.0]),
             (KeyCode::Down, [0.0, -1.0]),
@@ -334,9 +336,9 @@ mod tests {
             [KeyCode::Up, KeyCode::Left].map(|code| pad.direction(code).unwrap().to_string())
         };
         assert_eq!(told(&pad), ["x+", "y+"]);
-        for seen in [["y+", "x-"], ["x-", "y-"], ["y-", "x+"], ["x+", "y+"]] {
+        for expected in [["y+", "x-"], ["x-", "y-"], ["y-", "x+"], ["x+", "y+"]] {
             letter(&mut pad, 'V');
-            assert_eq!(told(&pad), seen);
+            assert_eq!(told(&pad), expected);
             for (code, arrow) in ARROWS {
                 let direction = pad.direction(code).unwrap();
                 let by = f64::from(direction.signed(1.0));
@@ -350,24 +352,27 @@ mod tests {
         // After the view is turned, a held key would move elsewhere, so its jog ends.
         letter(&mut pad, 'm');
         press(&mut pad, KeyCode::Up);
-        assert_eq!(letter(&mut pad, 'V'), Reply::Order(PendantOrder::EndJog));
+        assert_eq!(
+            letter(&mut pad, 'V'),
+            KeyEffect::Order(PendantOrder::EndJog)
+        );
         // Joints do not depend on the view.
         press(&mut pad, KeyCode::Tab);
         assert_eq!(told(&pad), ["j2+", "j1+"]);
     }
 
     #[test]
-    fn arrows_turn_pages_of_the_help_and_move_nothing() {
+    fn arrows_page_the_help_without_moving_the_arm() {
         let mut pad = pad();
         letter(&mut pad, '?');
-        assert_eq!(press(&mut pad, KeyCode::Down), Reply::Nothing);
+        assert_eq!(press(&mut pad, KeyCode::Down), KeyEffect::Nothing);
         assert_ne!(pad.help, Some(Help::default()));
-        assert_eq!(letter(&mut pad, 'q'), Reply::Nothing);
+        assert_eq!(letter(&mut pad, 'q'), KeyEffect::Nothing);
         assert_eq!(pad.help, None);
     }
 
     #[test]
-    fn a_refusal_is_kept_until_the_next_one() {
+    fn refusal_is_shown_until_the_next_one() {
         let mut pad = pad();
         let refused = "joint 2 would be at 91.3 deg, limit 90.0 deg";
         let error = magician::Error::invalid(refused).with_command("SetPTPCmd");
@@ -384,36 +389,37 @@ mod tests {
     fn a_held_key_jogs_and_space_stops_everything() {
         let mut pad = pad();
         letter(&mut pad, 'm');
-        let Reply::Order(PendantOrder::Jog { direction, .. }) = press(&mut pad, KeyCode::Up) else {
+        let KeyEffect::Order(PendantOrder::Jog { direction, .. }) = press(&mut pad, KeyCode::Up)
+        else {
             panic!("no jog");
         };
         assert_eq!(direction, X);
-        assert_eq!(letter(&mut pad, ' '), Reply::Order(PendantOrder::Stop));
+        assert_eq!(letter(&mut pad, ' '), KeyEffect::Order(PendantOrder::Stop));
         assert_eq!(pad.pendant.hold.direction(), None);
         press(&mut pad, KeyCode::Down);
-        assert_eq!(pad.let_go(), Reply::Order(PendantOrder::EndJog));
+        assert_eq!(pad.focus_lost(), KeyEffect::Order(PendantOrder::EndJog));
         // Space stops whatever question or help is shown.
         for key in ['h', 'l', '?'] {
             letter(&mut pad, key);
-            assert_eq!(letter(&mut pad, ' '), Reply::Order(PendantOrder::Stop));
+            assert_eq!(letter(&mut pad, ' '), KeyEffect::Order(PendantOrder::Stop));
             assert!(pad.question.is_none() && pad.help.is_none());
         }
     }
 
     #[test]
-    fn what_may_hurt_is_asked_first() {
+    fn dangerous_keys_ask_for_confirmation() {
         let mut pad = pad();
-        assert_eq!(letter(&mut pad, 'h'), Reply::Nothing);
-        assert_eq!(letter(&mut pad, 'n'), Reply::Nothing);
+        assert_eq!(letter(&mut pad, 'h'), KeyEffect::Nothing);
+        assert_eq!(letter(&mut pad, 'n'), KeyEffect::Nothing);
         letter(&mut pad, 'h');
-        assert_eq!(letter(&mut pad, 'y'), Reply::Order(PendantOrder::Home));
+        assert_eq!(letter(&mut pad, 'y'), KeyEffect::Order(PendantOrder::Home));
         letter(&mut pad, 'l');
         // Arrow keys do not answer a question and move nothing.
-        assert_eq!(press(&mut pad, KeyCode::Up), Reply::Nothing);
+        assert_eq!(press(&mut pad, KeyCode::Up), KeyEffect::Nothing);
         letter(&mut pad, 'l');
         assert!(matches!(
             letter(&mut pad, 'y'),
-            Reply::Order(PendantOrder::Tool(_))
+            KeyEffect::Order(PendantOrder::Tool(_))
         ));
         assert!(
             !pad.pendant.tools.laser && pad.pendant.may_burn(),
@@ -426,39 +432,39 @@ mod tests {
         // Switching off needs no question.
         assert!(matches!(
             letter(&mut pad, 'l'),
-            Reply::Order(PendantOrder::Tool(_))
+            KeyEffect::Order(PendantOrder::Tool(_))
         ));
     }
 
     #[test]
     fn keys_of_the_rail_need_a_rail() {
         let mut pad = pad();
-        assert_eq!(letter(&mut pad, ']'), Reply::Unknown);
+        assert_eq!(letter(&mut pad, ']'), KeyEffect::Unknown);
         pad.pendant.rail = true;
         assert!(matches!(
             letter(&mut pad, ']'),
-            Reply::Order(PendantOrder::Step { direction, .. }) if direction.axis == Axis::L
+            KeyEffect::Order(PendantOrder::Step { direction, .. }) if direction.axis == Axis::L
         ));
     }
 
     #[test]
-    fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
+    fn speed_keys_step_through_the_list_from_any_speed() {
         let mut pad = pad();
         pad.pendant.speed = 42.0;
         assert_eq!(
             letter(&mut pad, '.'),
-            Reply::Order(PendantOrder::Speed(50.0))
+            KeyEffect::Order(PendantOrder::Speed(50.0))
         );
         assert_eq!(
             letter(&mut pad, ','),
-            Reply::Order(PendantOrder::Speed(30.0))
+            KeyEffect::Order(PendantOrder::Speed(30.0))
         );
         pad.pendant.speed = 100.0;
         assert_eq!(
             letter(&mut pad, '.'),
-            Reply::Order(PendantOrder::Speed(100.0))
+            KeyEffect::Order(PendantOrder::Speed(100.0))
         );
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-        assert_eq!(pad.key(interrupt, Duration::ZERO), Reply::Interrupt);
+        assert_eq!(pad.key(interrupt, Duration::ZERO), KeyEffect::Interrupt);
     }
 }

@@ -9,13 +9,13 @@ use magician_program::Grip;
 use super::pad::{self, Pad, Question};
 use super::view::{Model, draw};
 use crate::terminal::test::{Example, screen, shows};
-use crate::terminal::{Help, Seen, Theme};
+use crate::terminal::{Help, ObservedArm, Theme};
 
 fn model() -> Model {
-    let mut seen = Seen::new("arm at a port".to_owned(), 32);
-    seen.arm.observe(crate::terminal::test::status());
+    let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
+    observed.arm.observe(crate::terminal::test::status());
     Model {
-        seen,
+        observed,
         pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
     }
 }
@@ -66,7 +66,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "0x00 ResetOccurred",
             ]),
             |model| {
-                model.seen.arm.rail = Some(125.5);
+                model.observed.arm.rail = Some(125.5);
                 model.pad.pendant.rail = true;
                 model.pad.pendant.frame = JogFrame::Joints;
                 model.pad.pendant.mode = JogMode::Hold;
@@ -76,7 +76,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 model.pad.pendant.activity = Some(Activity::Jog(JogDirection { axis, forward }));
                 let why = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg: move it the other way";
                 model.pad.refusal = Some(why.to_owned());
-                model.seen.note(why);
+                model.observed.note(why);
             },
         ),
         example(
@@ -121,7 +121,7 @@ fn a_pad_on_a_narrow_and_on_a_wide_terminal() {
 }
 
 #[test]
-fn the_keys_beside_the_coordinates_turn_with_the_view() {
+fn keys_at_the_coordinates_rotate_with_the_view() {
     let mut model = model();
     model.pad.view = model.pad.view.turned();
     shows(
@@ -135,7 +135,7 @@ fn the_keys_beside_the_coordinates_turn_with_the_view() {
 }
 
 #[test]
-fn what_is_done_and_asked_and_refused() {
+fn activity_question_and_refusal_are_shown() {
     let mut model = model();
     model.pad.pendant.frame = JogFrame::Joints;
     model.pad.pendant.mode = JogMode::Hold;
@@ -164,14 +164,14 @@ fn a_line_that_is_lost_is_seen() {
     let since = Instant::now();
     let (why, sought) = ("gone".into(), true);
     let link = Link::Lost { since, why, sought };
-    if let Some(status) = &mut model.seen.arm.status {
+    if let Some(status) = &mut model.observed.arm.status {
         status.link = link;
     }
     shows(&picture(&model, 80, 24), &["LINK LOST, looking for it"]);
 }
 
 #[test]
-fn a_narrow_terminal_shows_whole_messages_and_where_the_keys_are() {
+fn narrow_terminal_shows_whole_messages_and_the_help_key() {
     let mut model = model();
     shows(
         &picture(&model, 60, 20),

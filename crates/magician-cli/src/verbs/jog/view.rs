@@ -9,14 +9,16 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::beside::{TIGHT_ROWS, TITLE, tight};
 use super::pad::{Pad, Tone};
-use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
+use super::side_panel::{COMPACT_ROWS, TITLE, compact_panel};
+use crate::terminal::{
+    ObservedArm, Theme, fitted, header_body_footer, lamp, message_lines, mm, panel, wrapped,
+};
 
 /// Contents of a frame of the jog pad.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
-    pub(crate) seen: Seen,
+    pub(crate) observed: ObservedArm,
     pub(crate) pad: Pad,
 }
 
@@ -72,18 +74,18 @@ const HINTS: [(&str, &str); 7] = [
 ];
 
 /// Smallest height, in rows, for joints with bars.
-const LEAST_ROWS: u16 = 24;
+const MIN_BARS_HEIGHT: u16 = 24;
 
 /// Draws one frame.
 pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
-    let Model { seen, pad } = model;
+    let Model { observed, pad } = model;
     let foot = foot(pad, &HINTS, frame.area().width, theme);
-    let [header, middle, footer] = thirds(frame.area(), &foot);
-    frame.render_widget(seen.header("jog", header.width, theme), header);
-    if frame.area().height < LEAST_ROWS {
-        small(frame, middle, seen, pad, theme);
+    let [header, middle, footer] = header_body_footer(frame.area(), &foot);
+    frame.render_widget(observed.header("jog", header.width, theme), header);
+    if frame.area().height < MIN_BARS_HEIGHT {
+        small(frame, middle, observed, pad, theme);
     } else {
-        large(frame, middle, seen, pad, theme);
+        large(frame, middle, observed, pad, theme);
     }
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
@@ -91,8 +93,8 @@ pub(crate) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     }
 }
 
-fn large(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
-    let mut lines = pad_lines(seen, pad, area.width.saturating_sub(2), theme);
+fn large(frame: &mut Frame<'_>, area: Rect, observed: &ObservedArm, pad: &Pad, theme: Theme) {
+    let mut lines = pad_lines(observed, pad, area.width.saturating_sub(2), theme);
     lines.extend(refusal(pad, area.width.saturating_sub(2), theme));
     let [top, pads, alarms, log] = Layout::vertical([
         Constraint::Length(7),
@@ -103,34 +105,40 @@ fn large(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     .areas(area);
     let [place, joints] =
         Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(top);
-    pose(frame, place, seen, pad, theme);
-    joint_bars(frame, joints, seen, theme);
+    pose(frame, place, observed, pad, theme);
+    joint_bars(frame, joints, observed, theme);
     frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), pads);
-    alarm_panel(frame, alarms, seen, theme);
-    log_panel(frame, log, seen, theme);
+    alarm_panel(frame, alarms, observed, theme);
+    log_panel(frame, log, observed, theme);
 }
 
 /// Draws the joints as numbers, for small terminals. The last refusal is in the log there.
-fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
+fn small(frame: &mut Frame<'_>, area: Rect, observed: &ObservedArm, pad: &Pad, theme: Theme) {
     let [top, alarms, log] = Layout::vertical([
-        Constraint::Length(TIGHT_ROWS),
+        Constraint::Length(COMPACT_ROWS),
         Constraint::Length(4),
         Constraint::Fill(1),
     ])
     .areas(area);
     let [place, pads] =
         Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(top);
-    tight(frame, place, TITLE, seen, Some(pad), theme);
-    pad_panel(frame, pads, seen, pad, theme);
-    alarm_panel(frame, alarms, seen, theme);
-    log_panel(frame, log, seen, theme);
+    compact_panel(frame, place, TITLE, observed, Some(pad), theme);
+    pad_panel(frame, pads, observed, pad, theme);
+    alarm_panel(frame, alarms, observed, theme);
+    log_panel(frame, log, observed, theme);
 }
 
 /// Draws the tool's position with the keys that move it.
-pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
+pub(crate) fn pose(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    observed: &ObservedArm,
+    pad: &Pad,
+    theme: Theme,
+) {
     let mut lines = Vec::new();
     let cartesian = pad.pendant.frame == JogFrame::Cartesian;
-    if let Some(status) = &seen.arm.status {
+    if let Some(status) = &observed.arm.status {
         let p = &status.pose;
         for (axis, value) in [
             (Axis::X, p.x),
@@ -147,7 +155,7 @@ pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, th
             ));
         }
     }
-    if let Some(rail) = seen.arm.rail {
+    if let Some(rail) = observed.arm.rail {
         let moves = pad.pendant.moves(Axis::L);
         lines.push(row(Axis::L, rail, &keys(pad, Axis::L), moves, theme));
     }
@@ -201,15 +209,21 @@ pub(super) fn key_names(
 }
 
 /// Draws the joints between their limits.
-pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
+pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, observed: &ObservedArm, theme: Theme) {
     let block = panel("joints", theme);
-    let lines = seen.joint_lines(block.inner(area).width, theme);
+    let lines = observed.joint_lines(block.inner(area).width, theme);
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// Draws the panel with mode, activity and tools.
-pub(super) fn pad_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
-    let lines = pad_lines(seen, pad, area.width.saturating_sub(2), theme);
+pub(super) fn pad_panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    observed: &ObservedArm,
+    pad: &Pad,
+    theme: Theme,
+) {
+    let lines = pad_lines(observed, pad, area.width.saturating_sub(2), theme);
     frame.render_widget(Paragraph::new(lines).block(panel("pad", theme)), area);
 }
 
@@ -231,18 +245,26 @@ fn refusal(pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
 }
 
 /// Returns the lines of that panel for a width.
-pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec<Line<'static>> {
-    let roomy = roomy_line(pad, theme);
+pub(super) fn pad_lines(
+    observed: &ObservedArm,
+    pad: &Pad,
+    width: u16,
+    theme: Theme,
+) -> Vec<Line<'static>> {
+    let roomy = long_mode_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = if pad.pendant.activity.is_none() && seen.arm.stands() {
+    let style = if pad.pendant.activity.is_none() && observed.arm.stands() {
         theme.dim()
     } else {
         theme.good()
     };
     let doing = [
-        Span::styled(doing(seen, pad), style),
-        Span::styled(format!("  {:.1} mm/s", seen.arm.speed().tool), theme.dim()),
+        Span::styled(activity_text(observed, pad), style),
+        Span::styled(
+            format!("  {:.1} mm/s", observed.arm.speed().tool),
+            theme.dim(),
+        ),
     ];
     let tools = tool_lines(pad.pendant.tools, width.saturating_sub(6), theme);
     let mut lines = vec![if is_roomy {
@@ -278,7 +300,7 @@ pub(super) fn mode_line(pad: &Pad, theme: Theme) -> Line<'static> {
     )
 }
 
-fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
+fn long_mode_line(pad: &Pad, theme: Theme) -> Line<'static> {
     let frame = match pad.pendant.frame {
         JogFrame::Cartesian => "coordinates",
         JogFrame::Joints => "joints J2 J1 J3 J4",
@@ -302,15 +324,15 @@ fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
 }
 
 /// Describes the arm's activity.
-pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
+pub(super) fn activity_text(observed: &ObservedArm, pad: &Pad) -> String {
     match pad.pendant.activity {
         Some(Activity::Jog(direction)) => format!("jogs {direction}"),
         Some(Activity::Step(direction)) => format!("steps {direction}"),
         Some(Activity::Stop) => "stops".to_owned(),
         Some(Activity::Home) => "homes".to_owned(),
         Some(Activity::Run) => "plays".to_owned(),
-        _ if seen.arm.stands() => "stands".to_owned(),
-        _ if !seen.arm.answers() => "does not answer".to_owned(),
+        _ if observed.arm.stands() => "stands".to_owned(),
+        _ if !observed.arm.answers() => "does not answer".to_owned(),
         _ => "moves".to_owned(),
     }
 }
@@ -358,18 +380,18 @@ fn tool_spans(tools: ToolState, theme: Theme) -> [Span<'static>; 3] {
 }
 
 /// Draws the active alarms.
-pub(crate) fn alarm_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
+pub(crate) fn alarm_panel(frame: &mut Frame<'_>, area: Rect, observed: &ObservedArm, theme: Theme) {
     let block = panel("alarms", theme);
     let inner = block.inner(area);
-    let lines = seen.alarm_lines(inner.width, inner.height, theme);
+    let lines = observed.alarm_lines(inner.width, inner.height, theme);
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// Draws the log.
-pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
+pub(crate) fn log_panel(frame: &mut Frame<'_>, area: Rect, observed: &ObservedArm, theme: Theme) {
     let block = panel("log", theme);
     let inner = block.inner(area);
-    let lines = seen.log_lines(inner.width, inner.height, theme);
+    let lines = observed.log_lines(inner.width, inner.height, theme);
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
@@ -381,9 +403,9 @@ pub(crate) fn foot(
     theme: Theme,
 ) -> Vec<Line<'static>> {
     match (&pad.question, &pad.message) {
-        (Some(question), _) => said(question.text(), width, theme.note()),
-        (_, Some((Tone::Bad, text))) => said(text, width, theme.bad()),
-        (_, Some((Tone::Plain, text))) => said(text, width, theme.note()),
+        (Some(question), _) => message_lines(question.text(), width, theme.note()),
+        (_, Some((Tone::Bad, text))) => message_lines(text, width, theme.bad()),
+        (_, Some((Tone::Plain, text))) => message_lines(text, width, theme.note()),
         _ => vec![fitted(keys, width, theme)],
     }
 }

@@ -10,15 +10,15 @@ use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
 use serde_json::{Map, Value, json};
 
 use crate::json::json;
-use crate::paint::{Paint, tell};
+use crate::paint::{Paint, print_stderr};
 use crate::serving::serving;
-use crate::throttle::{Held, Throttle};
+use crate::throttle::{Suppressed, Throttle};
 use crate::verbs::decode::{hex, word};
 
 /// Smallest width of the column with names.
-const NAME: usize = 8;
+const NAME_WIDTH: usize = 8;
 /// Width of the column with directions, or the words in their place.
-const WORD: usize = 11;
+const DIRECTION_WIDTH: usize = 11;
 
 /// Amount and format of the output.
 pub(super) struct Style {
@@ -41,7 +41,7 @@ pub(super) struct Log {
     text: String,
     /// Rate limit for lines that peers can cause in any number: protocol errors, connecting and
     /// disconnecting clients.
-    floods: Throttle<&'static str>,
+    throttle: Throttle<&'static str>,
 }
 
 impl Log {
@@ -51,25 +51,25 @@ impl Log {
             arm: arm.to_owned(),
             paint: Paint::for_stderr(),
             begun: wall_clock(),
-            width: NAME,
+            width: NAME_WIDTH,
             text: String::new(),
-            floods: Throttle::default(),
+            throttle: Throttle::default(),
         }
     }
 
     /// Returns the time since the beginning.
-    fn since(&self) -> Duration {
+    fn elapsed(&self) -> Duration {
         Duration::from_micros(wall_clock().saturating_sub(self.begun))
     }
 
     /// True if one more line of this kind may be shown.
     fn passes(&mut self, kind: &'static str) -> bool {
-        self.floods.passes(self.since(), kind, kind)
+        self.throttle.allows(self.elapsed(), kind, kind)
     }
 
     /// Prints summaries of suppressed lines.
-    fn more(&mut self, held: Vec<Held>) {
-        for Held {
+    fn print_suppressed(&mut self, held: Vec<Suppressed>) {
+        for Suppressed {
             count,
             last,
             seconds,
@@ -141,7 +141,7 @@ impl Log {
         } else {
             text()
         };
-        tell(line);
+        print_stderr(line);
     }
 
     /// Prints a frame that passed or was rejected.
@@ -154,18 +154,20 @@ impl Log {
             Event::Foreign { bytes, passed, .. } => {
                 return self.foreign(client.unwrap_or("arm"), bytes.bytes(), *passed);
             }
-            Event::Request { frame, .. } => Shown::new("request", frame, request),
+            Event::Request { frame, .. } => ShownFrame::new("request", frame, request),
             Event::Reply { frame, shared, .. } => {
                 let note = shared.then(|| "shared".to_owned());
-                Shown::new("reply", frame, reply).noted(note)
+                ShownFrame::new("reply", frame, reply).with_note(note)
             }
-            Event::Unanswered { frame, .. } => Shown::new("unanswered", frame, request).bad(),
+            Event::Unanswered { frame, .. } => ShownFrame::new("unanswered", frame, request).bad(),
             Event::Dropped { frame, reason, .. } => {
                 let note = Some(reason.to_string());
-                Shown::new("dropped", frame, request).noted(note).bad()
+                ShownFrame::new("dropped", frame, request)
+                    .with_note(note)
+                    .bad()
             }
-            Event::Own { frame } => Shown::new("own", frame, request),
-            Event::Unclaimed { frame } => Shown::new("unclaimed", frame, reply).bad(),
+            Event::Own { frame } => ShownFrame::new("own", frame, request),
+            Event::Unclaimed { frame } => ShownFrame::new("unclaimed", frame, reply).bad(),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         };
@@ -186,7 +188,7 @@ impl Log {
         }
     }
 
-    fn frame(&mut self, who: &str, shown: &Shown<'_>) {
+    fn frame(&mut self, who: &str, shown: &ShownFrame<'_>) {
         let paint = self.paint;
         let values = shown.values();
         let note = shown.note.as_ref().map(|note| format!("  ({note})"));
@@ -267,8 +269,8 @@ impl ProxyObserver for Log {
     }
 
     fn flush(&mut self) {
-        let ended = self.floods.ended(self.since());
-        self.more(ended);
+        let ended = self.throttle.take_ended(self.elapsed());
+        self.print_suppressed(ended);
         if !self.text.is_empty() {
             let _ = io::stderr().lock().write_all(self.text.as_bytes());
             self.text.clear();
@@ -278,14 +280,14 @@ impl ProxyObserver for Log {
 
 impl Drop for Log {
     fn drop(&mut self) {
-        let rest = self.floods.rest(self.since());
-        self.more(rest);
+        let rest = self.throttle.take_all(self.elapsed());
+        self.print_suppressed(rest);
         self.flush();
     }
 }
 
 /// Frame to print.
-struct Shown<'a> {
+struct ShownFrame<'a> {
     word: &'static str,
     frame: Frame<'a>,
     meaning: Option<Description<'a>>,
@@ -294,7 +296,7 @@ struct Shown<'a> {
     bad: bool,
 }
 
-impl<'a> Shown<'a> {
+impl<'a> ShownFrame<'a> {
     fn new(word: &'static str, frame: &'a FrameBuf, direction: Direction) -> Self {
         let frame = frame.frame();
         Self {
@@ -307,7 +309,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    fn noted(self, note: Option<String>) -> Self {
+    fn with_note(self, note: Option<String>) -> Self {
         Self { note, ..self }
     }
 

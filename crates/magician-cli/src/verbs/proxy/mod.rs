@@ -16,7 +16,7 @@ use magician_protocol::Row;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
-use crate::serving::{DOORS, grow, pty, say_ready};
+use crate::serving::{NO_ENDPOINT_HINT, open_growing, print_ready, pty};
 
 use log::{Log, Style};
 
@@ -106,9 +106,9 @@ impl Proxy {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (endpoints, count) = self.endpoints();
         if count == 0 {
-            return Err(Failure::usage("no endpoint to serve").hint(DOORS));
+            return Err(Failure::usage("no endpoint to serve").hint(NO_ENDPOINT_HINT));
         }
-        self.refuse_twins()?;
+        self.check_distinct_endpoints()?;
         let target = context.target(None)?;
         let style = Style {
             json: context.global.json,
@@ -116,7 +116,7 @@ impl Proxy {
             only: self.only.clone(),
             verbose: context.global.verbose,
         };
-        let signal = context.alone(async |_, signals| {
+        let signal = context.run_without_arm(async |_, signals| {
             let options = LineOptions::default().faults(self.faults.unwrap_or_default());
             let line = RawLine::open_with(&target, options).await?;
             let settings = Settings {
@@ -129,13 +129,13 @@ impl Proxy {
             let mut proxy = ProxyServer::open(line, &endpoints, settings)?;
             // After the endpoints: if one of them fails, an earlier trace is left unchanged.
             if let Some(path) = &self.trace {
-                proxy = proxy.traced(BufWriter::new(grow(path)?))?;
+                proxy = proxy.traced(BufWriter::new(open_growing(path)?))?;
             }
             log.serving(&proxy.endpoints());
             if !matches!(target, Target::Sim(_)) {
                 log.exposed(&proxy.endpoints());
             }
-            say_ready();
+            print_ready();
             Ok(proxy.observed(log).serve_until(signals.next()).await?)
         })?;
         match signal {
@@ -145,7 +145,7 @@ impl Proxy {
     }
 
     /// Fails if an endpoint is given twice: the second link would hide the first.
-    fn refuse_twins(&self) -> Result<(), Failure> {
+    fn check_distinct_endpoints(&self) -> Result<(), Failure> {
         #[cfg(unix)]
         for (at, path) in self.pty.iter().enumerate() {
             if self.pty.iter().skip(at + 1).any(|other| other == path) {

@@ -1,8 +1,8 @@
 //! `replay`: replays a recorded session on a virtual arm and compares the answers, or explains the
 //! session.
 
+mod reporter;
 mod session;
-mod tell;
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
@@ -20,15 +20,15 @@ use super::{decode, law, sim};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::options::number;
+use reporter::ReplayReporter;
 use session::{Pace, attend};
-use tell::ReplayReporter;
 
 /// Writer for the new session.
-type Saved = ReplayWriter<Box<dyn Write + Send>>;
+type SessionWriter = ReplayWriter<Box<dyn Write + Send>>;
 
 /// Largest trace that is read, bytes. An hour of polling has 150 MB, so a larger file is probably
 /// no trace.
-const MOST_BYTES: u64 = 1 << 30;
+const MAX_TRACE_SIZE: u64 = 1 << 30;
 
 /// Replay a recorded session on a virtual arm and compare the replies
 #[derive(Args, Debug)]
@@ -74,7 +74,7 @@ pub(crate) struct Replay {
     law: bool,
     /// Target of the replay
     #[arg(long, value_name = "WHERE", default_value = "sim")]
-    to: To,
+    to: Destination,
     /// Replay only this link, by name or number [default: the link to the arm in a trace of
     /// `magician proxy`; in other traces all links, sent to the one arm]
     #[arg(long, value_name = "NAME")]
@@ -106,7 +106,7 @@ pub(crate) struct Replay {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum To {
+enum Destination {
     /// Virtual arm
     Sim,
     /// Decoder
@@ -136,8 +136,8 @@ impl Replay {
         };
         let session = self.session(&bytes)?;
         match self.to {
-            To::Sim => self.simulate(&session, context),
-            To::Decode => self.explain(&session, context),
+            Destination::Sim => self.simulate(&session, context),
+            Destination::Decode => self.explain(&session, context),
         }
     }
 
@@ -183,7 +183,11 @@ impl Replay {
     fn session<'a>(&self, bytes: &'a [u8]) -> Result<Session<'a>, Failure> {
         let wrong = |error| Failure::invalid(format!("{}: {error}", self.session.display()));
         let mut session = Session::new(bytes).map_err(wrong)?;
-        let own = || session.line_of_arm().filter(|_| self.to == To::Sim);
+        let own = || {
+            session
+                .line_of_arm()
+                .filter(|_| self.to == Destination::Sim)
+        };
         if let Some(link) = self.link.clone().or_else(own) {
             session = session.only_link(&link).map_err(wrong)?;
         }
@@ -210,7 +214,7 @@ impl Replay {
         let (mut file, mut saved) = self.save(session)?.unzip();
         let quiet = context.global.json;
         let what = format!("replaying {} packets", session.packets().len());
-        context.alone(async |out, signals| {
+        context.run_without_arm(async |out, signals| {
             let mut teller = ReplayReporter::new(out, quiet);
             let mut play = session.play(&mut arm);
             let mut pace = Pace::new(self.speed, session);
@@ -245,14 +249,14 @@ impl Replay {
         })
     }
 
-    fn save(&self, session: &Session<'_>) -> Result<Option<(WholeFile, Saved)>, Failure> {
+    fn save(&self, session: &Session<'_>) -> Result<Option<(WholeFile, SessionWriter)>, Failure> {
         let Some(path) = &self.save else {
             return Ok(None);
         };
         let unwritable = |error| Failure::unwritable(path, &error);
         let mut file = WholeFile::create(path).map_err(unwritable)?;
         let out = Box::new(BufWriter::new(file.writer()));
-        let saved = Saved::new(out, session).map_err(unwritable)?;
+        let saved = SessionWriter::new(out, session).map_err(unwritable)?;
         Ok(Some((file, saved)))
     }
 
@@ -263,7 +267,7 @@ impl Replay {
             return Err(Failure::usage(format!("{option} needs --to sim")));
         }
         let quiet = context.global.json;
-        context.alone(async |out, signals| {
+        context.run_without_arm(async |out, signals| {
             let mut packets = decode::Packets::new(out, quiet);
             let mut pace = Pace::new(self.speed, session);
             let work = async {
@@ -299,8 +303,8 @@ fn read(path: &Path) -> Result<Vec<u8>, Failure> {
         return Err(Failure::invalid(format!("{name} is a directory")));
     }
     let mut bytes = Vec::new();
-    (file.take(MOST_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
-    if bytes.len() as u64 > MOST_BYTES {
+    (file.take(MAX_TRACE_SIZE + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_TRACE_SIZE {
         let failure = Failure::invalid(format!("{name} is larger than 1 GB"));
         return Err(failure.hint("cut it: `editcap -c 1000000 FILE PART.pcapng`"));
     }

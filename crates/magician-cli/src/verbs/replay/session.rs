@@ -9,10 +9,10 @@ use tokio::time::{Instant, sleep_until};
 
 use crate::failure::Failure;
 use crate::interrupt::Signals;
-use crate::progress::attended;
+use crate::progress::announce_wait;
 
 /// Packets between two checks for signals. A choice.
-const STRETCH: u64 = 256;
+const SIGNAL_CHECK_PACKETS: u64 = 256;
 
 /// Delays packets so that the trace replays at a factor of real time, or without delay.
 pub(super) struct Pace {
@@ -45,7 +45,7 @@ impl Pace {
         self.packets += 1;
         let Some(times) = self.times else {
             // Without delays nothing else yields to the runtime, so signals would not be seen.
-            if self.packets.is_multiple_of(STRETCH) {
+            if self.packets.is_multiple_of(SIGNAL_CHECK_PACKETS) {
                 tokio::task::yield_now().await;
             }
             return;
@@ -71,6 +71,6 @@ pub(super) async fn attend(
     tokio::select! {
         biased;
         _ = signals.next() => Err(Failure::interrupted()),
-        done = attended(quiet, what, work) => done,
+        done = announce_wait(quiet, what, work) => done,
     }
 }

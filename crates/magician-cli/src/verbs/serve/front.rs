@@ -14,7 +14,7 @@ use magician_station::http::{
 
 use crate::config::Config;
 use crate::failure::Failure;
-use crate::paint::tell;
+use crate::paint::print_stderr;
 use crate::verbs::station::tokens;
 use magician::stations::{LocalStation, stations};
 
@@ -53,9 +53,9 @@ pub(crate) struct FrontFlags {
 impl FrontFlags {
     /// Fills in settings that no flag sets.
     pub(crate) fn fill_in(&mut self, config: &Config) {
-        let listen = || config.says("serve.listen").map(str::to_owned);
+        let listen = || config.file_value("serve.listen").map(str::to_owned);
         self.listen = self.listen.take().or_else(listen);
-        let programs = || config.says("serve.programs").map(PathBuf::from);
+        let programs = || config.file_value("serve.programs").map(PathBuf::from);
         self.programs = self.programs.take().or_else(programs);
         for (given, name) in [
             (&mut self.allow_host, "serve.allow_host"),
@@ -127,10 +127,10 @@ impl FrontFlags {
     }
 
     /// Prints a pairing code, if one is asked for.
-    pub(crate) fn tell_code(&self, tokens: &TokenStore) -> Result<(), Failure> {
+    pub(crate) fn print_code(&self, tokens: &TokenStore) -> Result<(), Failure> {
         if self.pair {
             let code = tokens.pair(magician_station::Role::Student)?;
-            tell(format_args!(
+            print_stderr(format_args!(
                 "code {code}, valid for one token within two minutes"
             ));
         }
@@ -140,7 +140,7 @@ impl FrontFlags {
 
 /// Converts an error of binding into a failure. If the port is in use, the hint names the station
 /// of this computer that has it.
-fn taken(error: ListenError) -> Failure {
+fn bind_failure(error: ListenError) -> Failure {
     let port = match &error {
         ListenError::Bind(address, why) if why.kind() == io::ErrorKind::AddrInUse => address.port(),
         _ => return error.into(),

@@ -43,7 +43,7 @@ pub(super) struct Link {
 
 impl LinkFlags {
     /// Enables the link because the settings ask for it.
-    pub(super) fn by_settings(&mut self) {
+    pub(super) fn enabled_by_settings(&mut self) {
         self.link.get_or_insert(None);
     }
 

@@ -38,17 +38,17 @@ use self::link::{Link, LinkFlags};
 use self::site::SiteFlags;
 use super::sim::scenario_of;
 use crate::config::Config;
-use crate::context::{Context, Sim, Taken};
+use crate::context::{Context, Sim, VirtualArmUse};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::mdns::Announcement;
-use crate::paint::tell;
-use crate::serving::{say_ready, unix_time};
+use crate::paint::print_stderr;
+use crate::serving::{print_ready, unix_time};
 use crate::verbs::job;
 use magician::stations::{Holder, folder};
 pub(crate) use site::name_of_site;
 #[cfg(feature = "site")]
-pub(crate) use site::tell_flaw;
+pub(crate) use site::print_linger_warning;
 #[cfg(not(feature = "site"))]
 pub(crate) use site::unsupported;
 pub(crate) use studio::Studio;
@@ -57,7 +57,7 @@ pub(crate) use studio::{open_in_browser, pages};
 pub(crate) use window::is_started_by_hand;
 
 /// Longest wait for listeners and a site to close at the end. A choice.
-const STOPPING: Duration = Duration::from_secs(2);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Share arms on the network: many watch, one moves, anyone stops
 #[derive(Args, Debug)]
@@ -104,12 +104,12 @@ pub(crate) struct Serve {
     #[arg(long, value_name = "FILE|NAME")]
     scenario: Option<PathBuf>,
     #[arg(skip)]
-    shown: Shown,
+    shown: PageDisplay,
 }
 
 /// Way to show the page once the station accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Shown {
+enum PageDisplay {
     #[default]
     No,
     /// The command prints the address.
@@ -121,7 +121,7 @@ enum Shown {
 }
 
 /// Data that a station keeps, and the reader of programs.
-struct Kept {
+struct StationData {
     tokens: TokenStore,
     reader: FormatReader,
     programs: Option<Arc<dyn ProgramStore>>,
@@ -129,19 +129,19 @@ struct Kept {
     student_laser: bool,
     class: Option<String>,
     schedule: Option<String>,
-    ring: Ring,
+    ring: RecordingRing,
     lines: Vec<Arc<FrameRing>>,
 }
 
 /// Recording of the last ten minutes of each arm.
 #[derive(Clone, Copy)]
-struct Ring {
+struct RecordingRing {
     /// Readings a second while an arm moves; 0 to use only readings that clients ask for.
     rate: u32,
     save_on_alarm: bool,
 }
 
-impl Ring {
+impl RecordingRing {
     /// Default rate of readings while an arm moves, Hz: one per control period (model section 7).
     const RATE: f64 = 50.0;
 
@@ -150,7 +150,7 @@ impl Ring {
         let asked = config.number("serve.ring").unwrap_or(Self::RATE);
         Self {
             rate: dirs::state().map_or(0, |_| asked as u32),
-            save_on_alarm: config.says("serve.save_on_alarm") != Some("false"),
+            save_on_alarm: config.file_value("serve.save_on_alarm") != Some("false"),
         }
     }
 }
@@ -182,7 +182,7 @@ impl Serve {
         let config = context.config()?;
         self.fill_in(&config);
         self.link.check()?;
-        let student_laser = config.says("serve.student_laser") == Some("true");
+        let student_laser = config.file_value("serve.student_laser") == Some("true");
         let scenario = self
             .scenario
             .is_some()
@@ -190,7 +190,7 @@ impl Serve {
         let scenario = scenario.transpose()?.unwrap_or_default();
         let store = self.front.tokens()?;
         let tls = self.front.tls()?;
-        let ring = Ring::of(&config);
+        let ring = RecordingRing::of(&config);
         let mut arms = Vec::new();
         let mut lines = Vec::new();
         for (name, target) in targets {
@@ -247,8 +247,8 @@ impl Serve {
             reader = reader.with_library(Arc::clone(programs));
         }
         let json = context.global.json;
-        context.let_go()?;
-        context.alone(async |_, signals| {
+        context.close_connection()?;
+        context.run_without_arm(async |_, signals| {
             // Addresses first: another program may hold them, and then no arm should have been
             // opened.
             let listener = self.front.bind(tls).await?;
@@ -265,7 +265,7 @@ impl Serve {
                 connected.push(opened?);
             }
             let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
-            let kept = Kept {
+            let kept = StationData {
                 tokens: store,
                 reader,
                 programs,
@@ -282,7 +282,7 @@ impl Serve {
     }
 
     /// True if neither the arm nor the address is given.
-    fn is_as_usual(&self, context: &Context) -> bool {
+    fn is_default(&self, context: &Context) -> bool {
         let port = context.global.port.as_deref().unwrap_or_default();
         self.arm.is_empty() && self.front.listen.is_none() && port.is_empty()
     }
@@ -290,8 +290,8 @@ impl Serve {
     /// Fills in settings that no flag sets.
     fn fill_in(&mut self, config: &Config) {
         self.front.fill_in(config);
-        if config.says("serve.link") == Some("true") {
-            self.link.by_settings();
+        if config.file_value("serve.link") == Some("true") {
+            self.link.enabled_by_settings();
         }
     }
 
@@ -300,9 +300,9 @@ impl Serve {
     fn targets(&self, context: &mut Context) -> Result<Vec<(String, Target)>, Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
-            taken: match self.shown {
-                Shown::InWindow => Taken::IfAlone,
-                _ => Taken::IfAsked,
+            condition: match self.shown {
+                PageDisplay::InWindow => VirtualArmUse::NoArmFound,
+                _ => VirtualArmUse::Named,
             },
         };
         if self.arm.is_empty() {
@@ -340,13 +340,13 @@ impl Serve {
     async fn serve(
         &self,
         json: bool,
-        kept: Kept,
+        kept: StationData,
         (listener, link): (Listener, Option<Link>),
         entries: Vec<ArmEntry>,
         arms: Vec<Arm>,
         signals: &mut Signals,
     ) -> Result<(), Failure> {
-        let Kept {
+        let StationData {
             tokens: store,
             reader,
             programs,
@@ -363,7 +363,7 @@ impl Serve {
         config.student_laser = student_laser;
         (config.class, config.schedule) = (class, schedule);
         config.reader = Arc::new(reader);
-        config.surfaces = Arc::new(surfaces::Surfaces::under(&entries));
+        config.surfaces = Arc::new(surfaces::Surfaces::for_arms(&entries));
         config.presets = presets;
         config.ring = ring.rate;
         config.save_on_alarm = ring.save_on_alarm;
@@ -417,63 +417,63 @@ impl Serve {
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
         let holder = Holder::write(&url, &ports, &names, own);
-        tell(format_args!("serving {url}"));
+        print_stderr(format_args!("serving {url}"));
         if let Some(pin) = station.pin() {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "the teacher's PIN of the class is {pin}: without it, pages on this computer can only watch and stop"
             ));
         }
         if let Some(joined) = &joined {
             let (name, station) = (joined.name(), joined.station());
             let arms = names.join(", ");
-            tell(format_args!(
+            print_stderr(format_args!(
                 "on the site {name} as station {station}: {arms}"
             ));
         }
         if let Some(linked) = &linked {
-            tell(format_args!("programs for DobotLink at {linked}"));
+            print_stderr(format_args!("programs for DobotLink at {linked}"));
         }
         if exposed {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "other computers can connect, each with a token"
             ));
         }
         if let Some(Err(error)) = &announced {
-            tell(format_args!("not announced on the local network: {error}"));
+            print_stderr(format_args!("not announced on the local network: {error}"));
         }
-        self.front.tell_code(&store)?;
-        if exposed && self.shown != Shown::No && !json {
-            studio::show_address(&studio::seen_from_elsewhere(&url));
+        self.front.print_code(&store)?;
+        if exposed && self.shown != PageDisplay::No && !json {
+            studio::show_address(&studio::external_address(&url));
         }
         studio::show(self.shown, &url);
         if json {
-            say_addresses(&url, &api, linked.as_deref(), joined.as_ref(), &entries)?;
+            print_addresses(&url, &api, linked.as_deref(), joined.as_ref(), &entries)?;
         } else {
-            say_ready();
+            print_ready();
         }
         let mut never_shown = None;
         tokio::select! {
             _ = signals.next() => {}
-            closed = window::closed(&station), if self.shown == Shown::InWindow => never_shown = closed.err(),
+            closed = window::closed(&station), if self.shown == PageDisplay::InWindow => never_shown = closed.err(),
         }
         let stopping = async {
             // Leaving the site runs in parallel, so that a slow network does not delay the stops.
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let ended = station.end_runs().await;
             for CutOff { arm, holder, .. } in ended.cut_off {
-                tell(format_args!(
+                print_stderr(format_args!(
                     "{arm} was stopped while {holder} held it and did not stop it in time: a pen may be down"
                 ));
             }
             // The arms stand from here on, so errors and timeouts of the cleanup are ignored.
             if let Some(leaving) = leaving {
-                let _ = timeout(STOPPING, leaving).await;
+                let _ = timeout(CLOSE_TIMEOUT, leaving).await;
             }
             // The servers end after the runs, so that clients receive the last states.
             let _ = over.send(true);
-            let _ = timeout(STOPPING, serving).await;
+            let _ = timeout(CLOSE_TIMEOUT, serving).await;
             if let Some(linking) = linking {
-                let _ = timeout(STOPPING, linking).await;
+                let _ = timeout(CLOSE_TIMEOUT, linking).await;
             }
             ended.unconfirmed
         };
@@ -534,11 +534,11 @@ fn not_stopped(unconfirmed: &[(String, String)]) -> Option<Failure> {
     Some(failure.hint("look at the arm: its power switch stops it"))
 }
 
-fn say_addresses(
+fn print_addresses(
     url: &str,
     api: &str,
     link: Option<&str>,
-    site: Option<&site::Joined>,
+    site: Option<&site::SiteMembership>,
     entries: &[ArmEntry],
 ) -> Result<(), Failure> {
     use std::io::Write;

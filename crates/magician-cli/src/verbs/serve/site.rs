@@ -29,7 +29,7 @@ pub(crate) fn name_of_site(text: &str) -> Result<String, &'static str> {
 }
 
 #[cfg(not(feature = "site"))]
-pub(super) use without::Joined;
+pub(super) use without::SiteMembership;
 #[cfg(not(feature = "site"))]
 pub(crate) use without::unsupported;
 
@@ -42,7 +42,7 @@ mod without {
 
     /// Never constructed in such a build.
     #[derive(Debug)]
-    pub(in super::super) enum Joined {}
+    pub(in super::super) enum SiteMembership {}
 
     pub(crate) fn unsupported() -> Failure {
         let message = "this build of magician cannot join sites";
@@ -70,13 +70,13 @@ impl SiteFlags {
         _: &[ArmEntry],
         _: &RunningStation,
         _: &TokenStore,
-    ) -> Result<Option<Joined>, Failure> {
+    ) -> Result<Option<SiteMembership>, Failure> {
         Ok(None)
     }
 }
 
 #[cfg(not(feature = "site"))]
-impl Joined {
+impl SiteMembership {
     pub(super) fn name(&self) -> &str {
         match *self {}
     }
@@ -93,7 +93,7 @@ impl Joined {
 /// Membership in a site.
 #[cfg(feature = "site")]
 #[derive(Debug)]
-pub(super) struct Joined {
+pub(super) struct SiteMembership {
     name: String,
     node: magician_site::carrier::SiteNode,
 }
@@ -108,7 +108,7 @@ impl SiteFlags {
     /// names must be unique on the site.
     pub(super) fn name_of_only_arm(&self) -> Option<String> {
         self.site.as_ref()?;
-        magician_site::keys::name_like(&crate::mdns::host_name())
+        magician_site::keys::derive_name(&crate::mdns::host_name())
     }
 
     pub(super) async fn join(
@@ -116,9 +116,9 @@ impl SiteFlags {
         entries: &[ArmEntry],
         station: &RunningStation,
         tokens: &TokenStore,
-    ) -> Result<Option<Joined>, Failure> {
+    ) -> Result<Option<SiteMembership>, Failure> {
         use magician_site::carrier::{NodeOptions, ServedArm, SiteNode};
-        use magician_site::keys::{SiteName, name_like};
+        use magician_site::keys::{SiteName, derive_name};
 
         let Some(name) = &self.site else {
             return Ok(None);
@@ -134,21 +134,21 @@ impl SiteFlags {
         let machine = crate::mdns::host_name();
         let options = NodeOptions {
             site,
-            machine: name_like(&machine).unwrap_or_else(|| "machine".to_owned()),
+            machine: derive_name(&machine).unwrap_or_else(|| "machine".to_owned()),
             arms: arms.collect(),
             config: self.site_config.clone(),
             identity,
         };
         let node = SiteNode::join(options, station.clone(), tokens.clone()).await?;
-        tell_flaw();
+        print_linger_warning();
         if !is_proved {
-            crate::paint::tell(format_args!(
+            crate::paint::print_stderr(format_args!(
                 "this machine has no certificate of the site {name}: the site sees its arms, but \
                     cannot stop them. `magician site init {name}` creates the first certificate of \
                     a site, `magician site join CODE` gets one from that machine"
             ));
         }
-        Ok(Some(Joined {
+        Ok(Some(SiteMembership {
             name: name.clone(),
             node,
         }))
@@ -157,14 +157,14 @@ impl SiteFlags {
 
 /// Prints a known flaw of this build, if it has one.
 #[cfg(feature = "site")]
-pub(crate) fn tell_flaw() {
-    if let Some(flaw) = magician_site::carrier::LINGER_FLAW {
-        crate::paint::tell(flaw);
+pub(crate) fn print_linger_warning() {
+    if let Some(flaw) = magician_site::carrier::LINGER_WARNING {
+        crate::paint::print_stderr(flaw);
     }
 }
 
 #[cfg(feature = "site")]
-impl Joined {
+impl SiteMembership {
     pub(super) fn name(&self) -> &str {
         &self.name
     }

@@ -12,10 +12,10 @@ use qrcode::QrCode;
 use qrcode::render::unicode::Dense1x2;
 use serde::Serialize;
 
-use super::{Serve, Shown, window};
+use super::{PageDisplay, Serve, window};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::paint::tell;
+use crate::paint::print_stderr;
 use magician::stations::{LocalStation, stations};
 
 /// Limits of a page that was built without its WebAssembly modules.
@@ -65,19 +65,19 @@ impl Studio {
                 .hint("use `magician serve --no-studio`"));
         }
         self.serve.shown = match (self.app, self.no_open) {
-            (true, _) => Shown::InWindow,
-            (_, true) => Shown::AsAddress,
-            _ => Shown::InBrowser,
+            (true, _) => PageDisplay::InWindow,
+            (_, true) => PageDisplay::AsAddress,
+            _ => PageDisplay::InBrowser,
         };
         if !self.app {
             return self.serve.run(context);
         }
         // Second double click: show the page of the running station.
-        if self.serve.is_as_usual(context)
+        if self.serve.is_default(context)
             && let Some(LocalStation { url, .. }) = stations().into_iter().next()
         {
-            tell(format_args!("a station is already running: {url}"));
-            show(Shown::InWindow, &url);
+            print_stderr(format_args!("a station is already running: {url}"));
+            show(PageDisplay::InWindow, &url);
             return Ok(());
         }
         self.serve.run(context).inspect_err(window::show_failure)
@@ -176,29 +176,29 @@ fn place(folder: &Path, file: &PageFile) -> PathBuf {
 
 /// Shows the page as chosen. If that fails the printed address has to suffice. Notes once that a
 /// build's page needs a server.
-pub(super) fn show(how: Shown, url: &str) {
-    if how != Shown::No && !magician_studio::works_without_server() {
-        tell(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
+pub(super) fn show(how: PageDisplay, url: &str) {
+    if how != PageDisplay::No && !magician_studio::works_without_server() {
+        print_stderr(format_args!("note: {NO_MODULES}; {BUILD_MODULES}"));
     }
     let shown = match how {
-        Shown::No | Shown::AsAddress => Ok(()),
-        Shown::InBrowser => window::open_in_browser(url),
-        Shown::InWindow => window::open(url),
+        PageDisplay::No | PageDisplay::AsAddress => Ok(()),
+        PageDisplay::InBrowser => window::open_in_browser(url),
+        PageDisplay::InWindow => window::open(url),
     };
     if shown.is_err() {
-        tell(format_args!("no browser was found: open {url} yourself"));
+        print_stderr(format_args!("no browser was found: open {url} yourself"));
     }
 }
 
 /// Opens a page in the system's browser, without reporting errors: the address is printed anyway.
 #[cfg(feature = "site")]
 pub(crate) fn open_in_browser(url: &str) {
-    show(Shown::InBrowser, url);
+    show(PageDisplay::InBrowser, url);
 }
 
 /// Returns a station's address for other computers: a wildcard address is replaced by this
 /// computer's outgoing one.
-pub(super) fn seen_from_elsewhere(url: &str) -> String {
+pub(super) fn external_address(url: &str) -> String {
     let outward = || -> io::Result<IpAddr> {
         // Connecting a UDP socket sends nothing; it only makes the system choose a source address.
         // 192.0.2.1 is reserved for documentation (RFC 5737).
@@ -227,7 +227,7 @@ pub(super) fn show_address(url: &str) {
     let drawn = drawn
         .lines()
         .fold(String::new(), |drawn, line| drawn + "  " + line + "\n");
-    tell(format_args!("\n{drawn}\n  {url}\n"));
+    print_stderr(format_args!("\n{drawn}\n  {url}\n"));
 }
 
 #[cfg(test)]
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn export_that_fails_leaves_nothing_and_a_start_page_comes_last() {
+    fn failed_export_leaves_no_files_and_writes_the_start_page_last() {
         let place = tempfile::tempdir().unwrap();
         let files = || {
             [
@@ -273,10 +273,10 @@ mod tests {
     }
 
     #[test]
-    fn only_an_address_of_this_computer_alone_is_told_otherwise() {
-        let told = seen_from_elsewhere("http://192.168.1.5:8910/");
+    fn only_wildcard_addresses_are_replaced() {
+        let told = external_address("http://192.168.1.5:8910/");
         assert_eq!(told, "http://192.168.1.5:8910/");
-        let told = seen_from_elsewhere("http://127.0.0.1:8910/");
+        let told = external_address("http://127.0.0.1:8910/");
         assert!(
             told.starts_with("http://") && told.ends_with(":8910/"),
             "{told}"

@@ -14,7 +14,7 @@ pub(super) struct Surfaces {
 
 impl Surfaces {
     /// Creates the store for these arms.
-    pub(super) fn under(arms: &[ArmEntry]) -> Self {
+    pub(super) fn for_arms(arms: &[ArmEntry]) -> Self {
         let real = arms.iter().filter(|arm| !arm.is_virtual).count();
         Self {
             touched: MemorySurfaces::default(),

@@ -22,11 +22,11 @@ use crate::failure::{Failure, Kind};
 use crate::paint::Paint;
 
 /// Interval of checking whether the page is still open.
-const LOOK: Duration = Duration::from_secs(1);
+const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Checks without an open socket after which the page counts as closed. A reload takes less.
-const CLOSED: u32 = 10;
+const CLOSED_CHECKS: u32 = 10;
 /// Checks within which the page must appear first.
-const FIRST: u32 = 60;
+const MAX_FIRST_CHECKS: u32 = 60;
 
 /// Chromium-based browsers, which can show a page as an application window, by program name.
 #[cfg(not(any(windows, target_os = "macos")))]
@@ -202,27 +202,27 @@ fn failure_page(failure: &Failure) -> String {
 /// Counts the checks without an open socket. `visits` is the total number of sockets so far: a page
 /// may come and go between two checks.
 #[derive(Debug, Default)]
-struct Audience {
+struct PageVisits {
     visits: u64,
     empty: u32,
 }
 
-impl Audience {
+impl PageVisits {
     /// Returns true if the page was closed. Fails if it never appeared.
-    fn look(&mut self, sockets: usize, visits: u64) -> Result<bool, Failure> {
+    fn note_check(&mut self, sockets: usize, visits: u64) -> Result<bool, Failure> {
         if sockets > 0 || visits > self.visits {
             (self.visits, self.empty) = (visits, 0);
             return Ok(false);
         }
         self.empty += 1;
-        if visits == 0 && self.empty >= FIRST {
+        if visits == 0 && self.empty >= MAX_FIRST_CHECKS {
             let message = "no browser showed the studio within a minute";
             return Err(Failure::new(
                 Kind::Driver(magician::ErrorKind::Timeout),
                 message,
             ));
         }
-        Ok(visits > 0 && self.empty >= CLOSED)
+        Ok(visits > 0 && self.empty >= CLOSED_CHECKS)
     }
 }
 
@@ -231,10 +231,10 @@ impl Audience {
 /// # Errors
 /// [`Failure`] if the page never appeared.
 pub(super) async fn closed(station: &RunningStation) -> Result<(), Failure> {
-    let (mut audience, mut looks) = (Audience::default(), interval(LOOK));
+    let (mut visits, mut checks) = (PageVisits::default(), interval(CHECK_INTERVAL));
     loop {
-        looks.tick().await;
-        if audience.look(station.sockets(), station.visits())? {
+        checks.tick().await;
+        if visits.note_check(station.sockets(), station.visits())? {
             return Ok(());
         }
     }
@@ -245,44 +245,50 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_page_that_is_loaded_again_is_not_closed() {
-        let mut audience = Audience::default();
-        for _ in 0..FIRST - 1 {
-            assert!(!audience.look(0, 0).unwrap(), "the browser is starting");
+    fn reloaded_page_is_not_closed() {
+        let mut visits = PageVisits::default();
+        for _ in 0..MAX_FIRST_CHECKS - 1 {
+            assert!(!visits.note_check(0, 0).unwrap(), "the browser is starting");
         }
-        assert!(!audience.look(1, 1).unwrap());
-        for _ in 0..CLOSED - 1 {
-            assert!(!audience.look(0, 1).unwrap());
+        assert!(!visits.note_check(1, 1).unwrap());
+        for _ in 0..CLOSED_CHECKS - 1 {
+            assert!(!visits.note_check(0, 1).unwrap());
         }
-        assert!(!audience.look(2, 3).unwrap());
-        let closed: Vec<_> = (0..CLOSED).map(|_| audience.look(0, 3).unwrap()).collect();
+        assert!(!visits.note_check(2, 3).unwrap());
+        let closed: Vec<_> = (0..CLOSED_CHECKS)
+            .map(|_| visits.note_check(0, 3).unwrap())
+            .collect();
         assert_eq!(closed.iter().filter(|closed| **closed).count(), 1);
         assert!(closed.ends_with(&[true]));
     }
 
     #[test]
-    fn a_page_that_came_and_went_between_two_looks_was_there() {
-        let mut audience = Audience::default();
-        assert!(!audience.look(0, 0).unwrap());
-        assert!(!audience.look(0, 1).unwrap());
-        for _ in 0..CLOSED - 1 {
-            assert!(!audience.look(0, 1).unwrap());
+    fn page_visited_between_two_checks_counts_as_opened() {
+        let mut visits = PageVisits::default();
+        assert!(!visits.note_check(0, 0).unwrap());
+        assert!(!visits.note_check(0, 1).unwrap());
+        for _ in 0..CLOSED_CHECKS - 1 {
+            assert!(!visits.note_check(0, 1).unwrap());
         }
-        assert!(!audience.look(0, 2).unwrap(), "it was loaded again");
-        let closed: Vec<_> = (0..CLOSED).map(|_| audience.look(0, 2).unwrap()).collect();
+        assert!(!visits.note_check(0, 2).unwrap(), "it was loaded again");
+        let closed: Vec<_> = (0..CLOSED_CHECKS)
+            .map(|_| visits.note_check(0, 2).unwrap())
+            .collect();
         assert!(closed.ends_with(&[false, true]));
     }
 
     #[test]
-    fn a_page_that_never_comes_is_a_failure() {
-        let mut audience = Audience::default();
-        let failed = (0..FIRST).find_map(|_| audience.look(0, 0).err()).unwrap();
+    fn page_that_never_opens_is_a_failure() {
+        let mut visits = PageVisits::default();
+        let failed = (0..MAX_FIRST_CHECKS)
+            .find_map(|_| visits.note_check(0, 0).err())
+            .unwrap();
         assert_eq!(failed.kind.status(), 5);
     }
 
     #[test]
     #[cfg(not(windows))]
-    fn the_first_browser_of_the_list_that_is_there_is_taken() {
+    fn first_installed_browser_of_the_list_is_used() {
         let folder = tempfile::tempdir().unwrap();
         let folders = [folder.path().join("none"), folder.path().to_owned()];
         assert_eq!(browser(&folders), None);
@@ -296,7 +302,7 @@ mod tests {
 
     #[test]
     #[cfg(not(windows))]
-    fn a_script_is_no_person() {
+    fn script_is_not_an_interactive_user() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("log");
         fs::write(&file, "").unwrap();

@@ -7,19 +7,19 @@ use rustyline::hint::Hinter;
 use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
 
-use crate::catalogue::letters;
+use crate::catalogue::normalised_name;
 
 /// Words of the shell itself, then verbs and options that do not work in a shell.
-const ENDS: [&str; 2] = ["exit", "quit"];
-const ELSEWHERE: [&str; 5] = ["shell", "sim", "demo", "completions", "man"];
-const OPTIONS_ELSEWHERE: [&str; 2] = ["port", "version"];
+const EXIT_WORDS: [&str; 2] = ["exit", "quit"];
+const EXCLUDED_VERBS: [&str; 5] = ["shell", "sim", "demo", "completions", "man"];
+const EXCLUDED_OPTIONS: [&str; 2] = ["port", "version"];
 
 /// Completes the word before the cursor.
-pub(super) struct Words {
+pub(super) struct CommandCompleter {
     description: clap::Command,
 }
 
-impl Words {
+impl CommandCompleter {
     /// Creates a completer for this command line.
     pub(super) fn new(description: clap::Command) -> Self {
         Self { description }
@@ -63,15 +63,15 @@ impl Words {
             .description
             .get_subcommands()
             .map(clap::Command::get_name);
-        let verbs = verbs.filter(|verb| !ELSEWHERE.contains(verb));
-        verbs.chain(ENDS).map(str::to_owned).collect()
+        let verbs = verbs.filter(|verb| !EXCLUDED_VERBS.contains(verb));
+        verbs.chain(EXIT_WORDS).map(str::to_owned).collect()
     }
 }
 
 /// Returns the long options of a verb.
 fn options(verb: &clap::Command) -> Vec<String> {
     let names = verb.get_arguments().filter_map(clap::Arg::get_long);
-    let names = names.filter(|name| !OPTIONS_ELSEWHERE.contains(name));
+    let names = names.filter(|name| !EXCLUDED_OPTIONS.contains(name));
     names.map(|name| format!("--{name}")).collect()
 }
 
@@ -111,7 +111,7 @@ fn fields(layout: &LayoutInfo, given: &[&&str], word: &str) -> Vec<String> {
     names.map(|name| format!("{name}=")).collect()
 }
 
-impl Completer for Words {
+impl Completer for CommandCompleter {
     type Candidate = Pair;
 
     fn complete(
@@ -125,7 +125,7 @@ impl Completer for Words {
         let (before, word) = line.split_at(start);
         let before: Vec<_> = before.split_whitespace().collect();
         let mut found = self.candidates(&before, word);
-        found.retain(|candidate| letters(candidate).starts_with(&letters(word)));
+        found.retain(|candidate| normalised_name(candidate).starts_with(&normalised_name(word)));
         let pair = |candidate: String| Pair {
             replacement: if candidate.ends_with('=') {
                 candidate.clone()
@@ -138,12 +138,12 @@ impl Completer for Words {
     }
 }
 
-impl Hinter for Words {
+impl Hinter for CommandCompleter {
     type Hint = String;
 }
-impl Highlighter for Words {}
-impl Validator for Words {}
-impl Helper for Words {}
+impl Highlighter for CommandCompleter {}
+impl Validator for CommandCompleter {}
+impl Helper for CommandCompleter {}
 
 #[cfg(test)]
 mod tests {
@@ -153,14 +153,17 @@ mod tests {
 
     fn offered(line: &str) -> Vec<String> {
         let history = MemHistory::new();
-        let found =
-            Words::new(Cli::description()).complete(line, line.len(), &Context::new(&history));
+        let found = CommandCompleter::new(Cli::description()).complete(
+            line,
+            line.len(),
+            &Context::new(&history),
+        );
         let (_, pairs) = found.expect("it never fails");
         pairs.into_iter().map(|pair| pair.replacement).collect()
     }
 
     #[test]
-    fn verbs_and_their_words() {
+    fn completes_verbs_and_their_values() {
         assert_eq!(offered("po"), ["ports ", "pose "]);
         assert_eq!(offered("queue st"), ["status ", "start ", "stop "]);
         assert_eq!(offered("suction "), ["on ", "off "]);

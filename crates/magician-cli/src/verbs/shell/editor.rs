@@ -9,24 +9,24 @@ use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{Behavior, Config, Editor};
 
-use super::complete::Words;
+use super::complete::CommandCompleter;
 use super::input::Input;
 
 const PROMPT: &str = "magician> ";
 /// Largest number of lines kept in the history.
-const KEPT: usize = 1000;
+const MAX_HISTORY: usize = 1000;
 
 /// Line editor on the terminal.
-pub(super) struct Typing {
-    editor: Editor<Words, FileHistory>,
+pub(super) struct LineEditor {
+    editor: Editor<CommandCompleter, FileHistory>,
     history: Option<PathBuf>,
 }
 
-impl Typing {
+impl LineEditor {
     /// Opens an editor that completes words of this command line.
     pub(super) fn open(description: clap::Command) -> io::Result<Self> {
         let config = Config::builder()
-            .max_history_size(KEPT)
+            .max_history_size(MAX_HISTORY)
             .map_err(plain)?
             .history_ignore_space(true)
             .completion_type(rustyline::CompletionType::List)
@@ -40,7 +40,7 @@ impl Typing {
             })
             .build();
         let mut editor = Editor::with_config(config).map_err(plain)?;
-        editor.set_helper(Some(Words::new(description)));
+        editor.set_helper(Some(CommandCompleter::new(description)));
         let history = dirs::state().map(|state| state.join("history"));
         if let Some(path) = &history {
             // Errors are ignored: the shell works without a history.

@@ -5,7 +5,7 @@ use std::sync::mpsc;
 
 use tokio::sync::mpsc as channel;
 
-use super::editor::Typing;
+use super::editor::LineEditor;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
@@ -22,15 +22,15 @@ pub(super) enum Input {
 
 /// Lines, read on a thread of their own so that signals and the connection are handled meanwhile. A
 /// line is read only on request, since the previous verb may use the terminal.
-pub(super) struct Lines {
+pub(super) struct LineReader {
     wanted: mpsc::Sender<()>,
     lines: channel::Receiver<io::Result<Input>>,
-    asked: bool,
+    is_requested: bool,
     #[cfg(unix)]
     terminal: Option<rustix::termios::Termios>,
 }
 
-impl Lines {
+impl LineReader {
     /// Opens a script on stdin or, with `typed`, a line editor that completes the words of this
     /// command line.
     pub(super) fn open(typed: Option<clap::Command>) -> Self {
@@ -47,7 +47,7 @@ impl Lines {
         Self {
             wanted,
             lines,
-            asked: false,
+            is_requested: false,
             #[cfg(unix)]
             terminal: rustix::termios::tcgetattr(io::stdin()).ok(),
         }
@@ -55,10 +55,10 @@ impl Lines {
 
     /// Returns the next input.
     pub(super) fn next(&mut self, context: &mut Context) -> Result<Input, Failure> {
-        if !self.asked {
-            self.asked = self.wanted.send(()).is_ok();
+        if !self.is_requested {
+            self.is_requested = self.wanted.send(()).is_ok();
         }
-        let read = context.alone(async |_, signals| {
+        let read = context.run_without_arm(async |_, signals| {
             Ok(tokio::select! {
                 read = self.lines.recv() => read,
                 signal = signals.next() => Some(Ok(Input::Signal(signal))),
@@ -72,7 +72,7 @@ impl Lines {
                 Ok(Input::Signal(Signal::HangUp))
             }
             Some(Ok(input)) => {
-                self.asked = false;
+                self.is_requested = false;
                 Ok(input)
             }
             Some(Err(error)) => Err(Failure::invalid(format!("stdin cannot be read: {error}"))),
@@ -93,10 +93,10 @@ impl Lines {
 
 /// Restores the terminal's mode if the shell ends while a line is being typed.
 #[cfg(unix)]
-impl Drop for Lines {
+impl Drop for LineReader {
     fn drop(&mut self) {
         use rustix::termios::{OptionalActions, tcsetattr};
-        if let Some(terminal) = self.terminal.take().filter(|_| self.asked) {
+        if let Some(terminal) = self.terminal.take().filter(|_| self.is_requested) {
             let _ = tcsetattr(io::stdin(), OptionalActions::Now, &terminal);
         }
     }
@@ -105,7 +105,7 @@ impl Drop for Lines {
 /// Returns a function that reads one line per call.
 fn reader(typed: Option<clap::Command>) -> Box<dyn FnMut() -> io::Result<Input>> {
     if let Some(description) = typed {
-        let mut typing = Typing::open(description);
+        let mut typing = LineEditor::open(description);
         return Box::new(move || match &mut typing {
             Ok(typing) => typing.next(),
             Err(error) => Err(io::Error::new(error.kind(), error.to_string())),

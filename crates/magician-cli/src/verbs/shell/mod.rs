@@ -15,7 +15,7 @@ use crate::failure::{Failure, Kind};
 use crate::interrupt::Signal;
 use crate::options::Global;
 use crate::paint::Paint;
-use input::{Input, Lines};
+use input::{Input, LineReader};
 
 /// Run verbs over one connection, from a terminal or a script
 #[derive(Args, Debug)]
@@ -39,23 +39,23 @@ impl Shell {
         context.enter_shell();
         let session = context.global.clone();
         if io::stdin().is_terminal() {
-            converse(&session, context)
+            run_interactive(&session, context)
         } else {
-            self.follow(&session, context)
+            self.run_script(&session, context)
         }
     }
 
     /// Runs the lines of a script.
-    fn follow(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
-        let mut lines = Lines::open(None);
+    fn run_script(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
+        let mut lines = LineReader::open(None);
         let mut first = None;
         for number in 1_u64.. {
             let line = match lines.next(context)? {
-                Input::Line(line) if !ends(&line) => line,
+                Input::Line(line) if !is_exit(&line) => line,
                 Input::Signal(signal) => return Err(context.interrupt(signal)?),
                 _ => break,
             };
-            let outcome = one(&line, session, context);
+            let outcome = run_line(&line, session, context);
             if outcome.is_ok() && context.is_terminated() {
                 return Err(context.interrupt(Signal::Terminate)?);
             }
@@ -71,27 +71,27 @@ impl Shell {
             failure.report(session.json);
             first = first.or(Some(failure.kind));
         }
-        first.map_or(Ok(()), |kind| Err(Failure::told(kind)))
+        first.map_or(Ok(()), |kind| Err(Failure::already_reported(kind)))
     }
 }
 
 /// Runs the lines that a user types.
-fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
-    let mut lines = Lines::open(Some((context.command_line.description)()));
+fn run_interactive(session: &Global, context: &mut Context) -> Result<(), Failure> {
+    let mut lines = LineReader::open(Some((context.command_line.description)()));
     if !session.json {
         let hint = "Tab completes, `help` lists the verbs, Ctrl-D ends";
         writeln!(io::stderr(), "{}", Paint::for_stderr().dim(hint))?;
     }
     loop {
         let line = match lines.next(context)? {
-            Input::Line(line) if ends(&line) => return Ok(()),
+            Input::Line(line) if is_exit(&line) => return Ok(()),
             Input::Line(line) => line,
             // Like other shells, an interactive one survives Ctrl-C, but no other signal.
             Input::Abandoned | Input::Signal(Signal::Interrupt) => continue,
             Input::Signal(signal) => return Err(context.interrupt(signal)?),
             Input::End => return Ok(()),
         };
-        let outcome = one(&line, session, context);
+        let outcome = run_line(&line, session, context);
         context.out.flush()?;
         match outcome {
             Err(failure) if context.is_terminated() => return Err(failure),
@@ -102,12 +102,12 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
     }
 }
 
-fn ends(line: &str) -> bool {
+fn is_exit(line: &str) -> bool {
     matches!(line.trim(), "exit" | "quit")
 }
 
 /// Runs one line.
-fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failure> {
+fn run_line(line: &str, session: &Global, context: &mut Context) -> Result<(), Failure> {
     let words = words::split(line)?;
     if words.is_empty() {
         return Ok(());

@@ -9,7 +9,7 @@ use magician_protocol::visible;
 use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
-use crate::paint::tell;
+use crate::paint::print_stderr;
 use crate::serving::serving;
 use crate::throttle::Throttle;
 
@@ -30,13 +30,13 @@ pub(super) struct Log {
     verbose: u8,
     /// World of the arm, for the names of objects.
     scenario: Arc<Scenario>,
-    to: To,
-    floods: Floods,
+    to: LogTarget,
+    limits: RateLimits,
 }
 
 /// Destination of the lines.
 #[derive(Clone, Default)]
-struct To {
+struct LogTarget {
     /// Prefix of each line if there are several arms.
     arm: String,
     /// Receives the lines if stderr shows a picture.
@@ -44,18 +44,18 @@ struct To {
 }
 
 /// Kind of a line, for the rate limit.
-type About = (Discriminant<Notice>, Option<Discriminant<Event>>);
+type LineKind = (Discriminant<Notice>, Option<Discriminant<Event>>);
 
 /// Rate limit for lines that clients can cause in any number.
 #[derive(Clone)]
-struct Floods {
-    throttle: Throttle<About>,
+struct RateLimits {
+    throttle: Throttle<LineKind>,
     begun: Instant,
-    to: To,
+    to: LogTarget,
 }
 
-impl Floods {
-    fn new(to: To) -> Self {
+impl RateLimits {
+    fn new(to: LogTarget) -> Self {
         Self {
             throttle: Throttle::default(),
             begun: Instant::now(),
@@ -63,31 +63,31 @@ impl Floods {
         }
     }
 
-    fn say(&mut self, about: About, line: &str) {
+    fn say(&mut self, about: LineKind, line: &str) {
         let now = self.begun.elapsed();
-        for held in self.throttle.ended(now) {
+        for held in self.throttle.take_ended(now) {
             self.to.say(&held.to_string());
         }
-        if self.throttle.passes(now, about, line) {
+        if self.throttle.allows(now, about, line) {
             self.to.say(line);
         }
     }
 }
 
-impl Drop for Floods {
+impl Drop for RateLimits {
     fn drop(&mut self) {
-        for held in self.throttle.rest(self.begun.elapsed()) {
+        for held in self.throttle.take_all(self.begun.elapsed()) {
             self.to.say(&held.to_string());
         }
     }
 }
 
-impl To {
+impl LogTarget {
     /// Writes a line. An unwritable stderr must not end the service.
     fn say(&self, line: &str) {
         match &self.feed {
             Some(feed) => feed.say(visible(line).to_string()),
-            None => tell(format_args!("{}{line}", self.arm)),
+            None => print_stderr(format_args!("{}{line}", self.arm)),
         }
     }
 }
@@ -97,17 +97,17 @@ impl Log {
         Self {
             verbose,
             scenario: Arc::new(scenario.clone()),
-            to: To::default(),
-            floods: Floods::new(To::default()),
+            to: LogTarget::default(),
+            limits: RateLimits::new(LogTarget::default()),
         }
     }
 
     /// Returns the log of one arm of several.
     pub(super) fn numbered(self, number: u32) -> Self {
         let arm = format!("arm {number}: ");
-        let to = To { arm, ..self.to };
+        let to = LogTarget { arm, ..self.to };
         Self {
-            floods: Floods::new(to.clone()),
+            limits: RateLimits::new(to.clone()),
             to,
             ..self
         }
@@ -116,19 +116,19 @@ impl Log {
     /// Returns a log for a picture, which has room for more lines than stderr.
     pub(super) fn pictured(self, feed: Feed) -> Self {
         let feed = Some(feed);
-        let to = To { feed, ..self.to };
+        let to = LogTarget { feed, ..self.to };
         Self {
             verbose: self.verbose.saturating_add(1),
-            floods: Floods::new(to.clone()),
+            limits: RateLimits::new(to.clone()),
             to,
             ..self
         }
     }
 
     /// Reports the endpoints.
-    pub(super) fn doors(&self, title: &str, endpoints: &[Endpoint]) {
+    pub(super) fn endpoints(&self, title: &str, endpoints: &[Endpoint]) {
         if let Some(feed) = &self.to.feed {
-            feed.doors(endpoints.iter().map(Endpoint::to_string).collect());
+            feed.endpoints(endpoints.iter().map(Endpoint::to_string).collect());
         }
         self.to.say(title);
         for endpoint in endpoints {
@@ -173,7 +173,7 @@ impl Log {
             )),
             Notice::Unplugged => Some("the cable was pulled".to_owned()),
             Notice::Plugged(endpoints) => {
-                self.doors("the cable is back", &endpoints);
+                self.endpoints("the cable is back", &endpoints);
                 None
             }
             Notice::FlashNotKept(error) => Some(format!("the flash cannot be saved: {error}")),
@@ -184,7 +184,7 @@ impl Log {
         };
         match line {
             Some(line) if daily => self.to.say(&line),
-            Some(line) => self.floods.say(about, &line),
+            Some(line) => self.limits.say(about, &line),
             None => {}
         }
     }

@@ -22,7 +22,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::interrupt::Signal;
 use crate::output::Text;
-use crate::serving::{DOORS, grow, pty, say_ready};
+use crate::serving::{NO_ENDPOINT_HINT, open_growing, print_ready, pty};
 
 use log::Log;
 use tui::{Dashboard, Feed, Subject};
@@ -164,7 +164,7 @@ impl Sim {
             return context.show(&text, |out| out.line(pattern));
         }
         if self.udp.is_none() && self.tcp.is_none() && self.pty.is_none() {
-            return Err(Failure::usage("no endpoint to serve").hint(DOORS));
+            return Err(Failure::usage("no endpoint to serve").hint(NO_ENDPOINT_HINT));
         }
         if context.global.faults.is_some() {
             let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
@@ -195,7 +195,7 @@ impl Sim {
         let mut dashboard = Dashboard::begin(subjects)?;
         let mut rested_on = String::new();
         let json = context.global.json;
-        let outcome = context.alone(async |_, signals| {
+        let outcome = context.run_without_arm(async |_, signals| {
             let mut seen = None;
             let mut drawn = Ok(());
             let end = async {
@@ -346,11 +346,11 @@ impl Sim {
             server = server.flash(path);
         }
         if let Some(path) = &self.trace {
-            server = server.trace(BufWriter::new(grow(&own(path))?));
+            server = server.trace(BufWriter::new(open_growing(&own(path))?));
         }
         if let Some(path) = &self.record {
             let path = own(path);
-            let mut file = grow(&path)?;
+            let mut file = open_growing(&path)?;
             server = server.record(file.writer());
             recordings.push((path, file));
         }
@@ -366,13 +366,13 @@ impl Sim {
         last: bool,
     ) -> Server {
         let title = log::title(identity, self.speed);
-        let doors = log.clone();
+        let endpoint_log = log.clone();
         let server = server.on_ready(move |endpoints| {
-            if let Some(log) = doors {
-                log.doors(&title, endpoints);
+            if let Some(log) = endpoint_log {
+                log.endpoints(&title, endpoints);
             }
             if last {
-                say_ready();
+                print_ready();
             }
         });
         match log {

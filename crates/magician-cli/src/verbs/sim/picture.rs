@@ -16,7 +16,7 @@ use crate::failure::Failure;
 const PIXELS_PER_MM: f64 = 10.0;
 
 /// Number of names tried for a picture that cannot be written to its own path.
-const ATTEMPTS: u32 = 100;
+const MAX_NAME_ATTEMPTS: u32 = 100;
 
 /// Path and format of a picture.
 #[derive(Clone, Debug)]
@@ -79,7 +79,11 @@ impl Picture {
     }
 
     /// Writes a drawing.
-    pub(crate) fn keep(&self, drawing: &Drawing, options: &DrawingOptions) -> Result<(), Failure> {
+    pub(crate) fn write_one(
+        &self,
+        drawing: &Drawing,
+        options: &DrawingOptions,
+    ) -> Result<(), Failure> {
         self.save(drawing, options, &self.path)
     }
 
@@ -94,7 +98,7 @@ impl Picture {
             .map_err(|error| Failure::unwritable(path, &error))?;
         write_whole(path, &bytes).map_err(|error| {
             let failure = Failure::unwritable(path, &error);
-            match elsewhere(&std::env::temp_dir(), path, &bytes) {
+            match save_in_temp_folder(&std::env::temp_dir(), path, &bytes) {
                 Ok(saved) => failure.hint(format!("the drawing is in {}", saved.display())),
                 Err(_) => failure,
             }
@@ -124,13 +128,13 @@ impl Picture {
 
 /// Saves a file into a shared temporary folder as a new file. Never follows or replaces anything
 /// that exists there, such as a link planted by another user.
-fn elsewhere(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
+fn save_in_temp_folder(folder: &Path, path: &Path, bytes: &[u8]) -> io::Result<PathBuf> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut options = OpenOptions::new();
     options.write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    for attempt in 0..ATTEMPTS {
+    for attempt in 0..MAX_NAME_ATTEMPTS {
         let path = folder.join(format!("{}-{attempt}-{name}", std::process::id()));
         match options.open(&path) {
             Ok(mut file) => {
@@ -157,7 +161,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_that_is_saved_elsewhere_follows_no_link_and_replaces_nothing() {
+    fn picture_saved_in_the_temp_folder_follows_no_link_and_replaces_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("somebody's file");
         std::fs::write(&target, "theirs").unwrap();
@@ -165,11 +169,12 @@ mod tests {
             .path()
             .join(format!("{}-0-x.svg", std::process::id()));
         std::os::unix::fs::symlink(&target, &first).unwrap();
-        let saved = elsewhere(folder.path(), Path::new("/nowhere/x.svg"), b"ours").unwrap();
+        let saved =
+            save_in_temp_folder(folder.path(), Path::new("/nowhere/x.svg"), b"ours").unwrap();
         assert_ne!(saved, first);
         assert_eq!(std::fs::read(&saved).unwrap(), b"ours");
         assert_eq!(std::fs::read(&target).unwrap(), b"theirs");
-        let again = elsewhere(folder.path(), Path::new("x.svg"), b"more").unwrap();
+        let again = save_in_temp_folder(folder.path(), Path::new("x.svg"), b"more").unwrap();
         assert_eq!(std::fs::read(&saved).unwrap(), b"ours");
         assert_ne!(again, saved);
     }

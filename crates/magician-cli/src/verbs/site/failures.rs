@@ -5,7 +5,7 @@ use magician_site::certificates::{CertificateError, JoinError, Refusal};
 
 use crate::failure::{Failure, Kind};
 
-const OTHER_NAME: &str = "choose another name: --name MACHINE";
+const OTHER_NAME_HINT: &str = "choose another name: --name MACHINE";
 
 impl From<CertificateError> for Failure {
     fn from(error: CertificateError) -> Self {
@@ -15,14 +15,14 @@ impl From<CertificateError> for Failure {
 
         let message = error.to_string();
         let hint = match error {
-            Name(_) => return Self::usage(message).hint(OTHER_NAME),
+            Name(_) => return Self::usage(message).hint(OTHER_NAME_HINT),
             Exists(_) => {
                 "`magician site invite` lets machines join it; a new site needs another name"
             }
             Incomplete(..) => {
                 "restore the file from a backup, or create a new site with another name"
             }
-            Taken(_) | Revoked(_) => OTHER_NAME,
+            Taken(_) | Revoked(_) => OTHER_NAME_HINT,
             Unknown(_) => "`magician site list` shows the machines",
             Own(_) => "create a new site, and let the machines join it",
             Read(..) | Write(..) => return Self::invalid(message),
@@ -55,7 +55,7 @@ impl From<JoinError> for Failure {
                         connection, and other addresses of that machine are also valid in the code",
                 )
             }
-            JoinError::Stranger(_) => of_kind(ErrorKind::Unexpected).hint(
+            JoinError::WrongAuthority(_) => of_kind(ErrorKind::Unexpected).hint(
                 "compare the code with the one on the other screen; if they are identical, \
                     do not continue: another machine is answering",
             ),
@@ -65,7 +65,7 @@ impl From<JoinError> for Failure {
                 Refusal::Secret | Refusal::Over => {
                     "get a new code: `magician site invite` on the machine that created the site"
                 }
-                Refusal::Name | Refusal::Taken => OTHER_NAME,
+                Refusal::Name | Refusal::Taken => OTHER_NAME_HINT,
                 Refusal::Revoked => {
                     "to join again under another name, remove the folder of the site on this \
                         machine, and join with --name MACHINE"
@@ -77,7 +77,7 @@ impl From<JoinError> for Failure {
                 of_kind(ErrorKind::InvalidInput)
                     .hint(format!("to leave that site, remove {folder}"))
             }
-            JoinError::Named(_, folder) => {
+            JoinError::OtherName(_, folder) => {
                 let folder = folder.display();
                 of_kind(ErrorKind::InvalidInput).hint(format!(
                     "omit --name to renew its certificate; for another name remove {folder} first"

@@ -5,16 +5,16 @@ use std::io;
 use std::path::PathBuf;
 
 use magician_site::certificates::{Authority, Identity, day_of, is_machine_name};
-use magician_site::keys::{SiteName, is_name, name_like};
+use magician_site::keys::{SiteName, derive_name, is_name};
 
 use crate::failure::Failure;
-use crate::paint::tell;
+use crate::paint::print_stderr;
 use crate::serving::unix_time;
 
 /// Folder below the state folder.
-const FOLDERS: &str = "site";
+const SITES_FOLDER: &str = "site";
 /// Remaining validity below which a certificate is reported: 60 days, in seconds.
-const SOON: i64 = 60 * 86_400;
+const EXPIRY_WARNING_TIME: i64 = 60 * 86_400;
 
 /// Returns the folder that contains one folder per site.
 pub(super) fn folders() -> Result<PathBuf, Failure> {
@@ -22,7 +22,7 @@ pub(super) fn folders() -> Result<PathBuf, Failure> {
         let message = "no folder for certificates: neither XDG_STATE_HOME nor HOME is set";
         Failure::invalid(message)
     })?;
-    Ok(state.join(FOLDERS))
+    Ok(state.join(SITES_FOLDER))
 }
 
 /// Returns the names of the sites, sorted.
@@ -82,26 +82,26 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
     let Some(state) = magician::dirs::state() else {
         return Ok(None);
     };
-    let identity = Identity::open(&state.join(FOLDERS).join(site.as_str()))?;
+    let identity = Identity::open(&state.join(SITES_FOLDER).join(site.as_str()))?;
     if let Some(identity) = &identity {
         let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
         let ends = identity.ends();
         let renew = "to renew it, run `magician site invite` where the site was created, and \
             `magician site join CODE` here";
         if now < identity.begins() {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "the clock of this machine shows {}, but its certificate is valid from {}: set the \
                     clock, otherwise no other machine is found",
                 day_of(now),
                 day_of(identity.begins())
             ));
         } else if now >= ends {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "the certificate of this machine expired {}: {renew}",
                 day_of(ends)
             ));
-        } else if ends - now < SOON {
-            tell(format_args!(
+        } else if ends - now < EXPIRY_WARNING_TIME {
+            print_stderr(format_args!(
                 "the certificate of this machine expires {}: {renew}",
                 day_of(ends)
             ));
@@ -112,7 +112,7 @@ pub(crate) fn identity(site: &SiteName) -> Result<Option<Identity>, Failure> {
 
 /// Returns this machine's name on a site: its host name, if that is a valid name.
 pub(super) fn own_name() -> Option<String> {
-    name_like(&crate::mdns::host_name()).filter(|name| is_machine_name(name))
+    derive_name(&crate::mdns::host_name()).filter(|name| is_machine_name(name))
 }
 
 fn shown(name: &str) -> String {

@@ -23,19 +23,19 @@ impl Invite {
         let invitation = Invitation::new(authority(self.site.as_deref())?, machines)?;
         let invitation = Arc::new(invitation);
         let json = context.global.json;
-        let end = context.alone(async |out, signals| {
+        let end = context.run_without_arm(async |out, signals| {
             let listener = TcpListener::bind(self.listen).await;
             let listener = listener.map_err(|error| cannot_listen(self.listen, &error))?;
             let at = listener
                 .local_addr()
                 .map_err(|error| cannot_listen(self.listen, &error))?;
-            self.tell_code(&invitation, at, out, json)?;
+            self.print_code(&invitation, at, out, json)?;
             let until = Instant::now() + Duration::from_secs(self.minutes * 60);
             // A broken pipe must not end the invitation: the first error of output is reported at
             // the end.
             let mut told = Ok(());
             let tell = |event| {
-                let now = tell(&event, out, json);
+                let now = print_event(&event, out, json);
                 told = std::mem::replace(&mut told, Ok(())).and(now);
             };
             let end = tokio::select! {
@@ -48,7 +48,7 @@ impl Invite {
     }
 
     /// Prints the command to type on the other machine.
-    fn tell_code(
+    fn print_code(
         &self,
         invitation: &Invitation,
         at: SocketAddr,
@@ -56,7 +56,7 @@ impl Invite {
         json: bool,
     ) -> Result<(), Failure> {
         let site = invitation.authority().site();
-        let addresses = seen_from_elsewhere(at);
+        let addresses = external_addresses(at);
         let addresses: Vec<_> = addresses.iter().map(ToString::to_string).collect();
         let [first, others @ ..] = &addresses[..] else {
             return Err(Failure::invalid("this machine has no network address"));
@@ -117,7 +117,7 @@ impl Invite {
 }
 
 /// Prints an event of the invitation.
-fn tell(event: &InvitationEvent, out: &mut Output, json: bool) -> Result<(), Failure> {
+fn print_event(event: &InvitationEvent, out: &mut Output, json: bool) -> Result<(), Failure> {
     match event {
         InvitationEvent::Joined {
             name,
@@ -165,7 +165,7 @@ fn cannot_listen(at: SocketAddr, error: &io::Error) -> Failure {
 
 /// Returns the addresses by which other machines reach a listener, this machine's outgoing address
 /// first.
-fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
+fn external_addresses(at: SocketAddr) -> Vec<SocketAddr> {
     if !at.ip().is_unspecified() {
         return vec![at];
     }
@@ -175,7 +175,7 @@ fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
     };
     let interfaces = if_addrs::get_if_addrs().unwrap_or_default();
     let own = interfaces.iter().map(if_addrs::Interface::ip);
-    let mut addresses: Vec<_> = outward()
+    let mut addresses: Vec<_> = outgoing_address()
         .ok()
         .into_iter()
         .chain(own)
@@ -194,7 +194,7 @@ fn seen_from_elsewhere(at: SocketAddr) -> Vec<SocketAddr> {
 }
 
 /// Returns this machine's outgoing address.
-fn outward() -> io::Result<IpAddr> {
+fn outgoing_address() -> io::Result<IpAddr> {
     // Connecting a UDP socket sends nothing; it only makes the system choose a source address.
     // 192.0.2.1 is reserved for documentation (RFC 5737).
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
@@ -207,14 +207,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_address_that_is_given_is_the_only_one() {
+    fn explicit_address_is_the_only_one() {
         let at: SocketAddr = "127.0.0.1:7".parse().unwrap();
-        assert_eq!(seen_from_elsewhere(at), [at]);
+        assert_eq!(external_addresses(at), [at]);
     }
 
     #[test]
     fn a_listener_at_all_addresses_is_reached_by_each_of_the_machine_once() {
-        let found = seen_from_elsewhere("0.0.0.0:7".parse().unwrap());
+        let found = external_addresses("0.0.0.0:7".parse().unwrap());
         let mut seen = std::collections::HashSet::new();
         assert!(!found.is_empty());
         for address in found {

@@ -11,7 +11,7 @@ use crate::output::Output;
 use crate::serving::unix_time;
 
 /// Site as this machine knows it.
-struct Known {
+struct LocalSite {
     folder: std::path::PathBuf,
     identity: Identity,
     authority: Option<Authority>,
@@ -24,7 +24,7 @@ pub(super) fn run(name: Option<&str>, context: &mut Context) -> Result<(), Failu
     for site in names {
         let folder = folders.join(site);
         if let Some(identity) = Identity::open(&folder)? {
-            known.push(Known {
+            known.push(LocalSite {
                 authority: Authority::open(&folder)?,
                 identity,
                 folder,
@@ -48,7 +48,7 @@ pub(super) fn run(name: Option<&str>, context: &mut Context) -> Result<(), Failu
     })
 }
 
-fn as_json(site: &Known) -> Result<Value, Failure> {
+fn as_json(site: &LocalSite) -> Result<Value, Failure> {
     let identity = &site.identity;
     let mut object = json!({
         "name": identity.site(),
@@ -69,7 +69,7 @@ fn as_json(site: &Known) -> Result<Value, Failure> {
     Ok(object)
 }
 
-fn show(site: &Known, out: &mut Output) -> Result<(), Failure> {
+fn show(site: &LocalSite, out: &mut Output) -> Result<(), Failure> {
     let identity = &site.identity;
     out.line(format_args!(
         "{}: authority {}",

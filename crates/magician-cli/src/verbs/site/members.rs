@@ -1,6 +1,6 @@
 //! `site init`, `site join`, `site revoke`: create a site, join one, and remove a machine.
 
-use magician_site::carrier::tell_revoked;
+use magician_site::carrier::distribute_revoked;
 use magician_site::certificates::{Authority, JoinCode, day_of, join};
 use serde_json::json;
 
@@ -8,7 +8,7 @@ use super::folders::{authority, folders, own_name};
 use super::{Init, Join};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::paint::tell;
+use crate::paint::print_stderr;
 use crate::serving::unix_time;
 
 fn no_name() -> Failure {
@@ -64,7 +64,7 @@ impl Join {
         // no error yet.
         let usual = own_name().unwrap_or_default();
         let name = self.name;
-        let joined = context.attending(async |_| {
+        let joined = context.run_with_own_line(async |_| {
             let joined = join(&code, &folders, name.as_deref(), &usual).await;
             joined.map_err(Failure::from)
         })?;
@@ -98,7 +98,7 @@ impl Join {
         })?;
         let now = i64::try_from(unix_time().as_secs()).unwrap_or(i64::MAX);
         if !(identity.begins()..ends).contains(&now) {
-            tell(format_args!(
+            print_stderr(format_args!(
                 "note: the clock of this machine shows {}: set it, otherwise certificates of other \
                     machines count as expired",
                 day_of(now)
@@ -120,10 +120,11 @@ pub(super) fn revoke(
     let identity = authority.identity()?;
     let name = site.parse().map_err(Failure::usage)?;
     // The revocation is stored. Members that are absent now learn of it when they start.
-    let told = context.attending(async |_| Ok(tell_revoked(name, None, &identity).await))?;
-    context.show(&json!({"site": site, "revoked": machine, "told": told.is_ok()}), |out| {
+    let distributed =
+        context.run_with_own_line(async |_| Ok(distribute_revoked(name, None, &identity).await))?;
+    context.show(&json!({"site": site, "revoked": machine, "told": distributed.is_ok()}), |out| {
         out.line(format_args!("{machine} is revoked on the site {site}; its name is not reused"))?;
-        out.line(match &told {
+        out.line(match &distributed {
             Ok(()) => "Machines now on the site have been informed; others learn it when they connect.".to_owned(),
             Err(error) => format!("No other machine has been informed ({error}): they learn it \
                 while this machine runs `magician serve --site {site}`"),

@@ -35,11 +35,11 @@ every other machine joins with a code that is typed or pasted there.
   magician serve --site lab            on each machine")]
 pub(crate) struct Site {
     #[command(subcommand)]
-    deed: Deed,
+    action: Action,
 }
 
 #[derive(Debug, Subcommand)]
-enum Deed {
+enum Action {
     /// Create a site with this machine as its first
     Init(Init),
     /// Let machines join: print the command to type there, and wait for them
@@ -112,12 +112,12 @@ impl Site {
 #[cfg(feature = "site")]
 impl Site {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        match self.deed {
-            Deed::Init(init) => init.run(context),
-            Deed::Invite(invite) => invite.run(context),
-            Deed::Join(join) => join.run(context),
-            Deed::List { name } => list::run(name.as_deref(), context),
-            Deed::Revoke { machine, site } => members::revoke(&machine, site.as_deref(), context),
+        match self.action {
+            Action::Init(init) => init.run(context),
+            Action::Invite(invite) => invite.run(context),
+            Action::Join(join) => join.run(context),
+            Action::List { name } => list::run(name.as_deref(), context),
+            Action::Revoke { machine, site } => members::revoke(&machine, site.as_deref(), context),
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::source::Source;
 
 /// Default name of a lesson's file.
-pub(super) const UNNAMED: &str = "lesson.playback";
+pub(super) const DEFAULT_FILE_NAME: &str = "lesson.playback";
 
 /// Returns the format of a file from its name. Fails if it cannot be taught.
 pub(super) fn format(path: &Path) -> Result<Format, Failure> {
@@ -65,13 +65,13 @@ pub(super) fn write(path: &Path, plan: &Plan) -> Result<Option<String>, Failure>
 
 /// Rescue file: holds unsaved changes as a plan, beside the lesson's file.
 #[derive(Clone, Debug)]
-pub(super) struct Rescue {
+pub(super) struct RescueFile {
     path: PathBuf,
 }
 
-impl Rescue {
+impl RescueFile {
     /// Returns the rescue file of a lesson.
-    pub(super) fn beside(path: &Path) -> Self {
+    pub(super) fn for_lesson(path: &Path) -> Self {
         let mut name = path.as_os_str().to_owned();
         name.push("~");
         Self { path: name.into() }
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn both_formats_read_back_and_what_is_not_saved_is_found_again() {
+    fn both_formats_round_trip_and_unsaved_changes_are_recovered() {
         let dir = tempfile::tempdir().unwrap();
         for name in ["a.playback", "b.plan.json"] {
             let path = dir.path().join(name);
@@ -122,7 +122,7 @@ mod tests {
             write(&path, &plan()).unwrap();
             let found = read(&path).unwrap().unwrap();
             assert_eq!(found.steps[0].action, plan().steps[0].action);
-            let rescue = Rescue::beside(&path);
+            let rescue = RescueFile::for_lesson(&path);
             assert_eq!(rescue.find(), None);
             rescue.keep(&plan()).unwrap();
             assert_eq!(rescue.find(), Some(plan()));
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn other_names_are_refused_and_nothing_is_written() {
+    fn unsupported_names_are_refused_without_writing() {
         let dir = tempfile::tempdir().unwrap();
         for name in ["a.svg", "a", "a.gcode"] {
             assert!(write(&dir.path().join(name), &plan()).is_err(), "{name}");

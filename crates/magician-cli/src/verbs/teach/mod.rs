@@ -22,9 +22,11 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::permission::homed;
 use crate::saved::SavedSettings;
-use crate::terminal::Stage;
-use crate::verbs::jog::{AT_SIGHT, Console, End, Happened, Reply, Tone, for_a_person, next_of};
-use file::{Rescue, UNNAMED};
+use crate::terminal::FullScreen;
+use crate::verbs::jog::{
+    Console, ConsoleEvent, End, KeyEffect, REAL_TIME_ARM, Tone, check_interactive, next_of,
+};
+use file::{DEFAULT_FILE_NAME, RescueFile};
 use pad::{Prompt, TeachPad, Turn};
 use view::Model;
 
@@ -70,13 +72,13 @@ impl Teach {
             }
             None => None,
         };
-        for_a_person("teach", "`magician run FILE` plays what was taught")?;
+        check_interactive("teach", "`magician run FILE` plays what was taught")?;
         let saved = context.saved.clone();
         let json = context.global.json;
-        let answer = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, out| {
+        let answer = context.arm_or(REAL_TIME_ARM, StopPolicy::Pad, async |arm, out| {
             let arm = homed(arm, self.unhomed).await?;
             let mut session = Session::open(&arm, &saved, self.file, self.tool, known).await?;
-            let outcome = session.go_on().await;
+            let outcome = session.run().await;
             session.leave(outcome, out, json).await
         })?;
         context.show(&answer, |out| {
@@ -93,13 +95,13 @@ struct Session {
     console: Console,
     teach: TeachPad,
     path: Option<PathBuf>,
-    rescue: Rescue,
+    rescue: RescueFile,
     /// Unsaved lesson of an earlier session.
-    left: Option<Plan>,
+    unsaved: Option<Plan>,
     /// Steps in the rescue file.
-    kept: Arc<Vec<TeachStep>>,
+    saved_steps: Arc<Vec<TeachStep>>,
     hand: Option<Polled<Pose>>,
-    stage: Stage<Model>,
+    stage: FullScreen<Model>,
 }
 
 impl Session {
@@ -117,7 +119,7 @@ impl Session {
             arm.set_any(&build::tool(bias)).await?;
         }
         let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
-        let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
+        let named = path.as_deref().unwrap_or(Path::new(DEFAULT_FILE_NAME));
         let mut lesson = match known {
             Some(plan) => ProgramModel::of(&plan),
             None => ProgramModel::new("", None),
@@ -127,57 +129,57 @@ impl Session {
         let mut teach = TeachPad::new(lesson, path.is_some());
         let hand = guided_points(arm, saved).await?;
         teach.editor.hand_guiding = hand.as_ref().map(|_| true);
-        let rescue = Rescue::beside(named);
+        let rescue = RescueFile::for_lesson(named);
         let left = rescue.find();
         if left.is_some() {
             teach.prompt = Some(Prompt::Recover);
         }
         console
-            .seen
+            .observed
             .note(format!("points are for the tool: {tool}"));
         Ok(Self {
-            kept: Arc::clone(teach.editor.program.steps()),
+            saved_steps: Arc::clone(teach.editor.program.steps()),
             console,
             teach,
             path,
             rescue,
-            left,
+            unsaved: left,
             hand,
-            stage: Stage::open(view::draw)?,
+            stage: FullScreen::open(view::draw)?,
         })
     }
 
-    async fn go_on(&mut self) -> Result<End, Failure> {
+    async fn run(&mut self) -> Result<End, Failure> {
         loop {
             self.follow_program();
             self.stage.show(Model {
-                seen: self.console.seen.clone(),
+                observed: self.console.observed.clone(),
                 pad: self.console.pad.clone(),
                 teach: self.teach.clone(),
             });
             let end = tokio::select! {
                 biased;
-                happened = self.console.next(&mut self.stage) => match happened? {
-                    Happened::Key(key) => {
-                        let seen = &self.console.seen;
-                        let status = seen.arm.status.as_ref().filter(|_| seen.arm.answers());
-                        let (pose, still) = (status.map(|status| status.pose), seen.arm.stands());
+                event = self.console.next(&mut self.stage) => match event? {
+                    ConsoleEvent::Key(key) => {
+                        let observed = &self.console.observed;
+                        let status = observed.arm.status.as_ref().filter(|_| observed.arm.answers());
+                        let (pose, still) = (status.map(|status| status.pose), observed.arm.stands());
                         let now = self.console.now();
                         let turn = self.teach.key(key, &mut self.console.pad, pose.as_ref(), still, now);
                         self.take(turn)
                     }
-                    Happened::Pasted(text) => {
+                    ConsoleEvent::Pasted(text) => {
                         self.teach.pasted(&text);
                         None
                     }
-                    other => self.console.attend(&other),
+                    other => self.console.handle_background(&other),
                 },
                 Some(pose) = next_of(&mut self.hand) => {
-                    self.teach.taught(&mut self.console.pad, &pose);
+                    self.teach.store_hand_position(&mut self.console.pad, &pose);
                     None
                 }
             };
-            self.keep();
+            self.save_rescue();
             if let Some(end) = end {
                 return Ok(end);
             }
@@ -186,7 +188,7 @@ impl Session {
 
     fn take(&mut self, turn: Turn) -> Option<End> {
         match turn {
-            Turn::Pad(reply) => return self.console.obey(reply),
+            Turn::Pad(reply) => return self.console.carry_out(reply),
             Turn::Play(from) => self.play(from),
             Turn::Save => drop(self.save()),
             Turn::SaveAs(name) if Path::new(&name).exists() => {
@@ -205,7 +207,7 @@ impl Session {
                 return Some(End::Quit);
             }
             Turn::Recover(wanted) => self.recover(wanted),
-            Turn::Follow => self.turn_following(),
+            Turn::Follow => self.toggle_hand_guiding(),
         }
         None
     }
@@ -213,7 +215,7 @@ impl Session {
     fn play(&mut self, from: usize) {
         let (order, playing) = self.teach.editor.play(from);
         let before = self.console.pad.pendant.activity;
-        self.console.obey(Reply::Order(order));
+        self.console.carry_out(KeyEffect::Order(order));
         // If a program plays already, it continues and the new one was refused.
         if before.is_none() && self.console.pad.pendant.activity == Some(Activity::Run) {
             self.teach.editor.playing_began(playing);
@@ -227,7 +229,7 @@ impl Session {
         self.teach.editor.follow(session.activity(), session.step());
     }
 
-    fn turn_following(&mut self) {
+    fn toggle_hand_guiding(&mut self) {
         let text = match self.teach.editor.toggle_hand_guiding() {
             Some(true) => "points are stored when the arm's unlock key is released",
             Some(false) => "the arm's unlock key stores no points",
@@ -237,30 +239,31 @@ impl Session {
     }
 
     fn recover(&mut self, wanted: bool) {
-        let Some(left) = self.left.take().filter(|_| wanted) else {
+        let Some(left) = self.unsaved.take().filter(|_| wanted) else {
             self.rescue.forget();
             return;
         };
         if let Some(tip) = self.teach.editor.recover(&left) {
-            self.console.obey(Reply::Order(PendantOrder::Tool(tip)));
+            self.console
+                .carry_out(KeyEffect::Order(PendantOrder::Tool(tip)));
         }
-        self.kept = Arc::clone(self.teach.editor.program.steps());
+        self.saved_steps = Arc::clone(self.teach.editor.program.steps());
     }
 
     /// Saves the lesson. Returns true on success.
     fn save(&mut self) -> bool {
         let Some(path) = self.path.clone() else {
-            self.teach.prompt = Some(Prompt::File(UNNAMED.to_owned()));
+            self.teach.prompt = Some(Prompt::File(DEFAULT_FILE_NAME.to_owned()));
             return false;
         };
         match file::write(&path, &self.teach.editor.program.plan(0)) {
             Ok(note) => {
                 self.rescue.forget();
-                self.rescue = Rescue::beside(&path);
+                self.rescue = RescueFile::for_lesson(&path);
                 self.teach.editor.program.title = title(&path);
                 self.teach.editor.program.mark_saved();
                 self.teach.has_file = true;
-                self.kept = Arc::clone(self.teach.editor.program.steps());
+                self.saved_steps = Arc::clone(self.teach.editor.program.steps());
                 let note = note.map_or_else(String::new, |note| format!("; {note}"));
                 let text = format!("saved to {}{note}", path.display());
                 self.console.pad.say(Tone::Plain, text);
@@ -276,15 +279,15 @@ impl Session {
     }
 
     /// Writes unsaved changes to the rescue file, if there are new ones.
-    fn keep(&mut self) {
+    fn save_rescue(&mut self) {
         // The earlier rescue file stays until the user has decided about it.
-        if self.left.is_some() {
+        if self.unsaved.is_some() {
             return;
         }
-        if Arc::ptr_eq(&self.kept, self.teach.editor.program.steps()) {
+        if Arc::ptr_eq(&self.saved_steps, self.teach.editor.program.steps()) {
             return;
         }
-        self.kept = Arc::clone(self.teach.editor.program.steps());
+        self.saved_steps = Arc::clone(self.teach.editor.program.steps());
         if let Err(error) = self.rescue.keep(&self.teach.editor.program.plan(0)) {
             let text = format!(
                 "{} cannot be written: {error}",

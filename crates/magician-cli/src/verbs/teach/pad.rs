@@ -6,13 +6,13 @@ use magician::commands::Pose;
 use magician_job::teach::{ProgramModel, TeachEditor, TeachError};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::file::UNNAMED;
+use super::file::DEFAULT_FILE_NAME;
 use super::wording::{pause, refusal};
-use crate::verbs::jog::{Pad, Reply, Tone};
+use crate::verbs::jog::{KeyEffect, Pad, Tone};
 
 /// Time after a stop during which Space stops again instead of storing a point. A choice: about the
 /// time for a nervous second press.
-const STOPPING: Duration = Duration::from_secs(1);
+const REPEATED_STOP_TIME: Duration = Duration::from_secs(1);
 
 /// Prompt that is being answered.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub(super) enum Prompt {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Turn {
     /// Handled by the jog pad.
-    Pad(Reply),
+    Pad(KeyEffect),
     /// Play from this row on.
     Play(usize),
     /// Save to the lesson's file.
@@ -114,9 +114,9 @@ impl TeachPad {
                 self.store(pad, pose, still)
             }
             // A held key stores only once.
-            KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
+            KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(KeyEffect::Nothing),
             KeyCode::Char('q') if self.editor.program.is_saved() => Turn::Leave,
-            KeyCode::Char('q') => self.asks(Prompt::Leave),
+            KeyCode::Char('q') => self.ask(Prompt::Leave),
             _ => self.edit(key, pad, pose, still, now),
         }
     }
@@ -129,7 +129,7 @@ impl TeachPad {
     }
 
     /// Stores the position at which a hand has left the arm.
-    pub(super) fn taught(&mut self, pad: &mut Pad, pose: &Pose) {
+    pub(super) fn store_hand_position(&mut self, pad: &mut Pad, pose: &Pose) {
         if let Some(name) = self.editor.store_guided(pose) {
             pad.say(
                 Tone::Plain,
@@ -140,7 +140,7 @@ impl TeachPad {
 
     fn was_stopped(&self, now: Duration) -> bool {
         self.stopped
-            .is_some_and(|at| now.saturating_sub(at) < STOPPING)
+            .is_some_and(|at| now.saturating_sub(at) < REPEATED_STOP_TIME)
     }
 
     fn store(&mut self, pad: &mut Pad, pose: Option<&Pose>, still: bool) -> Turn {
@@ -148,7 +148,7 @@ impl TeachPad {
             Ok(name) => pad.say(Tone::Plain, format!("{name} stored")),
             Err(error) => pad.say(Tone::Bad, refusal(error)),
         }
-        Turn::Pad(Reply::Nothing)
+        Turn::Pad(KeyEffect::Nothing)
     }
 
     fn edit(
@@ -168,7 +168,7 @@ impl TeachPad {
             KeyCode::Char('K') => lesson.shift(false),
             KeyCode::Char('n') => {
                 let name = row.map_or_else(String::new, |row| row.name.clone());
-                return self.asks(Prompt::Name(name));
+                return self.ask(Prompt::Name(name));
             }
             KeyCode::Char('P') => {
                 let pause = row.map_or(0, |row| row.pause);
@@ -177,27 +177,27 @@ impl TeachPad {
                 } else {
                     (f64::from(pause) / 1000.0).to_string()
                 };
-                return self.asks(Prompt::Pause(text));
+                return self.ask(Prompt::Pause(text));
             }
             KeyCode::Char('x') | KeyCode::Delete => {
-                return told(pad, lesson.delete(), "deleted; u undoes it");
+                return report_edit(pad, lesson.delete(), "deleted; u undoes it");
             }
-            KeyCode::Char('t') => return told(pad, lesson.next_travel(), ""),
-            KeyCode::Char('G') => return told(pad, lesson.next_gripper(), ""),
-            KeyCode::Char('S') => return told(pad, lesson.next_suction(), ""),
+            KeyCode::Char('t') => return report_edit(pad, lesson.next_travel(), ""),
+            KeyCode::Char('G') => return report_edit(pad, lesson.next_gripper(), ""),
+            KeyCode::Char('S') => return report_edit(pad, lesson.next_suction(), ""),
             KeyCode::Char('u') => {
                 let undone = self.editor.program.undo();
-                return said(pad, undone, "undone", "nothing to undo");
+                return report_if(pad, undone, "undone", "nothing to undo");
             }
             KeyCode::Char('U') => return self.redo(pad),
             KeyCode::Char('r') => {
                 let taught = self.editor.reteach(pose, still);
-                return told(pad, taught, "point moved to the arm's position");
+                return report_edit(pad, taught, "point moved to the arm's position");
             }
             KeyCode::Char('v') => {
                 let marked = self.editor.arc_through(pose, still);
                 let text = "arc through this point: move to its end and press Enter";
-                return told(pad, marked, text);
+                return report_edit(pad, marked, text);
             }
             KeyCode::Char('o' | 'O') if lesson.steps().is_empty() => {
                 pad.say(Tone::Bad, "nothing to play")
@@ -208,24 +208,24 @@ impl TeachPad {
             KeyCode::Esc => lesson.cancel_arc(),
             _ => return Turn::Pad(pad.key(key, now)),
         }
-        Turn::Pad(Reply::Nothing)
+        Turn::Pad(KeyEffect::Nothing)
     }
 
     fn redo(&mut self, pad: &mut Pad) -> Turn {
         let redone = self.editor.program.redo();
-        said(pad, redone, "redone", "nothing to redo")
+        report_if(pad, redone, "redone", "nothing to redo")
     }
 
-    fn asks(&mut self, prompt: Prompt) -> Turn {
+    fn ask(&mut self, prompt: Prompt) -> Turn {
         self.prompt = Some(prompt);
-        Turn::Pad(Reply::Nothing)
+        Turn::Pad(KeyEffect::Nothing)
     }
 
     fn save(&mut self) -> Turn {
         if self.has_file {
             Turn::Save
         } else {
-            self.asks(Prompt::File(UNNAMED.to_owned()))
+            self.ask(Prompt::File(DEFAULT_FILE_NAME.to_owned()))
         }
     }
 
@@ -235,45 +235,45 @@ impl TeachPad {
             (Prompt::Leave, KeyCode::Char('y' | 'Y')) => self.save(),
             (Prompt::Leave, KeyCode::Char('n' | 'N')) => Turn::Leave,
             (Prompt::Replace(name), KeyCode::Char('y' | 'Y')) => Turn::Replace(name),
-            (Prompt::Leave | Prompt::Replace(_), _) => Turn::Pad(Reply::Nothing),
+            (Prompt::Leave | Prompt::Replace(_), _) => Turn::Pad(KeyEffect::Nothing),
             (Prompt::Recover, KeyCode::Char('y' | 'Y')) => Turn::Recover(true),
             (Prompt::Recover, KeyCode::Char('n' | 'N')) => Turn::Recover(false),
-            (Prompt::Recover, _) => self.asks(Prompt::Recover),
-            (_, KeyCode::Esc) => Turn::Pad(Reply::Nothing),
+            (Prompt::Recover, _) => self.ask(Prompt::Recover),
+            (_, KeyCode::Esc) => Turn::Pad(KeyEffect::Nothing),
             (Prompt::Name(text), KeyCode::Enter) => {
-                told(pad, self.editor.program.rename(&text), "")
+                report_edit(pad, self.editor.program.rename(&text), "")
             }
             (Prompt::Pause(text), KeyCode::Enter) => match pause(&text) {
-                Ok(pause) => told(pad, self.editor.program.set_pause(pause), ""),
+                Ok(pause) => report_edit(pad, self.editor.program.set_pause(pause), ""),
                 Err(text) => {
                     pad.say(Tone::Bad, text);
-                    Turn::Pad(Reply::Nothing)
+                    Turn::Pad(KeyEffect::Nothing)
                 }
             },
             (Prompt::File(text), KeyCode::Enter) => Turn::SaveAs(text),
-            (prompt, code) => self.asks(typed(prompt, code)),
+            (prompt, code) => self.ask(typed(prompt, code)),
         }
     }
 }
 
 /// Reports the result of an edit; says nothing on success if `text` is empty.
-fn told(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
+fn report_edit(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
     match edit {
         Ok(()) if text.is_empty() => pad.message = None,
         Ok(()) => pad.say(Tone::Plain, text),
         Err(error) => pad.say(Tone::Bad, refusal(error)),
     }
-    Turn::Pad(Reply::Nothing)
+    Turn::Pad(KeyEffect::Nothing)
 }
 
 /// Prints `text` if something was done, else `otherwise`.
-fn said(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
+fn report_if(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
     if done {
         pad.say(Tone::Plain, text);
     } else {
         pad.say(Tone::Bad, otherwise);
     }
-    Turn::Pad(Reply::Nothing)
+    Turn::Pad(KeyEffect::Nothing)
 }
 
 /// Returns a prompt after one more key.
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn enter_and_space_store_where_the_arm_stands() {
+    fn enter_and_space_store_the_current_position() {
         let mut console = Console::new();
         console.press(KeyCode::Enter);
         console.press(KeyCode::Char(' '));
@@ -365,7 +365,7 @@ mod tests {
         console.press(KeyCode::Enter);
         assert_eq!(console.rows(), 2);
         // While the arm moves, and shortly after, Space stops it.
-        let stop = Turn::Pad(Reply::Order(PendantOrder::Stop));
+        let stop = Turn::Pad(KeyEffect::Order(PendantOrder::Stop));
         assert_eq!(console.press(KeyCode::Char(' ')), stop);
         console.still = true;
         assert_eq!(console.press(KeyCode::Char(' ')), stop);
@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_stored_of_an_arm_that_is_on_its_way() {
+    fn positions_of_a_moving_arm_are_not_stored() {
         let mut console = Console::new();
         console.press(KeyCode::Enter);
         let before = console.teach.editor.program.steps().clone();
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_pasted_is_a_name_and_never_a_row_of_keys() {
+    fn pasted_text_is_a_name_and_not_keys() {
         let mut console = Console::new();
         console.press(KeyCode::Enter);
         console.teach.pasted("hyo\n");
@@ -411,12 +411,12 @@ mod tests {
     }
 
     #[test]
-    fn space_stops_a_program_whatever_is_typed() {
+    fn space_stops_a_program_in_every_prompt() {
         let mut console = Console::new();
         console.press(KeyCode::Enter);
         console.types("n");
         console.pad.pendant.activity = Some(Activity::Run);
-        let stop = Turn::Pad(Reply::Order(PendantOrder::Stop));
+        let stop = Turn::Pad(KeyEffect::Order(PendantOrder::Stop));
         assert_eq!(console.press(KeyCode::Char(' ')), stop);
         console.pad.pendant.activity = None;
         console.now = Duration::from_secs(3);
@@ -430,7 +430,7 @@ mod tests {
         let mut console = Console::new();
         assert!(matches!(
             console.press(KeyCode::Up),
-            Turn::Pad(Reply::Order(PendantOrder::Step { .. }))
+            Turn::Pad(KeyEffect::Order(PendantOrder::Step { .. }))
         ));
         console.types("\u{20}");
         console.types("P");
@@ -449,14 +449,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_saved_is_asked_for() {
+    fn unsaved_changes_ask_before_leaving() {
         let mut console = Console::new();
         for key in ['o', 'O'] {
-            assert_eq!(console.press(KeyCode::Char(key)), Turn::Pad(Reply::Nothing));
+            assert_eq!(
+                console.press(KeyCode::Char(key)),
+                Turn::Pad(KeyEffect::Nothing)
+            );
         }
         assert_eq!(console.press(KeyCode::Char('q')), Turn::Leave);
         console.press(KeyCode::Enter);
-        assert_eq!(console.press(KeyCode::Char('q')), Turn::Pad(Reply::Nothing));
+        assert_eq!(
+            console.press(KeyCode::Char('q')),
+            Turn::Pad(KeyEffect::Nothing)
+        );
         assert_eq!(console.teach.prompt, Some(Prompt::Leave));
         console.press(KeyCode::Esc);
         console.press(KeyCode::Char('q'));
@@ -466,14 +472,14 @@ mod tests {
         console.teach.has_file = false;
         console.press(KeyCode::Char('q'));
         console.press(KeyCode::Char('y'));
-        (0..UNNAMED.len()).for_each(|_| drop(console.press(KeyCode::Backspace)));
+        (0..DEFAULT_FILE_NAME.len()).for_each(|_| drop(console.press(KeyCode::Backspace)));
         console.types("a.playback");
         let save = Turn::SaveAs("a.playback".to_owned());
         assert_eq!(console.press(KeyCode::Enter), save);
     }
 
     #[test]
-    fn an_arc_goes_through_the_point_that_was_marked() {
+    fn arc_passes_through_the_marked_point() {
         let mut console = Console::new();
         console.types("\u{20}v");
         assert!(console.teach.editor.program.via().is_some());
@@ -489,12 +495,12 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_stores_a_place_once() {
+    fn hand_guiding_stores_a_position_once() {
         let mut console = Console::new();
         let pose = console.pose;
         console.teach.editor.hand_guiding = Some(true);
-        console.teach.taught(&mut console.pad, &pose);
-        console.teach.taught(&mut console.pad, &pose);
+        console.teach.store_hand_position(&mut console.pad, &pose);
+        console.teach.store_hand_position(&mut console.pad, &pose);
         assert_eq!(console.rows(), 1);
     }
 }

@@ -8,13 +8,13 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::pad::TeachPad;
-use crate::terminal::{Seen, Theme, panel, said, thirds, wrapped};
-use crate::verbs::jog::{MOVES, Pad, beside, foot};
+use crate::terminal::{ObservedArm, Theme, header_body_footer, message_lines, panel, wrapped};
+use crate::verbs::jog::{MOVES, Pad, foot, side_panel};
 
 /// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
-    pub(super) seen: Seen,
+    pub(super) observed: ObservedArm,
     pub(super) pad: Pad,
     pub(super) teach: TeachPad,
 }
@@ -58,19 +58,23 @@ const HINTS: [(&str, &str); 8] = [
     ("?", "all keys"),
 ];
 /// Smallest width of the list, in columns, for long names and rotations.
-const ROOMY: u16 = 64;
+const MIN_LONG_LINE_WIDTH: u16 = 64;
 
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
-    let Model { seen, pad, teach } = model;
+    let Model {
+        observed,
+        pad,
+        teach,
+    } = model;
     let width = frame.area().width;
     let foot = match &teach.prompt {
-        Some(prompt) => said(&prompt.text(), width, theme.note()),
+        Some(prompt) => message_lines(&prompt.text(), width, theme.note()),
         None => foot(pad, &HINTS, width, theme),
     };
-    let [header, middle, footer] = thirds(frame.area(), &foot);
-    frame.render_widget(seen.header("teach", header.width, theme), header);
-    let left = beside(frame, middle, seen, pad, theme);
+    let [header, middle, footer] = header_body_footer(frame.area(), &foot);
+    frame.render_widget(observed.header("teach", header.width, theme), header);
+    let left = side_panel(frame, middle, observed, pad, theme);
     list(frame, left, teach, theme);
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
@@ -97,7 +101,12 @@ fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
     let width = usize::from(inner.width);
     let chosen = lesson.steps().get(lesson.selected());
     let chosen = chosen.map_or_else(Vec::new, |row| {
-        whole(row, lesson.selected(), width, area.width >= ROOMY)
+        full_row(
+            row,
+            lesson.selected(),
+            width,
+            area.width >= MIN_LONG_LINE_WIDTH,
+        )
     });
     // Rows left for the list beside a begun arc and the additional lines of the selected row.
     let more = chosen.len().saturating_sub(1) + usize::from(lesson.via().is_some());
@@ -109,7 +118,10 @@ fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
         let texts = if nth == lesson.selected() {
             chosen.clone()
         } else {
-            vec![numbered(nth, &describe(row, area.width >= ROOMY))]
+            vec![numbered(
+                nth,
+                &describe(row, area.width >= MIN_LONG_LINE_WIDTH),
+            )]
         };
         let plays = teach.editor.playing() == Some(nth);
         let style = match (nth == lesson.selected(), plays) {
@@ -146,8 +158,8 @@ fn numbered(nth: usize, text: &str) -> String {
 }
 
 /// Returns a row with its full name and position, on several lines if necessary.
-fn whole(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> {
-    let kept = if roomy { LONG } else { SHORT };
+fn full_row(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> {
+    let kept = if roomy { LONG_NAME } else { SHORT_NAME };
     let short = numbered(nth, &describe(row, roomy));
     if row.name.chars().count() <= kept && short.chars().count() < width {
         return vec![short];
@@ -162,12 +174,12 @@ fn whole(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> 
 }
 
 /// Letters shown of a name, in narrow and in wide lists.
-const SHORT: usize = 7;
-const LONG: usize = 16;
+const SHORT_NAME: usize = 7;
+const LONG_NAME: usize = 16;
 
 /// Returns a row on one line: name, motion, position, action.
 fn describe(row: &TeachStep, roomy: bool) -> String {
-    let kept = if roomy { LONG } else { SHORT };
+    let kept = if roomy { LONG_NAME } else { SHORT_NAME };
     let name: String = row.name.chars().take(kept).collect();
     format!("{name:<kept$} {}", motion(row, roomy))
 }

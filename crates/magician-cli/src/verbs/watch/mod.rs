@@ -1,7 +1,7 @@
 //! `watch`: shows an arm at work, as a picture or line by line.
 
 mod line;
-mod look;
+mod readings;
 mod view;
 
 use std::io::{self, IsTerminal};
@@ -16,16 +16,16 @@ use magician_job::jog::rail_position;
 use magician_job::recording::{Options, Recorder};
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use crate::context::{Context, StopPolicy, ToldPolicy};
+use crate::context::{Context, SignalPolicy, StopPolicy};
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
-use crate::terminal::{self, Help, Seen, Stage, Told, take_log};
-use crate::verbs::jog::{AT_SIGHT, next_of, title};
+use crate::terminal::{self, FullScreen, Help, ObservedArm, TerminalEvent, take_log};
+use crate::verbs::jog::{REAL_TIME_ARM, next_of, title};
 use crate::verbs::pose::rate;
 use crate::verbs::record;
 use view::Model;
 
-pub(super) use look::{Around, around};
+pub(super) use readings::{Around, around};
 #[cfg(test)]
 pub(super) use view::tests::examples;
 pub(super) use view::{alarms_and_log, queue_panel};
@@ -64,7 +64,7 @@ impl Watch {
             }
         };
         match &self.record {
-            None => context.arm_or(AT_SIGHT, StopPolicy::Watch, shown),
+            None => context.arm_or(REAL_TIME_ARM, StopPolicy::Watch, shown),
             Some(file) => self.recorded(file, rate, context, shown),
         }
     }
@@ -78,8 +78,10 @@ impl Watch {
         shown: impl AsyncFnOnce(&Arm, &mut Output) -> Result<(), Failure>,
     ) -> Result<(), Failure> {
         record::check(file, self.law, context)?;
-        let summary =
-            context.until_told(AT_SIGHT, ToldPolicy::Record, async |arm, out, over| {
+        let summary = context.until_signal(
+            REAL_TIME_ARM,
+            SignalPolicy::Record,
+            async |arm, out, over| {
                 let options = Options::new(SystemTime::now(), rate);
                 let mut recorder = Recorder::begin(arm, file, options).await?;
                 let watched = tokio::select! {
@@ -96,7 +98,8 @@ impl Watch {
                     Err(failure) if failure.kind != Kind::Interrupted => Err(failure),
                     _ => Ok(summary),
                 }
-            })?;
+            },
+        )?;
         record::show(&summary, self.law, context)
     }
 }
@@ -104,7 +107,7 @@ impl Watch {
 /// Prints one line per reading.
 async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(), Failure> {
     let mut state = arm.state(rate)?;
-    let mut outputs = look::outputs(arm);
+    let mut outputs = readings::outputs(arm);
     let mut known = arm.read_outputs().await?;
     loop {
         let status = tokio::select! {
@@ -116,14 +119,14 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
             status = state.changed() => status?,
         };
         // While the line is broken another program may switch outputs, so nothing is claimed.
-        let told = match status.link {
+        let link = match status.link {
             Link::Up => known,
             _ => ArmOutputs::default(),
         };
         if json {
-            out.json(&StatusReport::new(&status, &told))?;
+            out.json(&StatusReport::new(&status, &link))?;
         } else {
-            out.line(line::plain(&status, &told))?;
+            out.line(line::plain(&status, &link))?;
         }
         out.flush()?;
     }
@@ -132,21 +135,21 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
 /// Shows the picture until a key ends it.
 async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let (_, places) = arm.stats().await?;
-    let seen = Seen::new(title(arm).await?, places).reading(rate);
-    let mut model = Model::new(seen);
+    let observed = ObservedArm::new(title(arm).await?, places).reading(rate);
+    let mut model = Model::new(observed);
     let on_rail = arm.get::<DeviceWithL>().await;
     let mut rail = on_rail
         .is_ok_and(|rail| rail.with_l.is_on())
         .then(|| rail_position(arm));
-    let (mut around, mut pins) = (look::around(arm), look::pins(arm));
+    let (mut around, mut pins) = (readings::around(arm), readings::pins(arm));
     let (mut state, mut events) = (arm.state(rate)?, arm.events());
-    let mut stage = Stage::open(view::draw)?;
+    let mut stage = FullScreen::open(view::draw)?;
     loop {
         stage.show(model.clone());
         tokio::select! {
             biased;
-            told = stage.next() => match told {
-                Told::Event(Event::Key(key)) => match press(key, &mut model.help) {
+            event = stage.next() => match event {
+                TerminalEvent::Event(Event::Key(key)) => match press(key, &mut model.help) {
                     Press::Nothing => {}
                     Press::Quit => return stage.close(),
                     Press::Interrupt => {
@@ -154,19 +157,19 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
                         return Err(Failure::interrupted());
                     }
                 },
-                Told::Gone => return Err(Failure::interrupted()),
-                Told::Event(_) | Told::Beat => {}
+                TerminalEvent::Gone => return Err(Failure::interrupted()),
+                TerminalEvent::Event(_) | TerminalEvent::Beat => {}
             },
-            status = state.changed() => model.seen.arm.observe(status?),
-            Some(event) = events.next() => model.seen.note(event.to_string()),
+            status = state.changed() => model.observed.arm.observe(status?),
+            Some(event) = events.next() => model.observed.note(event.to_string()),
             read = around.next() => model.around = read,
             pin = pins.next() => model.note(pin),
-            Some(rail) = next_of(&mut rail) => model.seen.arm.rail = Some(rail),
+            Some(rail) = next_of(&mut rail) => model.observed.arm.rail = Some(rail),
         }
         for line in take_log() {
-            model.seen.note(line);
+            model.observed.note(line);
         }
-        model.seen.arm.tick(Instant::now());
+        model.observed.arm.tick(Instant::now());
     }
 }
 

@@ -6,15 +6,17 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::look::Around;
-use crate::terminal::{Help, Seen, Theme, fitted, lamp, panel, sparkline};
-use crate::verbs::io::{self, PINS, Pin};
-use crate::verbs::jog::{TIGHT_ROWS, alarm_panel, joint_bars, log_panel, tight, tool_lines};
+use super::readings::Around;
+use crate::terminal::{Help, ObservedArm, Theme, fitted, lamp, panel, sparkline};
+use crate::verbs::io::{self, PIN_COUNT, Pin};
+use crate::verbs::jog::{
+    COMPACT_ROWS, alarm_panel, compact_panel, joint_bars, log_panel, tool_lines,
+};
 
 /// Everything that is shown.
 #[derive(Clone, Debug)]
 pub(super) struct Model {
-    pub(super) seen: Seen,
+    pub(super) observed: ObservedArm,
     pub(super) around: Around,
     /// Pins in order of their address; `None` if not read yet.
     pub(super) pins: Vec<Option<Pin>>,
@@ -23,11 +25,11 @@ pub(super) struct Model {
 }
 
 impl Model {
-    pub(super) fn new(seen: Seen) -> Self {
+    pub(super) fn new(observed: ObservedArm) -> Self {
         Self {
-            seen,
+            observed,
             around: Around::default(),
-            pins: vec![None; PINS.into()],
+            pins: vec![None; PIN_COUNT.into()],
             help: None,
         }
     }
@@ -58,9 +60,9 @@ const KEYS: [(&str, &str); 7] = [
 ];
 const HINTS: [(&str, &str); 2] = [("q", "quit"), ("?", "help")];
 /// Smallest width, in columns, for the pins as a list.
-const WIDE: u16 = 120;
+const MIN_WIDE_WIDTH: u16 = 120;
 /// Smallest height, in rows, for joints with bars and separate panels for alarms and log.
-const LEAST_ROWS: u16 = 24;
+const MIN_BARS_HEIGHT: u16 = 24;
 
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
@@ -70,11 +72,11 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
         Constraint::Length(1),
     ])
     .areas(frame.area());
-    let header_text = model.seen.header("watch", header.width, theme);
+    let header_text = model.observed.header("watch", header.width, theme);
     frame.render_widget(header_text, header);
-    if middle.width >= WIDE && middle.height >= u16::from(PINS) + 2 {
+    if middle.width >= MIN_WIDE_WIDTH && middle.height >= u16::from(PIN_COUNT) + 2 {
         wide(frame, middle, model, theme);
-    } else if frame.area().height < LEAST_ROWS {
+    } else if frame.area().height < MIN_BARS_HEIGHT {
         small(frame, middle, model, theme);
     } else {
         narrow(frame, middle, model, theme);
@@ -98,46 +100,67 @@ fn narrow(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [queue_area, speeds_area] = columns.areas(second);
     let [pins_area, rest] = columns.areas(third);
     pose(frame, pose_area, model, theme);
-    joint_bars(frame, joints, &model.seen, theme);
-    queue_panel(frame, queue_area, &model.seen, model.around, true, theme);
+    joint_bars(frame, joints, &model.observed, theme);
+    queue_panel(
+        frame,
+        queue_area,
+        &model.observed,
+        model.around,
+        true,
+        theme,
+    );
     speeds(frame, speeds_area, model, theme);
     lamps(frame, pins_area, model, theme);
     let [alarms, log] = Layout::vertical([Constraint::Length(5), Constraint::Fill(1)]).areas(rest);
-    alarm_panel(frame, alarms, &model.seen, theme);
-    log_panel(frame, log, &model.seen, theme);
+    alarm_panel(frame, alarms, &model.observed, theme);
+    log_panel(frame, log, &model.observed, theme);
 }
 
 fn small(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let columns = Layout::horizontal([Constraint::Length(29), Constraint::Fill(1)]);
     let [first, second, rest] = Layout::vertical([
-        Constraint::Length(TIGHT_ROWS),
+        Constraint::Length(COMPACT_ROWS),
         Constraint::Length(7),
         Constraint::Fill(1),
     ])
     .areas(area);
     let [place, speeds_area] = columns.areas(first);
     let [queue_area, pins_area] = columns.areas(second);
-    tight(frame, place, pose_title(model), &model.seen, None, theme);
+    compact_panel(
+        frame,
+        place,
+        pose_title(model),
+        &model.observed,
+        None,
+        theme,
+    );
     speeds(frame, speeds_area, model, theme);
-    queue_panel(frame, queue_area, &model.seen, model.around, true, theme);
+    queue_panel(
+        frame,
+        queue_area,
+        &model.observed,
+        model.around,
+        true,
+        theme,
+    );
     lamps(frame, pins_area, model, theme);
-    alarms_and_log(frame, rest, &model.seen, theme);
+    alarms_and_log(frame, rest, &model.observed, theme);
 }
 
 /// Draws alarms and log in one panel.
 pub(in crate::verbs) fn alarms_and_log(
     frame: &mut Frame<'_>,
     area: Rect,
-    seen: &Seen,
+    observed: &ObservedArm,
     theme: Theme,
 ) {
     let block = panel("alarms, log", theme);
     let inner = block.inner(area);
     let alarms = inner.height.saturating_sub(1).max(1);
-    let mut lines = seen.alarm_lines(inner.width, alarms, theme);
+    let mut lines = observed.alarm_lines(inner.width, alarms, theme);
     let left = usize::from(inner.height).saturating_sub(lines.len());
     let left = u16::try_from(left).unwrap_or_default();
-    lines.extend(seen.log_lines(inner.width, left, theme));
+    lines.extend(observed.log_lines(inner.width, left, theme));
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
@@ -155,14 +178,23 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [pose_area, joints] = columns.areas(first);
     let [queue_area, speeds_area] = columns.areas(second);
     pose(frame, pose_area, model, theme);
-    joint_bars(frame, joints, &model.seen, theme);
-    queue_panel(frame, queue_area, &model.seen, model.around, false, theme);
+    joint_bars(frame, joints, &model.observed, theme);
+    queue_panel(
+        frame,
+        queue_area,
+        &model.observed,
+        model.around,
+        false,
+        theme,
+    );
     speeds(frame, speeds_area, model, theme);
-    alarm_panel(frame, alarms, &model.seen, theme);
-    log_panel(frame, log, &model.seen, theme);
-    let [pins, line] =
-        Layout::vertical([Constraint::Length(u16::from(PINS) + 2), Constraint::Fill(1)])
-            .areas(right);
+    alarm_panel(frame, alarms, &model.observed, theme);
+    log_panel(frame, log, &model.observed, theme);
+    let [pins, line] = Layout::vertical([
+        Constraint::Length(u16::from(PIN_COUNT) + 2),
+        Constraint::Fill(1),
+    ])
+    .areas(right);
     list(frame, pins, model, theme);
     let text = Paragraph::new(line_lines(model.around)).block(panel("line", theme));
     frame.render_widget(text, line);
@@ -170,7 +202,7 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 
 fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let mut lines = Vec::new();
-    if let Some(status) = &model.seen.arm.status {
+    if let Some(status) = &model.observed.arm.status {
         let p = &status.pose;
         let rows = [
             ("x", p.x, "mm"),
@@ -182,7 +214,7 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
             lines.push(Line::from(format!("{name:<2}{value:>9.2} {unit}")));
         }
     }
-    if let Some(rail) = model.seen.arm.rail {
+    if let Some(rail) = model.observed.arm.rail {
         lines.push(Line::from(format!("l {rail:>9.2} mm")));
     }
     let block = panel(pose_title(model), theme);
@@ -190,9 +222,9 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 }
 
 fn pose_title(model: &Model) -> &'static str {
-    if model.seen.arm.stands() {
+    if model.observed.arm.stands() {
         "tool stands"
-    } else if model.seen.arm.answers() {
+    } else if model.observed.arm.answers() {
         "tool moves"
     } else {
         "tool when last seen"
@@ -203,7 +235,7 @@ fn pose_title(model: &Model) -> &'static str {
 pub(in crate::verbs) fn queue_panel(
     frame: &mut Frame<'_>,
     area: Rect,
-    seen: &Seen,
+    observed: &ObservedArm,
     around: Around,
     with_line: bool,
     theme: Theme,
@@ -211,8 +243,8 @@ pub(in crate::verbs) fn queue_panel(
     let block = panel("queue and tools", theme);
     let width = usize::from(block.inner(area).width);
     let mut lines = Vec::new();
-    if let Some(status) = &seen.arm.status {
-        let places = seen.places.max(1);
+    if let Some(status) = &observed.arm.status {
+        let places = observed.places.max(1);
         let taken = places.saturating_sub(status.left_space);
         let figures = format!(" {taken}/{places}, done {}", status.current.0);
         let bar = width.saturating_sub(figures.len());
@@ -242,12 +274,17 @@ fn line_lines(around: Around) -> Vec<Line<'static>> {
 fn speeds(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let block = panel("speeds", theme);
     let width = usize::from(block.inner(area).width).saturating_sub(19);
-    let seen = &model.seen;
-    let now = seen.arm.speed();
-    let tool: Vec<f64> = seen.arm.speeds.iter().map(|speeds| speeds.tool).collect();
+    let observed = &model.observed;
+    let now = observed.arm.speed();
+    let tool: Vec<f64> = observed
+        .arm
+        .speeds
+        .iter()
+        .map(|speeds| speeds.tool)
+        .collect();
     let mut lines = vec![row("tool", now.tool, "mm/s", &tool, width, theme)];
     for (nth, name) in ["J1", "J2", "J3", "J4"].into_iter().enumerate() {
-        let joint: Vec<f64> = seen
+        let joint: Vec<f64> = observed
             .arm
             .speeds
             .iter()

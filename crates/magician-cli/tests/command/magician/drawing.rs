@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 use super::command;
-use super::homed::as_if_homed;
+use super::homed::mark_homed;
 use super::served::Served;
 
 /// Height of the paper, mm.
@@ -15,30 +15,30 @@ pub(crate) const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80m
                    <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
 
 /// Arm, and a directory with a drawing.
-pub(crate) struct Place {
+pub(crate) struct Fixture {
     pub(crate) dir: tempfile::TempDir,
     served: Served,
 }
 
-impl Place {
+impl Fixture {
     pub(crate) fn new(speed: &str) -> Self {
-        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
-        let place = Self {
+        let endpoints = ["--tcp", "127.0.0.1:0", "--speed", speed];
+        let fixture = Self {
             dir: tempfile::tempdir().expect("directory"),
-            served: Served::start(&doors, 1),
+            served: Served::start(&endpoints, 1),
         };
-        place.write("line.svg", SVG);
-        place
+        fixture.write("line.svg", SVG);
+        fixture
     }
 
     /// Creates a place whose arm counts as homed.
     pub(crate) fn homed(speed: &str) -> Self {
-        let place = Self::new(speed);
-        assert!(place.run(&["alarms", "--clear"]).status.success());
+        let fixture = Self::new(speed);
+        assert!(fixture.run(&["alarms", "--clear"]).status.success());
         let mut command = command();
-        command.env("XDG_STATE_HOME", place.dir.path().join("state"));
-        as_if_homed(command, &place.served.door("tcp"));
-        place
+        command.env("XDG_STATE_HOME", fixture.dir.path().join("state"));
+        mark_homed(command, &fixture.served.endpoint("tcp"));
+        fixture
     }
 
     pub(crate) fn write(&self, name: &str, text: &str) {
@@ -46,12 +46,12 @@ impl Place {
     }
 
     /// Returns the port of the arm.
-    pub(crate) fn door(&self) -> String {
-        self.served.door("tcp")
+    pub(crate) fn endpoint(&self) -> String {
+        self.served.endpoint("tcp")
     }
 
     pub(crate) fn command(&self, arguments: &[&str]) -> Command {
-        self.command_at(&["--port", &self.door()], arguments)
+        self.command_at(&["--port", &self.endpoint()], arguments)
     }
 
     /// Returns a command that reaches the arm by other flags.
@@ -65,7 +65,7 @@ impl Place {
 
     /// Returns the command that draws two long lines slowly.
     pub(crate) fn draw(&self, more: &[&str]) -> Command {
-        self.draw_at(&["--port", &self.door()], more)
+        self.draw_at(&["--port", &self.endpoint()], more)
     }
 
     /// Returns the same with other flags to reach the arm.
@@ -110,7 +110,7 @@ impl Place {
     }
 
     /// Returns the number of files with settings to restore.
-    pub(crate) fn debts(&self) -> usize {
+    pub(crate) fn unrestored(&self) -> usize {
         let folder = self.dir.path().join("state/magician/debts");
         std::fs::read_dir(folder).map_or(0, Iterator::count)
     }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 /// Writes the record of a homing for commands made from this one. `command` must have no arguments;
 /// the port is passed separately.
-pub(crate) fn as_if_homed(mut command: Command, port: &str) {
+pub(crate) fn mark_homed(mut command: Command, port: &str) {
     let state = command
         .get_envs()
         .find(|(name, _)| *name == "XDG_STATE_HOME");

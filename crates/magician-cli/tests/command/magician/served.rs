@@ -12,7 +12,7 @@ pub(crate) struct Served {
     pub(crate) child: Child,
     pub(crate) stdout: BufReader<ChildStdout>,
     /// Lines on stderr before it was ready.
-    pub(crate) doors: Vec<String>,
+    pub(crate) endpoints: Vec<String>,
     /// Lines on stderr from then on.
     log: Receiver<String>,
     /// Lines that have been read from the log.
@@ -21,8 +21,8 @@ pub(crate) struct Served {
 
 impl Served {
     /// Starts a virtual arm with this many endpoints.
-    pub(crate) fn start(arguments: &[&str], doors: usize) -> Self {
-        Self::verb("sim", arguments, doors + 1)
+    pub(crate) fn start(arguments: &[&str], endpoints: usize) -> Self {
+        Self::verb("sim", arguments, endpoints + 1)
     }
 
     /// Starts a verb that prints this many lines before it is ready.
@@ -53,29 +53,29 @@ impl Served {
         let mut lines = BufReader::new(stderr)
             .lines()
             .map(|line| line.expect("UTF-8"));
-        let doors = lines.by_ref().take(lines_first).collect();
+        let endpoints = lines.by_ref().take(lines_first).collect();
         // The output must be read, or the process would block once the pipe is full.
         let (sender, log) = channel();
         std::thread::spawn(move || lines.try_for_each(|line| sender.send(line)));
         Self {
             child,
             stdout,
-            doors,
+            endpoints,
             log,
             seen: Vec::new(),
         }
     }
 
     /// Returns the address after `serving udp:` and the like.
-    pub(crate) fn door(&self, scheme: &str) -> String {
+    pub(crate) fn endpoint(&self, scheme: &str) -> String {
         let prefix = format!("serving {scheme}:");
         let found = self
-            .doors
+            .endpoints
             .iter()
             .find_map(|line| line.strip_prefix(&prefix));
         format!(
             "{scheme}:{}",
-            found.unwrap_or_else(|| panic!("{:?}", self.doors))
+            found.unwrap_or_else(|| panic!("{:?}", self.endpoints))
         )
     }
 

@@ -10,7 +10,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 /// Most calls to the station caused by one line of a script. More of them are an endless loop.
-const MOST_CALLS: usize = 5000;
+const MAX_CALLS: usize = 5000;
 /// Error codes of the station.
 const CODES: [i64; 8] = [
     -32602, -32001, -32002, -32003, -32004, -32005, -32000, -32007,
@@ -26,7 +26,7 @@ struct Call {
 }
 
 /// Link with its surroundings.
-pub(crate) struct Life {
+pub(crate) struct Harness {
     link: Link,
     now: HostInstant,
     pending: VecDeque<Call>,
@@ -37,10 +37,10 @@ pub(crate) struct Life {
     asked: HashMap<String, (u32, u32)>,
 }
 
-impl Life {
+impl Harness {
     pub(crate) fn new(options: LinkOptions) -> Self {
         let now = HostInstant::ZERO;
-        let mut life = Self {
+        let mut harness = Self {
             link: Link::new(now, options, "a script"),
             now,
             pending: VecDeque::new(),
@@ -48,19 +48,19 @@ impl Life {
             index: 0,
             asked: HashMap::new(),
         };
-        life.look();
-        life
+        harness.collect_output();
+        harness
     }
 
     /// Runs a script.
-    pub(crate) fn live(&mut self, script: &str) {
+    pub(crate) fn run_script(&mut self, script: &str) {
         for line in script.lines() {
-            self.line(line);
-            self.look();
+            self.run_line(line);
+            self.collect_output();
         }
     }
 
-    fn line(&mut self, line: &str) {
+    fn run_line(&mut self, line: &str) {
         let mut chars = line.chars();
         let Some(mark) = chars.next() else { return };
         let rest = chars.as_str();
@@ -75,13 +75,13 @@ impl Life {
                 let value = serde_json::from_str(rest).unwrap_or(Value::Null);
                 self.answer(0, &Answer::Value(value));
             }
-            's' => self.link.hear(self.now, rest),
+            's' => self.link.receive_from_station(self.now, rest),
             'f' => self.finish(number as u64 % 100, None),
             '!' => self.finish(0, Some(number as u64 % 256)),
             'x' => self.event(["stop", "reset", "link-lost", "link-found"][number % 4]),
             'l' => self.lose_lease(),
             'p' => self.link.pong(self.now),
-            't' => self.pass(Duration::from_millis(number as u64 % 100_000)),
+            't' => self.advance(Duration::from_millis(number as u64 % 100_000)),
             _ => {}
         }
     }
@@ -95,15 +95,15 @@ impl Life {
         self.link.receive(self.now, text);
     }
 
-    fn pass(&mut self, time: Duration) {
+    fn advance(&mut self, time: Duration) {
         let until = self.now + time;
         let mut rounds = 0;
         while let Some(due) = self.link.poll_timeout().filter(|due| *due <= until) {
             self.now = self.now.max(due);
             self.link.handle_timeout(self.now);
             rounds += 1;
-            assert!(rounds < MOST_CALLS, "what is due is done");
-            self.look();
+            assert!(rounds < MAX_CALLS, "what is due is done");
+            self.collect_output();
         }
         self.now = until;
     }
@@ -116,7 +116,7 @@ impl Life {
         let call = self.pending.remove(at % self.pending.len());
         let call = call.expect("it is among them");
         let said = match answer {
-            Answer::Good => json!({"id": call.id, "result": self.good(&call)}),
+            Answer::Good => json!({"id": call.id, "result": self.valid_result(&call)}),
             Answer::Value(value) => json!({"id": call.id, "result": value}),
             Answer::Error(number) => {
                 let data = json!({"kind": KINDS[number % KINDS.len()]});
@@ -124,22 +124,22 @@ impl Life {
                 json!({"id": call.id, "error": {"code": code, "message": "no", "data": data}})
             }
         };
-        self.link.hear(self.now, &said.to_string());
+        self.link.receive_from_station(self.now, &said.to_string());
     }
 
     fn answer_all(&mut self) {
-        for _ in 0..MOST_CALLS {
+        for _ in 0..MAX_CALLS {
             if self.pending.is_empty() {
                 return;
             }
             self.answer(0, &Answer::Good);
-            self.look();
+            self.collect_output();
         }
         panic!("the calls do not end");
     }
 
     /// Returns a valid answer of the station.
-    fn good(&mut self, call: &Call) -> Value {
+    fn valid_result(&mut self, call: &Call) -> Value {
         match call.method.as_str() {
             "session.hello" => json!({"session": "s0-1", "role": "teacher", "arms": ["arm", "b"]}),
             "arm.list" => {
@@ -171,25 +171,25 @@ impl Life {
         for subscription in 1..=self.subscriptions.min(40) {
             let params = json!({"subscription": subscription, "state": state});
             let said = json!({"method": "arm.state", "params": params});
-            self.link.hear(self.now, &said.to_string());
+            self.link.receive_from_station(self.now, &said.to_string());
         }
     }
 
     fn event(&mut self, event: &str) {
         for arm in ["arm", "b"] {
             let said = json!({"method": "arm.event", "params": {"arm": arm, "event": event}});
-            self.link.hear(self.now, &said.to_string());
+            self.link.receive_from_station(self.now, &said.to_string());
         }
     }
 
     fn lose_lease(&mut self) {
         let params = json!({"arm": "arm", "holder": {"session": "s0-9", "name": "ben"}});
         let said = json!({"method": "lease.changed", "params": params});
-        self.link.hear(self.now, &said.to_string());
+        self.link.receive_from_station(self.now, &said.to_string());
     }
 
     /// Collects outgoing messages. An answer must not come twice, nor without a request.
-    fn look(&mut self) {
+    fn collect_output(&mut self) {
         while let Some(call) = self.link.poll_station() {
             let text: Value = serde_json::from_str(&call.text).expect("JSON");
             self.pending.push_back(Call {
@@ -209,21 +209,21 @@ impl Life {
             *answered += 1;
             assert!(answered <= asked, "answered more often than asked: {said}");
         }
-        while self.link.poll_noted().is_some() {}
+        while self.link.poll_answered().is_some() {}
     }
 
     /// Ends the test: the station answers everything, the arms are lost, and no call may be left.
     pub(crate) fn end(mut self) {
         self.answer_all();
         self.event("link-lost");
-        self.look();
+        self.collect_output();
         self.answer_all();
-        self.pass(Duration::from_secs(100_000));
+        self.advance(Duration::from_secs(100_000));
         self.answer_all();
         let open = self.asked.iter().find(|(_, (asked, came))| asked != came);
         assert!(open.is_none(), "not answered: {open:?}");
         self.link.end();
-        self.look();
+        self.collect_output();
         self.answer_all();
         assert!(
             self.link.poll_timeout().is_none(),

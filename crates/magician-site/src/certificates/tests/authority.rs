@@ -17,7 +17,7 @@ fn has_name(error: &CertificateError) -> Option<&str> {
 }
 
 #[test]
-fn init_makes_a_site_once() {
+fn init_creates_a_site_once() {
     let machines = Machines::new();
     let folder = machines.folder("desk");
     assert!(Identity::open(&folder).unwrap().is_none());
@@ -45,7 +45,7 @@ fn init_makes_a_site_once() {
 }
 
 #[test]
-fn certificates_last_as_long_as_they_should_and_are_apart() {
+fn certificates_have_their_validity_and_distinct_serials() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let signed = authority.sign(&request(), "bench-2").unwrap();
@@ -67,7 +67,7 @@ fn certificates_last_as_long_as_they_should_and_are_apart() {
 }
 
 #[test]
-fn init_that_was_killed_is_done_again_from_any_part() {
+fn init_completes_after_a_kill_at_any_point() {
     for parts in 0..ALL.len() {
         let machines = Machines::new();
         machines.init("desk");
@@ -86,7 +86,7 @@ fn init_that_was_killed_is_done_again_from_any_part() {
 }
 
 #[test]
-fn init_leaves_an_authority_with_machines_alone() {
+fn init_refuses_to_replace_an_authority_with_members() {
     let machines = Machines::new();
     machines.init("desk").sign(&request(), "bench-2").unwrap();
     let folder = machines.folder("desk");
@@ -118,7 +118,7 @@ fn only_the_owner_reads_keys_and_folder() {
 }
 
 #[test]
-fn names_are_names_of_hosts_too() {
+fn machine_names_are_valid_host_names() {
     for name in ["desk", "a", "bench-2", "pi_", "0xq", "7a", &"x".repeat(32)] {
         assert!(is_machine_name(name), "{name}");
     }
@@ -165,7 +165,7 @@ fn a_name_belongs_to_a_key() {
 }
 
 #[test]
-fn neither_name_nor_key_of_a_revoked_machine_comes_back() {
+fn name_and_key_of_a_revoked_machine_stay_refused() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let bench = request();
@@ -186,7 +186,7 @@ fn neither_name_nor_key_of_a_revoked_machine_comes_back() {
 }
 
 #[test]
-fn requests_that_are_damaged_are_refused_and_leave_no_member() {
+fn damaged_requests_are_refused_and_add_no_member() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let good = request();
@@ -216,7 +216,7 @@ fn requests_that_are_damaged_are_refused_and_leave_no_member() {
 }
 
 #[test]
-fn revoking_counts_up_once_for_each_machine() {
+fn each_revocation_increments_the_list_number_once() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     for name in ["bench-2", "bench-3"] {
@@ -239,7 +239,7 @@ fn revoking_counts_up_once_for_each_machine() {
 }
 
 #[test]
-fn revoking_that_was_killed_before_the_list_is_done_again() {
+fn revocation_completes_after_a_kill_before_the_list() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let bench = request();
@@ -254,7 +254,7 @@ fn revoking_that_was_killed_before_the_list_is_done_again() {
 }
 
 #[test]
-fn a_damaged_authority_is_no_authority() {
+fn damaged_authority_is_refused() {
     for (file, content) in [
         ("ca.key", "no key"),
         ("ca.pem", "no certificate"),
@@ -283,7 +283,7 @@ fn a_damaged_authority_is_no_authority() {
 }
 
 #[test]
-fn list_of_a_restored_authority_is_newer_and_forgets_nobody() {
+fn list_of_a_restored_authority_is_newer_and_complete() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     for name in ["bench-2", "bench-3"] {

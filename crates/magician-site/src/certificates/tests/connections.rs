@@ -68,7 +68,7 @@ async fn certificates_of_another_authority_are_refused() {
     // A stranger who accepts any server.
     client
         .dangerous()
-        .set_certificate_verifier(Arc::new(Anybody));
+        .set_certificate_verifier(Arc::new(AcceptAnyServer));
     let refused = connect(Arc::new(client), "desk", desk.server().unwrap()).await;
     let refused = refused.unwrap_err();
     assert!(refused.contains("alert"), "{refused}");
@@ -76,7 +76,7 @@ async fn certificates_of_another_authority_are_refused() {
 }
 
 #[tokio::test]
-async fn revoked_clients_and_servers_are_refused_by_machines_that_learnt_it() {
+async fn machines_with_the_list_refuse_revoked_clients_and_servers() {
     let machines = Machines::new();
     let (desk, bench) = site(&machines).await;
     let other = machines.join("desk", "bench-3").await;
@@ -107,7 +107,7 @@ async fn a_renewed_certificate_is_revoked_with_those_before_it() {
 }
 
 #[tokio::test]
-async fn a_certificate_of_a_machine_signs_no_other() {
+async fn machine_certificate_cannot_sign_another() {
     let machines = Machines::new();
     let (desk, _) = site(&machines).await;
     let key = std::fs::read_to_string(machines.folder("bench-2").join("own.key")).unwrap();
@@ -129,7 +129,7 @@ async fn a_certificate_of_a_machine_signs_no_other() {
         .with_protocol_versions(&[&TLS13])
         .unwrap()
         .dangerous()
-        .with_custom_certificate_verifier(Arc::new(Anybody))
+        .with_custom_certificate_verifier(Arc::new(AcceptAnyServer))
         .with_client_auth_cert(chain, forged_key.into())
         .unwrap();
     let refused = connect(Arc::new(client), "desk", desk.server().unwrap()).await;
@@ -139,7 +139,7 @@ async fn a_certificate_of_a_machine_signs_no_other() {
 
 /// Accepts any certificate.
 #[derive(Debug)]
-struct Anybody;
+struct AcceptAnyServer;
 
 mod anybody {
     use tokio_rustls::rustls::client::danger::{
@@ -148,7 +148,7 @@ mod anybody {
     use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName, UnixTime};
     use tokio_rustls::rustls::{DigitallySignedStruct, Error, SignatureScheme};
 
-    impl ServerCertVerifier for super::Anybody {
+    impl ServerCertVerifier for super::AcceptAnyServer {
         fn verify_server_cert(
             &self,
             _: &CertificateDer<'_>,

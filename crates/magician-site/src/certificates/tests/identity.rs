@@ -6,7 +6,7 @@ use super::Machines;
 use crate::certificates::{CertificateError, Identity};
 
 #[tokio::test]
-async fn a_newer_list_is_learnt_by_all_clones_and_kept() {
+async fn newer_list_is_shared_by_all_clones_and_stored() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
@@ -28,7 +28,7 @@ async fn a_newer_list_is_learnt_by_all_clones_and_kept() {
 }
 
 #[tokio::test]
-async fn lists_that_the_authority_did_not_sign_are_refused() {
+async fn lists_of_another_authority_are_refused() {
     let (machines, others) = (Machines::new(), Machines::new());
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
@@ -78,7 +78,7 @@ async fn a_list_with_any_damaged_byte_is_refused() {
 }
 
 #[tokio::test]
-async fn a_list_that_cannot_be_kept_holds_all_the_same() {
+async fn list_that_cannot_be_stored_still_applies() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
@@ -90,7 +90,7 @@ async fn a_list_that_cannot_be_kept_holds_all_the_same() {
 }
 
 #[tokio::test]
-async fn files_that_do_not_belong_together_are_no_identity() {
+async fn mismatched_files_are_no_identity() {
     let (machines, others) = (Machines::new(), Machines::new());
     machines.init("desk");
     machines.join("desk", "bench-2").await;

@@ -12,7 +12,7 @@ use tokio_rustls::client::TlsStream;
 use tokio_rustls::rustls::pki_types::ServerName;
 
 use super::{Machines, PIPE, acceptor, files, request};
-use crate::certificates::wire::{self, Answer, LARGEST_ANSWER, LARGEST_REQUEST, Request};
+use crate::certificates::wire::{self, Answer, MAX_ANSWER_SIZE, MAX_REQUEST_SIZE, Request};
 use crate::certificates::{
     Identity, Invitation, InvitationEnd, InvitationEvent, JoinError, Refusal, join, tls,
 };
@@ -25,7 +25,7 @@ fn refusal(result: Result<impl std::fmt::Debug, JoinError>) -> Refusal {
 }
 
 #[tokio::test]
-async fn a_machine_joins_and_keeps_its_key_to_itself() {
+async fn joining_does_not_send_the_private_key() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let bench = machines.join("desk", "bench-2").await;
@@ -53,7 +53,7 @@ async fn a_machine_joins_and_keeps_its_key_to_itself() {
 }
 
 #[tokio::test]
-async fn a_joining_machine_gets_the_list_of_the_revoked() {
+async fn joining_machine_gets_the_revocation_list() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     machines.join("desk", "bench-2").await;
@@ -89,7 +89,7 @@ async fn the_same_name_from_the_same_machine_is_a_renewal() {
 }
 
 #[tokio::test]
-async fn a_machine_that_has_a_name_gets_no_other() {
+async fn member_cannot_join_under_another_name() {
     let machines = Machines::new();
     machines.init("desk");
     machines.join("desk", "bench-2").await;
@@ -97,14 +97,14 @@ async fn a_machine_that_has_a_name_gets_no_other() {
     let (refused, event) = machines.try_join(&invitation, "bench-2", "bench-3").await;
     let refused = refused.unwrap_err();
     assert!(
-        matches!(&refused, JoinError::Named(name, _) if name == "bench-2"),
+        matches!(&refused, JoinError::OtherName(name, _) if name == "bench-2"),
         "{refused:?}"
     );
     assert!(event.is_none(), "nothing was sent");
 }
 
 #[tokio::test]
-async fn a_join_whose_answer_was_lost_is_done_again() {
+async fn join_is_repeatable_after_a_lost_answer() {
     let machines = Machines::new();
     machines.init("desk");
     machines.join("desk", "bench-2").await;
@@ -158,7 +158,7 @@ async fn taken_revoked_and_impossible_names_are_refused() {
 
 /// Another authority takes the place of the authority that made the code. It learns nothing.
 #[tokio::test]
-async fn an_impostor_is_sent_nothing() {
+async fn impostor_receives_no_request() {
     let (machines, others) = (Machines::new(), Machines::new());
     machines.init("desk");
     others.init("desk");
@@ -178,7 +178,7 @@ async fn an_impostor_is_sent_nothing() {
     };
     let (refused, heard) = tokio::join!(joining, listening);
     assert!(
-        matches!(refused, Err(JoinError::Stranger(_))),
+        matches!(refused, Err(JoinError::WrongAuthority(_))),
         "{refused:?}"
     );
     assert_eq!(heard, b"");
@@ -196,18 +196,18 @@ async fn a_machine_of_the_site_is_not_its_authority() {
     use tokio_rustls::rustls::pki_types::pem::PemObject;
     let key = tokio_rustls::rustls::pki_types::PrivateKeyDer::from_pem_slice(&pem("own.key"));
     // The authority's certificate with the machine's own key: TLS refuses this pair.
-    let forged = tls::inviting((bench.authority().clone(), key.unwrap().clone_key()));
+    let forged = tls::invitation_server((bench.authority().clone(), key.unwrap().clone_key()));
     assert!(forged.is_err());
     let key = tokio_rustls::rustls::pki_types::PrivateKeyDer::from_pem_slice(&pem("own.key"));
     let own = tokio_rustls::rustls::pki_types::CertificateDer::from_pem_slice(&pem("own.pem"));
-    let posing = tls::inviting((own.unwrap(), key.unwrap())).unwrap();
+    let posing = tls::invitation_server((own.unwrap(), key.unwrap())).unwrap();
     let (here, there) = duplex(PIPE);
     let sites = machines.sites("bench-3");
     let joining = super::join_over(here, &code, &sites, None, "bench-3");
     let accepting = tokio_rustls::TlsAcceptor::from(Arc::new(posing));
     let (refused, accepted) = tokio::join!(joining, accepting.accept(there));
     assert!(
-        matches!(refused, Err(JoinError::Stranger(_))),
+        matches!(refused, Err(JoinError::WrongAuthority(_))),
         "{refused:?}"
     );
     assert!(accepted.is_err());
@@ -222,7 +222,7 @@ async fn guess(invitation: &Invitation, secret: &str) -> Refusal {
     };
     let talk = async |mut stream: TlsStream<_>| {
         wire::write(&mut stream, &ask).await.unwrap();
-        wire::read(&mut stream, LARGEST_ANSWER).await.unwrap()
+        wire::read(&mut stream, MAX_ANSWER_SIZE).await.unwrap()
     };
     match stranger(invitation, talk).await.0 {
         Answer::Refused(refusal) => refusal,
@@ -236,7 +236,7 @@ async fn stranger<T>(
     talk: impl AsyncFnOnce(TlsStream<tokio::io::DuplexStream>) -> T,
 ) -> (T, Option<InvitationEvent>) {
     let (here, there) = duplex(PIPE);
-    let config = tls::joining(invitation.code("a:1")).unwrap();
+    let config = tls::joining_client(invitation.code("a:1")).unwrap();
     let talking = async {
         let name = ServerName::try_from("a").unwrap();
         let connector = TlsConnector::from(Arc::new(config));
@@ -269,7 +269,7 @@ async fn a_wrong_secret_is_refused_and_the_third_voids_the_code() {
 }
 
 #[tokio::test]
-async fn a_code_is_good_for_so_many_machines_and_no_more() {
+async fn code_admits_its_number_of_machines_only() {
     let machines = Machines::new();
     machines.init("desk");
     let invitation = machines.invite("desk", 2);
@@ -287,7 +287,7 @@ async fn a_code_is_good_for_so_many_machines_and_no_more() {
 /// The number of certificates is bounded: revoking a machine lists all of them, and the size of the
 /// list is bounded.
 #[tokio::test]
-async fn a_machine_is_given_a_few_certificates_by_one_invitation() {
+async fn certificates_per_machine_are_bounded_for_an_invitation() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let invitation = machines.invite("desk", 2);
@@ -303,7 +303,7 @@ async fn a_machine_is_given_a_few_certificates_by_one_invitation() {
 }
 
 #[tokio::test]
-async fn a_code_of_an_earlier_invitation_is_no_good() {
+async fn code_of_an_earlier_invitation_is_refused() {
     let machines = Machines::new();
     machines.init("desk");
     let earlier = machines.invite("desk", 1).code("authority:1");
@@ -314,7 +314,7 @@ async fn a_code_of_an_earlier_invitation_is_no_good() {
 }
 
 #[tokio::test]
-async fn requests_that_are_none_are_not_answered_and_change_nothing() {
+async fn invalid_requests_get_no_answer_and_change_nothing() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let invitation = machines.invite("desk", 1);
@@ -333,7 +333,7 @@ async fn requests_that_are_none_are_not_answered_and_change_nothing() {
         ("truncated", with(length, &good[..good.len() - 1])),
         ("cut", with(length - 1, &good[..good.len() - 1])),
         ("huge", with(u32::MAX, &good)),
-        ("too large", with(LARGEST_REQUEST + 1, &good)),
+        ("too large", with(MAX_REQUEST_SIZE + 1, &good)),
         ("no JSON", with(4, b"\xff\xfe{}")),
         ("other JSON", with(2, b"[]")),
         ("HTTP", b"GET / HTTP/1.1\r\n\r\n".to_vec()),
@@ -366,7 +366,7 @@ async fn requests_that_are_none_are_not_answered_and_change_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_silent_client_is_left_before_and_after_the_handshake() {
+async fn silent_client_times_out_before_and_after_the_handshake() {
     let machines = Machines::new();
     machines.init("desk");
     let invitation = machines.invite("desk", 1);
@@ -387,7 +387,7 @@ async fn a_silent_client_is_left_before_and_after_the_handshake() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_silent_invitation_is_left() {
+async fn join_times_out_at_a_silent_invitation() {
     let machines = Machines::new();
     machines.init("desk");
     // A listener that accepts the connection and never answers.
@@ -456,7 +456,7 @@ async fn an_invitation_ends_when_all_have_joined() {
 }
 
 #[tokio::test]
-async fn a_site_of_the_same_name_is_not_written_over() {
+async fn existing_site_of_the_same_name_is_not_overwritten() {
     let (machines, others) = (Machines::new(), Machines::new());
     machines.init("desk");
     machines.join("desk", "bench-2").await;
@@ -488,7 +488,7 @@ async fn a_site_of_the_same_name_is_not_written_over() {
 
 /// Replies that break the rules are refused, even from the right authority.
 #[tokio::test]
-async fn answers_that_do_not_fit_are_not_kept() {
+async fn invalid_answers_are_not_stored() {
     let machines = Machines::new();
     let authority = machines.init("desk");
     let invitation = machines.invite("desk", 1);
@@ -509,7 +509,7 @@ async fn answers_that_do_not_fit_are_not_kept() {
         let acceptor = acceptor(&invitation);
         let answering = async {
             let mut stream = acceptor.accept(there).await.unwrap();
-            let _: Request = wire::read(&mut stream, LARGEST_REQUEST).await.unwrap();
+            let _: Request = wire::read(&mut stream, MAX_REQUEST_SIZE).await.unwrap();
             wire::write(&mut stream, &answer).await.unwrap();
         };
         let (refused, ()) = tokio::join!(joining, answering);

@@ -95,7 +95,9 @@ impl Machines {
 }
 
 fn acceptor(invitation: &Invitation) -> TlsAcceptor {
-    TlsAcceptor::from(Arc::new(invitation.authority().inviting().unwrap()))
+    TlsAcceptor::from(Arc::new(
+        invitation.authority().invitation_server().unwrap(),
+    ))
 }
 
 /// Certificate request of a new key.

@@ -1,7 +1,7 @@
 //! Every call of the table on a virtual arm: each is answered. On a real arm, frames beyond the
 //! table are sent.
 
-use magician_link::{Access, Class, Kind, Method, methods};
+use magician_link::{Access, AnswerTime, Method, ParamType, methods};
 use magician_station::link::LinkOptions;
 use serde_json::{Map, Value, json};
 
@@ -13,24 +13,26 @@ fn sample(method: &Method) -> Value {
     let mut params = Map::new();
     for param in &method.params {
         let value = match (param.kind, param.name.as_str()) {
-            (Kind::Number, "x" | "ptpCmd.x") => json!(200),
-            (Kind::Number, "z" | "ptpCmd.z") => json!(30),
-            (Kind::Number, name) if name.to_lowercase().contains("velocity") => json!(50),
-            (Kind::Number, name) if name.to_lowercase().contains("acc") => json!(50),
-            (Kind::Number, "junctionVel" | "frequency" | "value") => json!(50),
-            (Kind::Number, _) => json!(0),
-            (Kind::Integer, "ptpMode" | "ptpCmd.ptpMode" | "cpMode" | "count" | "port") => json!(1),
-            (Kind::Integer, "totalLoop" | "linePerLoop") => json!(1),
-            (Kind::Integer, "delay") => json!(10),
-            (Kind::Integer, "speed" | "distance") => json!(100),
-            (Kind::Integer, _) => json!(0),
-            (Kind::Bool, name) => json!(name == "enable" && method.name.contains("Sensor")),
-            (Kind::Text, _) => json!("text"),
-            (Kind::Numbers, "address") => json!([192, 168, 1, 2]),
-            (Kind::Numbers, _) => json!([50, 50, 50, 50]),
-            (Kind::Point, "cirPoint") => json!({"x": 220, "y": 20, "z": 30, "r": 0}),
-            (Kind::Point, _) => json!({"x": 200, "y": 40, "z": 30, "r": 0}),
-            (Kind::Outputs, _) => json!([{"ratio": 50, "port": 4, "level": 1}]),
+            (ParamType::Number, "x" | "ptpCmd.x") => json!(200),
+            (ParamType::Number, "z" | "ptpCmd.z") => json!(30),
+            (ParamType::Number, name) if name.to_lowercase().contains("velocity") => json!(50),
+            (ParamType::Number, name) if name.to_lowercase().contains("acc") => json!(50),
+            (ParamType::Number, "junctionVel" | "frequency" | "value") => json!(50),
+            (ParamType::Number, _) => json!(0),
+            (ParamType::Integer, "ptpMode" | "ptpCmd.ptpMode" | "cpMode" | "count" | "port") => {
+                json!(1)
+            }
+            (ParamType::Integer, "totalLoop" | "linePerLoop") => json!(1),
+            (ParamType::Integer, "delay") => json!(10),
+            (ParamType::Integer, "speed" | "distance") => json!(100),
+            (ParamType::Integer, _) => json!(0),
+            (ParamType::Bool, name) => json!(name == "enable" && method.name.contains("Sensor")),
+            (ParamType::Text, _) => json!("text"),
+            (ParamType::Numbers, "address") => json!([192, 168, 1, 2]),
+            (ParamType::Numbers, _) => json!([50, 50, 50, 50]),
+            (ParamType::Point, "cirPoint") => json!({"x": 220, "y": 20, "z": 30, "r": 0}),
+            (ParamType::Point, _) => json!({"x": 200, "y": 40, "z": 30, "r": 0}),
+            (ParamType::Outputs, _) => json!([{"ratio": 50, "port": 4, "level": 1}]),
         };
         match param.name.split_once('.') {
             None => drop(params.insert(param.name.clone(), value)),
@@ -40,7 +42,7 @@ fn sample(method: &Method) -> Value {
             }
         }
     }
-    if method.class == Class::Action {
+    if method.class == AnswerTime::Action {
         params.insert("isWaitForFinish".to_owned(), json!(false));
     }
     Value::Object(params)

@@ -4,20 +4,20 @@ use magician_program::Tool;
 
 use super::super::subject::Touch;
 use super::*;
-use crate::terminal::Seen;
+use crate::terminal::ObservedArm;
 use crate::terminal::test::{Example, screen, shows, status};
 use crate::verbs::jog::Pad;
 use magician_job::jog::{Pendant, ToolState};
 
 fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
-    let mut seen = Seen::new("sim".to_owned(), 32);
-    seen.arm.observe(status());
+    let mut observed = ObservedArm::new("sim".to_owned(), 32);
+    observed.arm.observe(status());
     let mut touched = Touched::new(subject, Tool::Pen);
     for pose in touches {
         touched.take(Touch { pose: *pose });
     }
     Model {
-        seen,
+        observed,
         pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
         touched,
     }
@@ -129,7 +129,7 @@ fn drawn(model: &Model, width: u16, height: u16) -> Vec<String> {
 }
 
 #[test]
-fn the_sketch_says_which_corner_is_next() {
+fn sketch_marks_the_next_corner() {
     for (width, height) in [(80, 24), (200, 50)] {
         let model = model(Subject::Sheet, &[[180.0, -60.0, -61.0, 0.0]]);
         let screen = drawn(&model, width, height);
@@ -145,7 +145,7 @@ fn the_sketch_says_which_corner_is_next() {
 }
 
 #[test]
-fn the_sketch_lies_where_the_keys_lead() {
+fn sketch_is_oriented_like_the_keys() {
     let mut model = model(Subject::Sheet, &[]);
     // Corners at the lower left and the lower right of the screen, and the direction of y.
     for (corners, axes) in [
@@ -164,7 +164,7 @@ fn the_sketch_lies_where_the_keys_lead() {
 }
 
 #[test]
-fn what_was_found_is_shown_before_it_is_saved() {
+fn result_is_shown_before_saving() {
     let touches = [
         [150.0, -105.0, -61.0, 0.0],
         [447.0, -105.0, -61.0, 0.0],

@@ -1,6 +1,6 @@
 //! Flags for drawing options, generated from the option table.
 //!
-//! A verb is a type that implements [`TakesOptions`] and says which rows of the table it takes.
+//! A verb is a type that implements [`OptionSubset`] and says which rows of the table it takes.
 //! [`OptionFlags`] collects the values as JSON fields and lets the table parse them, so that flags,
 //! presets and the station's API accept the same values with the same messages.
 
@@ -20,13 +20,13 @@ use serde_json::{Map, Value};
 use crate::failure::Failure;
 
 /// Largest font file, bytes. A choice; the largest CJK fonts are smaller.
-const LARGEST_FONT: u64 = 128 << 20;
+const MAX_FONT_SIZE: u64 = 128 << 20;
 /// Longest list of choices shown as a value's placeholder, in characters.
-const LONGEST_CHOICE: usize = 26;
+const MAX_CHOICES_WIDTH: usize = 26;
 /// Additional names of flags.
 const ALIASES: [(&str, &str); 1] = [("grid", "pallet")];
 /// Formats whose coordinates are the arm's own.
-const TAUGHT: [Format; 4] = [
+const ARM_COORDINATE_FORMATS: [Format; 4] = [
     Format::Playback,
     Format::Blockly,
     Format::Points,
@@ -34,9 +34,9 @@ const TAUGHT: [Format; 4] = [
 ];
 
 /// Verb with flags for drawing options.
-pub(crate) trait TakesOptions {
+pub(crate) trait OptionSubset {
     /// True if the verb has flags for this option.
-    fn takes(option: &OptionSpec) -> bool;
+    fn accepts(option: &OptionSpec) -> bool;
 }
 
 /// Declares marker types for verbs and the options they take.
@@ -46,11 +46,11 @@ macro_rules! verbs {
         #[derive(Clone, Copy, Debug)]
         pub(crate) struct $verb;
 
-        impl TakesOptions for $verb {
-            fn takes(option: &OptionSpec) -> bool {
+        impl OptionSubset for $verb {
+            fn accepts(option: &OptionSpec) -> bool {
                 let takes: fn(&OptionSpec) -> bool = $takes;
                 // The verb itself decides between drawing and engraving.
-                option.name != "work" && takes(option)
+                option.name != "work" && accepts(option)
             }
         }
     )*};
@@ -64,9 +64,9 @@ verbs! {
     /// `frame`, which has its own flag for the shape.
     Frames: |option| option.name != "frame";
     /// `write`.
-    Writes: |option| Draws::takes(option) && option.counts_for(Format::Text);
+    Writes: |option| Draws::accepts(option) && option.counts_for(Format::Text);
     /// `play`.
-    Plays: |option| !is_frame(option) && TAUGHT.iter().any(|format| option.counts_for(*format));
+    Plays: |option| !is_frame(option) && ARM_COORDINATE_FORMATS.iter().any(|format| option.counts_for(*format));
     /// `testgrid`, which determines powers and speeds itself.
     Grids: |option| option.counts_for(Format::TestGrid)
         || ["tool", "width", "height", "stay"].contains(&option.name);
@@ -97,7 +97,7 @@ impl<V> fmt::Debug for OptionFlags<V> {
 
 impl<V> OptionFlags<V> {
     /// Sets an option that has no flag here.
-    pub(crate) fn give(&mut self, name: &str, value: impl Into<Value>) {
+    pub(crate) fn set_option(&mut self, name: &str, value: impl Into<Value>) {
         self.fields.insert(name.to_owned(), value.into());
     }
 
@@ -151,7 +151,7 @@ fn refused(error: &OptionError, fields: &Map<String, Value>) -> Failure {
 fn font(path: &str) -> Result<FontChoice, Failure> {
     let read = std::fs::File::open(path).and_then(|file| {
         let mut bytes = Vec::new();
-        file.take(LARGEST_FONT).read_to_end(&mut bytes)?;
+        file.take(MAX_FONT_SIZE).read_to_end(&mut bytes)?;
         Ok(bytes)
     });
     let bytes = read.map_err(|error| {
@@ -184,7 +184,7 @@ fn flags_of(row: &'static OptionSpec) -> Vec<Arg> {
     let mut arg = flag("")
         .help(help(row))
         .value_name(placeholder(row))
-        .value_parser(Words(words(row)))
+        .value_parser(CompletingParser(completions(row)))
         .hide_possible_values(true);
     arg = match row.kind {
         OptionKind::List => arg.action(ArgAction::Append),
@@ -231,7 +231,7 @@ const fn heading(group: OptionGroup) -> &'static str {
 }
 
 /// Returns the words for completion; empty if other values are accepted too.
-fn words(row: &OptionSpec) -> &'static [&'static str] {
+fn completions(row: &OptionSpec) -> &'static [&'static str] {
     match row.expects {
         "" => row.choices,
         _ => &[],
@@ -244,7 +244,7 @@ fn placeholder(row: &OptionSpec) -> String {
             let words = row.choices.join("|");
             return match words.len() {
                 _ if !row.placeholder.is_empty() => row.placeholder.to_owned(),
-                0..=LONGEST_CHOICE => words,
+                0..=MAX_CHOICES_WIDTH => words,
                 _ => "WORD".to_owned(),
             };
         }
@@ -289,9 +289,9 @@ fn help(row: &OptionSpec) -> String {
     format!("{help} [default: {default}]")
 }
 
-impl<V: TakesOptions> Args for OptionFlags<V> {
+impl<V: OptionSubset> Args for OptionFlags<V> {
     fn augment_args(command: Command) -> Command {
-        let rows = SetupOptions::OPTIONS.iter().filter(|row| V::takes(row));
+        let rows = SetupOptions::OPTIONS.iter().filter(|row| V::accepts(row));
         let mut rows: Vec<_> = rows.collect();
         rows.sort_by_key(|row| row.group);
         let flags = rows.into_iter().flat_map(flags_of);
@@ -303,7 +303,7 @@ impl<V: TakesOptions> Args for OptionFlags<V> {
     }
 }
 
-impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
+impl<V: OptionSubset> FromArgMatches for OptionFlags<V> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut flags = Self {
             fields: Map::new(),
@@ -317,12 +317,12 @@ impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
         let is_on = |id: &str| matches.try_get_one(id).ok().flatten() == Some(&true);
-        for row in SetupOptions::OPTIONS.iter().filter(|row| V::takes(row)) {
+        for row in SetupOptions::OPTIONS.iter().filter(|row| V::accepts(row)) {
             let name = row.name;
             if row.kind == OptionKind::Switch {
                 for (id, position) in [(name.to_owned(), true), (format!("no_{name}"), false)] {
                     if is_on(&id) {
-                        self.give(name, position);
+                        self.set_option(name, position);
                     }
                 }
                 continue;
@@ -337,10 +337,10 @@ impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
                     (OptionKind::List, Value::Array(mut items)) => {
                         match self.fields.get_mut(name).and_then(Value::as_array_mut) {
                             Some(all) => all.append(&mut items),
-                            None => self.give(name, items),
+                            None => self.set_option(name, items),
                         }
                     }
-                    (_, value) => self.give(name, value),
+                    (_, value) => self.set_option(name, value),
                 }
             }
         }
@@ -351,9 +351,9 @@ impl<V: TakesOptions> FromArgMatches for OptionFlags<V> {
 /// Value parser that accepts any text and completes these words. The option table validates the
 /// value.
 #[derive(Clone, Debug)]
-struct Words(&'static [&'static str]);
+struct CompletingParser(&'static [&'static str]);
 
-impl TypedValueParser for Words {
+impl TypedValueParser for CompletingParser {
     type Value = String;
 
     fn parse_ref(

@@ -17,12 +17,12 @@ use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
 use self::sheet::Sheet;
-use super::drive::Drive;
-use super::input::Typed;
-use super::keys::{self, is_in_front};
+use super::input::UserOrder;
+use super::job_run::JobRun;
+use super::keys::{self, is_in_foreground};
 use crate::failure::Failure;
 use crate::interrupt::{Control, Signal};
-use crate::terminal::{FRAME, Seen, Stage, Told, take_log};
+use crate::terminal::{FRAME_INTERVAL, FullScreen, ObservedArm, TerminalEvent, take_log};
 use crate::verbs::jog::title;
 use crate::verbs::watch::{Around, around};
 pub(super) use view::Model;
@@ -30,35 +30,35 @@ pub(super) use view::Model;
 pub(in crate::verbs) use view::tests::examples;
 
 /// Readings a second. A choice.
-const RATE: f64 = 10.0;
+const STATE_RATE: f64 = 10.0;
 
 /// Model that the job's loop and the picture share.
-pub(super) type Shared = Rc<RefCell<Model>>;
+pub(super) type SharedModel = Rc<RefCell<Model>>;
 
 /// Screen of a job.
 pub(super) struct Screen {
     /// `None` while the terminal is released.
-    stage: Option<Stage<Model>>,
+    stage: Option<FullScreen<Model>>,
     /// True if the terminal shall be taken once this process is in the foreground.
     wanted: bool,
-    model: Shared,
+    model: SharedModel,
     state: StateWatch,
     around: Polled<Around>,
     events: Events,
 }
 
 /// Input that the job must act on.
-pub(super) enum Wants {
-    Typed(Typed),
+pub(super) enum ScreenInput {
+    UserOrder(UserOrder),
     /// Key, or loss of the terminal, that stands for a signal.
     Stop(Signal),
     Control(Control),
 }
 
 impl Screen {
-    pub(super) async fn open(arm: &Arm, drive: &Drive<'_>) -> Result<Self, Failure> {
+    pub(super) async fn open(arm: &Arm, drive: &JobRun<'_>) -> Result<Self, Failure> {
         let (_, places) = arm.stats().await?;
-        let seen = Seen::new(title(arm).await?, places).reading(RATE);
+        let observed = ObservedArm::new(title(arm).await?, places).reading(STATE_RATE);
         let made = drive.made;
         let program = &made.prepared.program;
         let start = arm.preflight_for(&program.kinds()).await?;
@@ -70,7 +70,7 @@ impl Screen {
         let sheet = sheet.map_err(io::Error::other)?;
         let model = Model {
             verb: drive.verb,
-            seen,
+            observed,
             around: Around::default(),
             sheet: Arc::new(sheet),
             doing: "running",
@@ -82,16 +82,16 @@ impl Screen {
             help: None,
         };
         Ok(Self {
-            stage: Some(Stage::open(view::draw)?),
+            stage: Some(FullScreen::open(view::draw)?),
             wanted: true,
             model: Rc::new(RefCell::new(model)),
-            state: arm.state(RATE)?,
+            state: arm.state(STATE_RATE)?,
             around: around(arm),
             events: arm.events(),
         })
     }
 
-    pub(super) fn model(&self) -> Shared {
+    pub(super) fn model(&self) -> SharedModel {
         Rc::clone(&self.model)
     }
 
@@ -108,23 +108,23 @@ impl Screen {
 
     /// Restores the terminal for good.
     pub(super) fn close(self) -> Result<(), Failure> {
-        self.stage.map_or(Ok(()), Stage::close)
+        self.stage.map_or(Ok(()), FullScreen::close)
     }
 
     /// Updates the picture until there is input.
-    pub(super) async fn next(&mut self) -> Wants {
+    pub(super) async fn next(&mut self) -> ScreenInput {
         loop {
-            if self.stage.is_none() && self.wanted && is_in_front() {
+            if self.stage.is_none() && self.wanted && is_in_foreground() {
                 // If the terminal cannot be drawn on, the job continues without a picture.
-                self.stage = Stage::open(view::draw).ok();
+                self.stage = FullScreen::open(view::draw).ok();
                 self.wanted = self.stage.is_some();
             }
             {
                 let mut model = self.model.borrow_mut();
                 for line in take_log() {
-                    model.seen.note(line);
+                    model.observed.note(line);
                 }
-                model.seen.arm.tick(Instant::now());
+                model.observed.arm.tick(Instant::now());
                 if let Some(stage) = &self.stage {
                     stage.show(model.clone());
                 }
@@ -133,33 +133,33 @@ impl Screen {
                 match &mut self.stage {
                     Some(stage) => stage.next().await,
                     None => {
-                        sleep(FRAME).await;
-                        Told::Beat
+                        sleep(FRAME_INTERVAL).await;
+                        TerminalEvent::Beat
                     }
                 }
             };
             tokio::select! {
                 biased;
                 told = told => match told {
-                    Told::Event(Event::Key(key)) => {
+                    TerminalEvent::Event(Event::Key(key)) => {
                         if let Some(wants) = press(key, &mut self.model.borrow_mut()) {
                             return wants;
                         }
                     }
                     // Without a keyboard the user could not stop the job.
-                    Told::Gone => {
+                    TerminalEvent::Gone => {
                         self.release();
-                        return Wants::Stop(Signal::HangUp);
+                        return ScreenInput::Stop(Signal::HangUp);
                     }
-                    Told::Event(_) | Told::Beat => {}
+                    TerminalEvent::Event(_) | TerminalEvent::Beat => {}
                 },
                 status = self.state.changed() => match status {
-                    Ok(status) => self.model.borrow_mut().seen.arm.observe(status),
+                    Ok(status) => self.model.borrow_mut().observed.arm.observe(status),
                     // The job sees the loss of the connection too; wait for its reaction.
-                    Err(_) => sleep(FRAME).await,
+                    Err(_) => sleep(FRAME_INTERVAL).await,
                 },
                 Some(event) = self.events.next() => {
-                    self.model.borrow_mut().seen.note(event.to_string());
+                    self.model.borrow_mut().observed.note(event.to_string());
                 }
                 read = self.around.next() => self.model.borrow_mut().around = read,
             }
@@ -168,14 +168,14 @@ impl Screen {
 }
 
 /// Returns the effect of a key; `None` if it only changes the picture.
-fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
+fn press(key: KeyEvent, model: &mut Model) -> Option<ScreenInput> {
     if key.kind == KeyEventKind::Release {
         return None;
     }
     if key.modifiers.contains(KeyModifiers::CONTROL) {
         return match key.code {
-            KeyCode::Char('c') => Some(Wants::Stop(Signal::Interrupt)),
-            KeyCode::Char('z') if cfg!(unix) => Some(Wants::Control(Control::Suspend)),
+            KeyCode::Char('c') => Some(ScreenInput::Stop(Signal::Interrupt)),
+            KeyCode::Char('z') if cfg!(unix) => Some(ScreenInput::Control(Control::Suspend)),
             _ => None,
         };
     }
@@ -184,12 +184,12 @@ fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
     if let Some(shown) = model.help {
         model.help = shown.after(key.code);
         return typed
-            .filter(|typed| *typed == Typed::Stop)
-            .map(Wants::Typed);
+            .filter(|typed| *typed == UserOrder::Stop)
+            .map(ScreenInput::UserOrder);
     }
     if matches!(key.code, KeyCode::Char('?') | KeyCode::F(1)) {
         model.help = Some(crate::terminal::Help::default());
         return None;
     }
-    typed.map(Wants::Typed)
+    typed.map(ScreenInput::UserOrder)
 }

@@ -15,11 +15,11 @@ use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 use crate::terminal::{Theme, panel};
 
 /// Distance between the dots of lines still to be drawn, in dots of the screen.
-const DOTS: f64 = 3.0;
+const DOT_SPACING: f64 = 3.0;
 /// Margin around the drawing, as a share of its size.
 const MARGIN: f64 = 0.04;
 /// Smallest width shown, mm, so that a tiny drawing is not magnified beyond this.
-const LEAST: f64 = 10.0;
+const MIN_WIDTH: f64 = 10.0;
 
 /// Strokes of one loop, and the sheet below them.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ impl Sheet {
             .y_bounds(bounds[1])
             .paint(|pen| {
                 self.edge(pen, theme.ink(Color::DarkGray));
-                let coords: Vec<(f64, f64)> = dotted(rest, DOTS * dot).collect();
+                let coords: Vec<(f64, f64)> = dotted(rest, DOT_SPACING * dot).collect();
                 let color = theme.ink(Color::DarkGray);
                 pen.draw(&Points::new(&coords, color));
                 pen.layer();
@@ -151,7 +151,7 @@ fn fitted(area: Rect, bounds: [[f64; 2]; 2]) -> ([[f64; 2]; 2], f64) {
     ];
     let size = |axis: usize| {
         let [low, high] = bounds[axis];
-        ((high - low) * (1.0 + 2.0 * MARGIN)).max(LEAST)
+        ((high - low) * (1.0 + 2.0 * MARGIN)).max(MIN_WIDTH)
     };
     let dot = (size(0) / dots[0]).max(size(1) / dots[1]);
     let fit = |axis: usize| {
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lines_are_done_with_the_steps_that_end_them_and_begin_anew_in_each_round() {
+    fn lines_complete_with_their_last_step_and_restart_in_each_loop() {
         let sheet = Sheet::example();
         let done = |steps| sheet.done(steps, Some(8));
         assert_eq!([0, 1, 2, 3, 4, 5, 6, 8].map(done), [0, 0, 1, 1, 0, 0, 1, 2]);
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn dots_are_as_far_apart_over_corners() {
+    fn dot_spacing_is_equal_over_corners() {
         let sheet = Sheet::example();
         let dots: Vec<(f64, f64)> = dotted(&sheet.strokes, 30.0).collect();
         assert_eq!(
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_have_the_same_scale() {
+    fn both_directions_have_the_same_scale() {
         let (bounds, dot) = fitted(Rect::new(0, 0, 40, 10), [[0.0, 80.0], [0.0, 0.0]]);
         let [across, up] = bounds.map(|[low, high]| high - low);
         assert!((across / 80.0 - dot).abs() < 1e-9 && (up / 40.0 - dot).abs() < 1e-9);

@@ -8,7 +8,7 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 
 use super::sheet::Sheet;
-use crate::terminal::{Help, Seen, Theme, fitted, panel, wrapped};
+use crate::terminal::{Help, ObservedArm, Theme, fitted, panel, wrapped};
 use crate::verbs::watch::{Around, alarms_and_log, queue_panel};
 
 /// Everything that is shown.
@@ -16,7 +16,7 @@ use crate::verbs::watch::{Around, alarms_and_log, queue_panel};
 pub(in super::super) struct Model {
     /// Verb, as the title.
     pub(super) verb: &'static str,
-    pub(super) seen: Seen,
+    pub(super) observed: ObservedArm,
     pub(super) around: Around,
     pub(super) sheet: Arc<Sheet>,
     /// Activity in a word, or the keys that can be used.
@@ -36,7 +36,7 @@ pub(in super::super) struct Model {
 impl Model {
     /// Adds a line to the log.
     pub(in super::super) fn note(&mut self, text: &str) {
-        self.seen.note(text);
+        self.observed.note(text);
     }
 }
 
@@ -62,7 +62,7 @@ const HINTS: [(&str, &str); 4] = [
     ("?", "help"),
 ];
 /// Width of the column beside the sheet.
-const BESIDE: u16 = 31;
+const SIDE_COLUMN_WIDTH: u16 = 31;
 
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
@@ -72,11 +72,12 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
         Constraint::Length(1),
     ])
     .areas(frame.area());
-    let text = model.seen.header(model.verb, header.width, theme);
+    let text = model.observed.header(model.verb, header.width, theme);
     frame.render_widget(text, header);
     let [sheet, beside] =
-        Layout::horizontal([Constraint::Fill(1), Constraint::Length(BESIDE)]).areas(middle);
-    let tip = model.seen.arm.status.as_ref();
+        Layout::horizontal([Constraint::Fill(1), Constraint::Length(SIDE_COLUMN_WIDTH)])
+            .areas(middle);
+    let tip = model.observed.arm.status.as_ref();
     let tip = tip.map(|status| [status.pose.x, status.pose.y].map(f64::from));
     let done = (model.step, model.steps);
     model.sheet.draw(frame, sheet, done, tip, theme);
@@ -87,8 +88,15 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     ])
     .areas(beside);
     job(frame, job_area, model, theme);
-    queue_panel(frame, queue_area, &model.seen, model.around, true, theme);
-    alarms_and_log(frame, rest, &model.seen, theme);
+    queue_panel(
+        frame,
+        queue_area,
+        &model.observed,
+        model.around,
+        true,
+        theme,
+    );
+    alarms_and_log(frame, rest, &model.observed, theme);
     let keys = fitted(&HINTS, footer.width, theme);
     frame.render_widget(Paragraph::new(keys), footer);
     if let Some(help) = model.help {

@@ -8,9 +8,9 @@ use magician_protocol::Alarm;
 use magician_sim::scenario::{Conveyor, Table};
 use magician_sim::{ExternalEvent, Runner};
 
-use super::feed::{Feed, Told};
+use super::arm_view::{ArmView, Cursor, Push, pushed};
+use super::feed::{Feed, FeedState};
 use super::keys::{self, Action, Axis, Mode, Nudge, Question};
-use super::look::{ArmView, Cursor, Push, pushed};
 use crate::terminal::Help;
 
 /// Arm that can be shown.
@@ -48,15 +48,15 @@ pub(super) struct Tip {
 }
 
 /// Largest number of earlier positions kept.
-const TRAIL: usize = 600;
+const MAX_TRAIL: usize = 600;
 /// Distance from the last kept position at which another one is kept, mm.
-const MOVED: f64 = 0.5;
+const TRAIL_SPACING: f64 = 0.5;
 /// Largest number of corners of the drawing kept.
-const CORNERS: usize = 20_000;
+const MAX_CORNERS: usize = 20_000;
 
 /// Distance of one push by hand: along an axis in mm, and of a joint in deg.
-const COARSE: (f64, f64) = (5.0, 2.0);
-const FINE: (f64, f64) = (0.5, 0.2);
+const COARSE_PUSH: (f64, f64) = (5.0, 2.0);
+const FINE_PUSH: (f64, f64) = (0.5, 0.2);
 
 /// State of the picture.
 pub(super) struct App {
@@ -69,7 +69,7 @@ pub(super) struct App {
     pub(super) message: Option<String>,
     pub(super) joint: u8,
     pub(super) fine: bool,
-    pub(super) told: Told,
+    pub(super) feed_state: FeedState,
     pub(super) trail: VecDeque<Tip>,
     pub(super) ink: VecDeque<Vec<[f64; 2]>>,
     corners: usize,
@@ -90,7 +90,7 @@ impl App {
             message: None,
             joint: 1,
             fine: false,
-            told: Told::default(),
+            feed_state: FeedState::default(),
             trail: VecDeque::new(),
             ink: VecDeque::new(),
             corners: 0,
@@ -111,22 +111,22 @@ impl App {
     }
 
     /// True if the arm's unlock key is held.
-    pub(super) fn unlocked(&self) -> bool {
+    pub(super) fn is_unlocked(&self) -> bool {
         self.look.as_ref().is_some_and(|look| look.state.unlocked)
     }
 
     /// Reads the arm's state. Returns true if anything has changed.
-    pub(super) fn look(&mut self) -> Result<bool, Ended> {
+    pub(super) fn refresh(&mut self) -> Result<bool, Ended> {
         let cursor = self.cursor;
         let take = move |runner: &mut Runner| ArmView::at(runner.controller(), cursor);
         let look = self.subject().handle.with(take).wait()?;
         let handle = &self.subjects[self.shown].feed;
-        let told = handle.catch_up(&mut self.told);
-        Ok(self.see(look) | told)
+        let told = handle.update_from(&mut self.feed_state);
+        Ok(self.replace_view(look) | told)
     }
 
     /// Replaces the state shown. Returns true if it has changed.
-    pub(super) fn see(&mut self, mut look: ArmView) -> bool {
+    pub(super) fn replace_view(&mut self, mut look: ArmView) -> bool {
         let ink = std::mem::take(&mut look.ink);
         let drawn = !ink.strokes.is_empty();
         if drawn {
@@ -148,7 +148,7 @@ impl App {
             self.corners += stroke.len();
             self.ink.push_back(stroke);
         }
-        while self.corners > CORNERS
+        while self.corners > MAX_CORNERS
             && let Some(stroke) = self.ink.pop_front()
         {
             self.corners -= stroke.len();
@@ -156,13 +156,13 @@ impl App {
     }
 
     fn follow(&mut self, tip: Tip) {
-        let apart = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).hypot(b - d) > MOVED;
+        let apart = |[a, b]: [f64; 2], [c, d]: [f64; 2]| (a - c).hypot(b - d) > TRAIL_SPACING;
         let moved = self
             .trail
             .back()
             .is_none_or(|last| apart(last.above, tip.above) || apart(last.beside, tip.beside));
         if moved {
-            if self.trail.len() == TRAIL {
+            if self.trail.len() == MAX_TRAIL {
                 self.trail.pop_front();
             }
             self.trail.push_back(tip);
@@ -179,7 +179,7 @@ impl App {
             Action::Interrupt => return Ok(Some(End::Interrupt)),
             Action::Press(press) => self.inject(ExternalEvent::Key(press))?,
             Action::Reset => self.inject(ExternalEvent::Reset)?,
-            Action::Unlock => self.inject(ExternalEvent::Unlock(!self.unlocked()))?,
+            Action::Unlock => self.inject(ExternalEvent::Unlock(!self.is_unlocked()))?,
             Action::Nudge(nudge) => self.nudge(nudge)?,
             Action::Cable => self.pull_or_plug()?,
             Action::Toggle => self.toggle()?,
@@ -250,7 +250,7 @@ impl App {
     }
 
     fn nudge(&mut self, nudge: Nudge) -> Result<(), Ended> {
-        let (mm, degrees) = if self.fine { FINE } else { COARSE };
+        let (mm, degrees) = if self.fine { FINE_PUSH } else { COARSE_PUSH };
         let sign = if nudge.forward { 1.0 } else { -1.0 };
         let flat = |way: [f64; 2]| {
             let [x, y] = self.view.unproject(way.map(|part| part * sign * mm));

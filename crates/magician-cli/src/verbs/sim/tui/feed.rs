@@ -7,7 +7,7 @@ use std::time::Instant;
 use magician::serve::Notice;
 
 /// Largest number of lines kept.
-const KEPT: usize = 256;
+const MAX_LINES: usize = 256;
 
 /// Line of the log.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,13 +19,13 @@ pub(in crate::verbs::sim) struct Line {
 
 /// Everything reported about one arm.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Told {
+pub(super) struct FeedState {
     /// Latest lines, oldest first.
     pub(super) lines: VecDeque<Line>,
     /// Total number of lines so far.
     pub(super) count: u64,
     /// Endpoints.
-    pub(super) doors: Vec<String>,
+    pub(super) endpoints: Vec<String>,
     /// Connected clients.
     pub(super) clients: BTreeSet<String>,
 }
@@ -34,14 +34,14 @@ pub(super) struct Told {
 #[derive(Clone, Debug)]
 pub(in crate::verbs::sim) struct Feed {
     begun: Instant,
-    told: Arc<Mutex<Told>>,
+    state: Arc<Mutex<FeedState>>,
 }
 
 impl Feed {
     pub(in crate::verbs::sim) fn new() -> Self {
         Self {
             begun: Instant::now(),
-            told: Arc::default(),
+            state: Arc::default(),
         }
     }
 
@@ -57,28 +57,28 @@ impl Feed {
     }
 
     /// Records the endpoints.
-    pub(in crate::verbs::sim) fn doors(&self, doors: Vec<String>) {
-        self.lock().doors = doors;
+    pub(in crate::verbs::sim) fn endpoints(&self, endpoints: Vec<String>) {
+        self.lock().endpoints = endpoints;
     }
 
     /// Copies the state into `known`. Returns true if it has changed.
-    pub(super) fn catch_up(&self, known: &mut Told) -> bool {
-        let told = self.lock();
-        let new = *known != *told;
+    pub(super) fn update_from(&self, known: &mut FeedState) -> bool {
+        let state = self.lock();
+        let new = *known != *state;
         if new {
-            known.clone_from(&told);
+            known.clone_from(&state);
         }
         new
     }
 
-    fn lock(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, FeedState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Told {
+impl FeedState {
     pub(super) fn say(&mut self, line: Line) {
-        if self.lines.len() == KEPT {
+        if self.lines.len() == MAX_LINES {
             self.lines.pop_front();
         }
         self.lines.push_back(line);
@@ -104,26 +104,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clients_come_and_go_and_a_pulled_cable_takes_all() {
+    fn unplugged_cable_removes_all_clients() {
         let feed = Feed::new();
-        let mut told = Told::default();
+        let mut state = FeedState::default();
         let connected = |who: &str| feed.follow(&Notice::Connected(who.to_owned()));
         ["a", "b", "c"].into_iter().for_each(connected);
         feed.follow(&Notice::Left("b".to_owned()));
-        assert!(feed.catch_up(&mut told));
-        assert_eq!(told.clients.iter().collect::<Vec<_>>(), ["a", "c"]);
+        assert!(feed.update_from(&mut state));
+        assert_eq!(state.clients.iter().collect::<Vec<_>>(), ["a", "c"]);
         feed.follow(&Notice::Unplugged);
-        assert!(feed.catch_up(&mut told) && told.clients.is_empty());
-        assert!(!feed.catch_up(&mut told));
+        assert!(feed.update_from(&mut state) && state.clients.is_empty());
+        assert!(!feed.update_from(&mut state));
     }
 
     #[test]
     fn the_latest_lines_are_kept() {
         let feed = Feed::new();
-        let mut told = Told::default();
+        let mut state = FeedState::default();
         (0..1000).for_each(|n| feed.say(n.to_string()));
-        feed.catch_up(&mut told);
-        assert_eq!((told.lines.len(), told.count), (KEPT, 1000));
-        assert_eq!(told.lines.back().map(|line| &line.text[..]), Some("999"));
+        feed.update_from(&mut state);
+        assert_eq!((state.lines.len(), state.count), (MAX_LINES, 1000));
+        assert_eq!(state.lines.back().map(|line| &line.text[..]), Some("999"));
     }
 }

@@ -94,7 +94,7 @@ pub(super) enum Action {
 }
 
 /// Returns the action of a key in a mode. `unlocked` is true while a hand guides the arm.
-pub(super) fn action(mode: &Mode, unlocked: bool, key: KeyEvent) -> Action {
+pub(super) fn action(mode: &Mode, is_unlocked: bool, key: KeyEvent) -> Action {
     if key.kind == KeyEventKind::Release {
         return Action::Nothing;
     }
@@ -107,9 +107,9 @@ pub(super) fn action(mode: &Mode, unlocked: bool, key: KeyEvent) -> Action {
     }
     match mode {
         Mode::Help(_) => Action::Page(key.code),
-        Mode::Ask { .. } => asked(key.code),
+        Mode::Ask { .. } => answering(key.code),
         Mode::Inputs { .. } => inputs(key.code),
-        Mode::Watch => match guiding(key.code).filter(|_| unlocked) {
+        Mode::Watch => match guiding(key.code).filter(|_| is_unlocked) {
             Some(action) => action,
             None => watching(key.code),
         },
@@ -157,7 +157,7 @@ fn guiding(code: KeyCode) -> Option<Action> {
     })
 }
 
-fn asked(code: KeyCode) -> Action {
+fn answering(code: KeyCode) -> Action {
     match code {
         KeyCode::Char(typed) => Action::Type(typed),
         KeyCode::Backspace => Action::Erase,
@@ -227,8 +227,8 @@ mod tests {
         typed: false,
     };
 
-    fn press(mode: &Mode, unlocked: bool, code: KeyCode) -> Action {
-        action(mode, unlocked, KeyEvent::new(code, KeyModifiers::NONE))
+    fn press(mode: &Mode, is_unlocked: bool, code: KeyCode) -> Action {
+        action(mode, is_unlocked, KeyEvent::new(code, KeyModifiers::NONE))
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_has_keys_of_its_own_and_the_others_stay() {
+    fn unlocked_arm_has_additional_keys() {
         let nudge = |axis, forward| Action::Nudge(Nudge { axis, forward });
         for (code, wanted) in [
             (KeyCode::Up, nudge(Axis::Ahead, true)),
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_typed_is_no_command() {
+    fn typed_text_is_no_command() {
         let text = String::new();
         let question = Question::Alarm;
         let mode = Mode::Ask { question, text };
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn ctrl_c_interrupts_whatever_is_shown() {
+    fn ctrl_c_interrupts_in_every_mode() {
         let key = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
         let text = String::new();
         let question = Question::Slip;

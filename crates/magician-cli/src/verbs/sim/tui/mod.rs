@@ -5,9 +5,9 @@
 //! arm, at most twenty a second, so that a slow terminal does not slow the arm.
 
 mod app;
+mod arm_view;
 mod feed;
 mod keys;
-mod look;
 mod view;
 
 use std::future::pending;
@@ -20,7 +20,9 @@ use tokio::sync::oneshot;
 
 use crate::failure::Failure;
 use crate::interrupt::Signal;
-use crate::terminal::{self, FRAME, Keyboard, Listen, Screen, Shown, Theme, Waited};
+use crate::terminal::{
+    self, EventKinds, FRAME_INTERVAL, Keyboard, PictureThread, Screen, Theme, WaitResult,
+};
 
 use app::App;
 use keys::Action;
@@ -40,7 +42,7 @@ pub(super) fn check() -> Result<(), Failure> {
 
 /// Picture while it is shown, if one was asked for.
 pub(super) struct Dashboard {
-    shown: Option<Shown>,
+    picture_thread: Option<PictureThread>,
     end: Option<oneshot::Receiver<End>>,
 }
 
@@ -48,18 +50,21 @@ impl Dashboard {
     /// Shows the arms once they are served; nothing without subjects.
     pub(super) fn begin(subjects: Vec<Subject>) -> io::Result<Self> {
         if subjects.is_empty() {
-            let (shown, end) = (None, None);
-            return Ok(Self { shown, end });
+            let (picture_thread, end) = (None, None);
+            return Ok(Self {
+                picture_thread,
+                end,
+            });
         }
         let (say, end) = oneshot::channel();
-        let shown = Shown::begin(move |stop| {
+        let picture_thread = PictureThread::begin(move |stop| {
             let end = show(subjects, stop)?;
             // The receiver is gone if the server ended first.
             let _ = say.send(end);
             Ok(())
         })?;
         Ok(Self {
-            shown: Some(shown),
+            picture_thread: Some(picture_thread),
             end: Some(end),
         })
     }
@@ -78,13 +83,13 @@ impl Dashboard {
         };
         tokio::select! {
             signal = end => signal,
-            () = terminal::hung_up() => Signal::HangUp,
+            () = terminal::wait_for_hangup() => Signal::HangUp,
         }
     }
 
     /// Ends the picture and restores the terminal.
     pub(super) fn finish(self) -> Result<(), Failure> {
-        self.shown.map_or(Ok(()), Shown::finish)
+        self.picture_thread.map_or(Ok(()), PictureThread::finish)
     }
 }
 
@@ -92,12 +97,12 @@ impl Dashboard {
 fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
     let mut app = App::new(subjects);
     // Waits until everything is served, so that earlier errors are printed on the regular screen.
-    if app.look().is_err() {
+    if app.refresh().is_err() {
         return Ok(End::Served);
     }
     let theme = Theme::for_stderr();
     let keyboard = Keyboard::find()?;
-    let mut screen = Screen::take(Listen::Presses)?;
+    let mut screen = Screen::take(EventKinds::Presses)?;
     let mut stale = true;
     loop {
         let begun = Instant::now();
@@ -108,13 +113,13 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
                 .draw(|frame| view::draw(frame, &app, theme))?;
         }
         stale = false;
-        while let Some(left) = FRAME.checked_sub(begun.elapsed()) {
+        while let Some(left) = FRAME_INTERVAL.checked_sub(begun.elapsed()) {
             let key = match keyboard.wait(left)? {
-                Waited::Came(Event::Key(key)) => key,
-                Waited::Came(_) | Waited::Nothing => continue,
-                Waited::Gone => return Ok(End::Gone),
+                WaitResult::Event(Event::Key(key)) => key,
+                WaitResult::Event(_) | WaitResult::Timeout => continue,
+                WaitResult::Gone => return Ok(End::Gone),
             };
-            let action = keys::action(&app.mode, app.unlocked(), key);
+            let action = keys::action(&app.mode, app.is_unlocked(), key);
             stale |= action != Action::Nothing;
             if action == Action::Redraw {
                 screen.clear()?;
@@ -125,14 +130,14 @@ fn show(subjects: Vec<Subject>, stop: &AtomicBool) -> io::Result<End> {
                 Err(_) => return Ok(End::Served),
             }
             // This key may have changed the meaning of the next one.
-            if app.look().is_err() {
+            if app.refresh().is_err() {
                 return Ok(End::Served);
             }
         }
         if stop.load(Ordering::Relaxed) {
             return Ok(End::Served);
         }
-        match app.look() {
+        match app.refresh() {
             Ok(new) => stale |= new,
             Err(_) => return Ok(End::Served),
         }

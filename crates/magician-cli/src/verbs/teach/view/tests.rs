@@ -7,7 +7,7 @@ use magician_job::jog::{Pendant, ToolState};
 use magician_job::teach::ProgramModel;
 
 fn model() -> Model {
-    let mut seen = Seen::new("arm at a port".to_owned(), 32);
+    let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
     let status = status();
     let mut lesson = ProgramModel::new("pick.playback", None);
     lesson.store(&status.pose);
@@ -20,9 +20,9 @@ fn model() -> Model {
         r: 0.0,
         joint_angle: [0.0; 4],
     });
-    seen.arm.observe(status);
+    observed.arm.observe(status);
     Model {
-        seen,
+        observed,
         pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
         teach: TeachPad::new(lesson, true),
     }
@@ -80,7 +80,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "not saved. Save it? y saves, n discards, any other key stays",
             ],
             |model| {
-                let pose = model.seen.arm.status.as_ref().unwrap().pose;
+                let pose = model.observed.arm.status.as_ref().unwrap().pose;
                 let lesson = &mut model.teach.editor.program;
                 (0..40).for_each(|_| drop(lesson.store(&pose)));
                 lesson.rename("from the tray at the back").unwrap();
@@ -122,7 +122,7 @@ fn the_list_at_the_left_and_the_arm_at_the_right() {
 }
 
 #[test]
-fn what_is_asked_stands_in_the_last_line() {
+fn questions_are_shown_in_the_last_line() {
     let mut model = model();
     model.teach.prompt = Some(Prompt::Name("pick".to_owned()));
     shows(&picture(&model, 80, 24), &[" name: pick_"]);
@@ -133,7 +133,7 @@ fn what_is_asked_stands_in_the_last_line() {
 #[test]
 fn every_size_has_a_picture() {
     let mut model = model();
-    let pose = model.seen.arm.status.as_ref().unwrap().pose;
+    let pose = model.observed.arm.status.as_ref().unwrap().pose;
     (0..300).for_each(|_| drop(model.teach.editor.program.store(&pose)));
     for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
         for height in [1, 2, 3, 5, 10, 21, 24, 60] {

@@ -4,16 +4,16 @@ use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
 
 fn model() -> Model {
-    let mut seen = Seen::new("arm at a port".to_owned(), 32);
+    let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
     let first = status();
     let mut second = first.clone();
     second.pose.x += 5.0;
     second.left_space = 16;
     second.at = first.at + std::time::Duration::from_millis(100);
-    seen.arm.observe(first);
-    seen.arm.observe(second);
-    seen.note("alarm 0x12 is gone");
-    let mut model = Model::new(seen);
+    observed.arm.observe(first);
+    observed.arm.observe(second);
+    observed.note("alarm 0x12 is gone");
+    let mut model = Model::new(observed);
     model.note(Pin::analog(9, 2048));
     model
 }
@@ -66,7 +66,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "late 0, noise 0",
             ],
             |model| {
-                model.seen.arm.rail = Some(125.5);
+                model.observed.arm.rail = Some(125.5);
                 model.around.tools.laser = true;
                 model.around.tools.gripper = magician_program::Grip::Close;
             },

@@ -4,14 +4,14 @@ use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
 
 fn model() -> Model {
-    let mut seen = Seen::new("arm at a port".to_owned(), 32);
+    let mut observed = ObservedArm::new("arm at a port".to_owned(), 32);
     let mut first = status();
     first.left_space = 16;
-    seen.arm.observe(first);
-    seen.note("beginning at step 2");
+    observed.arm.observe(first);
+    observed.note("beginning at step 2");
     Model {
         verb: "draw",
-        seen,
+        observed,
         around: Around::default(),
         sheet: Arc::new(Sheet::example()),
         doing: "running",

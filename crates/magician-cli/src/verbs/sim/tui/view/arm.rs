@@ -13,24 +13,24 @@ use ratatui::widgets::canvas::{Canvas, Context, Line, Points};
 use super::View;
 use super::reach::{outline, ring};
 use crate::terminal::arrow;
-use crate::verbs::sim::tui::look::{Figure, Item};
+use crate::verbs::sim::tui::arm_view::{Figure, Item};
 
 /// Ground shown from above: opposite corners x, y in mm.
-const ABOVE: [[f64; 2]; 2] = [[-260.0, -350.0], [360.0, 350.0]];
+const TOP_VIEW_AREA: [[f64; 2]; 2] = [[-260.0, -350.0], [360.0, 350.0]];
 /// Area shown from the side, mm: r outwards, z upwards.
-const BESIDE: [[f64; 2]; 2] = [[-75.0, 365.0], [-165.0, 195.0]];
+const SIDE_VIEW_AREA: [[f64; 2]; 2] = [[-75.0, 365.0], [-165.0, 195.0]];
 /// Height of the arm's foot if the table's is unknown, mm: the middle of reported heights of tables
 /// (model section 1).
-const FOOT: f64 = -67.5;
+const FOOT_Z: f64 = -67.5;
 /// Half the width of the base, mm.
-const BASE: f64 = 40.0;
+const BASE_HALF_WIDTH: f64 = 40.0;
 /// Largest distance between the arm's plane and the edge of an object that is still shown from the
 /// side, mm.
-const NEAR: f64 = 15.0;
+const MAX_PLANE_DISTANCE: f64 = 15.0;
 /// Distance between marks across the belt, mm.
-const BELT_MARKS: f64 = 50.0;
+const BELT_MARK_SPACING: f64 = 50.0;
 /// Largest distance in the arm's plane at which things are drawn, mm.
-const OUT: u32 = 450;
+const MAX_DRAWN_DISTANCE: u32 = 450;
 /// Samples of a curve.
 const SAMPLES: u32 = 48;
 
@@ -43,7 +43,7 @@ const INK: Color = Color::Magenta;
 impl View<'_> {
     pub(super) fn seen_from_above(self, frame: &mut Frame<'_>, area: Rect) {
         let rail = self.look.rail();
-        let [a, b] = ABOVE.map(|[x, y]| self.app.view.project([x, y + rail]));
+        let [a, b] = TOP_VIEW_AREA.map(|[x, y]| self.app.view.project([x, y + rail]));
         let in_sight = [0, 1].map(|axis| [a[axis].min(b[axis]), a[axis].max(b[axis])]);
         self.draw(
             frame,
@@ -51,7 +51,7 @@ impl View<'_> {
             &format!("from above: {}", self.axes()),
             in_sight,
             |pen| {
-                let mut pen = Above(Pen { pen, view: self });
+                let mut pen = FromAbove(Pen { pen, view: self });
                 pen.surroundings();
                 pen.ink();
                 pen.arm();
@@ -67,8 +67,8 @@ impl View<'_> {
     }
 
     pub(super) fn seen_from_the_side(self, frame: &mut Frame<'_>, area: Rect) {
-        self.draw(frame, area, "from the side", BESIDE, |pen| {
-            let mut pen = Beside(Pen { pen, view: self });
+        self.draw(frame, area, "from the side", SIDE_VIEW_AREA, |pen| {
+            let mut pen = FromSide(Pen { pen, view: self });
             pen.surroundings();
             pen.arm();
         });
@@ -189,9 +189,9 @@ impl Pen<'_, '_, '_> {
 }
 
 /// View from above, turned as the user chose.
-struct Above<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
+struct FromAbove<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
 
-impl Above<'_, '_, '_> {
+impl FromAbove<'_, '_, '_> {
     /// Returns the projection of a point x, y onto the canvas.
     fn seen(&self) -> impl Fn([f64; 2]) -> [f64; 2] + Copy + use<> {
         let view = self.0.view.app.view;
@@ -214,15 +214,15 @@ impl Above<'_, '_, '_> {
             ];
             self.0
                 .closed(corners.map(|(along, left)| on(along, left)), FAINT);
-            let mut mark = look.belt_travel.rem_euclid(BELT_MARKS);
+            let mut mark = look.belt_travel.rem_euclid(BELT_MARK_SPACING);
             while mark < belt.length {
                 self.0.line(on(mark, across), on(mark, -across), FAINT);
-                mark += BELT_MARKS;
+                mark += BELT_MARK_SPACING;
             }
         }
         if look.state.rail.is_some() {
             let rail = |x: f64| [[x, -2000.0], [x, 2000.0]].map(above);
-            for x in [-BASE, BASE] {
+            for x in [-BASE_HALF_WIDTH, BASE_HALF_WIDTH] {
                 let [from, to] = rail(x);
                 self.0.line(from, to, FAINT);
             }
@@ -280,7 +280,10 @@ impl Above<'_, '_, '_> {
         let rail = look.rail();
         let base = (0..=SAMPLES).map(|step| {
             let angle = TAU * f64::from(step) / f64::from(SAMPLES);
-            above([BASE * angle.cos(), BASE * angle.sin() + rail])
+            above([
+                BASE_HALF_WIDTH * angle.cos(),
+                BASE_HALF_WIDTH * angle.sin() + rail,
+            ])
         });
         self.0.lines(base, FAINT);
         if slipped(look.slips()) {
@@ -307,9 +310,9 @@ impl Above<'_, '_, '_> {
 }
 
 /// View from the side, with r and z.
-struct Beside<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
+struct FromSide<'a, 'b, 'c>(Pen<'a, 'b, 'c>);
 
-impl Beside<'_, '_, '_> {
+impl FromSide<'_, '_, '_> {
     fn surroundings(&mut self) {
         let View { app, look, .. } = self.0.view;
         let subject = app.subject();
@@ -322,7 +325,7 @@ impl Beside<'_, '_, '_> {
         }
         let figure = look.figure();
         if let Some(belt) = &subject.conveyor {
-            let cut = (0..=OUT)
+            let cut = (0..=MAX_DRAWN_DISTANCE)
                 .map(f64::from)
                 .filter(|r| on_belt(belt, figure.out(*r)));
             self.0.dots(cut.map(|r| [r, belt.height]), FAINT);
@@ -337,7 +340,7 @@ impl Beside<'_, '_, '_> {
     fn item(&mut self, item: &Item, figure: &Figure) {
         let [r, left] = figure.seen([item.place.x, item.place.y]);
         let half = item.size[0].max(item.size[1]) / 2.0;
-        if left.abs() > half + NEAR {
+        if left.abs() > half + MAX_PLANE_DISTANCE {
             return;
         }
         let (low, high) = (item.place.z, item.place.z + item.size[2]);
@@ -352,10 +355,16 @@ impl Beside<'_, '_, '_> {
 
     fn arm(&mut self) {
         let View { app, look, .. } = self.0.view;
-        let foot = app.subject().table.map_or(FOOT, |table| table.height);
-        self.0.line([-BASE, foot], [BASE, foot], FAINT);
-        self.0.line([-BASE, foot], [-BASE / 2.0, 0.0], FAINT);
-        self.0.line([BASE, foot], [BASE / 2.0, 0.0], FAINT);
+        let foot = app.subject().table.map_or(FOOT_Z, |table| table.height);
+        self.0
+            .line([-BASE_HALF_WIDTH, foot], [BASE_HALF_WIDTH, foot], FAINT);
+        self.0.line(
+            [-BASE_HALF_WIDTH, foot],
+            [-BASE_HALF_WIDTH / 2.0, 0.0],
+            FAINT,
+        );
+        self.0
+            .line([BASE_HALF_WIDTH, foot], [BASE_HALF_WIDTH / 2.0, 0.0], FAINT);
         if slipped(look.slips()) {
             self.links(&look.commanded(), FAINT, FAINT);
         }

@@ -10,7 +10,7 @@ use ratatui::widgets::Paragraph;
 use super::View;
 use super::arm::nearest;
 use crate::terminal;
-use crate::verbs::sim::tui::look::Item;
+use crate::verbs::sim::tui::arm_view::Item;
 
 /// Precision of positions.
 #[derive(Clone, Copy)]
@@ -97,7 +97,7 @@ impl View<'_> {
 
     /// Returns the latest lines of the log, newest last.
     pub(super) fn log_lines(self, width: u16, room: u16) -> Vec<Line<'static>> {
-        let lines = self.app.told.lines.iter().rev();
+        let lines = self.app.feed_state.lines.iter().rev();
         let lines = lines.map(|line| (format!("{:>8.2}  ", line.at), line.text.as_str()));
         terminal::log_lines(lines, width, room, self.theme)
     }

@@ -14,14 +14,14 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph};
 
 use super::app::App;
+use super::arm_view::ArmView;
 use super::keys::Mode;
-use super::look::ArmView;
 use crate::terminal::{self, Theme};
 
 /// Smallest size, in columns and rows, for a picture of the arm.
-const LEAST: (u16, u16) = (72, 20);
+const MIN_PICTURE_SIZE: (u16, u16) = (72, 20);
 /// Smallest width, in columns, for lists beside the pictures.
-const WIDE: u16 = 120;
+const MIN_WIDE_WIDTH: u16 = 120;
 
 /// Keys and their effects.
 const KEYS: [(&str, &str); 17] = [
@@ -62,9 +62,9 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, theme: Theme) {
     };
     let view = View { app, look, theme };
     let foot = view.footer(frame.area().width);
-    let [header, middle, footer] = terminal::thirds(frame.area(), &foot);
+    let [header, middle, footer] = terminal::header_body_footer(frame.area(), &foot);
     frame.render_widget(view.header(header.width), header);
-    if middle.width < LEAST.0 || middle.height < LEAST.1 {
+    if middle.width < MIN_PICTURE_SIZE.0 || middle.height < MIN_PICTURE_SIZE.1 {
         view.brief(frame, middle);
     } else {
         view.panels(frame, middle);
@@ -77,7 +77,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, app: &App, theme: Theme) {
 
 impl View<'_> {
     fn panels(self, frame: &mut Frame<'_>, area: Rect) {
-        let wide = area.width >= WIDE;
+        let wide = area.width >= MIN_WIDE_WIDTH;
         let right = if wide { 44 } else { 28 };
         let [left, right] =
             Layout::horizontal([Constraint::Fill(1), Constraint::Length(right)]).areas(area);
@@ -143,21 +143,21 @@ impl View<'_> {
             0 | 1 => String::new(),
             _ => format!("{number} of {count}: "),
         };
-        let doors = app.told.doors.join(" | ");
+        let endpoints = app.feed_state.endpoints.join(" | ");
         let title = &app.subject().title;
-        let text = if doors.is_empty() {
+        let text = if endpoints.is_empty() {
             format!(" {number}{title}")
         } else {
-            format!(" {number}{title} | {doors}")
+            format!(" {number}{title} | {endpoints}")
         };
         let seconds = self.look.state.now.as_micros() / 1_000_000;
         let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
         let room = usize::from(width).saturating_sub(clock.len());
         // If there is little room, the endpoints matter more than the title.
-        let text = if text.chars().count() <= room || doors.is_empty() {
+        let text = if text.chars().count() <= room || endpoints.is_empty() {
             text
         } else {
-            format!(" {number}{doors}")
+            format!(" {number}{endpoints}")
         };
         let text: String = text.chars().take(room).collect();
         Paragraph::new(format!("{text:<room$}{clock}")).style(self.theme.bar())
@@ -168,12 +168,14 @@ impl View<'_> {
         let app = self.app;
         let fitted = |keys: &[(&str, &str)], width| terminal::fitted(keys, width, self.theme);
         let line = match (&app.message, &app.mode) {
-            (Some(message), _) => return terminal::said(message, width, self.theme.note()),
+            (Some(message), _) => {
+                return terminal::message_lines(message, width, self.theme.note());
+            }
             (_, Mode::Help(_)) => fitted(&[("arrows", "pages"), ("?", "back")], width),
             (_, Mode::Ask { question, text }) => {
                 let (asked, meaning) = (question.prompt(), question.meaning(text));
                 let text = format!("{asked}{text}_  {meaning}");
-                return terminal::said(&text, width, self.theme.key());
+                return terminal::message_lines(&text, width, self.theme.key());
             }
             (_, Mode::Inputs { address, .. }) => {
                 let mut line = Line::styled(format!(" input {address} "), self.theme.key());
@@ -185,7 +187,7 @@ impl View<'_> {
                 line.extend(fitted(&keys, width).spans);
                 line
             }
-            (_, Mode::Watch) if app.unlocked() => {
+            (_, Mode::Watch) if app.is_unlocked() => {
                 let step = if app.fine { "fine" } else { "coarse" };
                 let told = format!(" J{} {step}", app.joint);
                 let room = u16::try_from(told.len()).unwrap_or(u16::MAX);

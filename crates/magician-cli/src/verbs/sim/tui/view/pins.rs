@@ -13,11 +13,11 @@ use crate::terminal::lamp;
 use crate::verbs::sim::tui::keys::Mode;
 
 /// Number of pins at the arm's connectors.
-const PINS: u16 = 20;
+const PIN_COUNT: u16 = 20;
 /// Rows of the panel with its borders: as a list in one column, in two, and as lamps alone.
-const LIST: u16 = PINS + 2;
-const COLUMNS: u16 = PINS / 2 + 2;
-const LAMPS: u16 = PINS / 5 + 2;
+const LIST_ROWS: u16 = PIN_COUNT + 2;
+const COLUMNS: u16 = PIN_COUNT / 2 + 2;
+const LAMP_ROWS: u16 = PIN_COUNT / 5 + 2;
 
 /// Returns the rows for the pins beside the other panels, which take precedence.
 pub(super) fn height(column: Rect) -> u16 {
@@ -25,12 +25,12 @@ pub(super) fn height(column: Rect) -> u16 {
     const OTHERS: u16 = 16;
     let fits = |rows: u16| column.height >= OTHERS + rows;
     let wide = column.width >= 40;
-    if wide && fits(LIST) {
-        LIST
+    if wide && fits(LIST_ROWS) {
+        LIST_ROWS
     } else if wide && fits(COLUMNS) {
         COLUMNS
     } else {
-        LAMPS
+        LAMP_ROWS
     }
 }
 
@@ -38,7 +38,7 @@ impl View<'_> {
     pub(super) fn pins(self, frame: &mut Frame<'_>, area: Rect) {
         let cells: Vec<_> = self.look.pins.iter().collect();
         let lines: Vec<Line<'static>> = match area.height {
-            LIST => cells.iter().map(|pin| self.row(pin, 40)).collect(),
+            LIST_ROWS => cells.iter().map(|pin| self.row(pin, 40)).collect(),
             COLUMNS => {
                 let (first, second) = cells.split_at(cells.len() / 2);
                 let rows = first.iter().zip(second);
@@ -48,7 +48,7 @@ impl View<'_> {
             _ => cells.chunks(5).map(|pins| self.lamps(pins)).collect(),
         };
         let title = match area.height {
-            LAMPS => "io: o w out, i a in",
+            LAMP_ROWS => "io: o w out, i a in",
             _ => "io",
         };
         frame.render_widget(Paragraph::new(lines).block(self.panel(title)), area);

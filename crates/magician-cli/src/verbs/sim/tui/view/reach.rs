@@ -2,7 +2,7 @@
 
 use magician_motion::{Geometry, JointAngles, Limits, Range, ToolBias};
 
-use crate::verbs::sim::tui::look::Figure;
+use crate::verbs::sim::tui::arm_view::Figure;
 
 /// Samples of a curve.
 const SAMPLES: u32 = 48;
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ring_is_where_the_tool_can_be_and_no_farther() {
+    fn ring_contains_exactly_the_reachable_distances() {
         let (tool, limits) = (ToolBias::SUCTION, ArmModel::MAGICIAN.certain);
         let reaches = |r: f64, z: f64| {
             let there = Pose::new(r, 0.0, z, 0.0);
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn the_outline_is_closed_and_every_corner_of_it_can_be_reached() {
+    fn outline_is_closed_and_reachable() {
         let limits = ArmModel::MAGICIAN.certain;
         let outline = outline(ToolBias::NONE, &limits);
         let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 20.0;

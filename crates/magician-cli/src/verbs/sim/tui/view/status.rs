@@ -11,7 +11,7 @@ use super::View;
 use crate::terminal::{self, lamp, mm};
 
 /// Deviation of a joint below which it counts as rounding, deg.
-const SLIPPED: f64 = 0.005;
+const MIN_SLIP: f64 = 0.005;
 
 impl View<'_> {
     pub(super) fn arm(self, frame: &mut Frame<'_>, area: Rect) {
@@ -61,7 +61,7 @@ impl View<'_> {
     fn slip_line(self) -> Line<'static> {
         let slips = (1..).zip(self.look.slips());
         let slips: Vec<_> = slips
-            .filter(|(_, degrees)| degrees.abs() > SLIPPED)
+            .filter(|(_, degrees)| degrees.abs() > MIN_SLIP)
             .map(|(joint, degrees)| format!("J{joint} {degrees:+.1}"))
             .collect();
         if slips.is_empty() {
@@ -127,7 +127,7 @@ impl View<'_> {
             spans.push(Span::styled(text, self.theme.note()));
         }
         if line.plugged {
-            let text = match self.app.told.clients.len() {
+            let text = match self.app.feed_state.clients.len() {
                 1 => ", 1 client".to_owned(),
                 count => format!(", {count} clients"),
             };
@@ -137,7 +137,7 @@ impl View<'_> {
     }
 
     fn client_lines(self, area: Rect) -> impl Iterator<Item = Line<'static>> {
-        let clients = self.app.told.clients.iter();
+        let clients = self.app.feed_state.clients.iter();
         let style = self.theme.dim();
         let lines = clients.map(move |client| Line::styled(format!("  {client}"), style));
         lines

@@ -12,9 +12,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::super::app::{App, Subject};
+use super::super::arm_view::{ArmView, Cursor};
 use super::super::feed::{Feed, Line};
 use super::super::keys::{Mode, Question, action};
-use super::super::look::{ArmView, Cursor};
 use super::draw;
 use crate::terminal::test::{self, Example, shows};
 use crate::terminal::{Help, Theme};
@@ -31,7 +31,7 @@ fn app(controller: &Controller) -> App {
         conveyor: scenario.conveyor().copied(),
     };
     let mut app = App::new(vec![subject]);
-    app.see(ArmView::at(controller, Cursor::default()));
+    app.replace_view(ArmView::at(controller, Cursor::default()));
     app
 }
 
@@ -73,12 +73,13 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
         let shown = move |help: Option<Help>| {
             let mut arm = sorting();
             let mut app = app(&arm);
-            app.told.doors = vec!["UDP 127.0.0.1:8899".to_owned(), "PTY ./arm".to_owned()];
+            app.feed_state.endpoints =
+                vec!["UDP 127.0.0.1:8899".to_owned(), "PTY ./arm".to_owned()];
             let text =
                 "a line that is longer than a log is wide beside all the other panels".to_owned();
-            app.told.say(Line { at: 1.5, text });
+            app.feed_state.say(Line { at: 1.5, text });
             change(&mut arm, &mut app);
-            app.see(ArmView::at(&arm, Cursor::default()));
+            app.replace_view(ArmView::at(&arm, Cursor::default()));
             if let Some(help) = help {
                 app.mode = Mode::Help(help);
             }
@@ -150,7 +151,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
 fn an_arm_at_power_up_on_a_narrow_terminal() {
     let mut app = app(&Controller::default());
     let text = "the last line".to_owned();
-    app.told.say(Line { at: 1.5, text });
+    app.feed_state.say(Line { at: 1.5, text });
     let screen = screen(&app, 80, 24);
     shows(
         &screen,
@@ -177,7 +178,7 @@ fn an_arm_at_power_up_on_a_narrow_terminal() {
 }
 
 #[test]
-fn a_queue_at_work_and_one_that_is_held() {
+fn running_and_blocked_queue() {
     let mut arm = Controller::default();
     send(&mut arm, QueuedCmdStartExec {}, Ctrl::SET);
     for _ in 0..16 {
@@ -226,7 +227,7 @@ fn a_world_on_a_wide_terminal() {
 }
 
 #[test]
-fn arrows_lead_where_the_view_shows_it_from_every_side() {
+fn arrows_follow_the_view_from_every_side() {
     let mut app = app(&Controller::default());
     // Place of the tip on the screen; the tool is ahead of the arm, at y 0.
     let tip = |app: &App| {
@@ -251,7 +252,7 @@ fn arrows_lead_where_the_view_shows_it_from_every_side() {
 }
 
 #[test]
-fn the_trail_stays_where_the_tool_has_been() {
+fn trail_shows_earlier_tool_positions() {
     let mut arm = Controller::default();
     send(&mut arm, QueuedCmdStartExec {}, Ctrl::SET);
     let there = PtpCmd {
@@ -265,10 +266,10 @@ fn the_trail_stays_where_the_tool_has_been() {
     let mut app = app(&arm);
     let count = app.trail.len();
     arm.advance(ArmInstant::from_micros(300_000));
-    app.see(ArmView::at(&arm, Cursor::default()));
+    app.replace_view(ArmView::at(&arm, Cursor::default()));
     arm.advance(ArmInstant::from_micros(10_000_000));
-    app.see(ArmView::at(&arm, Cursor::default()));
-    app.see(ArmView::at(&arm, Cursor::default()));
+    app.replace_view(ArmView::at(&arm, Cursor::default()));
+    app.replace_view(ArmView::at(&arm, Cursor::default()));
     assert_eq!((count, app.trail.len()), (1, 3));
     let last = app.trail.back().unwrap().above;
     assert!((last[0] - 180.0).hypot(last[1] - 150.0) < 0.01, "{last:?}");
@@ -276,7 +277,7 @@ fn the_trail_stays_where_the_tool_has_been() {
 }
 
 #[test]
-fn what_is_asked_is_answered_in_the_last_line() {
+fn questions_are_answered_in_the_last_line() {
     let mut app = app(&Controller::default());
     let text = "4a".to_owned();
     app.mode = Mode::Ask {
@@ -311,7 +312,7 @@ fn every_size_has_a_picture() {
     let mut app = app(&arm);
     let text = "a line that is longer than many a terminal is wide, and that is cut off".repeat(3);
     (0..300).for_each(|_| {
-        app.told.say(Line {
+        app.feed_state.say(Line {
             at: 1e6,
             text: text.clone(),
         })
@@ -336,7 +337,7 @@ fn every_size_has_a_picture() {
 }
 
 #[test]
-fn without_colours_there_are_none() {
+fn plain_theme_writes_no_colours() {
     let app = app(&sorting());
     let colors = |theme| {
         let terminal = terminal(&app, 160, 50, theme);

@@ -8,13 +8,13 @@ use std::time::Duration;
 use serde_json::Value;
 use tokio::time::sleep;
 
-use super::acting::Shared;
+use super::driver::Shared;
 use crate::site::Caller;
 
 /// Interval between checks, and so the longest delay until a change of role takes effect.
-const CLASS: Duration = Duration::from_secs(1);
+const CLASS_CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Request for the check.
-const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
+const CLASS_REQUEST: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.get","params":{}}"#;
 
 impl Shared {
     pub(super) async fn watch_class(this: Weak<Self>) {
@@ -22,15 +22,15 @@ impl Shared {
             let Some(shared) = this.upgrade() else {
                 return;
             };
-            shared.look_at_class().await;
+            shared.check_class().await;
             drop(shared);
-            sleep(CLASS).await;
+            sleep(CLASS_CHECK_INTERVAL).await;
         }
     }
 
     /// Asks the stations for their class until one has a class. The hub's own token of any role is
     /// enough. If some station did not reply and no other has a class, nothing changes.
-    pub(super) async fn look_at_class(&self) {
+    pub(super) async fn check_class(&self) {
         let token = self.lock().hub.token();
         if token.is_none() {
             // Without a token the users of the hub cannot move an arm, so their role does not
@@ -44,7 +44,7 @@ impl Shared {
         let mut pin = None;
         let mut silent = false;
         for at in stations.values() {
-            let asked = self.site.call(at, &caller, ASKED.to_owned()).await;
+            let asked = self.site.call(at, &caller, CLASS_REQUEST.to_owned()).await;
             let answer: Option<Value> =
                 { asked.ok().flatten() }.and_then(|text| serde_json::from_str(&text).ok());
             let class = answer.as_ref().and_then(|answer| answer.get("result"));

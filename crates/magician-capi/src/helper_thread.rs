@@ -21,22 +21,22 @@ pub(crate) fn run<T: Send>(body: impl FnOnce() -> T + Send) -> io::Result<T> {
         // Windows runs the end of a thread under the loader lock, which a new thread needs to
         // start: waiting for it would deadlock.
         Err(_) if cfg!(windows) => Err(io::ErrorKind::Unsupported.into()),
-        Ok(_) | Err(_) => elsewhere(body),
+        Ok(_) | Err(_) => on_helper_thread(body),
     }
 }
 
 /// Runs `body` on a helper thread. The thread-local last fault is carried there and back.
-fn elsewhere<T: Send>(body: impl FnOnce() -> T + Send) -> io::Result<T> {
+fn on_helper_thread<T: Send>(body: impl FnOnce() -> T + Send) -> io::Result<T> {
     let before = notice::sentence();
     let there = || {
-        notice::recall(before);
+        notice::set_sentence(before);
         let result = body();
         (result, notice::sentence())
     };
     thread::scope(|scope| {
         let thread = thread::Builder::new().spawn_scoped(scope, there)?;
         let (result, after) = (thread.join()).unwrap_or_else(|why| panic::resume_unwind(why));
-        notice::recall(after);
+        notice::set_sentence(after);
         Ok(result)
     })
 }
@@ -48,20 +48,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_can_wait_does() {
+    fn blocks_on_the_calling_thread_if_possible() {
         let here = current().id();
         assert_eq!(run(|| current().id()).unwrap(), here);
     }
 
     #[test]
-    fn who_is_waiting_already_has_another_one_wait() {
+    fn uses_a_helper_thread_inside_a_runtime() {
         let runtime = tokio::runtime::Builder::new_current_thread();
         let runtime = { runtime }.build().unwrap();
         let (here, _inside) = (current().id(), runtime.enter());
-        notice::recall("before".to_owned());
+        notice::set_sentence("before".to_owned());
         let there = run(|| {
             let seen = notice::sentence();
-            notice::recall("after".to_owned());
+            notice::set_sentence("after".to_owned());
             (current().id(), seen)
         });
         let (there, seen) = there.unwrap();

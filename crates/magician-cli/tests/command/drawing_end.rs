@@ -3,17 +3,17 @@
 
 use std::process::{Child, Output, Stdio};
 
-use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::drawing::{Fixture, PAPER, last};
 use crate::magician::{command, run, signal};
 use serde_json::{Value, json};
 
 /// Starts a drawing and waits until the pen moves on the paper.
-fn drawing(place: &Place, more: &[&str]) -> Child {
-    let mut draw = place.draw(more);
+fn drawing(fixture: &Fixture, more: &[&str]) -> Child {
+    let mut draw = fixture.draw(more);
     draw.arg("--json");
     draw.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = draw.spawn().expect("it starts");
-    place.until_drawn(2.0);
+    fixture.until_drawn(2.0);
     assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
     child
 }
@@ -32,8 +32,8 @@ fn error_object(output: &Output) -> Value {
 }
 
 #[test]
-fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
-    let place = Place::homed("3");
+fn first_signal_lifts_the_pen_and_the_drawing_can_be_resumed() {
+    let fixture = Fixture::homed("3");
     for (name, more, up) in [
         ("-INT", &[][..], 10.0),
         ("-TERM", &["--resume"], 10.0),
@@ -42,7 +42,7 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
         ("-INT", &["--lift", "20"], 20.0),
         ("-INT", &["--lift", "20", "--resume"], 20.0),
     ] {
-        let child = drawing(&place, more);
+        let child = drawing(&fixture, more);
         signal(name, &child);
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(130), "{output:?}");
@@ -55,27 +55,27 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
         assert!(message.contains(&said), "{more:?}: {message}");
         assert!(message.contains("the arm stands at x "), "{message}");
         assert!(
-            (place.number("pose", "z") - PAPER - up).abs() < 0.5,
+            (fixture.number("pose", "z") - PAPER - up).abs() < 0.5,
             "{more:?}"
         );
-        let queue = last(&place.run(&["queue"]));
+        let queue = last(&fixture.run(&["queue"]));
         assert_eq!(queue["left_space"], 32);
     }
     let park = ["--park", "200,-80,30", "--resume"];
     let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
-    let done = place.run(&[&draw[..], &park].concat());
+    let done = fixture.run(&[&draw[..], &park].concat());
     assert!(done.status.success(), "{done:?}");
     let end = json!({"at": [200.0, -80.0, 30.0], "pen": "up", "parked": true});
     assert_eq!(last(&done)["end"], end);
-    let again = place.run(&[&draw[..], &["--resume"]].concat());
+    let again = fixture.run(&[&draw[..], &["--resume"]].concat());
     assert_eq!(again.status.code(), Some(3), "{again:?}");
 }
 
 #[test]
 fn a_second_signal_moves_nothing_and_settings_are_restored() {
-    let place = Place::homed("0.3");
-    let before = place.settings();
-    let mut child = drawing(&place, &["--lift", "60"]);
+    let fixture = Fixture::homed("0.3");
+    let before = fixture.settings();
+    let mut child = drawing(&fixture, &["--lift", "60"]);
     // The first signal stops it, those within half a second are ignored, and the next one counts:
     // the lift takes seconds.
     while child.try_wait().expect("a child").is_none() {
@@ -88,20 +88,24 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
     assert!(message.starts_with("interrupted twice: "), "{message}");
     // At 0.3 of real speed the arm reports the same pose for 67 ms of wall time, which may look
     // like rest.
-    let mut stands = place.number("pose", "z");
+    let mut stands = fixture.number("pose", "z");
     let mut equal = 0;
     while equal < 8 {
-        let now = place.number("pose", "z");
+        let now = fixture.number("pose", "z");
         equal = if now == stands { equal + 1 } else { 0 };
         stands = now;
     }
     assert!(stands < PAPER + 59.0, "{stands}");
-    assert_eq!(place.settings(), before);
-    assert_eq!(place.debts(), 0, "nothing is left to the next command");
-    assert_eq!(place.number("pose", "z"), stands);
-    assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
+    assert_eq!(fixture.settings(), before);
+    assert_eq!(
+        fixture.unrestored(),
+        0,
+        "nothing is left to the next command"
+    );
+    assert_eq!(fixture.number("pose", "z"), stands);
+    assert_eq!(last(&fixture.run(&["queue"]))["left_space"], 32);
     // The run can still be resumed.
-    let again = drawing(&place, &["--lift", "60", "--resume"]);
+    let again = drawing(&fixture, &["--lift", "60", "--resume"]);
     signal("-INT", &again);
     assert_eq!(
         again.wait_with_output().expect("it ends").status.code(),
@@ -110,18 +114,18 @@ fn a_second_signal_moves_nothing_and_settings_are_restored() {
 }
 
 #[test]
-fn a_run_says_how_its_tool_stands() {
-    let place = Place::homed("50");
+fn run_reports_the_state_of_its_tool() {
+    let fixture = Fixture::homed("50");
     let end = |arguments: &[&str]| {
         let done = run(&[&["--port", "sim", "--json"], arguments].concat());
         assert_eq!(done.status, 0, "{done:?}");
         done.objects().pop().expect("a result")["end"].clone()
     };
-    place.write(
+    fixture.write(
         "down.gcode",
         "G21 G90\nG0 X220 Y0 Z10\nG1 Z-40 F900\nG1 X240\n",
     );
-    let path = |name: &str| place.dir.path().join(name).display().to_string();
+    let path = |name: &str| fixture.dir.path().join(name).display().to_string();
     let (svg, down) = (path("line.svg"), path("down.gcode"));
     let height = |end: &Value| end["at"][2].as_f64().expect("a height");
     let usual = end(&["draw", &svg]);

@@ -8,12 +8,12 @@ use magician::{Arm, ArmOutputs};
 use magician_job::Polled;
 use magician_job::jog::ToolState;
 
-use crate::verbs::io::{self, PINS, Pin};
+use crate::verbs::io::{self, PIN_COUNT, Pin};
 
 /// Interval of reading one pin. Pins with a function take every second turn.
-const PIN: Duration = Duration::from_millis(100);
+const PIN_READ_INTERVAL: Duration = Duration::from_millis(100);
 /// Interval of reading tools and counters.
-const AROUND: Duration = Duration::from_millis(500);
+const AROUND_READ_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Readings outside the arm's state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,7 +25,7 @@ pub(in crate::verbs) struct Around {
 /// Polls tools and counters.
 pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
     let arm = arm.clone();
-    Polled::every(AROUND, move || {
+    Polled::every(AROUND_READ_INTERVAL, move || {
         let arm = arm.clone();
         async move {
             let tools = ToolState::read(&arm).await.ok()?;
@@ -38,7 +38,7 @@ pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
 /// Polls laser and tools.
 pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
     let arm = arm.clone();
-    Polled::every(AROUND, move || {
+    Polled::every(AROUND_READ_INTERVAL, move || {
         let arm = arm.clone();
         async move { arm.read_outputs().await.ok() }
     })
@@ -46,13 +46,13 @@ pub(super) fn outputs(arm: &Arm) -> Polled<ArmOutputs> {
 
 /// Round robin that decides which pin is read next.
 #[derive(Debug)]
-pub(super) struct Rota {
+pub(super) struct PinRotation {
     /// Addresses of pins with a function.
     busy: Vec<u8>,
     turn: usize,
 }
 
-impl Rota {
+impl PinRotation {
     pub(super) const fn new() -> Self {
         Self {
             busy: Vec::new(),
@@ -72,7 +72,7 @@ impl Rota {
                 } else {
                     turn
                 };
-                (turn % usize::from(PINS)) as u8 + 1
+                (turn % usize::from(PIN_COUNT)) as u8 + 1
             }
         }
     }
@@ -88,11 +88,11 @@ impl Rota {
 /// Polls the pins one by one.
 pub(super) fn pins(arm: &Arm) -> Polled<Pin> {
     let arm = arm.clone();
-    let rota = Arc::new(Mutex::new(Rota::new()));
-    Polled::every(PIN, move || {
-        let (arm, rota) = (arm.clone(), Arc::clone(&rota));
+    let rotation = Arc::new(Mutex::new(PinRotation::new()));
+    Polled::every(PIN_READ_INTERVAL, move || {
+        let (arm, rotation) = (arm.clone(), Arc::clone(&rotation));
         async move {
-            let held = || rota.lock().unwrap_or_else(PoisonError::into_inner);
+            let held = || rotation.lock().unwrap_or_else(PoisonError::into_inner);
             let address = held().next();
             let pin = io::read(&arm, address).await.ok()?;
             held().note(address, pin.has_function());
@@ -107,21 +107,21 @@ mod tests {
 
     #[test]
     fn every_pin_has_its_turn_and_busy_ones_more() {
-        let mut rota = Rota::new();
-        let mut first: Vec<u8> = (0..20).map(|_| rota.next()).collect();
+        let mut rotation = PinRotation::new();
+        let mut first: Vec<u8> = (0..20).map(|_| rotation.next()).collect();
         first.sort_unstable();
         assert_eq!(first, (1..=20).collect::<Vec<u8>>());
-        rota.note(7, true);
-        rota.note(9, true);
-        let turns: Vec<u8> = (0..80).map(|_| rota.next()).collect();
+        rotation.note(7, true);
+        rotation.note(9, true);
+        let turns: Vec<u8> = (0..80).map(|_| rotation.next()).collect();
         for pin in 1..=20 {
             assert!(turns.contains(&pin), "{pin}");
         }
         let of = |pin| turns.iter().filter(|turn| **turn == pin).count();
         assert!(of(7) >= 20 && of(9) >= 20 && of(1) <= 3);
-        rota.note(7, false);
-        rota.note(9, false);
-        let turns: Vec<u8> = (0..40).map(|_| rota.next()).collect();
+        rotation.note(7, false);
+        rotation.note(9, false);
+        let turns: Vec<u8> = (0..40).map(|_| rotation.next()).collect();
         assert!(turns.iter().filter(|turn| **turn == 7).count() <= 2);
     }
 }

@@ -15,28 +15,28 @@ use crate::interrupt::{Control, JobControl};
 
 /// Longest wait for the terminal to accept the last frame. A choice: a stalled terminal (Ctrl-S, a
 /// dead SSH session) must not keep the program from ending.
-const PATIENCE: Duration = Duration::from_secs(1);
+const LAST_FRAME_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Picture on its own thread. Dropping it ends the picture without reporting errors.
-pub(crate) struct Shown {
+pub(crate) struct PictureThread {
     thread: Option<JoinHandle<io::Result<()>>>,
     stop: Arc<AtomicBool>,
     /// Disconnected when the thread ends, also by a panic.
     alive: mpsc::Receiver<()>,
 }
 
-impl Shown {
+impl PictureThread {
     /// Starts `work` on a thread. It must check the flag regularly and return once it is set.
     pub(crate) fn begin(
         work: impl FnOnce(&AtomicBool) -> io::Result<()> + Send + 'static,
     ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let (holds, alive) = mpsc::channel();
-        let told = Arc::clone(&stop);
+        let stopping = Arc::clone(&stop);
         let work = move || {
             // Dropped when `work` returns or panics, which wakes the receiver.
             let _alive: mpsc::Sender<()> = holds;
-            work(&told)
+            work(&stopping)
         };
         let thread = thread::Builder::new().name("picture".into()).spawn(work)?;
         Ok(Self {
@@ -61,17 +61,17 @@ impl Shown {
     fn end(&mut self) -> Option<thread::Result<io::Result<()>>> {
         let thread = self.thread.take()?;
         self.stop.store(true, Ordering::Relaxed);
-        if self.alive.recv_timeout(PATIENCE) == Err(mpsc::RecvTimeoutError::Timeout) {
+        if self.alive.recv_timeout(LAST_FRAME_TIMEOUT) == Err(mpsc::RecvTimeoutError::Timeout) {
             // A terminal that accepts no output would block escape sequences too, so only its mode
             // is restored.
-            screen::give_back_mode();
+            screen::restore_mode();
             return None;
         }
         Some(thread.join())
     }
 }
 
-impl Drop for Shown {
+impl Drop for PictureThread {
     fn drop(&mut self) {
         self.end();
     }
@@ -79,9 +79,9 @@ impl Drop for Shown {
 
 /// Requests to suspend this program, caught and not obeyed: a stopped process could not end a jog,
 /// and the shell would change the terminal's mode.
-pub(crate) struct Suspends(JobControl);
+pub(crate) struct SuspendRequests(JobControl);
 
-impl Suspends {
+impl SuspendRequests {
     /// Begins to listen; must be called within a runtime.
     pub(crate) fn listen() -> io::Result<Self> {
         JobControl::listen().map(Self)
@@ -94,7 +94,7 @@ impl Suspends {
 }
 
 /// Waits until the controlling terminal is gone.
-pub(crate) async fn hung_up() {
+pub(crate) async fn wait_for_hangup() {
     #[cfg(unix)]
     {
         use tokio::signal::unix::{SignalKind, signal};

@@ -9,7 +9,7 @@ use crate::columns::Columns;
 use crate::config::Config;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::mounted::usual_tool;
+use crate::mounted::mounted_tool;
 
 /// Calibration that can be deleted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,7 +32,7 @@ impl Part {
 }
 
 #[derive(Serialize)]
-struct Known {
+struct SavedCalibrations {
     sheet: Option<Sheet>,
     surface: Option<f64>,
     tool: Option<String>,
@@ -45,10 +45,10 @@ struct Forgotten {
 
 pub(super) fn show(context: &mut Context) -> Result<(), Failure> {
     let config = Config::load()?;
-    let known = Known {
+    let known = SavedCalibrations {
         sheet: config.table("sheet")?,
         surface: config.surface()?.map(|surface| surface.height),
-        tool: usual_tool(&config)?.map(|tool| tool.to_string()),
+        tool: mounted_tool(&config)?.map(|tool| tool.to_string()),
     };
     context.show(&known, |out| {
         let mut columns = Columns::default();

@@ -10,66 +10,66 @@ use ratatui::widgets::Paragraph;
 
 use super::pad::Pad;
 use super::view::{
-    alarm_panel, doing, joint_bars, key_names, log_panel, mode_line, pad_lines, pad_panel, pose,
-    tool_lines,
+    activity_text, alarm_panel, joint_bars, key_names, log_panel, mode_line, pad_lines, pad_panel,
+    pose, tool_lines,
 };
-use crate::terminal::{Seen, Theme, panel};
+use crate::terminal::{ObservedArm, Theme, panel};
 use magician_job::jog::Axis;
 
 /// Smallest width, in columns, for the full pad beside something else.
-const WIDE: u16 = 120;
+const MIN_FULL_PAD_WIDTH: u16 = 120;
 /// Below this width, in columns, the pad goes below instead of beside.
-const NARROW: u16 = 80;
+const MIN_SIDE_WIDTH: u16 = 80;
 /// Smallest height, in rows, for joints with bars.
-const TALL: u16 = 28;
+const MIN_BARS_HEIGHT: u16 = 28;
 /// Rows of the panel with coordinates and joints.
-pub(crate) const TIGHT_ROWS: u16 = 7;
+pub(crate) const COMPACT_ROWS: u16 = 7;
 
 /// Title of that panel.
 pub(super) const TITLE: &str = "tool: mm, joints: deg";
 
 /// Draws arm and pad at the right, or below on a narrow terminal, and returns the rest of the area.
-pub(crate) fn beside(
+pub(crate) fn side_panel(
     frame: &mut Frame<'_>,
     area: Rect,
-    seen: &Seen,
+    observed: &ObservedArm,
     pad: &Pad,
     theme: Theme,
 ) -> Rect {
-    if area.width < NARROW {
-        return below(frame, area, seen, pad, theme);
+    if area.width < MIN_SIDE_WIDTH {
+        return bottom_panel(frame, area, observed, pad, theme);
     }
-    let width = if area.width >= WIDE {
+    let width = if area.width >= MIN_FULL_PAD_WIDTH {
         Constraint::Percentage(45)
     } else {
         Constraint::Length(30)
     };
     let [left, mut right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
-    if area.height >= TALL {
-        let rail = u16::from(seen.arm.rail.is_some());
+    if area.height >= MIN_BARS_HEIGHT {
+        let rail = u16::from(observed.arm.rail.is_some());
         let [place, joints, rest] = Layout::vertical([
             Constraint::Length(6 + rail),
             Constraint::Length(7),
             Constraint::Fill(1),
         ])
         .areas(right);
-        pose(frame, place, seen, pad, theme);
-        joint_bars(frame, joints, seen, theme);
+        pose(frame, place, observed, pad, theme);
+        joint_bars(frame, joints, observed, theme);
         right = rest;
     } else {
         let [place, rest] =
-            Layout::vertical([Constraint::Length(TIGHT_ROWS), Constraint::Fill(1)]).areas(right);
-        tight(frame, place, TITLE, seen, Some(pad), theme);
+            Layout::vertical([Constraint::Length(COMPACT_ROWS), Constraint::Fill(1)]).areas(right);
+        compact_panel(frame, place, TITLE, observed, Some(pad), theme);
         right = rest;
     }
-    let lines = pad_lines(seen, pad, right.width.saturating_sub(2), theme);
+    let lines = pad_lines(observed, pad, right.width.saturating_sub(2), theme);
     let lines = u16::try_from(lines.len()).unwrap_or(u16::MAX);
     let [pads, rest] = Layout::vertical([
         Constraint::Length(lines.saturating_add(2)),
         Constraint::Fill(1),
     ])
     .areas(right);
-    pad_panel(frame, pads, seen, pad, theme);
+    pad_panel(frame, pads, observed, pad, theme);
     // A frame takes two rows; with less than eight rows left there is no room for a log.
     let alarms = match rest.height {
         0..8 => rest.height,
@@ -78,43 +78,49 @@ pub(crate) fn beside(
     };
     let [alarms, log] =
         Layout::vertical([Constraint::Length(alarms), Constraint::Fill(1)]).areas(rest);
-    alarm_panel(frame, alarms, seen, theme);
+    alarm_panel(frame, alarms, observed, theme);
     if log.height > 2 {
-        log_panel(frame, log, seen, theme);
+        log_panel(frame, log, observed, theme);
     }
     left
 }
 
 /// Draws them below: coordinates and joints at the left, pad and alarms in one panel at the right.
-fn below(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) -> Rect {
+fn bottom_panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    observed: &ObservedArm,
+    pad: &Pad,
+    theme: Theme,
+) -> Rect {
     let [top, bottom] =
-        Layout::vertical([Constraint::Fill(1), Constraint::Length(TIGHT_ROWS)]).areas(area);
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(COMPACT_ROWS)]).areas(area);
     let [place, pads] =
         Layout::horizontal([Constraint::Length(30), Constraint::Fill(1)]).areas(bottom);
-    tight(frame, place, TITLE, seen, Some(pad), theme);
-    let block = panel(format!("pad: {}", doing(seen, pad)), theme);
+    compact_panel(frame, place, TITLE, observed, Some(pad), theme);
+    let block = panel(format!("pad: {}", activity_text(observed, pad)), theme);
     let inner = block.inner(pads);
     let mut lines = vec![mode_line(pad, theme)];
     lines.extend(tool_lines(pad.pendant.tools, inner.width, theme));
     let used = u16::try_from(lines.len()).unwrap_or(u16::MAX);
     let room = inner.height.saturating_sub(used);
-    lines.extend(seen.alarm_lines(inner.width, room, theme));
+    lines.extend(observed.alarm_lines(inner.width, room, theme));
     frame.render_widget(Paragraph::new(lines).block(block), pads);
     top
 }
 
 /// Draws coordinates and joints as numbers, with the keys of the pad.
-pub(crate) fn tight(
+pub(crate) fn compact_panel(
     frame: &mut Frame<'_>,
     area: Rect,
     title: &'static str,
-    seen: &Seen,
+    observed: &ObservedArm,
     pad: Option<&Pad>,
     theme: Theme,
 ) {
     let block = panel(title, theme);
-    let lines = match &seen.arm.status {
-        Some(status) => rows(&status.pose, seen.arm.rail, pad, theme),
+    let lines = match &observed.arm.status {
+        Some(status) => rows(&status.pose, observed.arm.rail, pad, theme),
         None => Vec::new(),
     };
     frame.render_widget(Paragraph::new(lines).block(block), area);
@@ -139,7 +145,7 @@ fn rows(pose: &Pose, rail: Option<f32>, pad: Option<&Pad>, theme: Theme) -> Vec<
     ];
     let row = |(coordinate, (name, angle, range, axis)): (Option<(Axis, f32)>, _)| {
         let mut spans = match coordinate {
-            Some((axis, value)) => figure(
+            Some((axis, value)) => number_with_keys(
                 format!("{:<2}{value:>8.2} ", axis.name()),
                 Some(axis),
                 pad,
@@ -151,14 +157,14 @@ fn rows(pose: &Pose, rail: Option<f32>, pad: Option<&Pad>, theme: Theme) -> Vec<
         spans.push(Span::raw(" "));
         let near = theme.near(angle, range);
         let text = format!("{name:<3}{angle:>7.1} ");
-        spans.extend(figure(text, axis, pad, theme, near));
+        spans.extend(number_with_keys(text, axis, pad, theme, near));
         Line::from(spans)
     };
     coordinates.into_iter().zip(joints).map(row).collect()
 }
 
 /// Formats a number with the two keys that change it.
-fn figure(
+fn number_with_keys(
     text: String,
     axis: Option<Axis>,
     pad: Option<&Pad>,

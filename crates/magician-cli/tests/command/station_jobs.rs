@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::magician::homed::as_if_homed;
+use crate::magician::homed::mark_homed;
 use crate::magician::served::Served;
 use crate::magician::{Run, command, signal};
 use crate::serve::Station;
@@ -65,7 +65,7 @@ fn states(station: &Station, jobs: &[&Value]) -> Vec<String> {
 
 /// Finished, active, paused and waiting jobs after each way in which the process ends.
 #[test]
-fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
+fn jobs_of_an_ended_station_are_listed_by_the_next() {
     let state = tempfile::tempdir().expect("a directory");
     for (signal, left) in [("-KILL", "interrupted"), ("-TERM", "stopped")] {
         for is_paused in [false, true] {
@@ -102,7 +102,7 @@ fn jobs_of_a_station_that_ends_are_listed_by_the_next_one() {
 
 /// A job that does not fit on the disk is refused by name; earlier ones remain.
 #[test]
-fn full_disk_refuses_the_start_and_loses_nothing() {
+fn full_disk_refuses_a_start_without_losing_jobs() {
     let state = tempfile::tempdir().expect("a directory");
     let mut shell = Command::new("sh");
     let inherited = in_state(state.path());
@@ -146,11 +146,11 @@ fn full_disk_refuses_the_start_and_loses_nothing() {
 fn two_stations_share_the_folder_but_no_arm() {
     let state = tempfile::tempdir().expect("a directory");
     let arm = Served::start(&["--tcp", "127.0.0.1:0"], 1);
-    let door = arm.door("tcp");
-    as_if_homed(in_state(state.path()), &door);
-    let first = Station::of(in_state(state.path()), &["--port", &door]);
+    let endpoint = arm.endpoint("tcp");
+    mark_homed(in_state(state.path()), &endpoint);
+    let first = Station::of(in_state(state.path()), &["--port", &endpoint]);
     let second = Run::of(
-        in_state(state.path()).args(["--port", &door, "serve", "--listen", "127.0.0.1:0"]),
+        in_state(state.path()).args(["--port", &endpoint, "serve", "--listen", "127.0.0.1:0"]),
         b"",
     );
     assert_eq!(second.status, 4, "{second:?}");
@@ -162,7 +162,7 @@ fn two_stations_share_the_folder_but_no_arm() {
     first.served.end("-TERM");
     beside.served.end("-TERM");
     // Under another name, for the same arm.
-    let named = format!("left={door}");
+    let named = format!("left={endpoint}");
     let first = Station::of(in_state(state.path()), &["--arm", &named]);
     assert_eq!(states(&first, &[&jobs[0]]), ["done"]);
     let beside = Station::of(in_state(state.path()), &["--port", "sim"]);
@@ -193,7 +193,7 @@ fn damaged_file_of_jobs_is_named_and_stays() {
 
 /// Runs of the command are listed and can be resumed there.
 #[test]
-fn interrupted_run_of_the_command_is_listed_and_goes_on_at_a_station() {
+fn interrupted_run_of_the_command_is_listed_and_resumed_at_a_station() {
     let steps: Vec<_> = (0..24)
         .flat_map(|at| {
             [
@@ -207,17 +207,17 @@ fn interrupted_run_of_the_command_is_listed_and_goes_on_at_a_station() {
     for end in ["-INT", "-KILL"] {
         let state = tempfile::tempdir().expect("a directory");
         let mut arm = Served::start(&["--tcp", "127.0.0.1:0", "--speed", "2", "-v"], 1);
-        let door = arm.door("tcp");
-        as_if_homed(in_state(state.path()), &door);
+        let endpoint = arm.endpoint("tcp");
+        mark_homed(in_state(state.path()), &endpoint);
         let program = state.path().join("waits.plan.json");
         std::fs::write(&program, plan.to_string()).expect("written");
         let alarms = Run::of(
-            in_state(state.path()).args(["--port", &door, "alarms", "--clear"]),
+            in_state(state.path()).args(["--port", &endpoint, "alarms", "--clear"]),
             b"",
         );
         assert_eq!(alarms.status, 0, "{alarms:?}");
         let mut run = in_state(state.path());
-        run.args(["--port", &door, "run"]).arg(&program);
+        run.args(["--port", &endpoint, "run"]).arg(&program);
         let mut run = { run.stdout(Stdio::null()).stderr(Stdio::null()) }
             .spawn()
             .expect("it starts");
@@ -226,7 +226,7 @@ fn interrupted_run_of_the_command_is_listed_and_goes_on_at_a_station() {
         }
         signal(end, &run);
         run.wait().expect("it ends");
-        let station = Station::of(in_state(state.path()), &["--port", &door]);
+        let station = Station::of(in_state(state.path()), &["--port", &endpoint]);
         let list = station.call("job.list", &json!({}));
         let jobs = list["result"]["jobs"].as_array().expect("jobs").clone();
         let left = jobs.last().expect("the run");
@@ -244,7 +244,7 @@ fn interrupted_run_of_the_command_is_listed_and_goes_on_at_a_station() {
         );
         until(&station, &id, "done");
         station.served.end("-TERM");
-        let station = Station::of(in_state(state.path()), &["--port", &door]);
+        let station = Station::of(in_state(state.path()), &["--port", &endpoint]);
         assert_eq!(states(&station, &[&id]), ["done"]);
         let list = station.call("job.list", &json!({}));
         let jobs = list["result"]["jobs"].as_array().expect("jobs").len();

@@ -52,7 +52,7 @@ pub(super) struct Cursor {
 
 /// Largest number of corners per view. The arm's task is blocked while the view is taken, so the
 /// rest follows with the next view.
-const CORNERS: usize = 2_000;
+const MAX_CORNERS_PER_VIEW: usize = 2_000;
 
 impl ArmView {
     pub(super) fn at(controller: &Controller, ink: Cursor) -> Self {
@@ -98,12 +98,12 @@ impl ArmView {
 
     /// Returns the deviation of each joint from its commanded angle, deg.
     pub(super) fn slips(&self) -> [f64; 4] {
-        let (really, told) = (self.state.true_joints, self.state.joints);
+        let (true_joints, believed) = (self.state.true_joints, self.state.joints);
         [
-            really.j1 - told.j1,
-            really.j2 - told.j2,
-            really.j3 - told.j3,
-            really.j4 - told.j4,
+            true_joints.j1 - believed.j1,
+            true_joints.j2 - believed.j2,
+            true_joints.j3 - believed.j3,
+            true_joints.j4 - believed.j4,
         ]
     }
 }
@@ -114,7 +114,7 @@ impl Ink {
             strokes: Vec::new(),
             until: from,
         };
-        let mut left = CORNERS;
+        let mut left = MAX_CORNERS_PER_VIEW;
         for (nth, stroke) in drawing.strokes().iter().enumerate().skip(from.stroke) {
             let seen = if nth == from.stroke { from.corner } else { 0 };
             // Includes the last known corner, from which the line continues.
@@ -255,13 +255,13 @@ mod tests {
 
     use super::*;
 
-    fn look() -> ArmView {
+    fn view() -> ArmView {
         ArmView::at(&Controller::default(), Cursor::default())
     }
 
     #[test]
-    fn the_figure_ends_where_the_pose_says() {
-        let mut look = look();
+    fn tip_of_the_figure_matches_the_pose() {
+        let mut look = view();
         look.state.true_joints = JointAngles::new(30.0, 40.0, 20.0, 0.0);
         look.tool = ToolBias::new(60.0, 10.0, 5.0);
         let pose = Geometry::magician(look.tool).forward(&look.state.true_joints);
@@ -274,8 +274,8 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_pushes_the_tool_or_a_joint_as_far_as_the_arm_gives_way() {
-        let state = look().state;
+    fn push_moves_tool_or_joint_up_to_its_limits() {
+        let state = view().state;
         let limits = Profile::default().arm_model().limits;
         let joints = pushed(&state, &limits, Push::Tool([0.0, 10.0, 0.0])).unwrap();
         let geometry = Geometry::magician(state.tool);
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn objects_are_seen_where_they_are() {
+    fn objects_are_projected_to_their_position() {
         let text = "[table]\nheight = -70\n[[object]]\nname = \"cube\"\nsize = [20, 20, 20]\nat = [220, 50]\ncolor = \"red\"";
         let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
         let controller = Controller::in_world(Profile::default(), world);
@@ -316,7 +316,7 @@ mod tests {
 
     /// Consecutive views show the whole drawing, although every motion is viewed several times.
     #[test]
-    fn looks_in_a_row_show_all_that_is_drawn() {
+    fn consecutive_views_show_the_whole_drawing() {
         let text = "[arm]\nhomed = true\n[tool]\nkind = \"pen\"\n[table]\nheight = -40";
         let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
         let mut arm = Controller::in_world(Profile::default(), world);

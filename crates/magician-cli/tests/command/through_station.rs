@@ -347,14 +347,14 @@ const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='
     <path d='M2 5 L18 5 L2 15' fill='none' stroke='black'/></svg>";
 
 /// Arm behind a port, optionally with a station, and the files of the lines.
-struct Place {
+struct Fixture {
     dir: tempfile::TempDir,
     /// `--port` or `--station`, and its value.
     way: [String; 2],
     _served: Vec<Served>,
 }
 
-impl Place {
+impl Fixture {
     fn new(by_station: bool) -> Self {
         let dir = tempfile::tempdir().expect("directory");
         for (name, text) in [
@@ -370,7 +370,7 @@ impl Place {
         if by_station {
             let listen = ["--port", &port, "--listen", "127.0.0.1:0"];
             let station = Served::verb("serve", &listen, 1);
-            let url = station.door("http").trim_end_matches('/').to_owned();
+            let url = station.endpoint("http").trim_end_matches('/').to_owned();
             way = ["--station".to_owned(), url];
             served.push(station);
         }
@@ -383,7 +383,7 @@ impl Place {
 
     /// Creates a place, homed if the verb needs that.
     fn homed_for(verb: &str, by_station: bool) -> Self {
-        let place = Self::new(by_station);
+        let fixture = Self::new(by_station);
         let needs = [
             "draw",
             "engrave",
@@ -396,10 +396,10 @@ impl Place {
             "calibrate",
         ];
         if needs.contains(&verb) {
-            let homed = place.run(&["home"]);
+            let homed = fixture.run(&["home"]);
             assert_eq!(homed.status, 0, "{homed:?}");
         }
-        place
+        fixture
     }
 
     fn command(&self, words: &[&str]) -> std::process::Command {
@@ -481,7 +481,7 @@ fn verbs() -> Vec<String> {
 }
 
 #[test]
-fn every_verb_has_its_way() {
+fn every_verb_is_in_the_list() {
     let mut listed: Vec<_> = VERBS.iter().map(|(verb, _)| (*verb).to_owned()).collect();
     let mut all = verbs();
     if !cfg!(feature = "site") {
@@ -509,7 +509,10 @@ fn lines_do_the_same_through_a_station() {
         Same(lines) => Some(*lines),
         _ => None,
     }) {
-        let (at_port, through) = (Place::homed_for(verb, false), Place::homed_for(verb, true));
+        let (at_port, through) = (
+            Fixture::homed_for(verb, false),
+            Fixture::homed_for(verb, true),
+        );
         for words in lines {
             let (here, there) = (at_port.run(words), through.run(words));
             if told(&here) != told(&there) {
@@ -528,7 +531,10 @@ fn pads_do_the_same_through_a_station() {
         Pad(words, keys, end) => Some((*words, *keys, *end)),
         _ => None,
     }) {
-        let (at_port, through) = (Place::homed_for(verb, false), Place::homed_for(verb, true));
+        let (at_port, through) = (
+            Fixture::homed_for(verb, false),
+            Fixture::homed_for(verb, true),
+        );
         assert_eq!(
             at_port.pad(words, keys, end),
             through.pad(words, keys, end),
@@ -538,49 +544,49 @@ fn pads_do_the_same_through_a_station() {
 }
 
 #[test]
-fn what_has_lines_of_its_own_says_so() {
-    let place = Place::new(true);
+fn verbs_with_own_lines_are_refused_at_a_station() {
+    let fixture = Fixture::new(true);
     for (verb, words) in of_kind(|way| match way {
         Refuses(words) => Some(*words),
         _ => None,
     }) {
-        let refused = place.run(words);
+        let refused = fixture.run(words);
         assert_eq!(refused.status, 2, "{verb} {refused:?}");
         assert!(refused.err.contains("--station"), "{verb} {refused:?}");
     }
 }
 
 #[test]
-fn what_is_otherwise_through_a_station_succeeds() {
-    let place = Place::new(true);
+fn verbs_that_differ_at_a_station_succeed() {
+    let fixture = Fixture::new(true);
     for (verb, words) in of_kind(|way| match way {
         Own(words) => Some(*words),
         _ => None,
     }) {
-        let done = place.run(words);
+        let done = fixture.run(words);
         assert_eq!(done.status, 0, "{verb} {done:?}");
     }
 }
 
 #[test]
-fn what_needs_no_arm_asks_no_station() {
-    let place = Place::new(false);
+fn verbs_without_an_arm_do_not_connect_to_a_station() {
+    let fixture = Fixture::new(false);
     for (verb, words) in of_kind(|way| match way {
         NoArm(words) => Some(*words),
         _ => None,
     }) {
         let nowhere = [&["--station", "http://127.0.0.1:1"][..], words].concat();
         let mut command = command();
-        command.args(&nowhere).current_dir(place.dir.path());
+        command.args(&nowhere).current_dir(fixture.dir.path());
         let there = Run::of(&mut command, b"");
         assert_eq!(there.status, 0, "{verb} {there:?}");
     }
 }
 
 #[test]
-fn what_is_wrong_with_a_file_is_told_before_a_station_is_asked() {
-    let place = tempfile::tempdir().unwrap();
-    let file = place.path().join("empty.svg");
+fn file_errors_are_reported_before_connecting_to_a_station() {
+    let fixture = tempfile::tempdir().unwrap();
+    let file = fixture.path().join("empty.svg");
     std::fs::write(&file, "").unwrap();
     let file = file.to_str().unwrap();
     for verb in ["draw", "engrave", "run"] {
@@ -590,9 +596,9 @@ fn what_is_wrong_with_a_file_is_told_before_a_station_is_asked() {
 }
 
 #[test]
-fn a_virtual_arm_of_a_station_is_one() {
+fn virtual_arm_of_a_station_counts_as_virtual() {
     let station = Served::verb("serve", &["--port", "sim:20", "--listen", "127.0.0.1:0"], 1);
-    let url = station.door("http").trim_end_matches('/').to_owned();
+    let url = station.endpoint("http").trim_end_matches('/').to_owned();
     for words in [
         &["laser", "on", "--for", "0.1", "--json"][..],
         &["set", "EndEffectorLaser", "enable_ctrl=1", "on=0", "--json"],
@@ -606,9 +612,9 @@ fn a_virtual_arm_of_a_station_is_one() {
 
 /// A refusal is reported in the station's words, which the arm's line could not give.
 #[test]
-fn who_has_the_arm_is_said_once() {
+fn lease_holder_is_reported_once() {
     let station = Served::verb("serve", &["--port", "sim", "--listen", "127.0.0.1:0"], 1);
-    let url = station.door("http").trim_end_matches('/').to_owned();
+    let url = station.endpoint("http").trim_end_matches('/').to_owned();
     let mut holder = command();
     holder.args(["--station", &url, "laser", "on"]);
     let mut holder = Terminal::running(holder);
@@ -632,9 +638,9 @@ fn who_has_the_arm_is_said_once() {
 }
 
 #[test]
-fn stop_is_carried_out_by_a_station_that_gives_no_session() {
+fn stop_works_at_a_station_that_refuses_sessions() {
     let station = Served::verb("serve", &["--port", "sim", "--listen", "127.0.0.1:0"], 1);
-    let url = station.door("http").trim_end_matches('/').to_owned();
+    let url = station.endpoint("http").trim_end_matches('/').to_owned();
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_all()
         .build();

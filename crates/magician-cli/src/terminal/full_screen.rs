@@ -13,13 +13,13 @@ use ratatui::Frame;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
-use super::screen::Listen;
-use super::{FRAME, Keyboard, Screen, Shown, Suspends, Theme, Waited};
+use super::screen::EventKinds;
+use super::{FRAME_INTERVAL, Keyboard, PictureThread, Screen, SuspendRequests, Theme, WaitResult};
 use crate::failure::Failure;
 
 /// Message from the terminal's thread.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Told {
+pub(crate) enum TerminalEvent {
     /// An event of the keyboard or the window.
     Event(Event),
     /// Sign of life, sent with every frame, 20 times a second.
@@ -29,32 +29,32 @@ pub(crate) enum Told {
 }
 
 /// Terminal while a program has it.
-pub(crate) struct Stage<M> {
-    shown: Shown,
+pub(crate) struct FullScreen<M> {
+    picture_thread: PictureThread,
     next: Arc<Mutex<Option<M>>>,
-    told: UnboundedReceiver<Told>,
-    suspends: Suspends,
+    events: UnboundedReceiver<TerminalEvent>,
+    suspends: SuspendRequests,
 }
 
-impl<M: Send + 'static> Stage<M> {
+impl<M: Send + 'static> FullScreen<M> {
     /// Takes the terminal. `draw` draws each model passed to [`show`](Self::show).
     pub(crate) fn open(draw: fn(&mut Frame<'_>, &M, Theme)) -> io::Result<Self> {
         let next = Arc::new(Mutex::new(None));
-        let (tell, told) = unbounded_channel();
+        let (events_out, events) = unbounded_channel();
         let taken = Arc::clone(&next);
-        let shown = Shown::begin(move |stop| {
-            let mut work = Work {
+        let picture_thread = PictureThread::begin(move |stop| {
+            let mut work = DrawThread {
                 next: taken,
-                tell,
+                events_out,
                 shown: None,
             };
-            work.go_on(draw, stop)
+            work.run(draw, stop)
         })?;
-        let suspends = Suspends::listen()?;
+        let suspends = SuspendRequests::listen()?;
         Ok(Self {
-            shown,
+            picture_thread,
             next,
-            told,
+            events,
             suspends,
         })
     }
@@ -67,32 +67,32 @@ impl<M: Send + 'static> Stage<M> {
     /// Waits for the next message. A request to suspend the program counts as losing the focus,
     /// since a stopped process cannot stop the arm. After the terminal is gone, or if it cannot be
     /// drawn on, every call returns `Gone`.
-    pub(crate) async fn next(&mut self) -> Told {
+    pub(crate) async fn next(&mut self) -> TerminalEvent {
         tokio::select! {
             biased;
-            () = self.suspends.next() => Told::Event(Event::FocusLost),
-            told = self.told.recv() => told.unwrap_or(Told::Gone),
+            () = self.suspends.next() => TerminalEvent::Event(Event::FocusLost),
+            event = self.events.recv() => event.unwrap_or(TerminalEvent::Gone),
         }
     }
 
     /// Restores the terminal.
     pub(crate) fn close(self) -> Result<(), Failure> {
-        self.shown.finish()
+        self.picture_thread.finish()
     }
 }
 
 /// State of the terminal's thread.
-struct Work<M> {
+struct DrawThread<M> {
     next: Arc<Mutex<Option<M>>>,
-    tell: UnboundedSender<Told>,
+    events_out: UnboundedSender<TerminalEvent>,
     shown: Option<M>,
 }
 
-impl<M> Work<M> {
-    fn go_on(&mut self, draw: fn(&mut Frame<'_>, &M, Theme), stop: &AtomicBool) -> io::Result<()> {
+impl<M> DrawThread<M> {
+    fn run(&mut self, draw: fn(&mut Frame<'_>, &M, Theme), stop: &AtomicBool) -> io::Result<()> {
         let theme = Theme::for_stderr();
         let keyboard = Keyboard::find()?;
-        let mut screen = Screen::take(Listen::Everything)?;
+        let mut screen = Screen::take(EventKinds::All)?;
         let mut stale = false;
         while !stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
@@ -102,20 +102,20 @@ impl<M> Work<M> {
                 screen.terminal.draw(|frame| draw(frame, model, theme))?;
                 stale = false;
             }
-            self.tell(Told::Beat);
+            self.send(TerminalEvent::Beat);
             // Keys are read for the rest of the frame's time.
-            while let Some(left) = FRAME.checked_sub(begun.elapsed()) {
+            while let Some(left) = FRAME_INTERVAL.checked_sub(begun.elapsed()) {
                 match keyboard.wait(left)? {
-                    Waited::Nothing => continue,
-                    Waited::Gone => {
-                        self.tell(Told::Gone);
+                    WaitResult::Timeout => continue,
+                    WaitResult::Gone => {
+                        self.send(TerminalEvent::Gone);
                         return Ok(());
                     }
-                    Waited::Came(event) if redraws(&event) => {
+                    WaitResult::Event(event) if is_redraw_key(&event) => {
                         screen.clear()?;
                         stale = true;
                     }
-                    Waited::Came(event) => self.tell(Told::Event(event)),
+                    WaitResult::Event(event) => self.send(TerminalEvent::Event(event)),
                 }
             }
         }
@@ -130,14 +130,14 @@ impl<M> Work<M> {
         is_new
     }
 
-    fn tell(&self, told: Told) {
+    fn send(&self, event: TerminalEvent) {
         // The receiver is dropped just before this thread is asked to stop.
-        let _ = self.tell.send(told);
+        let _ = self.events_out.send(event);
     }
 }
 
 /// True for Ctrl-L, which redraws the screen in all terminal programs.
-fn redraws(event: &Event) -> bool {
+fn is_redraw_key(event: &Event) -> bool {
     matches!(
         event,
         Event::Key(KeyEvent {

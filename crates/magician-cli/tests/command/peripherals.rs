@@ -10,7 +10,7 @@ fn script(lines: &str) -> Run {
 }
 
 #[test]
-fn the_rail_is_told_of_and_moved_along() {
+fn rail_is_enabled_and_moved_along() {
     let run = script(
         "home\nrail\nrail on\nrail to 350\nrail by -50.5 --speed 80\nget PTPLParams\nrail off\n",
     );
@@ -25,7 +25,7 @@ fn the_rail_is_told_of_and_moved_along() {
 }
 
 #[test]
-fn a_rail_that_the_arm_does_not_know_is_not_moved_along() {
+fn disabled_rail_is_not_moved_along() {
     for line in ["rail to 100\n", "rail by 10\n"] {
         let run = script(line);
         assert!(run.err.contains("rail is not enabled"), "{run:?}");
@@ -55,7 +55,7 @@ fn the_belt_runs_moves_and_stops() {
 }
 
 #[test]
-fn belt_is_not_told_to_run_faster_than_it_can() {
+fn belt_speed_above_the_limit_is_refused() {
     for line in [
         "conveyor run 121\n",
         "conveyor run -500\n",
@@ -81,7 +81,7 @@ fn moving_the_belt_warns_of_no_homing_and_moving_the_arm_does() {
 }
 
 #[test]
-fn pin_is_driven_only_as_what_it_is() {
+fn pin_is_driven_only_by_its_function() {
     for (line, told) in [
         (
             "io set 6 high\n",
@@ -113,7 +113,7 @@ fn pin_is_driven_only_as_what_it_is() {
 }
 
 #[test]
-fn belt_that_runs_on_is_named_and_stop_switches_it_off() {
+fn running_belt_is_reported_and_stop_switches_it_off() {
     let dir = tempfile::tempdir().expect("directory");
     let path = |name: &str| dir.path().join(name).to_str().expect("UTF-8").to_owned();
     let (arm, trace) = (path("arm"), path("trace.pcapng"));

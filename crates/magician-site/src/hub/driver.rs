@@ -11,7 +11,7 @@ use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until};
 
-use super::{Hub, HubAct, LineId, LineMessage, SocketId};
+use super::{Hub, HubAction, LineId, LineMessage, SocketId};
 use crate::channel::{Closed, FromStation, ToStation};
 use crate::site::{Caller, Site, SiteEvent, StationId};
 
@@ -21,7 +21,7 @@ pub(super) struct Shared {
     pub(super) library: Arc<dyn ProgramStore>,
     pub(super) read_only: bool,
     pub(super) site: Arc<dyn Site>,
-    pub(super) begun: Instant,
+    pub(super) started_at: Instant,
     pub(super) due: Notify,
     pub(super) this: Weak<Shared>,
     pub(super) runtime: Handle,
@@ -29,12 +29,12 @@ pub(super) struct Shared {
 
 pub(super) struct Inner {
     pub(super) hub: Hub,
-    pub(super) clients: BTreeMap<SocketId, Place>,
+    pub(super) clients: BTreeMap<SocketId, ClientResources>,
     pub(super) lines: BTreeMap<LineId, (Arc<Notify>, AbortHandle)>,
 }
 
 /// Resources of a client.
-pub(super) struct Place {
+pub(super) struct ClientResources {
     pub(super) awake: Arc<Notify>,
     pub(super) home: Home,
     /// Tasks that are aborted when the client disconnects.
@@ -57,7 +57,7 @@ impl Shared {
     }
 
     pub(super) fn now(&self) -> HostInstant {
-        HostInstant::ZERO + self.begun.elapsed()
+        HostInstant::ZERO + self.started_at.elapsed()
     }
 
     /// Runs `act` on the hub, then carries out the resulting actions and wakes clients and the
@@ -66,12 +66,12 @@ impl Shared {
         let mut inner = self.lock();
         let due = inner.hub.poll_timeout();
         let outcome = act(&mut inner.hub, self.now());
-        while let Some(act) = inner.hub.poll_act() {
-            self.carry_out(&mut inner, act);
+        while let Some(act) = inner.hub.poll_action() {
+            self.execute(&mut inner, act);
         }
         while let Some(socket) = inner.hub.poll_awake() {
-            if let Some(place) = inner.clients.get(&socket) {
-                place.awake.notify_one();
+            if let Some(entry) = inner.clients.get(&socket) {
+                entry.awake.notify_one();
             }
         }
         if inner.hub.poll_timeout() != due {
@@ -80,46 +80,46 @@ impl Shared {
         outcome
     }
 
-    pub(super) fn carry_out(&self, inner: &mut Inner, act: HubAct) {
+    pub(super) fn execute(&self, inner: &mut Inner, act: HubAction) {
         match act {
-            HubAct::Home(socket, text) => match inner.clients.get_mut(&socket) {
+            HubAction::Home(socket, text) => match inner.clients.get_mut(&socket) {
                 None => {}
-                Some(Place {
+                Some(ClientResources {
                     home: Home::Session(client),
                     ..
                 }) => client.send(&text),
-                Some(place) => {
-                    let Home::Once(peer) = place.home.clone() else {
+                Some(entry) => {
+                    let Home::Once(peer) = entry.home.clone() else {
                         return;
                     };
                     let (this, home) = (Weak::clone(&self.this), self.home.clone());
                     let asking = self.runtime.spawn(async move {
                         let answer = home.call(peer, &text).await;
                         if let (Some(answer), Some(shared)) = (answer, this.upgrade()) {
-                            shared.with(|hub, now| hub.home_says(now, socket, &answer));
+                            shared.with(|hub, now| hub.receive_from_home(now, socket, &answer));
                         }
                     });
-                    place.calls.push(asking.abort_handle());
+                    entry.calls.push(asking.abort_handle());
                 }
             },
-            HubAct::Open(line, station) => {
+            HubAction::Open(line, station) => {
                 let awake = Arc::new(Notify::new());
                 let carrying =
-                    Self::carry(Weak::clone(&self.this), line, station, Arc::clone(&awake));
+                    Self::run_line(Weak::clone(&self.this), line, station, Arc::clone(&awake));
                 let carrying = self.runtime.spawn(carrying);
                 inner.lines.insert(line, (awake, carrying.abort_handle()));
             }
-            HubAct::Awake(line) => {
+            HubAction::Awake(line) => {
                 if let Some((awake, _)) = inner.lines.get(&line) {
                     awake.notify_one();
                 }
             }
-            HubAct::Drop(line) => {
+            HubAction::Drop(line) => {
                 if let Some((_, carrying)) = inner.lines.remove(&line) {
                     carrying.abort();
                 }
             }
-            HubAct::Call {
+            HubAction::Call {
                 request,
                 socket,
                 at,
@@ -131,12 +131,12 @@ impl Shared {
                 let calling = self.runtime.spawn(async move {
                     let answer = site.call(&at, &Caller { token }, text).await;
                     if let Some(shared) = this.upgrade() {
-                        shared.with(|hub, now| hub.called(now, request, answer));
+                        shared.with(|hub, now| hub.call_completed(now, request, answer));
                     }
                 });
-                if let Some(place) = inner.clients.get_mut(&socket).filter(|_| ends) {
-                    place.calls.retain(|call| !call.is_finished());
-                    place.calls.push(calling.abort_handle());
+                if let Some(entry) = inner.clients.get_mut(&socket).filter(|_| ends) {
+                    entry.calls.retain(|call| !call.is_finished());
+                    entry.calls.push(calling.abort_handle());
                 }
             }
         }
@@ -147,7 +147,7 @@ impl Shared {
     /// Memory is bounded in both directions: messages that the station does not take wait in the
     /// hub, within the limits of the client; messages of the station are taken at once, and only
     /// the newest unread state is kept for the client.
-    pub(super) async fn carry(
+    pub(super) async fn run_line(
         this: Weak<Self>,
         line: LineId,
         station: StationId,
@@ -170,7 +170,7 @@ impl Shared {
         drop(shared);
         let writer = async {
             loop {
-                let Ok(place) = to_station.reserve().await else {
+                let Ok(permit) = to_station.reserve().await else {
                     // The channel is closed: the reader receives the reason.
                     return std::future::pending::<Option<Closed>>().await;
                 };
@@ -182,11 +182,11 @@ impl Shared {
                     match message {
                         None => return None,
                         Some(Some(LineMessage::Text(text))) => {
-                            place.send(ToStation::Text(text));
+                            permit.send(ToStation::Text(text));
                             break;
                         }
-                        Some(Some(LineMessage::Alive)) => {
-                            place.send(ToStation::Alive);
+                        Some(Some(LineMessage::KeepAlive)) => {
+                            permit.send(ToStation::KeepAlive);
                             break;
                         }
                         Some(None) => awake.notified().await,
@@ -200,10 +200,10 @@ impl Shared {
                 let shared = this.upgrade()?;
                 match message {
                     Some(FromStation::Text(text)) => {
-                        shared.with(|hub, now| hub.line_says(now, line, &text));
+                        shared.with(|hub, now| hub.receive_from_line(now, line, &text));
                     }
                     Some(FromStation::Frame(bytes)) => {
-                        shared.with(|hub, _| hub.line_shows(line, &bytes))
+                        shared.with(|hub, _| hub.receive_frame(line, &bytes))
                     }
                     Some(FromStation::Closed(closed)) => return Some(closed),
                     None => return Some(Closed::broken()),
@@ -231,20 +231,20 @@ impl Shared {
             match event {
                 SiteEvent::Missed => {
                     let arms = shared.site.arms().into_keys().collect();
-                    shared.with(|hub, now| hub.on_site(now, arms));
+                    shared.with(|hub, now| hub.set_present_arms(now, arms));
                 }
                 event => shared.with(|hub, now| hub.site(now, event)),
             }
         }
     }
 
-    pub(super) async fn keep_time(this: Weak<Self>) {
+    pub(super) async fn run_timers(this: Weak<Self>) {
         loop {
             let Some(shared) = this.upgrade() else {
                 return;
             };
             let due = shared.lock().hub.poll_timeout();
-            let begun = shared.begun;
+            let begun = shared.started_at;
             let sleep = async {
                 match due {
                     Some(due) => sleep_until(begun + (due - HostInstant::ZERO)).await,

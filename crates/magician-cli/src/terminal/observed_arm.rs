@@ -13,11 +13,11 @@ use ratatui::widgets::Paragraph;
 use super::Theme;
 
 /// Largest number of log lines kept.
-const LOG: usize = 200;
+const MAX_LOG_LINES: usize = 200;
 
 /// Observed arm with a log.
 #[derive(Clone, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct ObservedArm {
     /// Name and place of the arm.
     pub(crate) title: String,
     /// State derived from its readings.
@@ -29,7 +29,7 @@ pub(crate) struct Seen {
     begun: Instant,
 }
 
-impl Seen {
+impl ObservedArm {
     pub(crate) fn new(title: String, places: u32) -> Self {
         Self {
             title,
@@ -48,7 +48,7 @@ impl Seen {
 
     /// Adds a line to the log.
     pub(crate) fn note(&mut self, text: impl Into<String>) {
-        if self.log.len() == LOG {
+        if self.log.len() == MAX_LOG_LINES {
             self.log.pop_front();
         }
         let at = self.begun.elapsed().as_secs_f64();
@@ -134,7 +134,7 @@ fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'
 /// Formats values as a row of bars, newest at the right. The scale ends at the largest value shown,
 /// or at `least` if that is larger.
 pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) -> Span<'static> {
-    const SIGNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    const BARS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let shown = &values[values.len().saturating_sub(width)..];
     let most = shown.iter().copied().fold(least, f64::max);
     let mut text = " ".repeat(width - shown.len());
@@ -142,7 +142,7 @@ pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) 
         let level = (value / most * 8.0).ceil();
         match level as usize {
             0 => ' ',
-            level => SIGNS[level.min(8) - 1],
+            level => BARS[level.min(8) - 1],
         }
     }));
     Span::styled(text, style)
@@ -156,13 +156,15 @@ mod tests {
     use crate::terminal::test::status;
 
     #[test]
-    fn an_arm_that_has_not_answered_for_long_is_said_to() {
-        let mut seen = Seen::new(String::new(), 32);
+    fn silent_arm_is_shown_as_not_answering() {
+        let mut observed_arm = ObservedArm::new(String::new(), 32);
         let status = status();
-        seen.arm.observe(status.clone());
-        seen.arm.tick(status.at + Duration::from_millis(2100));
+        observed_arm.arm.observe(status.clone());
+        observed_arm
+            .arm
+            .tick(status.at + Duration::from_millis(2100));
         let screen = crate::terminal::test::screen(60, 1, |frame| {
-            frame.render_widget(seen.header("jog", 60, Theme::PLAIN), frame.area());
+            frame.render_widget(observed_arm.header("jog", 60, Theme::PLAIN), frame.area());
         });
         assert!(screen[0].contains("NO ANSWER for 2 s"), "{screen:?}");
     }

@@ -13,18 +13,18 @@ use magician_protocol::visible_lines;
 use serde::Serialize;
 use serde_json::json;
 
-use super::keys::is_in_front;
-use super::tui::Shared;
+use super::keys::is_in_foreground;
+use super::tui::SharedModel;
 use crate::output::Output;
-use crate::paint::{draws_on_stderr, obeys, tell};
+use crate::paint::{draws_on_stderr, is_terminal_with_escapes, print_stderr};
 use crate::voice::Command;
 
 /// Interval between lines where there is no bar. A choice.
-const LINES: Duration = Duration::from_secs(3);
+const LINE_INTERVAL: Duration = Duration::from_secs(3);
 /// Shortest interval between progress objects. A choice.
-const OBJECTS: Duration = Duration::from_millis(100);
+const OBJECT_INTERVAL: Duration = Duration::from_millis(100);
 /// Delay before the bar appears, so that short runs do not flash one. A choice.
-const PATIENCE: Duration = Duration::from_millis(300);
+const BAR_DELAY: Duration = Duration::from_millis(300);
 
 /// Reports the progress of a run.
 pub(super) struct ProgressReporter<'o> {
@@ -33,8 +33,8 @@ pub(super) struct ProgressReporter<'o> {
     json: bool,
     bar: Option<ProgressBar>,
     /// Model of the full-screen picture, if there is one.
-    screen: Option<Shared>,
-    told: Cell<Instant>,
+    screen: Option<SharedModel>,
+    last_report: Cell<Instant>,
     begun: Instant,
     steps: Option<u64>,
     /// Speed in percent of the program's.
@@ -42,7 +42,7 @@ pub(super) struct ProgressReporter<'o> {
 }
 
 #[derive(Serialize)]
-struct Object {
+struct ProgressObject {
     event: &'static str,
     step: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,15 +64,15 @@ impl<'o> ProgressReporter<'o> {
         out: &'o mut Output,
         json: bool,
         steps: Option<u64>,
-        screen: Option<Shared>,
+        screen: Option<SharedModel>,
     ) -> Self {
-        let live = !json && screen.is_none() && obeys(&io::stderr());
+        let live = !json && screen.is_none() && is_terminal_with_escapes(&io::stderr());
         Self {
             out: RefCell::new(out),
             json,
             bar: live.then(|| bar(steps)),
             screen,
-            told: Cell::new(Instant::now()),
+            last_report: Cell::new(Instant::now()),
             begun: Instant::now(),
             steps,
             speed: Cell::new(100),
@@ -80,18 +80,18 @@ impl<'o> ProgressReporter<'o> {
     }
 
     /// Formats as `2:10 left, at 50 %`.
-    fn left(&self, left: Option<Duration>) -> Option<String> {
+    fn time_left(&self, left: Option<Duration>) -> Option<String> {
         let left = left.map(|left| format!("{} left", clock(left)));
         let speed = Some(self.speed.get()).filter(|speed| *speed != 100);
         let speed = speed.map(|speed| format!("at {speed} %"));
-        let said: Vec<String> = [left, speed].into_iter().flatten().collect();
-        (!said.is_empty()).then(|| said.join(", "))
+        let parts: Vec<String> = [left, speed].into_iter().flatten().collect();
+        (!parts.is_empty()).then(|| parts.join(", "))
     }
 
     /// Returns the bar if this process is in the foreground. In the background the line belongs to
     /// the shell.
-    fn bar_in_front(&self) -> Option<&ProgressBar> {
-        self.bar.as_ref().filter(|_| is_in_front())
+    fn foreground_bar(&self) -> Option<&ProgressBar> {
+        self.bar.as_ref().filter(|_| is_in_foreground())
     }
 
     /// Reports a new speed, in percent.
@@ -117,29 +117,33 @@ impl<'o> ProgressReporter<'o> {
         if let Some(screen) = &self.screen {
             let mut model = screen.borrow_mut();
             (model.step, model.round) = (step, progress.iteration);
-            model.left = waits(silent).or_else(|| self.left(left));
+            model.left = waiting_text(silent).or_else(|| self.time_left(left));
             return;
         }
         if self.bar.is_some() {
             if let Some(bar) = self
-                .bar_in_front()
-                .filter(|_| self.begun.elapsed() >= PATIENCE)
+                .foreground_bar()
+                .filter(|_| self.begun.elapsed() >= BAR_DELAY)
             {
                 bar.set_position(step);
-                let left = || self.left(left);
-                bar.set_message(waits(silent).or_else(left).unwrap_or_default());
+                let left = || self.time_left(left);
+                bar.set_message(waiting_text(silent).or_else(left).unwrap_or_default());
                 bar.tick();
             }
             return;
         }
-        let pause = if self.json { OBJECTS } else { LINES };
-        if self.told.get().elapsed() < pause {
+        let pause = if self.json {
+            OBJECT_INTERVAL
+        } else {
+            LINE_INTERVAL
+        };
+        if self.last_report.get().elapsed() < pause {
             return;
         }
-        self.told.set(Instant::now());
+        self.last_report.set(Instant::now());
         let share = self.steps.map(|steps| step as f64 / steps.max(1) as f64);
         if self.json {
-            let object = Object {
+            let object = ProgressObject {
                 event: "progress",
                 step,
                 round: progress.iteration,
@@ -157,8 +161,8 @@ impl<'o> ProgressReporter<'o> {
             }
             _ => format!("{step} steps done"),
         };
-        let left = || self.left(left);
-        let more = waits(silent).or_else(left);
+        let left = || self.time_left(left);
+        let more = waiting_text(silent).or_else(left);
         let more = more.map(|more| format!(", {more}")).unwrap_or_default();
         let _ = writeln!(io::stderr(), "{done}{more}");
     }
@@ -186,7 +190,7 @@ impl<'o> ProgressReporter<'o> {
     /// Reports that the job is about to pause.
     pub(super) fn pausing(&self) {
         self.does("pausing ...");
-        if let Some(bar) = self.bar_in_front() {
+        if let Some(bar) = self.foreground_bar() {
             bar.set_message("pausing ...");
             bar.tick();
         }
@@ -222,7 +226,7 @@ impl<'o> ProgressReporter<'o> {
         self.does("running");
         if self.bar.is_none() {
             self.say("resumed");
-        } else if let Some(bar) = self.bar_in_front() {
+        } else if let Some(bar) = self.foreground_bar() {
             bar.set_message("");
         }
     }
@@ -249,14 +253,14 @@ impl<'o> ProgressReporter<'o> {
             return;
         }
         match &self.bar {
-            Some(bar) => bar.suspend(|| tell(text)),
-            None => tell(text),
+            Some(bar) => bar.suspend(|| print_stderr(text)),
+            None => print_stderr(text),
         }
     }
 }
 
 /// Formats as `waiting for the arm's reply, 4 s`; `None` below one second.
-fn waits(silent: Duration) -> Option<String> {
+fn waiting_text(silent: Duration) -> Option<String> {
     let seconds = silent.as_secs();
     (seconds > 0).then(|| format!("waiting for the arm's reply, {seconds} s"))
 }

@@ -9,13 +9,13 @@ use magician_job::{
 };
 use tokio::time::timeout;
 
-use super::input::{Input, Typed};
-use super::suspend::{Act, Suspension};
-use super::tell::ProgressReporter;
-use super::tui::{Screen, Wants};
-use crate::context::STAND_BY;
+use super::input::{Input, UserOrder};
+use super::progress_reporter::ProgressReporter;
+use super::suspend::{Suspension, SuspensionAction};
+use super::tui::{Screen, ScreenInput};
+use crate::context::STOP_CONFIRM_TIMEOUT;
 use crate::interrupt::{Control, JobControl, Signal, Signals};
-use crate::progress::attended;
+use crate::progress::announce_wait;
 
 /// Next event.
 pub(super) enum Next {
@@ -24,7 +24,7 @@ pub(super) enum Next {
     /// Key that stands for a signal, before the stop rule has been applied.
     Pressed(Signal),
     Control(Control),
-    Typed(Typed),
+    UserOrder(UserOrder),
     /// Result of the pause that begins a suspension.
     Paused(Result<(), PauseError>),
     /// Result of resuming.
@@ -39,12 +39,12 @@ type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
 type Pausing = Pin<Box<dyn Future<Output = Result<(), PauseError>>>>;
 
 /// Step between the speeds that keys select, percent; then the lowest and the highest speed.
-const SPEEDS: u8 = 10;
-const SLOWEST: u8 = 10;
-const FASTEST: u8 = 100;
+const SPEED_STEP: u8 = 10;
+const MIN_SPEED: u8 = 10;
+const MAX_SPEED: u8 = 100;
 
 /// Running job with all sources of its events.
-pub(super) struct UnderWay<'a> {
+pub(super) struct RunningJob<'a> {
     pub(super) job: JobHandle,
     pub(super) events: JobEvents,
     pub(super) signals: &'a mut Signals,
@@ -66,7 +66,7 @@ pub(super) struct UnderWay<'a> {
     json: bool,
 }
 
-impl<'a> UnderWay<'a> {
+impl<'a> RunningJob<'a> {
     pub(super) fn of(
         job: JobHandle,
         signals: &'a mut Signals,
@@ -92,7 +92,7 @@ impl<'a> UnderWay<'a> {
     }
 }
 
-impl UnderWay<'_> {
+impl RunningJob<'_> {
     pub(super) async fn next(&mut self, recorder: Option<&mut Recorder>) -> Next {
         let whole = self.screen.is_some();
         let Self {
@@ -135,11 +135,11 @@ impl UnderWay<'_> {
                 biased;
                 (_, order) = signals.next_order() => Next::Stop(Some(order)),
                 control = control.next() => Next::Control(control),
-                typed = input.next() => Next::Typed(typed),
+                typed = input.next() => Next::UserOrder(typed),
                 wants = wants => match wants {
-                    Wants::Typed(typed) => Next::Typed(typed),
-                    Wants::Stop(signal) => Next::Pressed(signal),
-                    Wants::Control(control) => Next::Control(control),
+                    ScreenInput::UserOrder(typed) => Next::UserOrder(typed),
+                    ScreenInput::Stop(signal) => Next::Pressed(signal),
+                    ScreenInput::Control(control) => Next::Control(control),
                 },
                 resumed = resumed => Next::Resumed(resumed),
                 event = events.next() => event.map_or(Next::Over, Next::Event),
@@ -149,11 +149,11 @@ impl UnderWay<'_> {
             }
         };
         let next = match self.waits {
-            Some(what) if !whole => attended(self.json, what, next).await,
+            Some(what) if !whole => announce_wait(self.json, what, next).await,
             _ => next.await,
         };
         match next {
-            Next::Pressed(signal) => Next::Stop(self.signals.hears(signal)),
+            Next::Pressed(signal) => Next::Stop(self.signals.next_stop(signal)),
             next => next,
         }
     }
@@ -164,30 +164,30 @@ impl UnderWay<'_> {
     }
 
     /// Carries out a typed order.
-    pub(super) fn obeys(&mut self, typed: Typed) -> Obeyed {
+    pub(super) fn carry_out(&mut self, typed: UserOrder) -> OrderResult {
         match typed {
-            Typed::Line(line) => return Obeyed::Ignored(line),
-            Typed::Toggle if !self.is_paused() => self.pauses(),
-            Typed::Pause => self.pauses(),
-            Typed::End => {
+            UserOrder::Line(line) => return OrderResult::IgnoredLine(line),
+            UserOrder::Toggle if !self.is_paused() => self.pause(),
+            UserOrder::Pause => self.pause(),
+            UserOrder::End => {
                 self.unanswered = true;
-                self.stops_unanswered();
+                self.stop_if_unanswered();
             }
-            Typed::Toggle | Typed::Resume => self.resumes(),
-            Typed::Stop => self.stops_by_request(),
-            Typed::Faster | Typed::Slower => {
+            UserOrder::Toggle | UserOrder::Resume => self.resume(),
+            UserOrder::Stop => self.request_stop(),
+            UserOrder::Faster | UserOrder::Slower => {
                 let now = self.job.speed();
-                let next = if typed == Typed::Faster {
-                    now.saturating_add(SPEEDS).min(FASTEST)
+                let next = if typed == UserOrder::Faster {
+                    now.saturating_add(SPEED_STEP).min(MAX_SPEED)
                 } else {
-                    now.saturating_sub(SPEEDS).max(SLOWEST)
+                    now.saturating_sub(SPEED_STEP).max(MIN_SPEED)
                 };
                 if let Err(error) = self.job.set_speed(next) {
-                    return Obeyed::Refused(error);
+                    return OrderResult::Refused(error);
                 }
             }
         }
-        Obeyed::Yes
+        OrderResult::Yes
     }
 
     /// True if the program itself has paused for the user.
@@ -199,70 +199,72 @@ impl UnderWay<'_> {
     }
 
     /// Stops a job that waits for an answer which cannot come.
-    pub(super) fn stops_unanswered(&mut self) {
+    pub(super) fn stop_if_unanswered(&mut self) {
         if self.unanswered && self.resuming.is_none() && self.waits_for_person() {
-            self.stops_by_request();
+            self.request_stop();
         }
     }
 
     /// Stops the job unless it is stopping already: a held key repeats.
-    fn stops_by_request(&mut self) {
-        if self.signals.hears(Signal::Request).is_some() {
+    fn request_stop(&mut self) {
+        if self.signals.next_stop(Signal::Request).is_some() {
             self.stop();
         }
     }
 
     /// Takes terminal and keyboard again.
-    fn listens(&mut self) {
+    fn listen(&mut self) {
         self.input.listen();
         if let Some(screen) = &mut self.screen {
             screen.take();
         }
     }
 
-    fn pauses(&mut self) {
-        self.suspension.holds(true);
+    fn pause(&mut self) {
+        self.suspension.note_user_pause(true);
         drop(self.job.pause(PauseReason::Person));
     }
 
-    fn resumes(&mut self) {
-        self.suspension.holds(false);
+    fn resume(&mut self) {
+        self.suspension.note_user_pause(false);
         self.resuming = Some(Box::pin(self.job.resume()));
     }
 
     /// Handles an event of job control.
-    pub(super) fn hears_control(&mut self, control: Control, teller: &ProgressReporter<'_>) {
-        let act = self.suspension.hears(control, self.is_paused());
-        self.acts(act, teller);
+    pub(super) fn handle_control(&mut self, control: Control, reporter: &ProgressReporter<'_>) {
+        let act = self.suspension.handle_control(control, self.is_paused());
+        self.execute(act, reporter);
     }
 
     /// Handles an event of job control during the check: the job is paused before it sends
     /// anything, and the rest of the suspension follows after the pause.
-    pub(super) fn hears_early(&mut self, control: Control) {
-        if self.suspension.hears(control, self.is_paused()) == Act::Pause {
+    pub(super) fn handle_early_control(&mut self, control: Control) {
+        if self.suspension.handle_control(control, self.is_paused()) == SuspensionAction::Pause {
             self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person)));
         }
     }
 
     /// Handles the result of the pause during the check: either the job has ended, or the pause is
     /// reported as the next event.
-    pub(super) fn is_paused_early(&mut self, paused: Result<(), PauseError>) {
+    pub(super) fn handle_early_pause(&mut self, paused: Result<(), PauseError>) {
         self.pausing = None;
         if paused.is_ok() {
             self.pausing = Some(Box::pin(std::future::ready(paused)));
         } else {
-            let _ = self.suspension.paused(paused);
+            let _ = self.suspension.handle_pause(paused);
         }
     }
 
     /// Carries out the next action of a suspension.
-    pub(super) fn acts(&mut self, act: Act, teller: &ProgressReporter<'_>) {
+    pub(super) fn execute(&mut self, act: SuspensionAction, reporter: &ProgressReporter<'_>) {
         match act {
-            Act::Nothing => {}
-            Act::Pause => self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person))),
-            Act::Stop => {
+            SuspensionAction::Nothing => {}
+            SuspensionAction::Pause => {
+                self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person)))
+            }
+            SuspensionAction::Stop => {
                 let mut goes_on = false;
-                teller.suspended(|| {
+                reporter.suspended(|| {
                     self.input.release();
                     if let Some(screen) = &mut self.screen {
                         screen.release();
@@ -273,31 +275,31 @@ impl UnderWay<'_> {
                     }
                 });
                 if goes_on {
-                    self.hears_control(Control::Continue, teller);
+                    self.handle_control(Control::Continue, reporter);
                 }
             }
-            Act::GoOn => {
-                self.listens();
+            SuspensionAction::Continue => {
+                self.listen();
                 // The program waits for the user, so continuing the process is not an answer.
                 if !self.waits_for_person() {
-                    self.resumes();
+                    self.resume();
                 }
             }
-            Act::Stay { dark } => {
-                self.listens();
+            SuspensionAction::Stay { dark } => {
+                self.listen();
                 if dark {
-                    teller.say("the job burns: it stays paused, laser off, until you press p");
+                    reporter.say("the job burns: it stays paused, laser off, until you press p");
                 }
             }
-            Act::Ends => {
+            SuspensionAction::End => {
                 if self.job.state() != JobState::Ended {
-                    teller.say("the job is ending: it cannot be suspended");
+                    reporter.say("the job is ending: it cannot be suspended");
                 }
             }
         }
     }
 
-    pub(super) fn hears(&mut self, event: &JobEvent) {
+    pub(super) fn note_event(&mut self, event: &JobEvent) {
         match event {
             JobEvent::Waits(Waits::Queue) => {
                 self.waits = Some("waiting for commands left in the arm's queue")
@@ -318,15 +320,15 @@ impl UnderWay<'_> {
 
     /// Waits for the end after a second stop, which the job keeps short; `None` after a timeout.
     pub(super) async fn stopped_at_once(&mut self) -> Option<JobOutcome> {
-        timeout(STAND_BY, self.job.outcome()).await.ok()
+        timeout(STOP_CONFIRM_TIMEOUT, self.job.outcome()).await.ok()
     }
 }
 
 /// Result of a typed order.
-pub(super) enum Obeyed {
+pub(super) enum OrderResult {
     Yes,
     /// The line is not a valid order.
-    Ignored(String),
+    IgnoredLine(String),
     /// The speed could not be changed.
     Refused(SpeedError),
 }

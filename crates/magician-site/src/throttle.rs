@@ -1,7 +1,7 @@
 //! Rate limiting of an arm's state: published on change, at most ten times a second, and at least
 //! once a second.
 //!
-//! A station reports a changed state up to ten times a second. [`StateTelling`] merges these
+//! A station reports a changed state up to ten times a second. [`StateThrottle`] merges these
 //! reports into one complete state and decides when to publish it. The aim is a low age: a report
 //! that arrives late must not delay the ones after it, and a report that is published only as the
 //! keep-alive must be fresh.
@@ -16,28 +16,31 @@ use serde_json::{Map, Value, json};
 /// and all states would be as late as the worst. The interval is a little shorter than the
 /// station's tenth of a second: with an equal one, a report that arrives just after a publication
 /// would wait for the next slot, and so would every report after it.
-const LEAST: Duration = Duration::from_millis(90);
+const MIN_INTERVAL: Duration = Duration::from_millis(90);
 /// Longest interval between two states. Serves as a keep-alive while nothing changes.
-const MOST: Duration = Duration::from_secs(1);
+const MAX_INTERVAL: Duration = Duration::from_secs(1);
 /// Age of the last state from which the next report is published even if nothing changed. Just
-/// below [`MOST`], so that the keep-alive carries a fresh report instead of one up to 100 ms old.
-const SOON: Duration = Duration::from_millis(880);
+/// below [`MAX_INTERVAL`], so that the keep-alive carries a fresh report instead of one up to 100
+/// ms old.
+const KEEP_ALIVE_AGE: Duration = Duration::from_millis(880);
 
 /// Merged state of an arm and the schedule of its publications. All times count from one arbitrary
 /// origin.
 #[derive(Debug, Default)]
-pub struct StateTelling {
+pub struct StateThrottle {
     state: Map<String, Value>,
     has_changed: bool,
-    told: Option<Duration>,
+    last_published: Option<Duration>,
     /// Earliest time for the next change.
     next: Duration,
 }
 
-impl StateTelling {
+impl StateThrottle {
     /// Merges a report of the station, which contains changed fields or all of them.
-    pub fn hear(&mut self, now: Duration, change: Map<String, Value>) {
-        self.has_changed |= self.told.is_some_and(|told| now >= told + SOON);
+    pub fn merge(&mut self, now: Duration, change: Map<String, Value>) {
+        self.has_changed |= self
+            .last_published
+            .is_some_and(|at| now >= at + KEEP_ALIVE_AGE);
         for (name, value) in change {
             // A new time stamp alone is no change: it differs in every report.
             self.has_changed |= name != "t" && self.state.get(&name) != Some(&value);
@@ -51,22 +54,22 @@ impl StateTelling {
         if self.state.is_empty() {
             return None;
         }
-        Some(match self.told {
+        Some(match self.last_published {
             None => Duration::ZERO,
             Some(_) if self.has_changed => self.next,
-            Some(told) => told + MOST,
+            Some(at) => at + MAX_INTERVAL,
         })
     }
 
     /// Returns the state to publish, or `None` if none is due at `now`.
-    pub fn tell(&mut self, now: Duration) -> Option<Value> {
+    pub fn take_due(&mut self, now: Duration) -> Option<Value> {
         if self.due()? > now {
             return None;
         }
-        self.told = Some(now);
+        self.last_published = Some(now);
         // Count from the planned time, so that a late state does not postpone later ones. After a
         // pause of more than an interval count from `now`, so that no burst follows.
-        self.next = self.next.max(now.saturating_sub(LEAST)) + LEAST;
+        self.next = self.next.max(now.saturating_sub(MIN_INTERVAL)) + MIN_INTERVAL;
         self.has_changed = false;
         Some(Value::Object(self.state.clone()))
     }
@@ -83,8 +86,8 @@ impl StateTelling {
 
     /// Forgets the last publication, because there is no listener any more. The next state is due
     /// at once.
-    pub fn rest(&mut self) {
-        self.told = None;
+    pub fn reset_schedule(&mut self) {
+        self.last_published = None;
     }
 }
 
@@ -97,39 +100,39 @@ mod tests {
     }
 
     #[test]
-    fn what_is_told_late_delays_nothing_behind_it() {
+    fn late_publication_does_not_postpone_later_ones() {
         let at = Duration::from_millis;
-        let mut telling = StateTelling::default();
-        let mut told = Vec::new();
+        let mut throttle = StateThrottle::default();
+        let mut published = Vec::new();
         // Ten changes a second, of which the third comes 80 ms late.
         for heard in [1000, 1100, 1280, 1300, 1400, 1500] {
-            telling.hear(at(heard), change(json!({"x": heard})));
-            told.push(telling.due().unwrap().max(at(heard)));
-            assert!(telling.tell(*told.last().unwrap()).is_some());
+            throttle.merge(at(heard), change(json!({"x": heard})));
+            published.push(throttle.due().unwrap().max(at(heard)));
+            assert!(throttle.take_due(*published.last().unwrap()).is_some());
         }
-        assert_eq!(told, [1000, 1100, 1280, 1300, 1400, 1500].map(at));
+        assert_eq!(published, [1000, 1100, 1280, 1300, 1400, 1500].map(at));
         // More than that are held.
-        telling.hear(at(1501), change(json!({"x": 1501})));
-        assert_eq!(telling.due(), Some(at(1550)));
-        assert!(telling.tell(at(1550)).is_some());
-        telling.hear(at(1551), change(json!({"x": 1502})));
-        assert_eq!(telling.due(), Some(at(1640)));
+        throttle.merge(at(1501), change(json!({"x": 1501})));
+        assert_eq!(throttle.due(), Some(at(1550)));
+        assert!(throttle.take_due(at(1550)).is_some());
+        throttle.merge(at(1551), change(json!({"x": 1502})));
+        assert_eq!(throttle.due(), Some(at(1640)));
     }
 
     #[test]
-    fn what_comes_just_behind_a_telling_is_soon_told_as_it_comes() {
+    fn report_just_after_a_publication_is_published_soon() {
         let at = Duration::from_millis;
-        let mut telling = StateTelling::default();
-        telling.hear(at(0), change(json!({"x": 0})));
-        assert!(telling.tell(at(93)).is_some());
+        let mut throttle = StateThrottle::default();
+        throttle.merge(at(0), change(json!({"x": 0})));
+        assert!(throttle.take_due(at(93)).is_some());
         let mut ages = Vec::new();
         for heard in (100..3000).step_by(100) {
-            telling.hear(at(heard), change(json!({"x": heard})));
-            let told = telling.due().unwrap().max(at(heard));
+            throttle.merge(at(heard), change(json!({"x": heard})));
+            let published = throttle.due().unwrap().max(at(heard));
             // Unless a newer one has come.
-            if told < at(heard + 100) {
-                assert!(telling.tell(told).is_some());
-                ages.push(told - at(heard));
+            if published < at(heard + 100) {
+                assert!(throttle.take_due(published).is_some());
+                ages.push(published - at(heard));
             }
         }
         assert_eq!(ages.last(), Some(&Duration::ZERO), "{ages:?}");
@@ -140,29 +143,29 @@ mod tests {
     }
 
     #[test]
-    fn a_change_is_told_soon_and_the_rest_every_second() {
+    fn changes_are_published_soon_and_unchanged_states_every_second() {
         let at = Duration::from_millis;
-        let mut telling = StateTelling::default();
-        assert_eq!((telling.due(), telling.tell(at(5))), (None, None));
-        assert_eq!(telling.last(), Value::Null);
-        telling.hear(at(5), change(json!({"t": 1, "x": 1})));
-        assert_eq!(telling.tell(at(5)), Some(json!({"t": 1, "x": 1})));
+        let mut throttle = StateThrottle::default();
+        assert_eq!((throttle.due(), throttle.take_due(at(5))), (None, None));
+        assert_eq!(throttle.last(), Value::Null);
+        throttle.merge(at(5), change(json!({"t": 1, "x": 1})));
+        assert_eq!(throttle.take_due(at(5)), Some(json!({"t": 1, "x": 1})));
         // Time alone is no change.
-        telling.hear(at(105), change(json!({"t": 2, "x": 1})));
-        assert_eq!(telling.due(), Some(at(1005)));
-        assert_eq!(telling.tell(at(1004)), None);
-        telling.hear(at(108), change(json!({"t": 3, "x": 2})));
-        assert_eq!(telling.due(), Some(at(90)));
-        assert_eq!(telling.tell(at(89)), None);
-        assert_eq!(telling.tell(at(108)), Some(json!({"t": 3, "x": 2})));
-        assert_eq!(telling.tell(at(1107)), None);
-        assert_eq!(telling.tell(at(1108)), Some(json!({"t": 3, "x": 2})));
+        throttle.merge(at(105), change(json!({"t": 2, "x": 1})));
+        assert_eq!(throttle.due(), Some(at(1005)));
+        assert_eq!(throttle.take_due(at(1004)), None);
+        throttle.merge(at(108), change(json!({"t": 3, "x": 2})));
+        assert_eq!(throttle.due(), Some(at(90)));
+        assert_eq!(throttle.take_due(at(89)), None);
+        assert_eq!(throttle.take_due(at(108)), Some(json!({"t": 3, "x": 2})));
+        assert_eq!(throttle.take_due(at(1107)), None);
+        assert_eq!(throttle.take_due(at(1108)), Some(json!({"t": 3, "x": 2})));
         // Just before the keep-alive is due, a report is published even without a change.
-        telling.hear(at(1908), change(json!({"t": 4})));
-        assert_eq!(telling.tell(at(1908)), None);
-        telling.hear(at(2008), change(json!({"t": 5})));
-        assert_eq!(telling.tell(at(2008)), Some(json!({"t": 5, "x": 2})));
-        telling.rest();
-        assert!(telling.tell(at(1106)).is_some());
+        throttle.merge(at(1908), change(json!({"t": 4})));
+        assert_eq!(throttle.take_due(at(1908)), None);
+        throttle.merge(at(2008), change(json!({"t": 5})));
+        assert_eq!(throttle.take_due(at(2008)), Some(json!({"t": 5, "x": 2})));
+        throttle.reset_schedule();
+        assert!(throttle.take_due(at(1106)).is_some());
     }
 }

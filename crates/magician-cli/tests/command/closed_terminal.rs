@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::magician::drawing::{PAPER, Place};
+use crate::magician::drawing::{Fixture, PAPER};
 use crate::magician::served::Served;
 use crate::magician::terminal::Terminal;
 use crate::magician::{command, run};
@@ -28,23 +28,23 @@ fn drawings(dir: &Path) -> Vec<u32> {
 }
 
 /// Waits until no command draws any more, and checks the state of the arm at the end.
-fn ends_well(place: &Place, before: &[serde_json::Value], how: &str) {
+fn ends_well(fixture: &Fixture, before: &[serde_json::Value], how: &str) {
     let deadline = Instant::now() + Duration::from_secs(60);
-    while !drawings(place.dir.path()).is_empty() {
+    while !drawings(fixture.dir.path()).is_empty() {
         assert!(Instant::now() < deadline, "{how}: it does not end");
         // The request also takes the time that a sleep would.
-        place.number("pose", "z");
+        fixture.number("pose", "z");
     }
-    let up = place.number("pose", "z") - PAPER;
+    let up = fixture.number("pose", "z") - PAPER;
     assert!((up - 10.0).abs() < 0.5, "{how}: the pen is up by {up} mm");
-    assert_eq!(place.settings(), before, "{how}");
+    assert_eq!(fixture.settings(), before, "{how}");
     assert_eq!(
-        place.debts(),
+        fixture.unrestored(),
         0,
         "{how}: nothing is left to the next command"
     );
-    assert_eq!(place.number("queue", "left_space"), 32.0, "{how}");
-    assert_eq!(place.journals(), 1, "{how}: it was not interrupted");
+    assert_eq!(fixture.number("queue", "left_space"), 32.0, "{how}");
+    assert_eq!(fixture.journals(), 1, "{how}: it was not interrupted");
 }
 
 /// Returns the drawing command as a line for a shell.
@@ -85,16 +85,16 @@ fn kill(signal: &str, id: u32) {
     kill.expect("kill runs");
 }
 
-fn draws(place: &Place, more: &[&str]) -> Child {
-    let mut draw = place.draw(more);
+fn draws(fixture: &Fixture, more: &[&str]) -> Child {
+    let mut draw = fixture.draw(more);
     draw.stdout(Stdio::null()).stderr(Stdio::null());
     draw.spawn().expect("it starts")
 }
 
 #[test]
 fn signals_in_quick_succession_lift_the_pen() {
-    let place = Place::homed("5");
-    let before = place.settings();
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
     for (nth, signals) in [
         &["-INT", "-INT"][..],
         &["-TERM", "-TERM"],
@@ -109,54 +109,54 @@ fn signals_in_quick_succession_lift_the_pen() {
     .into_iter()
     .enumerate()
     {
-        let mut child = draws(&place, &[]);
-        place.until_drawn(2.0 + 3.0 * nth as f64);
+        let mut child = draws(&fixture, &[]);
+        fixture.until_drawn(2.0 + 3.0 * nth as f64);
         for signal in signals {
             kill(signal, child.id());
         }
         let status = child.wait().expect("it ends");
         assert_eq!(status.code(), Some(130), "{signals:?}");
-        ends_well(&place, &before, &format!("{signals:?}"));
+        ends_well(&fixture, &before, &format!("{signals:?}"));
     }
 }
 
 #[test]
-fn hang_ups_that_go_on_never_stop_the_lift() {
-    let place = Place::homed("0.5");
-    let before = place.settings();
-    let mut child = draws(&place, &[]);
-    place.until_drawn(2.0);
+fn repeated_hangups_do_not_stop_the_pen_lift() {
+    let fixture = Fixture::homed("0.5");
+    let before = fixture.settings();
+    let mut child = draws(&fixture, &[]);
+    fixture.until_drawn(2.0);
     while child.try_wait().expect("a child").is_none() {
         kill("-HUP", child.id());
     }
-    ends_well(&place, &before, "hang-ups all along");
+    ends_well(&fixture, &before, "hang-ups all along");
 }
 
 #[test]
 fn a_bash_whose_terminal_is_closed_lifts_the_pen() {
-    let place = Place::homed("5");
-    let before = place.settings();
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
     for (nth, more) in [&[][..], &["--verbose"], &["--json"], &["--tui"]]
         .into_iter()
         .enumerate()
     {
-        let mut bash = bash(&place.draw(more));
-        place.until_drawn(2.0 + 5.0 * nth as f64);
+        let mut bash = bash(&fixture.draw(more));
+        fixture.until_drawn(2.0 + 5.0 * nth as f64);
         bash.closes();
-        ends_well(&place, &before, &format!("a closed terminal, {more:?}"));
+        ends_well(&fixture, &before, &format!("a closed terminal, {more:?}"));
     }
 }
 
 /// The signal and the end of the input may come in either order.
 #[test]
 fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
-    let place = Place::homed("5");
-    let trace = place.dir.path().join("trace.pcapng");
+    let fixture = Fixture::homed("5");
+    let trace = fixture.dir.path().join("trace.pcapng");
     let trace = trace.to_str().expect("UTF-8");
-    let shell_of_ours = place.command(&["--trace", trace, "shell"]);
+    let shell_of_ours = fixture.command(&["--trace", trace, "shell"]);
     let words = [
         &["setsid", "--ctty", env!("CARGO_BIN_EXE_magician")][..],
-        &["--port", &place.door(), "--trace", trace, "shell"],
+        &["--port", &fixture.endpoint(), "--trace", trace, "shell"],
     ];
     for _ in 0..4 {
         let mut terminal = Terminal::running(shell(&shell_of_ours, &words.concat()));
@@ -175,28 +175,28 @@ fn a_shell_whose_terminal_is_closed_switches_its_belt_off() {
 /// signal.
 #[test]
 fn a_script_whose_terminal_is_closed_lifts_the_pen() {
-    let place = Place::homed("5");
-    let before = place.settings();
-    let draw = place.draw(&[]);
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
+    let draw = fixture.draw(&[]);
     let script = format!("{}; exit $?", line(&draw));
     let words = ["setsid", "--ctty", "bash", "-c", &script];
     let mut terminal = Terminal::running(shell(&draw, &words));
-    place.until_drawn(4.0);
+    fixture.until_drawn(4.0);
     terminal.closes();
-    ends_well(&place, &before, "a script");
+    ends_well(&fixture, &before, "a script");
 }
 
 /// The kernel continues a stopped process when its terminal closes; the drawing must not resume.
 #[test]
 fn a_suspended_drawing_whose_terminal_is_closed_stays_up_and_restores_settings() {
-    let place = Place::homed("5");
-    let before = place.settings();
-    let mut bash = bash(&place.draw(&[]));
-    place.until_drawn(4.0);
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
+    let mut bash = bash(&fixture.draw(&[]));
+    fixture.until_drawn(4.0);
     bash.types("\x1a");
     bash.until_seen("Stopped");
     bash.closes();
-    ends_well(&place, &before, "suspended");
+    ends_well(&fixture, &before, "suspended");
 }
 
 #[test]
@@ -205,10 +205,10 @@ fn a_tmux_session_that_is_killed_lifts_the_pen() {
         eprintln!("skipped: tmux is not installed");
         return;
     }
-    let place = Place::homed("5");
-    let before = place.settings();
-    let draw = place.draw(&[]);
-    let socket = place.dir.path().join("tmux");
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
+    let draw = fixture.draw(&[]);
+    let socket = fixture.dir.path().join("tmux");
     let socket = socket.to_str().expect("UTF-8");
     let tmux = |words: &[&str]| {
         let words = [&["tmux", "-S", socket, "-f", "/dev/null"], words].concat();
@@ -228,38 +228,38 @@ fn a_tmux_session_that_is_killed_lifts_the_pen() {
             "bash --norc --noprofile -i",
         ]);
         tmux(&["send-keys", "-t", session, &drawing, "Enter"]);
-        place.until_drawn(2.0 + 4.0 * nth as f64);
+        fixture.until_drawn(2.0 + 4.0 * nth as f64);
         match kill {
             "kill-session" => tmux(&[kill, "-t", session]),
             _ => tmux(&[kill]),
         }
-        ends_well(&place, &before, kill);
+        ends_well(&fixture, &before, kill);
     }
 }
 
 #[test]
 fn a_drawing_through_a_station_whose_terminal_is_closed_lifts_the_pen() {
-    let place = Place::homed("5");
-    let before = place.settings();
-    let (_station, url) = station(&place);
-    let draw = place.draw_at(&["--station", &url], &[]);
+    let fixture = Fixture::homed("5");
+    let before = fixture.settings();
+    let (_station, url) = station(&fixture);
+    let draw = fixture.draw_at(&["--station", &url], &[]);
     let mut bash = bash(&draw);
-    place.until_drawn(4.0);
+    fixture.until_drawn(4.0);
     bash.closes();
-    ends_well(&place, &before, "through a station");
+    ends_well(&fixture, &before, "through a station");
 }
 
 /// Starts a station for the arm of this place.
-fn station(place: &Place) -> (Served, String) {
+fn station(fixture: &Fixture) -> (Served, String) {
     let mut serve = command();
-    serve.env("XDG_STATE_HOME", place.dir.path().join("state"));
-    let port = place.door();
+    serve.env("XDG_STATE_HOME", fixture.dir.path().join("state"));
+    let port = fixture.endpoint();
     let served = Served::of(
         serve,
         "serve",
         &["--port", &port, "--listen", "127.0.0.1:0"],
         1,
     );
-    let url = served.door("http").replace("http:http:", "http:");
+    let url = served.endpoint("http").replace("http:http:", "http:");
     (served, url)
 }

@@ -1,6 +1,6 @@
 //! Follows a running job at a terminal or as JSON output: progress, keys, suspension, recording.
 //!
-//! [`Drive::run`] starts the job and handles its events until it ends. With a recording the job is
+//! [`JobRun::run`] starts the job and handles its events until it ends. With a recording the job is
 //! paused right after its checks, until the recorder runs, so that the file holds the complete
 //! motion. Failures of output, picture or recording never stop the arm: they are reported at the
 //! end.
@@ -22,11 +22,11 @@ use serde_json::Value;
 
 use super::PreparedJob;
 use super::input::Input;
-use super::tell::ProgressReporter;
+use super::progress_reporter::ProgressReporter;
+use super::running_job::{Next, OrderResult, RunningJob};
 use super::tui::Screen;
-use super::under_way::{Next, Obeyed, UnderWay};
 use super::wording::{self, Wording};
-use crate::context::{Context, Ended};
+use crate::context::{Context, JobFailure};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
 use crate::output::Output;
@@ -36,15 +36,15 @@ use crate::serving::unix_time;
 
 /// Default number of readings of a recording per second of the arm's clock, and the largest number
 /// per second of wall time.
-pub(super) const RATE: f64 = 20.0;
-const MOST: f64 = 500.0;
+pub(super) const DEFAULT_RECORD_RATE: f64 = 20.0;
+const MAX_RECORD_RATE: f64 = 500.0;
 
 /// Largest program, in steps, that a station can resume after this program: the complete plan is
 /// written to disk before the arm moves. A choice.
-const MOST_STEPS: usize = 100_000;
+const MAX_RESUMABLE_STEPS: usize = 100_000;
 
 /// Job to run, with the options that concern its run.
-pub(super) struct Drive<'a> {
+pub(super) struct JobRun<'a> {
     pub(super) made: &'a PreparedJob,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
@@ -77,7 +77,7 @@ pub(super) struct Drive<'a> {
 
 /// Result of a run.
 #[derive(Debug)]
-pub(super) struct Done {
+pub(super) struct RunResult {
     pub(super) job: Arc<magician_job::Done>,
     /// Reason why the recording is incomplete; `None` if it is complete or was not asked for.
     pub(super) unrecorded: Option<Failure>,
@@ -85,9 +85,9 @@ pub(super) struct Done {
 
 /// Successful end of a run.
 #[derive(Debug)]
-pub(super) enum Ran {
+pub(super) enum RunEnd {
     /// Completed.
-    Done(Done),
+    Completed(RunResult),
     /// Stopped, if it was to repeat until then.
     Stopped(StoppedReport),
 }
@@ -109,11 +109,11 @@ impl StoppedReport {
 }
 
 /// Line that is reported as ignored if resuming failed.
-const RESUME: &str = "{\"do\":\"resume\"}";
+const RESUME_LINE: &str = "{\"do\":\"resume\"}";
 
 /// JSON object about an input line that was ignored.
 #[derive(Serialize)]
-struct Ignored<'a> {
+struct IgnoredLine<'a> {
     event: &'static str,
     line: &'a str,
     /// Reason, if the line was valid.
@@ -123,7 +123,7 @@ struct Ignored<'a> {
 
 /// JSON object about the step at which an interrupted run resumes.
 #[derive(Serialize)]
-struct Starts {
+struct StartReport {
     event: &'static str,
     /// Number of the step, from 1.
     step: u64,
@@ -132,7 +132,7 @@ struct Starts {
     burnt_twice_mm: f64,
 }
 
-impl<'a> Ignored<'a> {
+impl<'a> IgnoredLine<'a> {
     const fn of(line: &'a str) -> Self {
         Self {
             event: "ignored",
@@ -142,7 +142,7 @@ impl<'a> Ignored<'a> {
     }
 }
 
-impl Drive<'_> {
+impl JobRun<'_> {
     fn spec(&self, saved: &SavedSettings) -> JobSpec {
         let made = self.made;
         JobSpec::new(made.prepared.program.clone())
@@ -166,7 +166,7 @@ impl Drive<'_> {
     fn journal(&self, arm: &Arm) -> FileJournal {
         let prepared = &self.made.prepared;
         let plan = prepared.program.plan();
-        if !self.lasting || plan.steps.len() > MOST_STEPS {
+        if !self.lasting || plan.steps.len() > MAX_RESUMABLE_STEPS {
             return FileJournal::new();
         }
         let loops = prepared.program.iterations();
@@ -192,13 +192,13 @@ impl Drive<'_> {
         saved: &SavedSettings,
         signals: &mut Signals,
         mut input: Input,
-    ) -> Result<Ran, Ended> {
+    ) -> Result<RunEnd, JobFailure> {
         let control = JobControl::listen()?;
         input.listen();
         let unhomed = arm.allowing_unhomed();
         let arm = if self.unhomed { &unhomed } else { arm };
         let job = Job::start(arm, self.spec(saved), self.journal(arm));
-        let mut run = UnderWay::of(job, signals, control, input, self.json);
+        let mut run = RunningJob::of(job, signals, control, input, self.json);
         let (mut recorder, mut unrecorded) = (None, None);
         if self.record.is_some() {
             // Pauses the job once it is checked, so that the recording can begin before the arm
@@ -240,20 +240,20 @@ impl Drive<'_> {
             }
         }
         let screen = run.screen.as_ref().map(Screen::model);
-        let teller =
+        let reporter =
             ProgressReporter::new(out, self.json, self.made.prepared.program.steps(), screen);
         if let Some(from @ 1..) = from {
-            teller.say(&format!(
+            reporter.say(&format!(
                 "starting at step {}{}",
                 from + 1,
                 self.wording().of()
             ));
         }
         if let Some(full) = &unrecorded {
-            teller.say(&says_unrecorded(full));
+            reporter.say(&unrecorded_warning(full));
         }
-        let ended = self.attend(&mut run, &teller, &mut recorder).await;
-        drop(teller);
+        let ended = self.follow_events(&mut run, &reporter, &mut recorder).await;
+        drop(reporter);
         if let Some(screen) = run.screen.take() {
             // A terminal that accepts no output is no failure of the job.
             let _ = screen.close();
@@ -263,20 +263,20 @@ impl Drive<'_> {
         }
         let unrecorded = unrecorded.or(ended.unrecorded);
         match ended.outcome {
-            Some(Ok(job)) => Ok(Ran::Done(Done { job, unrecorded })),
+            Some(Ok(job)) => Ok(RunEnd::Completed(RunResult { job, unrecorded })),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
                 let well = self.repeats && !error.line_ends;
                 if let (true, true, Some(pose)) = (well, stands, &error.pose) {
-                    return Ok(Ran::Stopped(StoppedReport {
+                    return Ok(RunEnd::Stopped(StoppedReport {
                         stopped: true,
                         at: [pose.x, pose.y, pose.z],
                     }));
                 }
-                Err(Ended::Interrupted { failure, stands })
+                Err(JobFailure::Interrupted { failure, stands })
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),
-            None => Err(Ended::Interrupted {
+            None => Err(JobFailure::Interrupted {
                 failure: Failure::new(Kind::Interrupted, wording::UNKNOWN),
                 stands: false,
             }),
@@ -292,12 +292,12 @@ impl Drive<'_> {
 
     /// Waits until the job has been checked and starts. Returns the number of steps before its
     /// first one, or `None` if the job ends earlier.
-    async fn checked(&self, run: &mut UnderWay<'_>, out: &mut Output) -> Option<u64> {
+    async fn checked(&self, run: &mut RunningJob<'_>, out: &mut Output) -> Option<u64> {
         let mut from = 0;
         loop {
             match run.next(None).await {
                 Next::Event(event) => match event {
-                    JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::Settled(settled) => out.note_settled(&settled, self.json),
                     JobEvent::Unfinished {
                         finished,
                         resumable,
@@ -311,13 +311,13 @@ impl Drive<'_> {
                     }
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
-                        self.tell_start(starts, out);
+                        self.report_start(starts, out);
                     }
                     JobEvent::State(JobState::Running | JobState::Paused { .. }) => {
                         return Some(from);
                     }
                     JobEvent::State(JobState::Ended) => return None,
-                    other => run.hears(&other),
+                    other => run.note_event(&other),
                 },
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
@@ -331,28 +331,32 @@ impl Drive<'_> {
                 Next::Control(control) if self.record.is_some() => {
                     run.suspends = control == Control::Suspend;
                 }
-                Next::Control(control) => run.hears_early(control),
-                Next::Typed(typed) => match run.obeys(typed) {
-                    Obeyed::Yes => {}
+                Next::Control(control) => run.handle_early_control(control),
+                Next::UserOrder(typed) => match run.carry_out(typed) {
+                    OrderResult::Yes => {}
                     // Errors of output are ignored: a closed pipe must not stop the job.
-                    Obeyed::Ignored(line) => {
-                        let _ = out.event(&Ignored::of(&line)).and_then(|()| out.flush());
+                    OrderResult::IgnoredLine(line) => {
+                        let _ = out
+                            .event(&IgnoredLine::of(&line))
+                            .and_then(|()| out.flush());
                     }
-                    Obeyed::Refused(error) => super::say(&as_fast_as_before(error)),
+                    OrderResult::Refused(error) => {
+                        super::print_line(&unchanged_speed_message(error))
+                    }
                 },
                 Next::Resumed(_) => run.resuming = None,
-                Next::Paused(paused) => run.is_paused_early(paused),
+                Next::Paused(paused) => run.handle_early_pause(paused),
                 Next::Unrecorded(_) | Next::Over => return None,
             }
         }
     }
 
     /// Reports where an interrupted run resumes.
-    fn tell_start(&self, starts: StartsAt, out: &mut Output) {
+    fn report_start(&self, starts: StartsAt, out: &mut Output) {
         let step = starts.steps + 1;
         let twice = starts.burnt_twice;
         if self.json && self.resume {
-            let starts = Starts {
+            let starts = StartReport {
                 event: "starts",
                 step,
                 within: starts.within,
@@ -397,80 +401,80 @@ impl Drive<'_> {
             (false, false, false) => return,
         };
         if !self.json {
-            super::say(&text);
+            super::print_line(&text);
         }
     }
 
     /// Handles events and shows progress until the job ends.
-    async fn attend(
+    async fn follow_events(
         &self,
-        run: &mut UnderWay<'_>,
-        teller: &ProgressReporter<'_>,
+        run: &mut RunningJob<'_>,
+        reporter: &ProgressReporter<'_>,
         recorder: &mut Option<Recorder>,
-    ) -> Attended {
+    ) -> ObservedEnd {
         let mut unrecorded = None;
         // A pause since the check is reported, except the initial pause of a recording.
         let state = run.job.state();
         let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
         if let (true, JobState::Paused { reason, part }) = (paused, state) {
-            teller.paused(reason, part, run.job.pause_text().as_deref());
-            run.stops_unanswered();
+            reporter.paused(reason, part, run.job.pause_text().as_deref());
+            run.stop_if_unanswered();
         }
         if std::mem::take(&mut run.suspends) {
-            run.hears_control(Control::Suspend, teller);
+            run.handle_control(Control::Suspend, reporter);
         }
         loop {
             match run.next(recorder.as_mut()).await {
                 Next::Event(JobEvent::Progress(progress)) => {
-                    let left = progress.left.and_then(|left| self.of_wall(left));
-                    teller.at(&progress, left);
+                    let left = progress.left.and_then(|left| self.wall_time(left));
+                    reporter.at(&progress, left);
                 }
                 Next::Event(JobEvent::State(state)) => match state {
-                    JobState::Pausing => teller.pausing(),
+                    JobState::Pausing => reporter.pausing(),
                     JobState::Paused { reason, part } => {
                         paused = true;
-                        teller.paused(reason, part, run.job.pause_text().as_deref());
-                        run.stops_unanswered();
+                        reporter.paused(reason, part, run.job.pause_text().as_deref());
+                        run.stop_if_unanswered();
                     }
-                    JobState::Running if std::mem::take(&mut paused) => teller.resumed(),
-                    JobState::Stopping => teller.ends(true),
-                    JobState::Ending => teller.ends(false),
+                    JobState::Running if std::mem::take(&mut paused) => reporter.resumed(),
+                    JobState::Stopping => reporter.ends(true),
+                    JobState::Ending => reporter.ends(false),
                     _ => {}
                 },
-                Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
-                Next::Event(JobEvent::Unkept(cause)) => teller.note(&report::unkept(&cause)),
-                Next::Typed(typed) => match run.obeys(typed) {
-                    Obeyed::Yes => {}
-                    Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),
-                    Obeyed::Refused(error) => teller.say(&as_fast_as_before(error)),
+                Next::Event(JobEvent::Speed(percent)) => reporter.speed(percent),
+                Next::Event(JobEvent::Unkept(cause)) => reporter.note(&report::unkept(&cause)),
+                Next::UserOrder(typed) => match run.carry_out(typed) {
+                    OrderResult::Yes => {}
+                    OrderResult::IgnoredLine(line) => reporter.object(&IgnoredLine::of(&line)),
+                    OrderResult::Refused(error) => reporter.say(&unchanged_speed_message(error)),
                 },
-                Next::Control(control) => run.hears_control(control, teller),
+                Next::Control(control) => run.handle_control(control, reporter),
                 Next::Paused(paused) => {
                     run.pausing = None;
-                    let act = run.suspension.paused(paused);
-                    run.acts(act, teller);
+                    let act = run.suspension.handle_pause(paused);
+                    run.execute(act, reporter);
                 }
                 Next::Resumed(resumed) => {
                     run.resuming = None;
                     match resumed {
                         // The job runs already, so the line had its effect.
-                        Ok(()) | Err(ResumeError::NotPaused) => run.stops_unanswered(),
+                        Ok(()) | Err(ResumeError::NotPaused) => run.stop_if_unanswered(),
                         Err(error) => {
                             let failure = self.wording().resume(&error);
-                            teller.say(&format!("still paused: {}", failure.message));
-                            teller.object(&Ignored {
+                            reporter.say(&format!("still paused: {}", failure.message));
+                            reporter.object(&IgnoredLine {
                                 message: Some(&failure.message),
-                                ..Ignored::of(RESUME)
+                                ..IgnoredLine::of(RESUME_LINE)
                             });
                         }
                     }
                 }
-                Next::Event(event) => run.hears(&event),
+                Next::Event(event) => run.note_event(&event),
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
                     run.stop();
                     if order == StopOrder::AtOnce {
-                        return Attended {
+                        return ObservedEnd {
                             outcome: run.stopped_at_once().await,
                             unrecorded,
                         };
@@ -479,13 +483,13 @@ impl Drive<'_> {
                 // A failing recording ends alone; the job continues.
                 Next::Unrecorded(error) => {
                     let failure = Failure::from(error);
-                    teller.say(&says_unrecorded(&failure));
+                    reporter.say(&unrecorded_warning(&failure));
                     *recorder = None;
                     unrecorded = Some(failure);
                 }
                 Next::Over => {
                     let outcome = Some(run.job.outcome().await);
-                    return Attended {
+                    return ObservedEnd {
                         outcome,
                         unrecorded,
                     };
@@ -499,7 +503,7 @@ impl Drive<'_> {
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
         // At full speed the recorder follows the arm's clock itself.
         let pace = self.pace.filter(|pace| pace.is_finite()).unwrap_or(1.0);
-        let rate = (self.rate * pace).clamp(self.rate, MOST);
+        let rate = (self.rate * pace).clamp(self.rate, MAX_RECORD_RATE);
         let plan = self.made.prepared.program.plan();
         let options = Options {
             paper: plan.surface.filter(|_| plan.tool == Some(Tool::Pen)),
@@ -512,7 +516,7 @@ impl Drive<'_> {
     }
 
     /// Converts a duration by the arm's clock into wall time; `None` if the arm runs at full speed.
-    fn of_wall(&self, time: Duration) -> Option<Duration> {
+    fn wall_time(&self, time: Duration) -> Option<Duration> {
         match self.pace {
             None => Some(time),
             Some(pace) => pace.is_finite().then(|| time.div_f64(pace.max(1e-3))),
@@ -521,19 +525,19 @@ impl Drive<'_> {
 }
 
 /// End of a job whose events were handled.
-struct Attended {
+struct ObservedEnd {
     /// Outcome; `None` after a second stop, which does not wait for it.
     outcome: Option<JobOutcome>,
     unrecorded: Option<Failure>,
 }
 
 /// Returns the sentence for a change of speed that failed.
-fn as_fast_as_before(error: SpeedError) -> String {
+fn unchanged_speed_message(error: SpeedError) -> String {
     format!("speed unchanged: {error}")
 }
 
 /// Returns the warning that the recording ended before the job.
-fn says_unrecorded(failure: &Failure) -> String {
+fn unrecorded_warning(failure: &Failure) -> String {
     let warning = Paint::for_stderr().note("warning:").to_string();
     format!(
         "{warning} the recording ends here, the run continues: {}",

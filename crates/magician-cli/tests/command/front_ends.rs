@@ -184,9 +184,13 @@ fn sample_is_the_same_program_at_command_station_and_page() {
         for (flags, setup) in &options {
             let case = format!("{name} {}", flags.join(" "));
             let command = by_command(&path.to_string_lossy(), flags);
-            let doors: [Arc<dyn FilePreparer>; 2] = [Arc::new(PrepareHere), Arc::new(Worker)];
-            for door in doors {
-                assert_same(&case, &command, &by_station(format, &bytes, setup, door));
+            let endpoints: [Arc<dyn FilePreparer>; 2] = [Arc::new(PrepareHere), Arc::new(Worker)];
+            for endpoint in endpoints {
+                assert_same(
+                    &case,
+                    &command,
+                    &by_station(format, &bytes, setup, endpoint),
+                );
             }
             match command {
                 Ok(_) => programs += 1,

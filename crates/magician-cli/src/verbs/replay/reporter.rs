@@ -15,7 +15,7 @@ pub(super) struct ReplayReporter<'o> {
 }
 
 #[derive(Serialize)]
-struct Found<'a> {
+struct DifferenceObject<'a> {
     /// Seconds since the beginning of the trace.
     time: f64,
     #[serde(skip_serializing_if = "str::is_empty")]
@@ -54,7 +54,7 @@ impl<'o> ReplayReporter<'o> {
 
     pub(super) fn difference(&mut self, found: &Difference) -> Result<(), Failure> {
         if self.json {
-            return self.out.json(&Found::of(found));
+            return self.out.json(&DifferenceObject::of(found));
         }
         let time = found.time.as_micros();
         let (seconds, micros) = (time / 1_000_000, time % 1_000_000);
@@ -94,7 +94,7 @@ impl<'o> ReplayReporter<'o> {
     }
 }
 
-impl<'a> Found<'a> {
+impl<'a> DifferenceObject<'a> {
     fn of(found: &'a Difference) -> Self {
         let field = match found.what {
             DifferenceKind::Value(field) => Some(field.name),
