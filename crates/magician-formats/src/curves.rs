@@ -3,7 +3,7 @@
 use kurbo::{BezPath, PathEl};
 
 /// Vertices closer than this are merged, in the units of the curve.
-const SAME: f64 = 1e-6;
+const MERGE_DISTANCE: f64 = 1e-6;
 
 /// A polyline. A closed one ends with its first vertex.
 pub(crate) type Line = Vec<[f64; 2]>;
@@ -58,7 +58,7 @@ pub(crate) fn tidy(line: Line) -> Line {
     for point in line {
         if tidy
             .last()
-            .is_none_or(|last| crate::artwork::distance(*last, point) > SAME)
+            .is_none_or(|last| crate::artwork::distance(*last, point) > MERGE_DISTANCE)
         {
             tidy.push(point);
         }

@@ -17,7 +17,7 @@ use crate::{Diagnostic, DiagnosticCode, Lines};
 
 /// Length of the head of a file in which an encoding may be declared, bytes. DXF declares its code
 /// page behind other header variables, so one line is not enough.
-const HEAD: usize = 4096;
+const DECLARATION_BYTES: usize = 4096;
 
 /// Handling of bytes that are neither UTF-8 nor in a declared encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,14 +182,14 @@ fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
 }
 
 /// Windows-1252 from 0x80 to 0x9F. Its five undefined codes stay control characters.
-const WESTERN: [char; 32] = [
+const WINDOWS_1252: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
     '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
 ];
 
 fn western(bytes: &[u8]) -> String {
     let character = |byte: &u8| match byte {
-        0x80..=0x9F => WESTERN[usize::from(byte - 0x80)],
+        0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
         byte => char::from(*byte),
     };
     bytes.iter().map(character).collect()
@@ -197,7 +197,7 @@ fn western(bytes: &[u8]) -> String {
 
 /// Returns the encoding that a file declares, as the Encoding Standard names it.
 fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
-    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    let head = bytes.get(..DECLARATION_BYTES).unwrap_or(bytes);
     let head: String = head.iter().map(|byte| char::from(*byte)).collect();
     if head.starts_with("<?xml") {
         let declaration = head.split("?>").next()?;
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn byte_order_marks_and_zero_bytes_tell_utf_16() {
+    fn byte_order_marks_and_zero_bytes_identify_utf_16() {
         let wide = |text: &str, mark: bool, big: bool| -> Vec<u8> {
             let mark = mark.then_some('\u{FEFF}');
             let text: String = mark.into_iter().chain(text.chars()).collect();
@@ -370,7 +370,7 @@ mod tests {
     }
 
     #[test]
-    fn other_bytes_are_guessed_with_a_note_at_their_place() {
+    fn undeclared_bytes_are_guessed_with_a_note_at_their_position() {
         let decoded = decode(b"G21\n(\x80 Tr\xE4ger)", Otherwise::Western).unwrap();
         assert_eq!(decoded.text, "G21\n(€ Träger)");
         let note = decoded.note.unwrap();
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn carriage_returns_alone_end_lines_and_places_stay() {
+    fn lone_carriage_returns_end_lines_and_keep_positions() {
         for (from, to) in [
             ("a\rb\r\rc", "a\nb\n\nc"),
             ("a\r\nb", "a\r\nb"),
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_other_languages_are_read_where_there_is_one_reading() {
+    fn localised_numbers_are_read_if_unambiguous() {
         assert_eq!(number("0,5"), Some(0.5));
         assert_eq!(number("-2.0D+01"), Some(-20.0));
         assert_eq!(number("1,5d1"), Some(15.0));

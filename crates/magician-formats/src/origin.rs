@@ -52,7 +52,7 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// Number of characters that begin before each multiple of [`EACH`] bytes.
+    /// Number of characters that begin before each multiple of [`INDEX_INTERVAL`] bytes.
     ///
     /// A file may be one long line, and counting its columns from the beginning each time would be
     /// quadratic. Empty if the text is ASCII, where every byte is a character.
@@ -63,7 +63,7 @@ pub struct Lines<'t> {
 
 /// Distance between the precomputed character counts, bytes. A choice: a lookup counts at most this
 /// many bytes, and the index stays below 1 % of the text.
-const EACH: usize = 1024;
+const INDEX_INTERVAL: usize = 1024;
 
 impl<'t> Lines<'t> {
     /// Indexes a text.
@@ -72,7 +72,7 @@ impl<'t> Lines<'t> {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
         let mut before = 0;
-        let pieces = text.as_bytes().chunks(EACH).map(|piece| {
+        let pieces = text.as_bytes().chunks(INDEX_INTERVAL).map(|piece| {
             let count = before;
             before += characters(piece);
             count
@@ -91,10 +91,10 @@ impl<'t> Lines<'t> {
     /// Number of characters that begin before a byte offset.
     fn characters_before(&self, at: usize) -> usize {
         // An offset at the very end of the text may lie behind the last piece.
-        let piece = (at / EACH).min(self.counts.len().saturating_sub(1));
+        let piece = (at / INDEX_INTERVAL).min(self.counts.len().saturating_sub(1));
         match self.counts.get(piece) {
             Some(count) => {
-                let rest = self.text.as_bytes().get(piece * EACH..at);
+                let rest = self.text.as_bytes().get(piece * INDEX_INTERVAL..at);
                 count + characters(rest.unwrap_or_default())
             }
             None => at,
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn offsets_and_origins_are_each_others_inverse() {
+    fn offsets_and_origins_are_inverse() {
         let text = "G0 X1\nG1 Y2 ; größe\n\nM2";
         let lines = Lines::new(text);
         for start in 0..=text.len() {
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn columns_of_long_lines_are_counted_in_characters() {
-        for length in [EACH - 1, EACH, 2 * EACH, 5 * EACH + 3] {
+        for length in [INDEX_INTERVAL - 1, INDEX_INTERVAL, 2 * INDEX_INTERVAL, 5 * INDEX_INTERVAL + 3] {
             let text: String = "ab\u{e9}\u{4f60}\u{1f600}"
                 .chars()
                 .cycle()

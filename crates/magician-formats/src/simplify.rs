@@ -2,10 +2,10 @@
 
 /// Length of a run, points. The algorithm is quadratic in the worst case, so longer lines are cut
 /// into runs of this length, whose ends stay, and the cost stays linear.
-const MOST: usize = 1024;
+const MAX_RUN_POINTS: usize = 1024;
 /// Segments whose directions differ by no more than this are collinear, rad. It absorbs the
 /// rounding of points computed on one line.
-const STRAIGHT: f64 = 1e-12;
+const COLLINEAR_TOLERANCE: f64 = 1e-12;
 
 /// Returns true for each point to keep so that all others are within the tolerance of the remaining
 /// line (Ramer, Douglas and Peucker). The first and the last point are kept.
@@ -24,7 +24,7 @@ pub(crate) fn kept_where<P: Copy>(
     let Some(last) = points.len().checked_sub(1) else {
         return stays;
     };
-    let ends = (0..last).step_by(MOST).chain([last]);
+    let ends = (0..last).step_by(MAX_RUN_POINTS).chain([last]);
     let mut spans: Vec<[usize; 2]> = Vec::new();
     for end in ends {
         stays[end] = true;
@@ -67,7 +67,7 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
             let (way, next) = (minus(*last, *before), minus(*point, *last));
             let turn = way[0] * next[1] - way[1] * next[0];
             let on = way[0] * next[0] + way[1] * next[1];
-            if on > 0.0 && turn.abs() <= STRAIGHT * on {
+            if on > 0.0 && turn.abs() <= COLLINEAR_TOLERANCE * on {
                 corners.pop();
             }
         }
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_point_is_farther_than_the_tolerance() {
+    fn dropped_points_are_within_the_tolerance() {
         // Teeth of all heights, with many points along each side.
         let mut points = Vec::new();
         for tooth in 0..300 {
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_line_keeps_two_points_and_straight_ones_their_ends() {
+    fn closed_line_keeps_two_points_and_straight_line_its_ends() {
         let square = [
             [0.0, 0.0],
             [0.1, 0.0],

@@ -1,6 +1,6 @@
 //! Style of each kind of line.
 
-use magician_program::toolpath::{Layer, SHADES, StrokeKind};
+use magician_program::toolpath::{Layer, POWER_SHADES, StrokeKind};
 use std::borrow::Cow;
 
 use crate::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
@@ -8,7 +8,7 @@ use crate::svg::{Number, Svg};
 
 /// Number of vertices from which travel is drawn solid and thin instead of dashed. Many dashes, or
 /// dashes between the lines of an engraving, look like a cloud.
-const DASHED: usize = 600;
+const SOLID_FROM_VERTICES: usize = 600;
 
 /// Kind of picture in which paths are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,13 +28,13 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
         StrokeKind::Nothing => 0,
         StrokeKind::Carried => 1,
         StrokeKind::Burn(shade) => 1 + shade,
-        StrokeKind::Ink(_) => 2 + SHADES,
-        StrokeKind::Unreachable => 3 + SHADES,
+        StrokeKind::Ink(_) => 2 + POWER_SHADES,
+        StrokeKind::Unreachable => 3 + POWER_SHADES,
     });
     for layer in layers {
         let data = data(layer);
         let (colour, width, opacity, dashes) = look(layer.leaves, ways);
-        let many = burns || layer.above.len() > DASHED;
+        let many = burns || layer.above.len() > SOLID_FROM_VERTICES;
         let is_travel = layer.leaves == StrokeKind::Nothing && ways == Ways::Planned;
         let crowded = is_travel && many;
         let (width, opacity) = if crowded {
@@ -83,7 +83,7 @@ pub(super) fn look(
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
         StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),
         StrokeKind::Ink(None) => (DRAWN, 0.5, 1.0, None),
-        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / POWER_SHADES as f64, None),
         StrokeKind::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
     };
     (colour.into(), width, opacity, dashes)

@@ -19,7 +19,7 @@ use magician_host::preflight::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
 
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub use foreign::foreign_coordinates;
@@ -29,9 +29,9 @@ pub use would_fit::{would_do_at, would_fit, would_fit_turned};
 
 /// Refused steps kept in a report; further ones are only counted, so that a plan refused in every
 /// step costs little memory.
-const MOST_REFUSED: usize = 100;
+const MAX_REFUSED_STEPS: usize = 100;
 /// Parts with figures of their own; further ones have none. Bounds the size of a report.
-const MOST_PARTS: usize = 4096;
+const MAX_PARTS: usize = 4096;
 
 /// Figures of one part of a plan, over all its passes.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,7 +163,7 @@ impl Report {
 
     fn refuse(&mut self, plan: &Plan, step: usize, error: Error, arm: &Preflight) {
         self.refused += 1;
-        if self.refused_steps.len() < MOST_REFUSED {
+        if self.refused_steps.len() < MAX_REFUSED_STEPS {
             let refused = plan.steps.get(step);
             let origin = refused.map_or(Origin::NONE, |step| step.origin);
             let target = refused.and_then(|step| step.action.target());
@@ -245,8 +245,8 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
         course.refuse(plan, 0, error);
     }
     let mut counts = [0; Action::NAMES.len()];
-    for (nth, slice) in plan.steps.chunks(SLICE).enumerate() {
-        for (at, step) in (nth * SLICE..).zip(slice) {
+    for (nth, slice) in plan.steps.chunks(STEPS_PER_SLICE).enumerate() {
+        for (at, step) in (nth * STEPS_PER_SLICE..).zip(slice) {
             if let Some(count) = counts.get_mut(step.action.kind()) {
                 *count += 1;
             }
@@ -307,7 +307,7 @@ impl CheckRun {
         let known = parts.iter().position(|known| known.part.n == part.n);
         let nth = known.unwrap_or(parts.len());
         // Beyond the limit a part still counts in the totals, only not by itself.
-        if nth == MOST_PARTS {
+        if nth == MAX_PARTS {
             return;
         }
         if known.is_none() {

@@ -20,22 +20,22 @@ use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
 
 /// Distance between the heights tried for the way across, mm, if the highest is out of reach.
-const LOWER: f64 = 5.0;
+const HEIGHT_STEP: f64 = 5.0;
 /// Moves shorter than this are left out, mm.
-const SHORT: f64 = 1e-3;
+const MIN_MOVE: f64 = 1e-3;
 /// Height of the way across above both of its ends, mm, if within reach.
-const LIFT: f64 = 10.0;
+const CROSSING_CLEARANCE: f64 = 10.0;
 /// Largest joint error caused by 32-bit coordinates, deg: no more than the arm's own resolution.
-const CLOSE: f64 = 0.01;
+const JOINT_TOLERANCE: f64 = 0.01;
 /// Largest height of any tool of the arm, mm.
-const HIGHEST: f64 = 400.0;
+const MAX_HEIGHT: f64 = 400.0;
 /// Sideways steps, as share of the distance from the base, if the way across cannot be high enough
 /// above the place itself.
-const ASIDE: f64 = 0.05;
+const SIDEWAYS_STEP: f64 = 0.05;
 /// Number of sideways steps in each direction.
-const MOST_ASIDE: i32 = 8;
+const MAX_SIDEWAYS_STEPS: i32 = 8;
 /// Number of heights tried, down to as far below the place as above it.
-const MOST_TRIES: u32 = 160;
+const MAX_HEIGHTS: u32 = 160;
 
 /// Plan that begins at a step of another plan and can be run on its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -243,7 +243,7 @@ impl<'p> LeadIn<'p> {
             place: at.pose,
             joints: at.joints,
             left,
-            height: height.most.max(at.pose.z + LIFT),
+            height: height.most.max(at.pose.z + CROSSING_CLEARANCE),
             steps: Vec::new(),
         })
     }
@@ -297,7 +297,7 @@ impl<'p> LeadIn<'p> {
         let place = self.joints.to_array();
         arm.arm().is_some_and(|at| {
             let mut pairs = at.joints.to_array().into_iter().zip(place);
-            pairs.all(|(is, wanted)| (is - wanted).abs() < CLOSE)
+            pairs.all(|(is, wanted)| (is - wanted).abs() < JOINT_TOLERANCE)
         })
     }
 
@@ -307,13 +307,13 @@ impl<'p> LeadIn<'p> {
         let begun = arm.arm().map(|at| at.pose);
         if let Some(from) = begun
             && rail.is_none()
-            && from.distance_to(&self.place) < SHORT
+            && from.distance_to(&self.place) < MIN_MOVE
             // A tool turned differently still needs a move, though its tip is in place.
-            && (from.r - self.place.r).abs() < SHORT
+            && (from.r - self.place.r).abs() < MIN_MOVE
         {
             return Ok(());
         }
-        let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
+        let height = begun.map_or(self.height, |from| self.height.max(from.z + CROSSING_CLEARANCE));
         if let Some(from) = begun {
             // If the tool cannot go up, nothing above is in its way: continue.
             let _ = highest(&from, height, |pose| {
@@ -346,9 +346,9 @@ impl<'p> LeadIn<'p> {
         arm: &mut Preflight,
         steps: &mut Vec<Action>,
     ) -> bool {
-        let z = height.min(HIGHEST);
-        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
-        for share in asides.map(|nth| 1.0 + ASIDE * f64::from(nth)) {
+        let z = height.min(MAX_HEIGHT);
+        let asides = (0..=MAX_SIDEWAYS_STEPS).flat_map(|nth| [-nth, nth]);
+        for share in asides.map(|nth| 1.0 + SIDEWAYS_STEP * f64::from(nth)) {
             let [x, y] = [self.place.x, self.place.y].map(|at| share * at);
             let over = Pose {
                 x,
@@ -358,7 +358,7 @@ impl<'p> LeadIn<'p> {
             };
             // Try on a copy: both moves must be possible, or neither is made.
             let (mut tried, mut added) = (arm.clone(), Vec::new());
-            if z > self.place.z + SHORT
+            if z > self.place.z + MIN_MOVE
                 && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
                 && go(&mut tried, &mut added, self.place, &[Travel::Line], None).is_ok()
             {
@@ -409,9 +409,9 @@ fn highest(
     height: f64,
     mut go: impl FnMut(Pose) -> Result<(), Error>,
 ) -> Option<Result<(), Error>> {
-    let heights = (0..MOST_TRIES).map(|down| height.min(HIGHEST) - LOWER * f64::from(down));
+    let heights = (0..MAX_HEIGHTS).map(|down| height.min(MAX_HEIGHT) - HEIGHT_STEP * f64::from(down));
     let mut refusal = None;
-    for z in heights.take_while(|z| *z > place.z + SHORT) {
+    for z in heights.take_while(|z| *z > place.z + MIN_MOVE) {
         match go(Pose { z, ..*place }) {
             Ok(()) => return Some(Ok(())),
             Err(error) => refusal = Some(Err(error)),

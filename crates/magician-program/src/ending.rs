@@ -121,9 +121,9 @@ impl Ending {
 /// Checks that a pen is not parked below its surface.
 fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
     /// Depth that still counts as on the surface, mm: positions are rounded.
-    const ROUNDING: f64 = 0.01;
+    const DEPTH_TOLERANCE: f64 = 0.01;
     let deep = surface.at([x, y]) - z;
-    if deep <= ROUNDING {
+    if deep <= DEPTH_TOLERANCE {
         return Ok(());
     }
     Err(Error::invalid(message!(

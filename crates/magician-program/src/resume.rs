@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::program::StepNumbering;
 
 /// Number of index and command pairs kept: more than any queue is long.
-const REMEMBERED: usize = 256;
+const MAX_INDEX_PAIRS: usize = 256;
 
 /// Maps a queue index to a step. A driver may insert commands between those of a plan and skip
 /// indices, so the difference is not constant.
@@ -101,7 +101,7 @@ impl StepCounter {
     /// Marks the command with this number (from 1) as inserted: it counts for no step. Call this
     /// before the arm takes the command, and in order.
     pub fn insert(&mut self, command: u64) {
-        if self.inserted.len() >= REMEMBERED {
+        if self.inserted.len() >= MAX_INDEX_PAIRS {
             self.inserted.pop_front();
             self.forgotten += 1;
         }
@@ -147,7 +147,7 @@ impl StepCounter {
             self.pairs.pop_back();
         }
         // The oldest pair is far behind anything still in the queue.
-        if self.pairs.len() >= REMEMBERED {
+        if self.pairs.len() >= MAX_INDEX_PAIRS {
             self.pairs.pop_front();
         }
         self.pairs.push_back((index, commands));

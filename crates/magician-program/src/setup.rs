@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Tool of an arm if a plan does not set one: the default at power-up.
-pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
+pub(crate) const POWER_UP_TOOL: ToolBias = ToolBias::SUCTION;
 
 /// Instructions for making a plan of a file. Whatever is left open comes from the file, or has a
 /// default.
@@ -110,7 +110,7 @@ use hold::{Raised, handles};
 pub use list::PartSummary;
 use page::LaidPage;
 pub use page::Page;
-pub(crate) use parts::MOST_PASSES;
+pub(crate) use parts::MAX_PASSES;
 pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
 pub(crate) use work_lines::WorkLines;
@@ -575,7 +575,7 @@ fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic>
     let Some([least, most]) = plan.extent() else {
         return Ok(None);
     };
-    let tool = plan.tool.map_or(UNSAID, Tool::bias);
+    let tool = plan.tool.map_or(POWER_UP_TOOL, Tool::bias);
     let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
     let points: Vec<[f64; 2]> = plan
         .steps

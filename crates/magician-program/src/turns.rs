@@ -6,7 +6,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 /// Steps of a plan processed between two yields: 10 to 20 ms in a browser.
-pub(crate) const SLICE: usize = 8192;
+pub(crate) const STEPS_PER_SLICE: usize = 8192;
 
 /// Yield points of a long computation.
 pub trait Turns: Sync {

@@ -1,7 +1,7 @@
 //! Serialisation of a request to prepare a file, and of its result, for another WebAssembly module
 //! that does the work.
 //!
-//! Both modules come from one build; the format is private to it. It begins with [`FORM`], which
+//! Both modules come from one build; the format is private to it. It begins with [`FORMAT_ID`], which
 //! changes with these files and the version: data of another build is refused, never misread. No
 //! input panics, and none takes more memory than a small multiple of its length.
 #![allow(clippy::cast_possible_truncation)] // Lengths are below 2^32 on what this runs on, and are read back by their u64.
@@ -53,7 +53,7 @@ impl fmt::Display for WireError {
 impl std::error::Error for WireError {}
 
 /// Identifier of the format: FNV-1a of this file, of the codec, and of the version.
-pub const FORM: [u8; 8] = form().to_le_bytes();
+pub const FORMAT_ID: [u8; 8] = form().to_le_bytes();
 
 const fn form() -> u64 {
     // Offset basis of 64-bit FNV-1a; computed at compile time.
@@ -94,7 +94,7 @@ impl PrepareRequest {
         } = self;
         // Room for the file and typical options, to avoid copying a large file.
         let mut out = Vec::with_capacity(bytes.len() + 1024);
-        out.extend(FORM);
+        out.extend(FORMAT_ID);
         format.put(&mut out);
         title.put(&mut out);
         options.put(&mut out);
@@ -139,14 +139,14 @@ impl PrepareRequest {
 pub fn answer(request: &[u8]) -> Vec<u8> {
     match PrepareRequest::from_bytes(request) {
         Ok(request) => answer_bytes(&request.prepare()),
-        Err(_) => FORM.to_vec(),
+        Err(_) => FORMAT_ID.to_vec(),
     }
 }
 
 /// Serialises the result of preparing a file.
 #[must_use]
 pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
-    let mut out = FORM.to_vec();
+    let mut out = FORMAT_ID.to_vec();
     match answer {
         Ok(Preparation::Done(prepared)) => {
             out.push(0);
@@ -312,8 +312,8 @@ impl Head {
 
 impl Input<'_> {
     fn form(&mut self) -> Result<(), WireError> {
-        match self.bytes(FORM.len()) {
-            Some(form) if form == FORM => Ok(()),
+        match self.bytes(FORMAT_ID.len()) {
+            Some(form) if form == FORMAT_ID => Ok(()),
             Some(_) => Err(WireError::OtherBuild),
             None => Err(WireError::Malformed),
         }
@@ -411,15 +411,15 @@ impl Wire for Fence {
 
 /// Largest nesting of messages that keep their templates. Deeper input is refused, so that no input
 /// exhausts the stack.
-const DEEPEST_MESSAGE: usize = 8;
+const MAX_MESSAGE_DEPTH: usize = 8;
 
 impl Wire for Message {
     fn put(&self, out: &mut Vec<u8>) {
-        put_message(self, DEEPEST_MESSAGE, out);
+        put_message(self, MAX_MESSAGE_DEPTH, out);
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        take_message(DEEPEST_MESSAGE, input)
+        take_message(MAX_MESSAGE_DEPTH, input)
     }
 }
 
@@ -541,9 +541,9 @@ macro_rules! named {
 named!(PauseCause, Format, DiagnosticCode, Deed, Setting);
 
 /// Marker of a step that sends nothing, in place of the parameter count: more than any command has.
-const SILENT: u8 = u8::MAX;
-const PART: u8 = 0;
-const PAUSE: u8 = 1;
+const NO_COMMAND: u8 = u8::MAX;
+const PART_TAG: u8 = 0;
+const PAUSE_TAG: u8 = 1;
 
 impl Wire for Set {
     const LEAST: usize = 2;
@@ -572,11 +572,11 @@ impl Wire for Action {
     fn put(&self, out: &mut Vec<u8>) {
         match self {
             Self::Part(part) => {
-                out.extend([PART, SILENT]);
+                out.extend([PART_TAG, NO_COMMAND]);
                 part.put(out);
             }
             Self::Pause(pause) => {
-                out.extend([PAUSE, SILENT]);
+                out.extend([PAUSE_TAG, NO_COMMAND]);
                 pause.put(out);
             }
             _ => {
@@ -589,11 +589,11 @@ impl Wire for Action {
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
         match *input.0 {
-            [PART, SILENT, ref rest @ ..] => {
+            [PART_TAG, NO_COMMAND, ref rest @ ..] => {
                 input.0 = rest;
                 Wire::take(input).map(Box::new).map(Self::Part)
             }
-            [PAUSE, SILENT, ref rest @ ..] => {
+            [PAUSE_TAG, NO_COMMAND, ref rest @ ..] => {
                 input.0 = rest;
                 Wire::take(input).map(Box::new).map(Self::Pause)
             }

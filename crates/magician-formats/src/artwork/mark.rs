@@ -15,16 +15,16 @@ use magician_host::build;
 use magician_motion::Fence;
 
 use super::{DrawingPart, PartPen, PlacedArtwork, Stroke, distance};
-use crate::reach::{APPROACH, Above, Travelling};
+use crate::reach::{APPROACH_HEIGHT, Above, Travelling};
 use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Step, Surface, Tool, Travel};
 
 /// Time that a pen rests to leave a dot, ms.
-const DOT_REST: u32 = 100;
+const DOT_REST_MS: u32 = 100;
 /// Half the length of the line that a laser burns for a dot, mm. The laser burns only along a
 /// segment.
-const DOT_REACH: f64 = 0.05;
+const DOT_HALF_LENGTH: f64 = 0.05;
 /// Height of a pen during travel, as a share of the distance.
-const LIFTED: f64 = 0.5;
+const HOP_HEIGHT_SHARE: f64 = 0.5;
 
 /// Tool and parameters with which strokes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -253,8 +253,8 @@ impl StepWriter<'_> {
     /// centred line is out of reach.
     fn speck(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         let by = |from: f64, to: f64| [[x + from, y], [x + to, y]];
-        let about = by(-DOT_REACH, DOT_REACH);
-        let ways = [about, by(0.0, -2.0 * DOT_REACH), by(0.0, 2.0 * DOT_REACH)];
+        let about = by(-DOT_HALF_LENGTH, DOT_HALF_LENGTH);
+        let ways = [about, by(0.0, -2.0 * DOT_HALF_LENGTH), by(0.0, 2.0 * DOT_HALF_LENGTH)];
         let mut reached = ways
             .into_iter()
             .filter(|ends| ends.iter().all(|end| self.reach.has(*end)));
@@ -269,7 +269,7 @@ impl StepWriter<'_> {
         let origin = stroke.origin;
         self.hop(*first, origin);
         if dot {
-            self.plan.push(Action::Wait(DOT_REST), origin);
+            self.plan.push(Action::Wait(DOT_REST_MS), origin);
         } else {
             self.along(*first, others, origin, |to| Action::Path { to });
         }
@@ -308,7 +308,7 @@ impl StepWriter<'_> {
     fn height_over(&self, way: f64) -> f64 {
         let lift = self.marking.lift;
         match self.marking.hop {
-            Some(least) => lift.min(least.max(LIFTED * way)),
+            Some(least) => lift.min(least.max(HOP_HEIGHT_SHARE * way)),
             None => lift,
         }
     }
@@ -395,7 +395,7 @@ impl StepWriter<'_> {
 
     /// Raises a position well above the surface, as far as it stays within reach.
     fn raised(&self, end: Above) -> Above {
-        self.reach.over(end, self.marking.lift + APPROACH)
+        self.reach.over(end, self.marking.lift + APPROACH_HEIGHT)
     }
 
     /// Lifts the pen unless it is already up. Has no effect on a laser.

@@ -16,16 +16,16 @@ use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 
 /// Share of the size kept free at the edges of fitted artwork, because coordinates are rounded to
 /// 32 bits on their way to the arm.
-const MARGIN: f64 = 1e-4;
+const MARGIN_SHARE: f64 = 1e-4;
 
 /// Tolerance for fitting into a room, mm. It absorbs the rounding of coordinates in files.
-const ROUNDING: f64 = 1e-3;
+const SIZE_TOLERANCE: f64 = 1e-3;
 
 /// Bisection steps when fitting at a given position: they resolve 1/65,536 of the size.
-const HALVINGS: usize = 16;
+const BISECTION_STEPS: usize = 16;
 /// Bisection steps when growing artwork at a position found by [`Reach::best_place`]. Growing
 /// starts from a good size, so fewer steps are enough.
-const GROWING: usize = 10;
+const GROWTH_STEPS: usize = 10;
 
 /// A sheet of paper in front of the arm, as measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -359,7 +359,7 @@ impl<'a> Placer<'a> {
     fn in_room(&self, scale: f64) -> f64 {
         let room = self.layout.room.iter().flatten().zip(self.size);
         room.fold(scale, |scale, (room, side)| {
-            if scale * side > *room + ROUNDING {
+            if scale * side > *room + SIZE_TOLERANCE {
                 room / side
             } else {
                 scale
@@ -382,8 +382,8 @@ impl<'a> Placer<'a> {
         if let Some(at) = self.place(wanted) {
             return Some((wanted, at));
         }
-        let fits = |scale| self.place(scale * (1.0 + MARGIN)).is_some();
-        let scale = bisect(0.0, wanted, HALVINGS, fits);
+        let fits = |scale| self.place(scale * (1.0 + MARGIN_SHARE)).is_some();
+        let scale = bisect(0.0, wanted, BISECTION_STEPS, fits);
         self.middle(scale)
             .filter(|_| scale > 0.0)
             .map(|at| (scale, at))
@@ -396,8 +396,8 @@ impl<'a> Placer<'a> {
         if fits >= wanted || self.is_within(at, wanted) {
             return wanted.max(fits);
         }
-        let is_within = |scale| self.is_within(at, scale * (1.0 + MARGIN));
-        bisect(fits, wanted, GROWING, is_within)
+        let is_within = |scale| self.is_within(at, scale * (1.0 + MARGIN_SHARE));
+        bisect(fits, wanted, GROWTH_STEPS, is_within)
     }
 
     /// Returns the position of the middle at a scale, if the layout determines it.

@@ -5,12 +5,12 @@ use crate::artwork::distance;
 
 /// Largest distance of rings that are joined, in spacings. The next ring is one spacing away along
 /// an edge, and farther at corners.
-const NEAR: f64 = 1.5;
+const MAX_JOIN_DISTANCE: f64 = 1.5;
 
 /// Insets at which a part narrower than twice the first is tested for its middle line, in spacings.
-const THIN: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
+const THIN_INSETS: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
 /// Insets at which the middle of the rest between two rings is searched, in spacings.
-const MIDDLE: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
+const MIDDLE_INSETS: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
 
 /// Returns the rings of a region, from its edge inwards.
 pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
@@ -25,7 +25,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         }
         for part in layer.parts() {
             // In a thin part the ring of a hole would repeat the middle line.
-            let mut inner = THIN.iter().map(|share| part.offset(-spacing * share));
+            let mut inner = THIN_INSETS.iter().map(|share| part.offset(-spacing * share));
             let middle = match inner.next() {
                 Some(inner) if !inner.is_empty() => None,
                 _ => inner.find(|inner| !inner.is_empty()),
@@ -43,7 +43,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         // slivers that rounding leaves.
         let passed = next.offset(spacing * 1.02);
         let mut narrow = layer.without(&passed, spacing);
-        for share in MIDDLE {
+        for share in MIDDLE_INSETS {
             if narrow.is_empty() {
                 break;
             }
@@ -63,7 +63,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
 fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     let ends = lines.iter().enumerate().filter_map(|(which, line)| {
         let (far, begun) = begun_near(ring, *line.last()?)?;
-        (far <= NEAR * spacing).then_some((which, far, begun))
+        (far <= MAX_JOIN_DISTANCE * spacing).then_some((which, far, begun))
     });
     let near = ends.min_by(|one, other| one.1.total_cmp(&other.1));
     match near {

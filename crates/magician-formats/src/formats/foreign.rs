@@ -18,7 +18,7 @@ const SAVE_AS_SVG: &str =
     "open it in Inkscape and save it as SVG, or export SVG from the program that made it";
 const SAVE_AS_DXF: &str = "save it as DXF in the program that made it";
 const SAVE_AS_JPEG: &str = "save it as JPEG or PNG, and draw or burn that";
-const MODEL: &str = "a model of three dimensions";
+const MODEL_KIND: &str = "a model of three dimensions";
 const EXPORT_MODEL: &str =
     "export a drawing or a section of it as DXF or SVG, or G-code from a slicer or CAM program";
 
@@ -54,7 +54,7 @@ const LIGHTBURN: Kind = Kind {
 };
 const STL: Kind = Kind {
     endings: &[".stl"],
-    what: MODEL,
+    what: MODEL_KIND,
     help: EXPORT_MODEL,
 };
 const SCRIPT: Kind = Kind {
@@ -82,7 +82,7 @@ const KINDS: [&Kind; 12] = [
         endings: &[
             ".3mf", ".obj", ".step", ".stp", ".iges", ".igs", ".f3d", ".blend",
         ],
-        what: MODEL,
+        what: MODEL_KIND,
         help: EXPORT_MODEL,
     },
     &Kind {

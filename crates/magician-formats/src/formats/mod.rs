@@ -280,7 +280,7 @@ fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
 }
 
 /// Tolerance of the page's edge, mm. It absorbs the rounding of coordinates in a file.
-const ON_THE_EDGE: f64 = 1e-3;
+const PAGE_EDGE_TOLERANCE: f64 = 1e-3;
 
 impl Parsed {
     /// Cuts off everything beyond the page and returns a note about it.
@@ -294,8 +294,8 @@ impl Parsed {
             return Some(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
         };
         let window = [
-            [-ON_THE_EDGE; 2],
-            [width + ON_THE_EDGE, height + ON_THE_EDGE],
+            [-PAGE_EDGE_TOLERANCE; 2],
+            [width + PAGE_EDGE_TOLERANCE, height + PAGE_EDGE_TOLERANCE],
         ];
         let mut cut = 0;
         for filled in &mut artwork.areas {

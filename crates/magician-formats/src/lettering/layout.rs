@@ -18,14 +18,14 @@ use crate::{Diagnostic, Lines};
 
 /// Tolerance of line widths, mm. It absorbs rounding, so that a row exactly as wide as the limit
 /// fits.
-const ROUNDED: f64 = 1e-9;
+const WIDTH_TOLERANCE: f64 = 1e-9;
 /// Width of a tab, in spaces.
-const TAB: u8 = 4;
+const TAB_SPACES: u8 = 4;
 /// Characters that must not begin a line in Chinese and Japanese.
-const NOT_FIRST: &str =
+const FORBIDDEN_FIRST: &str =
     "、。，．・：；？！）］｝」』】〉》”’ゝゞ々ーぁぃぅぇぉっゃゅょァィゥェォッャュョ";
 /// Characters that must not end a line in Chinese and Japanese.
-const NOT_LAST: &str = "（［｛「『【〈《“‘";
+const FORBIDDEN_LAST: &str = "（［｛「『【〈《“‘";
 
 /// A polyline of a character, and the bytes of the character in the text.
 pub(crate) struct Penned {
@@ -164,7 +164,7 @@ impl<'f> Setter<'f> {
                 continue;
             }
             let (character, times) = match character {
-                '\t' => (' ', TAB),
+                '\t' => (' ', TAB_SPACES),
                 // Non-breaking spaces stay, because a row must not end at them.
                 '\u{A0}' | '\u{202F}' => (character, 1),
                 space if space.is_whitespace() => (' ', 1),
@@ -288,7 +288,7 @@ fn broken(
         let mut allowed = None;
         for (nth, cell) in rest.iter().enumerate() {
             measure.take(cell);
-            if measure.width() > width + ROUNDED {
+            if measure.width() > width + WIDTH_TOLERANCE {
                 break;
             }
             end = nth + 1;
@@ -329,8 +329,8 @@ fn may_break(cell: &Cell, next: Option<&Cell>) -> bool {
         '-' | '‐' | '–' | '—' => next.is_alphabetic(),
         here => {
             (is_wide(here) || is_wide(next))
-                && !NOT_LAST.contains(here)
-                && !NOT_FIRST.contains(next)
+                && !FORBIDDEN_LAST.contains(here)
+                && !FORBIDDEN_FIRST.contains(next)
         }
     }
 }

@@ -32,7 +32,7 @@ const FORMAT: &str = "magician-plan";
 const VERSION: u32 = 1;
 /// Version of plans with parts or pauses. A reader of version 1 must refuse them, because it would
 /// run on where the plan waits for a person.
-const WITH_PARTS: u32 = 2;
+const VERSION_WITH_PARTS: u32 = 2;
 
 /// JSON Schema of plan files.
 pub const PLAN_SCHEMA: &str = include_str!("../../plan.schema.json");

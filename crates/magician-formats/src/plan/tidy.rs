@@ -16,9 +16,9 @@ use crate::simplify::{kept, length};
 
 /// Distance below which positions count as equal, mm. It absorbs the rounding of 32-bit
 /// coordinates.
-const SAME: f64 = 1e-3;
+const POSITION_TOLERANCE: f64 = 1e-3;
 /// Height above a line at which a pen no longer touches, mm. A choice.
-const CLEAR: f64 = 0.5;
+const CLEAR_HEIGHT: f64 = 0.5;
 
 type Point = [f64; 3];
 
@@ -88,16 +88,16 @@ impl Plan {
             let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
             let alike = line.scope == next.scope
                 && line.last_burn(self, &traced) == next.first_burn(self, &traced)
-                && gap <= if bends { merge.min(SAME) } else { merge };
+                && gap <= if bends { merge.min(POSITION_TOLERANCE) } else { merge };
             let near = |step: &Step| match step.action.target().map(wide) {
                 // A zero-length burn is not a line, yet it marks the work.
                 Some(_) if step.action.burns() => false,
                 // A step at the gap itself, or high enough above both lines, touches nothing.
                 Some(to) => {
                     line.is_lit
-                        || across(line.end, to) <= SAME
-                        || across(next.start, to) <= SAME
-                        || to[2] >= line.end[2].max(next.start[2]) + CLEAR
+                        || across(line.end, to) <= POSITION_TOLERANCE
+                        || across(next.start, to) <= POSITION_TOLERANCE
+                        || to[2] >= line.end[2].max(next.start[2]) + CLEAR_HEIGHT
                 }
                 None => sets_speed(&step.action),
             };
@@ -320,14 +320,14 @@ impl Traced {
             });
             return goes_on.then_some(nothing);
         }
-        let high = line.height(plan) + CLEAR;
+        let high = line.height(plan) + CLEAR_HEIGHT;
         // Down: the steps straight above the start of the line, back to where the tool is clear of
         // it.
         let mut down = start;
         loop {
             let step = plan.steps.get(down.checked_sub(1)?)?;
             match (step.action.target().map(wide), sets_speed(&step.action)) {
-                (Some(to), _) if across(to, line.start) > SAME => return None,
+                (Some(to), _) if across(to, line.start) > POSITION_TOLERANCE => return None,
                 (Some(to), _) if to[2] >= high => break,
                 (Some(_), _) | (None, true) => down -= 1,
                 (None, false) => return None,
@@ -341,7 +341,7 @@ impl Traced {
             match (&step.action, step.action.target().map(wide)) {
                 // A curve could dip down between its ends.
                 (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
-                (_, Some(to)) if across(to, line.end) > SAME => return None,
+                (_, Some(to)) if across(to, line.end) > POSITION_TOLERANCE => return None,
                 (_, Some(to)) if to[2] >= high => break,
                 (action, None) if !sets_speed(action) => return None,
                 _ => up += 1,
@@ -352,7 +352,7 @@ impl Traced {
 }
 
 fn goes_across(action: &Action, from: Point, to: Point) -> bool {
-    matches!(action, Action::Arc { .. }) || across(from, to) > SAME
+    matches!(action, Action::Arc { .. }) || across(from, to) > POSITION_TOLERANCE
 }
 
 impl Line {
@@ -385,7 +385,7 @@ impl Line {
     /// Returns a key that is equal for duplicates: independent of direction, and for closed lines
     /// of the start point.
     fn shape(&self, traced: &Traced, plan: &Plan) -> Vec<Piece> {
-        let near = |point: Point| point.map(|value| (value / SAME).round() as i64);
+        let near = |point: Point| point.map(|value| (value / POSITION_TOLERANCE).round() as i64);
         let mut forth = vec![Piece::At(near(self.start))];
         for at in self.steps.clone() {
             let action = &plan.steps[at].action;

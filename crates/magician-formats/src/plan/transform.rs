@@ -211,17 +211,17 @@ impl Plan {
 
 /// Largest number of steps. More are a mistake: at 20 ms each they take half a day. All of them are
 /// in memory.
-const MOST_STEPS: usize = 2_000_000;
+const MAX_STEPS: usize = 2_000_000;
 
 /// Returns the number of steps after repeating.
 fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
     let count = plan.steps.len();
     let all = count
         .checked_mul(times)
-        .filter(|all| times <= 1 || times.max(*all) <= MOST_STEPS);
+        .filter(|all| times <= 1 || times.max(*all) <= MAX_STEPS);
     all.ok_or_else(|| {
         let message =
-            format!("{count} steps repeated {times} times are too many, limit {MOST_STEPS}");
+            format!("{count} steps repeated {times} times are too many, limit {MAX_STEPS}");
         Diagnostic::of_file(message)
     })
 }
@@ -350,7 +350,7 @@ impl Map {
     fn action(&self, action: &mut Action) -> Outcome {
         match action {
             Action::Move { to, .. } => self.pose(to),
-            Action::Joints { .. } => JOINTS,
+            Action::Joints { .. } => JOINTS_OUTCOME,
             Action::Shift {
                 by: [x, y, z, r], ..
             } => {
@@ -433,7 +433,7 @@ impl Map {
                 self.relative_rotation(r);
                 self.onwards([x, y, z])
             }
-            mode if mode.is_joint() => JOINTS,
+            mode if mode.is_joint() => JOINTS_OUTCOME,
             _ => Outcome::Refused("has a mode that does not exist"),
         }
     }
@@ -447,4 +447,4 @@ impl Map {
     }
 }
 
-const JOINTS: Outcome = Outcome::Refused("goes by joint angles; use a pose");
+const JOINTS_OUTCOME: Outcome = Outcome::Refused("goes by joint angles; use a pose");

@@ -12,15 +12,15 @@ use super::{Above, Reach};
 
 /// Largest deviation from the straight line where the tool may touch something, mm. A choice well
 /// below the width of a pen's line.
-const ASIDE: f64 = 0.1;
+const MAX_DEVIATION: f64 = 0.1;
 /// Largest deviation as a share of the height above the surface. A choice: a higher tool may
 /// deviate further without touching the work.
-const SHARE: f64 = 0.25;
+const MAX_DEVIATION_SHARE: f64 = 0.25;
 /// Tolerance of heights, mm. It absorbs rounding.
-const ROUNDING: f64 = 1e-4;
+const HEIGHT_TOLERANCE: f64 = 1e-4;
 /// Number of points at which a move is sampled. A choice: moves between strokes are short and bend
 /// smoothly.
-const PLACES: u64 = 8;
+const MOVE_SAMPLES: u64 = 8;
 
 /// Parameters of travel.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +68,7 @@ impl Reach {
             return false;
         };
         let lower = from.1.min(to.1);
-        let (most, least) = (ASIDE.max(SHARE * lower), (1.0 - SHARE) * lower - ROUNDING);
+        let (most, least) = (MAX_DEVIATION.max(MAX_DEVIATION_SHARE * lower), (1.0 - MAX_DEVIATION_SHARE) * lower - HEIGHT_TOLERANCE);
         let is_close = |at: Pose| {
             let above = at.z - self.surface.at([at.x, at.y]);
             above >= least && aside([start.pose, end.pose], at) <= most
@@ -116,7 +116,7 @@ impl Travelling {
 }
 
 fn places(way: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
-    (1..PLACES).map(|nth| way.curve(way.duration_us() * nth / PLACES).pose)
+    (1..MOVE_SAMPLES).map(|nth| way.curve(way.duration_us() * nth / MOVE_SAMPLES).pose)
 }
 
 /// Distance of a point from a straight line.

@@ -101,7 +101,7 @@ mod tests {
     use crate::compare::PixelGrid;
 
     #[test]
-    fn distances_are_those_to_the_nearest() {
+    fn distance_is_to_the_nearest_inked_pixel() {
         let lines = [
             vec![[0.0, 0.0]],
             vec![[4.0, 1.0], [4.0, 2.0]],
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_as_far_as_the_diagonal() {
+    fn empty_picture_gives_the_diagonal() {
         let frame = PixelGrid::around([[0.0, 0.0], [3.0, 4.0]], 0.0, 10.0);
         let empty: [Vec<[f64; 2]>; 0] = [];
         let field = field(&Picture::of_lines(frame, &empty));

@@ -6,13 +6,13 @@ use resvg::tiny_skia::{PathSegment, Point};
 use resvg::usvg::{self, Group, Node};
 
 /// Pixels (96 per inch) per millimetre.
-const PIXELS: f64 = 96.0 / 25.4;
+const PIXELS_PER_MM: f64 = 96.0 / 25.4;
 /// Smallest number of pieces of a curve.
-const PIECES: f64 = 8.0;
+const MIN_PIECES: f64 = 8.0;
 /// Length of a curve's hull for each further piece, mm.
-const PIECE: f64 = 0.2;
+const PIECE_LENGTH: f64 = 0.2;
 /// Largest number of pieces of a curve.
-const MOST_PIECES: f64 = 10_000.0;
+const MAX_PIECES: f64 = 10_000.0;
 
 /// Returns the lines of an SVG, mm, from the lower left corner of its sheet: the centre lines of
 /// strokes, and the outlines of fills without a stroke.
@@ -28,7 +28,7 @@ pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
     let height = f64::from(tree.size().height());
     for point in lines.iter_mut().flatten() {
         let [x, y] = *point;
-        *point = [x / PIXELS, (height - y) / PIXELS];
+        *point = [x / PIXELS_PER_MM, (height - y) / PIXELS_PER_MM];
     }
     Ok(lines)
 }
@@ -94,7 +94,7 @@ fn curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
     let hull: f64 = sides
         .map(|(a, b)| libm::hypot(b[0] - a[0], b[1] - a[1]))
         .sum();
-    let pieces = (PIECES + hull / PIXELS / PIECE).min(MOST_PIECES).ceil();
+    let pieces = (MIN_PIECES + hull / PIXELS_PER_MM / PIECE_LENGTH).min(MAX_PIECES).ceil();
     for nth in 1..=pieces as u64 {
         let share = nth as f64 / pieces;
         let mut points = corners.clone();

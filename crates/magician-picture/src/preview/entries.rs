@@ -1,7 +1,7 @@
 //! Entries of a preview's legend.
 
 use magician_motion::Fence;
-use magician_program::toolpath::{MOST_REFUSED, MarkerKind, PlanPurpose, StrokeKind, Toolpath};
+use magician_program::toolpath::{MAX_MARKED_REFUSALS, MarkerKind, PlanPurpose, StrokeKind, Toolpath};
 use magician_program::{Diagnostic, Report};
 
 use super::PreviewOptions;
@@ -11,7 +11,7 @@ use crate::legend::{Legend, Sign};
 use crate::svg::signed;
 
 /// Largest number of line colours to list.
-const MOST_INKS: usize = 8;
+const MAX_COLORS: usize = 8;
 
 /// Returns the legend of a preview for a width.
 pub(super) fn legend(
@@ -36,7 +36,7 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     };
     let inks = toolpath.layers.iter().map(|layer| layer.leaves);
     let inks = inks.filter(|leaves| matches!(leaves, StrokeKind::Ink(_)));
-    inks.take(MOST_INKS).for_each(|ink| lines(ink, "drawn"));
+    inks.take(MAX_COLORS).for_each(|ink| lines(ink, "drawn"));
     lines(StrokeKind::Carried, "with something held");
     let nothing = match toolpath.purpose {
         PlanPurpose::Draws(_) => "pen up",
@@ -88,7 +88,7 @@ fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
 
 /// Returns the refused steps as sentences, and the number of further ones.
 fn refused_steps(report: &Report) -> Vec<String> {
-    let first = report.refused_steps.iter().take(MOST_REFUSED);
+    let first = report.refused_steps.iter().take(MAX_MARKED_REFUSALS);
     let more = report.refused.saturating_sub(first.len());
     let told = first.map(|refused_step| {
         let (step, diagnostic) = (

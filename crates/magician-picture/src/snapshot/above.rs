@@ -11,7 +11,7 @@ use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 
 /// Distance between the arrows on a belt, mm.
-const MARKS: f64 = 60.0;
+const BELT_ARROW_SPACING: f64 = 60.0;
 
 /// Draws the view with its upper left corner at a point.
 pub(super) fn draw(
@@ -86,7 +86,7 @@ fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
     ];
     svg.path(&outline, &look);
     // Arrows show the direction for positive pulses.
-    let count = (belt.length / MARKS).clamp(1.0, 50.0) as u32;
+    let count = (belt.length / BELT_ARROW_SPACING).clamp(1.0, 50.0) as u32;
     for nth in 0..count {
         let along = belt.length * (f64::from(nth) + 0.5) / f64::from(count);
         let arrow = [(-6.0, 10.0), (4.0, 0.0), (-6.0, -10.0)];
@@ -136,9 +136,9 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
 
 /// Writes the objects' names, each to the right of its object, shifted down to avoid overlaps.
 fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
-    const SIZE: f64 = 2.8;
+    const NAME_SIZE: f64 = 2.8;
     let style = TextStyle {
-        size: SIZE,
+        size: NAME_SIZE,
         colour: INK,
         anchor: Anchor::Start,
         rim: true,
@@ -151,9 +151,9 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
         let mut at = panel.at([x + reach + 4.0, y - 4.0]);
         // A letter is about half as wide as high. Without the shift the names of stacked objects
         // would overlap.
-        let size = 0.55 * SIZE * body.name.chars().count() as f64;
+        let size = 0.55 * NAME_SIZE * body.name.chars().count() as f64;
         while taken.iter().any(|([left, line], other)| {
-            (at[1] - line).abs() < SIZE && at[0] < left + other && *left < at[0] + size
+            (at[1] - line).abs() < NAME_SIZE && at[0] < left + other && *left < at[0] + size
         }) {
             at[1] += 0.5;
         }

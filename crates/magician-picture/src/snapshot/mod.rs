@@ -16,30 +16,30 @@ pub use pixels::{View, pixels};
 pub use run::{MovedObject, RunReading, RunView};
 
 use crate::ground;
-use crate::panel::{MARGIN, TICKS};
+use crate::panel::{MARGIN, TICK_SPACE};
 use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
 /// Scale.
 const SCALE: f64 = 0.25;
 /// Part of the ground shown from above, mm.
-const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+const ABOVE_PART: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
 /// Part of the plane through the arm shown from the side, mm.
-const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
+const SIDE_PART: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Space for title and figures, mm.
-const HEAD: f64 = 18.0;
+const HEAD_HEIGHT: f64 = 18.0;
 /// Half the width of the base, and its depth below the shoulder (model section 1), mm.
-const BODY: [f64; 2] = [ground::HALF_BASE, 138.0];
+const BASE_BODY: [f64; 2] = [ground::BASE_HALF_SIDE, 138.0];
 /// Thickness of the links from above and from the side, mm.
-const LINKS: [f64; 2] = [26.0, 20.0];
+const LINK_THICKNESS: [f64; 2] = [26.0, 20.0];
 /// Thickness of table and belt from the side, mm.
-const PLATE: f64 = 8.0;
+const PLATE_THICKNESS: f64 = 8.0;
 /// Colour of the links.
-const LINK: &str = "#52606d";
+const LINK_COLOR: &str = "#52606d";
 /// Colour of a belt.
-const BELT: &str = "#7d8894";
+const BELT_COLOR: &str = "#7d8894";
 /// Colour of a table from the side.
-const TABLE: &str = "#e6dcc6";
+const TABLE_COLOR: &str = "#e6dcc6";
 
 /// State of an arm to draw.
 #[derive(Clone, Debug, Default)]
@@ -175,7 +175,7 @@ impl Belt {
         let [near, far] = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
             [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
         });
-        [[near, self.height], [far, self.height - PLATE]]
+        [[near, self.height], [far, self.height - PLATE_THICKNESS]]
     }
 
     /// Returns the point at a distance along it and a distance to its left.
@@ -273,11 +273,11 @@ impl Snapshot {
     }
 
     fn drawn(view: &ArmView, around: &Surroundings) -> Self {
-        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT];
         let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
-        let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
-        let width = beside + size(SIDE)[0] + MARGIN;
-        let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
+        let beside = left + size(ABOVE_PART)[0] + MARGIN + TICK_SPACE[0];
+        let width = beside + size(SIDE_PART)[0] + MARGIN;
+        let height = top + size(ABOVE_PART)[1] + TICK_SPACE[1] + MARGIN;
         let mut svg = Svg::page([width, height], "mm", &view.title);
         let arm = Geometry::magician(view.tool);
         let pose = arm.forward(&view.joints);
@@ -336,7 +336,7 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
 
 /// Two opposite corners of the base from the side.
 fn base() -> [[f64; 2]; 2] {
-    let [half, down] = BODY;
+    let [half, down] = BASE_BODY;
     [[-half, -down], [half, -down / 3.0]]
 }
 

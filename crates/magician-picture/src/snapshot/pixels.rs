@@ -186,7 +186,7 @@ mod tests {
     use magician_sim::{Profile, Scenario, World};
 
     #[test]
-    fn an_object_is_seen_where_it_stands() {
+    fn object_is_drawn_at_its_position() {
         let scenario = Scenario::from_toml(
             "table = { height = -60 }\n\
              object = [{ name = \"cube\", size = [40, 40, 40], at = [200, 200], color = \"#ff0102\" }]",

@@ -6,10 +6,10 @@ use magician_program::toolpath::{Layer, StrokeKind, Track};
 use magician_program::{Reach, Surface};
 use magician_sim::scenario::Color;
 
-use super::{ArmView, BODY, Body, BodyState, HEAD, above, head, side};
+use super::{ArmView, BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
 use crate::layers::Ways;
 use crate::legend::{Legend, Sign};
-use crate::panel::{Extent, MARGIN, Panel, TICKS};
+use crate::panel::{Extent, MARGIN, Panel, TICK_SPACE};
 use crate::svg::palette::{CARGO, INK, PAPER};
 use crate::svg::{Anchor, Svg, TextStyle, lines, path, signed};
 use crate::{ground, layers, section};
@@ -17,13 +17,13 @@ use crate::{ground, layers, section};
 /// Scale of both views.
 const SCALE: f64 = 0.37;
 /// Smallest part shown from above, mm, without its margin. Runs beyond it widen the view.
-const ABOVE: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
+const MIN_ABOVE_PART: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
 /// Smallest part shown from the side, mm, likewise.
-const SIDE: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
+const MIN_SIDE_PART: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
 /// Height of the name of a view, mm.
-const NAME: f64 = 4.0;
+const VIEW_NAME_HEIGHT: f64 = 4.0;
 /// Tolerance for simplifying the tool's path, mm: a fifth of its line width.
-const FINE: f64 = 0.1;
+const PATH_TOLERANCE: f64 = 0.1;
 
 /// A run to draw.
 #[derive(Clone, Debug, Default)]
@@ -81,14 +81,14 @@ impl MovedObject {
 
 /// Draws the picture.
 pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
-    let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD + NAME];
+    let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT + VIEW_NAME_HEIGHT];
     let panel = |part, corner, id| Panel {
         part,
         corner,
         scale: SCALE,
         id,
     };
-    let mut extents = [ABOVE, SIDE].map(|corners| {
+    let mut extents = [MIN_ABOVE_PART, MIN_SIDE_PART].map(|corners| {
         let mut extent = Extent::default();
         for corner in corners {
             extent.show(corner);
@@ -104,9 +104,9 @@ pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
     let [ground, plane] = extents.map(Extent::part);
     let from_above = panel(ground, [left, top], "above");
     let [width, height] = from_above.size();
-    let aside = panel(plane, [left + width + MARGIN + TICKS[0], top], "side");
+    let aside = panel(plane, [left + width + MARGIN + TICK_SPACE[0], top], "side");
     let right = aside.corner[0] + aside.size()[0];
-    let foot = top + height.max(aside.size()[1]) + TICKS[1] + 2.0;
+    let foot = top + height.max(aside.size()[1]) + TICK_SPACE[1] + 2.0;
     let highest = { run.objects.iter() }.map(|object| object.to[2] + object.size[2]);
     let height = highest.reduce(f64::max);
     let legend = Legend::new(entries(run, height), &[], right - left);
@@ -157,7 +157,7 @@ impl Shown<'_> {
         if let Some(height) = height {
             for ring in Reach::new(self.arm.tool, Surface::level(height), 0.0).outline() {
                 let ring = ring.into_iter().map(|point| panel.at(point));
-                svg.path(&path(ring, true), &ground::OUTLINE);
+                svg.path(&path(ring, true), &ground::OUTLINE_ATTRIBUTES);
             }
         }
         panel.grid(svg);
@@ -226,8 +226,8 @@ impl Shown<'_> {
 fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
     let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|leaves| Layer {
         leaves,
-        above: Track::new(FINE),
-        side: Track::new(FINE),
+        above: Track::new(PATH_TOLERANCE),
+        side: Track::new(PATH_TOLERANCE),
     });
     let [empty, carried] = &mut layers;
     for (from, to) in readings.iter().zip(readings.iter().skip(1)) {
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_begins_where_the_one_before_ended() {
+    fn stretch_begins_at_the_end_of_the_previous_one() {
         let readings = [
             reading([200.0, 0.0, 0.0], false),
             reading([220.0, 0.0, 0.0], false),

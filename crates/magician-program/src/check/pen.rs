@@ -7,7 +7,7 @@ use crate::{Plan, Surface, Tool};
 
 /// Height above the surface up to which a pen is taken to draw, mm. A choice, far below the default
 /// lift.
-const TOUCH: f64 = 0.5;
+const TOUCH_HEIGHT: f64 = 0.5;
 
 pub(super) struct Pen {
     /// True for a laser, which draws only while it is on.
@@ -44,7 +44,7 @@ impl Pen {
     /// True if the motion of a command draws or burns.
     pub(super) fn draws(&self, command: &Set, from: &ArmState, to: &ArmState) -> bool {
         let touches = |surface: Surface| {
-            let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH;
+            let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH_HEIGHT;
             on(from) && on(to)
         };
         match command {

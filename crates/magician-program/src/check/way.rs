@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arcs_are_as_long_as_they_are() {
+    fn arc_length_is_radius_times_angle() {
         for degrees in [1.0f64, 45.0, 180.0, 270.0, 359.0] {
             // A tilted plane: two perpendicular directions, one of them rising.
             let at = |share: f64| {

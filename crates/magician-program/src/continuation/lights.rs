@@ -13,20 +13,20 @@ use magician_host::preflight::{Preflight, Stopping};
 use magician_host::{Set, VelocityProfile, commands::CpLeCmd};
 use magician_motion::MotionLaw;
 
-use super::within::{BESIDE, StraightMove, distance, is_straight};
+use super::within::{PEN_TOLERANCE, StraightMove, distance, is_straight};
 
 /// Largest distance of a pose from a line at which it counts as on it, mm: rounding of the arm's
 /// and the plan's coordinates.
-const ON_LINE: f64 = 0.05;
+const LINE_TOLERANCE: f64 = 0.05;
 /// Number of slots before the current slot that are searched for a pose: the arm may have finished
 /// short pieces since its last report.
-const EARLIER: usize = 8;
+const SLOTS_BEFORE: usize = 8;
 /// Slots searched backwards: more than the pieces of any braking distance.
-const WINDOW: usize = 400;
+const MAX_BRAKING_SLOTS: usize = 400;
 /// Number of slots after the last slot that determine the arm's speed: its queue holds no more.
-const AHEAD: usize = 32;
+const LOOKAHEAD_SLOTS: usize = 32;
 /// Places on a braking distance at which the speed is evaluated.
-const BRAKING_LOOKS: f64 = 100.0;
+const BRAKING_SAMPLES: f64 = 100.0;
 /// Period of the controller, s: it reports one pose for this long while the arm moves on to the
 /// next.
 const PERIOD: f64 = MotionLaw::MAGICIAN.period_us() as f64 / 1e6;
@@ -134,10 +134,10 @@ impl Lines {
         lead: usize,
         last: usize,
     ) -> Self {
-        let first = last.saturating_sub(WINDOW).max(lead);
-        let near = last.saturating_sub(2 * EARLIER);
+        let first = last.saturating_sub(MAX_BRAKING_SLOTS).max(lead);
+        let near = last.saturating_sub(2 * SLOTS_BEFORE);
         let mut lines = Vec::new();
-        let slots: Vec<_> = slots.take(last.saturating_add(1 + AHEAD)).collect();
+        let slots: Vec<_> = slots.take(last.saturating_add(1 + LOOKAHEAD_SLOTS)).collect();
         let commands: Vec<Set> = slots.iter().flatten().copied().collect();
         let mut profiles = course.path_profiles(&commands).into_iter();
         for (nth, slot) in slots.into_iter().enumerate().take(last.saturating_add(1)) {
@@ -170,7 +170,7 @@ impl Lines {
         until: Option<&Pose>,
     ) -> Option<Place> {
         let (off, slot, share) = self.nearest(under_way, pose)?;
-        if off > BESIDE {
+        if off > PEN_TOLERANCE {
             return None;
         }
         let mut place = self.before(
@@ -231,7 +231,7 @@ impl Lines {
     fn nearest(&self, under_way: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
         let place = [pose.x, pose.y, pose.z].map(f64::from);
         let last = self.first + self.lines.len();
-        let earlier = (under_way.saturating_sub(EARLIER)..under_way).rev();
+        let earlier = (under_way.saturating_sub(SLOTS_BEFORE)..under_way).rev();
         let nearest = |slot: usize| {
             let line = self.line(slot)?;
             let (share, _) = line.way.nearest(place);
@@ -242,7 +242,7 @@ impl Lines {
             .chain(earlier)
             .filter_map(nearest)
             .collect();
-        let on = all.iter().find(|(off, ..)| *off <= ON_LINE);
+        let on = all.iter().find(|(off, ..)| *off <= LINE_TOLERANCE);
         let best = all.iter().min_by(|one, other| one.0.total_cmp(&other.0));
         on.or(best).copied()
     }
@@ -250,13 +250,13 @@ impl Lines {
     /// Longest distance on which the arm may have braked to a place, mm: from each earlier place
     /// the arm gets as far as its speed there and the deceleration of `fastest` allow.
     fn braking_way(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
-        let step = fastest.braking / BRAKING_LOOKS;
+        let step = fastest.braking / BRAKING_SAMPLES;
         let comes_here = |back: f64| {
             let speed = self.speed_before(slot, share, back);
             let speed = speed.map_or(1.0, |speed| speed / fastest.speed);
             fastest.braking * speed * speed >= back - step
         };
-        let looks = (1..=BRAKING_LOOKS as u32).rev();
+        let looks = (1..=BRAKING_SAMPLES as u32).rev();
         let ways = looks.map(|nth| f64::from(nth) * step);
         ways.into_iter()
             .find(|back| comes_here(*back))

@@ -122,11 +122,11 @@ impl Settings {
 }
 
 fn motor_slot(index: u8) -> Slot {
-    (EXTERNAL_MOTOR, index)
+    (MOTOR_COMMAND_ID, index)
 }
 
 /// Command id under which the state of motors is stored.
-const EXTERNAL_MOTOR: u8 = EMotor::ROW.id;
+const MOTOR_COMMAND_ID: u8 = EMotor::ROW.id;
 
 /// Key of the setting that a command leaves in force; `None` for a command with a single effect. A
 /// motor keeps running until another command stops it.

@@ -13,10 +13,10 @@ use magician_formats::simplify::{dot, length};
 
 /// Largest distance of a pen from its line at which it counts as on it, mm: equal to the largest
 /// acceptable gap in a line.
-pub(super) const BESIDE: f64 = 0.2;
+pub(super) const PEN_TOLERANCE: f64 = 0.2;
 /// Largest distance that a stopped pen overruns a corner, mm: a path goes through its corners, and
 /// braking on it does too.
-const RUN_ON: f64 = 2.0;
+const MAX_OVERRUN: f64 = 2.0;
 
 /// Straight motion between two poses.
 pub(super) struct StraightMove {
@@ -98,19 +98,19 @@ pub(crate) fn place_on(
         let within = share.clamp(0.0, 1.0);
         let at = line.at(within);
         let away = distance(at, place);
-        if away <= BESIDE && best.is_none_or(|(least, _)| away < least) {
+        if away <= PEN_TOLERANCE && best.is_none_or(|(least, _)| away < least) {
             best = Some((away, (passed, at)));
         }
         let ran_on = (share - 1.0) * line.length();
-        if passed == 0 && off <= BESIDE && (0.0..=RUN_ON).contains(&ran_on) && best.is_none() {
+        if passed == 0 && off <= PEN_TOLERANCE && (0.0..=MAX_OVERRUN).contains(&ran_on) && best.is_none() {
             // The next line may be nearer, so this counts with the largest distance allowed.
-            best = Some((BESIDE, (passed, line.at(1.0))));
+            best = Some((PEN_TOLERANCE, (passed, line.at(1.0))));
         }
         if passed > 0 {
             beyond += line.length();
         }
         passed += 1;
-        if beyond > RUN_ON {
+        if beyond > MAX_OVERRUN {
             break;
         }
     }
@@ -202,7 +202,7 @@ pub(super) fn from_there(
     let (share, _) = line.nearest(place);
     let share = share.clamp(0.0, 1.0);
     let at = line.at(share);
-    if !is_straight(&command) || distance(at, place) > BESIDE {
+    if !is_straight(&command) || distance(at, place) > PEN_TOLERANCE {
         return None;
     }
     let left = |axis: usize| (1.0 - share) * (xyz(&line.to)[axis] - xyz(&line.from)[axis]);

@@ -12,7 +12,7 @@ use crate::FontChoice;
 
 /// Characters shown of an unknown option's name: the name may come from a network and be of any
 /// length.
-const SHOWN_NAME: usize = 40;
+const MAX_SHOWN_NAME: usize = 40;
 
 /// Error of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,7 +93,7 @@ impl SetupOptions {
         let mut options = Self::default();
         for (key, value) in fields {
             let Some(row) = Self::option(key) else {
-                let shown: String = key.chars().take(SHOWN_NAME).collect();
+                let shown: String = key.chars().take(MAX_SHOWN_NAME).collect();
                 let known = Self::keys().join(", ");
                 let message = message!("unknown option {shown}; known are {known}", shown, known);
                 return Err(OptionError::new(&shown, message));
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_has_the_name_of_its_option() {
+    fn errors_name_their_option() {
         for (fields, key) in [
             (json!({"colour": "red"}), "colour"),
             (json!({"by_file": true}), "by_file"),
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_goes_before_what_lies_under_it() {
+    fn given_options_override_the_preset() {
         let said = read(json!({"order": false, "fit": true, "at": [200, 0]})).unwrap();
         let under = read(json!({"order": true, "mirror": true, "at": [1, 2], "font": "script", "power": "5..80", "tool": [1, 2, 3]})).unwrap();
         let both = said.or(&under);

@@ -30,7 +30,7 @@ use crate::{
 use magician_formats::words::words;
 
 /// Acceleration on paths if a speed is given, as at power-up, mm/s2.
-const ACCELERATION: f32 = 100.0;
+const PATH_ACCELERATION: f32 = 100.0;
 
 /// Kind of work to make of drawings and images, if given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -348,7 +348,7 @@ impl SetupOptions {
         if let Some(speed) = self.speed.filter(|_| taught)
             && plan.steps.iter().any(|step| path(&step.action))
         {
-            settings.push(build::path_speed(speed as f32, ACCELERATION));
+            settings.push(build::path_speed(speed as f32, PATH_ACCELERATION));
         }
         settings
     }

@@ -11,7 +11,7 @@ use crate::raster::ImageStyle;
 use crate::{Depths, FrameShape, Paper, PartMode, Power, SystemFonts, TextLines, Tool, White};
 
 /// Largest number of characters of a text.
-const LONGEST_TEXT: usize = 1000;
+const MAX_TEXT_LENGTH: usize = 1000;
 
 /// Type of an option's value.
 ///
@@ -137,7 +137,7 @@ impl OptionValue for bool {
 impl OptionValue for String {
     fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let text = value.as_str().ok_or(None)?;
-        match text.chars().nth(LONGEST_TEXT) {
+        match text.chars().nth(MAX_TEXT_LENGTH) {
             Some(_) => Err(None),
             None => Ok(text.to_owned()),
         }

@@ -4,12 +4,12 @@ use magician_host::preflight::Preflight;
 
 use super::RemainingProgram;
 use crate::check::{check_in_turns, widen};
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
 use crate::{DoubtfulSteps, PartFigures, Plan, RefusedStep, Report};
 
 /// Largest number of iterations checked one by one, if each ends elsewhere. Bounds the work for
 /// endless programs that drift.
-const MOST_ITERATIONS: usize = 100;
+const MAX_ITERATIONS: usize = 100;
 
 impl RemainingProgram {
     /// Checks the rest of the program: the first part, then iterations until one leaves the arm as
@@ -41,11 +41,11 @@ impl RemainingProgram {
         };
         let mut left = self.follow;
         let mut steps = self.first.steps.len();
-        for nth in 1..=MOST_ITERATIONS {
+        for nth in 1..=MAX_ITERATIONS {
             let again = check_in_turns(&iteration, &course, turns).await;
             let before = course.arm().copied();
             follow(&mut course, &iteration, turns).await;
-            let settled = course.arm().copied() == before || nth == MOST_ITERATIONS;
+            let settled = course.arm().copied() == before || nth == MAX_ITERATIONS;
             let times = left.map_or(0, |left| if settled { left } else { 1 });
             add(report, again, times, steps);
             steps = steps.saturating_add(iteration.steps.len());
@@ -62,7 +62,7 @@ async fn follow(course: &mut Preflight, plan: &Plan, turns: &impl Turns) {
     if let Some(tool) = plan.preamble() {
         let _ = course.check(&tool);
     }
-    for slice in plan.steps.chunks(SLICE) {
+    for slice in plan.steps.chunks(STEPS_PER_SLICE) {
         for step in slice {
             if let Some(command) = step.action.command() {
                 let _ = course.check(&command);
@@ -135,7 +135,7 @@ mod tests {
     use crate::Origin;
 
     #[test]
-    fn a_check_counts_every_round() {
+    fn check_counts_every_iteration() {
         let once = rest(Some(1), 0).check();
         let thrice = rest(Some(3), 0).check();
         assert!(thrice.is_good());
@@ -150,7 +150,7 @@ mod tests {
 
     /// Each iteration goes 30 mm further out.
     #[test]
-    fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
+    fn drifting_iterations_are_checked_until_one_is_refused() {
         let mut plan = plan();
         let further = PtpCmd {
             ptp_mode: PtpMode::MovlXyzInc,

@@ -25,11 +25,11 @@ pub use numbering::StepNumbering;
 pub use remaining::{BurnPlace, RemainingProgram};
 pub use timetable::Timetable;
 
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
 use crate::{Diagnostic, Plan};
 
 /// Largest start step of an endless program: counts from there never overflow 64 bits.
-const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
+const MAX_START_STEP: u64 = i64::MAX.unsigned_abs();
 
 /// Plan that runs once, several times or endlessly.
 ///
@@ -186,7 +186,7 @@ impl Program {
     /// # Errors
     /// [`Diagnostic`] that names the last step.
     pub fn has(&self, step: u64) -> Result<(), Diagnostic> {
-        let steps = self.steps().unwrap_or(u64::MAX).min(MOST_STEPS);
+        let steps = self.steps().unwrap_or(u64::MAX).min(MAX_START_STEP);
         if step == 0 || step < steps {
             return Ok(());
         }
@@ -268,7 +268,7 @@ impl Program {
             .steps
             .get(skipped..)
             .unwrap_or_default()
-            .chunks(SLICE)
+            .chunks(STEPS_PER_SLICE)
         {
             for step in slice {
                 take_step(step.action.command(), step.action.name());
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_counted_over_all_rounds() {
+    fn steps_are_counted_across_iterations() {
         let program = program(3, Some(2));
         assert_eq!(program.steps(), Some(6));
         assert!(program.has(5).is_ok());
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn its_key_is_of_what_it_does() {
+    fn key_depends_on_commands_only() {
         let same = program(3, Some(2)).key();
         let mut named = Plan::clone(program(3, Some(2)).plan());
         "another".clone_into(&mut named.title);

@@ -17,17 +17,17 @@ use magician_host::preflight::{Guards, Preflight};
 use super::{Program, StepNumbering, Timetable};
 use crate::continuation::{Continuation, lights, within};
 use crate::resume::{ResumePoint, StepCounter};
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 
 /// Largest distance of an arm from the end of a step at which the step counts as done, mm: equal to
 /// the largest acceptable gap in a line.
-const NEAR: f64 = 0.2;
+const DONE_TOLERANCE: f64 = 0.2;
 /// Largest distance from its end of an arm that finished a step by itself, mm: rounding of the
 /// arm's and the plan's coordinates.
-const EXACT: f64 = 0.01;
+const REST_TOLERANCE: f64 = 0.01;
 /// Largest change of a joint that counts as standstill, deg.
-const STILL: f64 = 0.02;
+const STANDSTILL_TOLERANCE: f64 = 0.02;
 
 /// Rest of a [`Program`] from one of its steps on, for an arm in a known state: the approach to the
 /// first step, the rest of the current iteration, and the iterations after it.
@@ -284,7 +284,7 @@ impl RemainingProgram {
         let began = began.joints.to_array();
         let elsewhere = |now: [f64; 4]| {
             let mut pairs = began.into_iter().zip(now);
-            pairs.any(|(began, now)| (began - now).abs() > STILL)
+            pairs.any(|(began, now)| (began - now).abs() > STANDSTILL_TOLERANCE)
         };
         let mut course = self.start.clone().guards(Guards::NONE);
         let done = usize::try_from(counter.commands(index).least).unwrap_or(usize::MAX);
@@ -436,7 +436,7 @@ impl RemainingProgram {
             (Some(within), _) => within,
             (None, ResumePoint::After(steps)) if steps > self.from => {
                 // A step that ends by itself ends exactly at its target.
-                self.off_end(steps, pose).1.filter(|off| *off > EXACT)?;
+                self.off_end(steps, pose).1.filter(|off| *off > REST_TOLERANCE)?;
                 (steps - 1, [pose.x, pose.y, pose.z].map(f64::from))
             }
             _ => return None,
@@ -534,7 +534,7 @@ impl RemainingProgram {
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
         match self.off_end(steps, pose) {
             (Some(Set::WaitCmd(_) | Set::TrigCmd(_)), _) if stopped => Some(false),
-            (_, off) => Some(off? <= NEAR),
+            (_, off) => Some(off? <= DONE_TOLERANCE),
         }
     }
 
@@ -573,7 +573,7 @@ async fn sums(
     let mut sums = Vec::new();
     loop {
         let before = sums.len();
-        sums.extend(slots.by_ref().take(SLICE).map(|slot| {
+        sums.extend(slots.by_ref().take(STEPS_PER_SLICE).map(|slot| {
             let done = slot.and_then(|command| course.check(&command).ok());
             let known = done
                 .map(|step| step.time)
@@ -581,7 +581,7 @@ async fn sums(
             sum += known.map_or(0.0, |time| time.as_secs_f64());
             sum
         }));
-        if sums.len() < before + SLICE {
+        if sums.len() < before + STEPS_PER_SLICE {
             if let Some(last) = sums.last_mut() {
                 *last += course.clone().rest().as_secs_f64();
             }

@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rounds_after_the_first_part_have_a_length_of_their_own() {
+    fn later_iterations_have_their_own_duration() {
         // A lead of 1 s, two steps of 2 s, then iterations of three steps of 1 s.
         let table = Timetable::new(
             Duration::from_secs(11),

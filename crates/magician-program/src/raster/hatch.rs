@@ -11,9 +11,9 @@ use crate::{Diagnostic, Stroke};
 
 /// Angles of the layers, degrees counter-clockwise from x. Further layers repeat them between the
 /// earlier lines.
-const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
+const LAYER_ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
 /// Sampling distance along a line, in pen widths.
-const STEP: f64 = 0.5;
+const SAMPLE_STEP: f64 = 0.5;
 
 /// Layer of hatching.
 struct Hatching {
@@ -43,9 +43,9 @@ fn hatchings(trace: &Trace) -> Vec<Hatching> {
         let order = usize::from(nth - 1);
         Hatching {
             darker_than: f64::midpoint(below, above),
-            angle: ANGLES[order % ANGLES.len()],
+            angle: LAYER_ANGLES[order % LAYER_ANGLES.len()],
             spacing: trace.pen_width / share.clamp(1e-3, 1.0),
-            shift: [0.5, 0.0, 0.25, 0.75][order / ANGLES.len() % 4],
+            shift: [0.5, 0.0, 0.25, 0.75][order / LAYER_ANGLES.len() % 4],
         }
     };
     (1..=levels).map(hatching).collect()
@@ -113,7 +113,7 @@ fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]
 /// stretch with the pen's round caps inks as much as one with square ends at the edge.
 fn stretches(shade: &Shade, line: [[f64; 2]; 2], level: f64, pen_width: f64) -> Vec<[f64; 2]> {
     let length = distance(line[0], line[1]);
-    let count = (length / (STEP * pen_width)).ceil().max(1.0) as usize;
+    let count = (length / (SAMPLE_STEP * pen_width)).ceil().max(1.0) as usize;
     let step = length / count as f64;
     let darkness = |nth: usize| {
         let [at, _] = stretch(line, [nth as f64 * step; 2]);

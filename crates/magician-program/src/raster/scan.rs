@@ -12,10 +12,10 @@ use super::tone::Powers;
 use super::{Engrave, Grid};
 use crate::artwork::distance;
 use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
-use magician_formats::reach::APPROACH;
+use magician_formats::reach::APPROACH_HEIGHT;
 
 /// Speed ratio that an arm applies to travel moves by default (model section 6).
-const RATIO: f64 = 0.5;
+const DEFAULT_SPEED_RATIO: f64 = 0.5;
 /// Durations of motion, used to choose between paths.
 pub(super) struct ScanSpeeds {
     speed: f64,
@@ -30,7 +30,7 @@ impl ScanSpeeds {
             speed: engrave.speed,
             acceleration: engrave.acceleration,
             run_up: engrave.run_up(),
-            travel: engrave.travel * RATIO,
+            travel: engrave.travel * DEFAULT_SPEED_RATIO,
         }
     }
 
@@ -264,7 +264,7 @@ impl<'e> Scan<'e> {
     fn over(&self, at: [f64; 2]) -> [f32; 3] {
         let lift = self.engrave.lift;
         let reach = Reach::new(Tool::Laser.bias(), self.surface, lift);
-        let (at, above) = reach.over((at, 0.0), lift + APPROACH);
+        let (at, above) = reach.over((at, 0.0), lift + APPROACH_HEIGHT);
         self.above(at, above)
     }
 }

@@ -83,23 +83,23 @@ impl Default for Trace {
             despeckle: 0.3,
             levels: None,
             spacing: None,
-            pen_width: Self::PEN_WIDTH,
+            pen_width: Self::DEFAULT_PEN_WIDTH,
         }
     }
 }
 
 /// Grey level below which a spot can be a speck: lighter pixels are noise of white paper.
-const FAINT: u8 = 240;
-/// Resolution at which specks are searched in shaded styles, mm, with at most `MOST_SIDE` pixels on
+const SPECK_LEVEL: u8 = 240;
+/// Resolution at which specks are searched in shaded styles, mm, with at most `MAX_SIDE` pixels on
 /// a side.
-const SPECK_PIXEL: f64 = 0.1;
-const MOST_SIDE: usize = 2000;
+const SPECK_PIXEL_SIZE: f64 = 0.1;
+const MAX_SIDE: usize = 2000;
 
 impl Trace {
     /// Default width of the pen's line, mm: a fine felt-tip pen.
-    pub const PEN_WIDTH: f64 = 0.5;
+    pub const DEFAULT_PEN_WIDTH: f64 = 0.5;
     /// Default number of hatching layers.
-    const HATCHINGS: u8 = 6;
+    const DEFAULT_HATCH_LAYERS: u8 = 6;
 
     /// Distance of rows of dots or lines, mm.
     pub(super) fn spacing(&self) -> f64 {
@@ -112,7 +112,7 @@ impl Trace {
     }
 
     pub(super) fn hatch_levels(&self) -> u8 {
-        self.levels.unwrap_or(Self::HATCHINGS).max(1)
+        self.levels.unwrap_or(Self::DEFAULT_HATCH_LAYERS).max(1)
     }
 
     /// Same options for an image that is scaled afterwards: the pen keeps its width, and lengths
@@ -197,9 +197,9 @@ impl Trace {
             ImageStyle::Outline => outline::strokes(image, page, self),
             ImageStyle::Centerline => centerline::strokes(image, page, self),
             ImageStyle::Halftone | ImageStyle::Squiggle | ImageStyle::Hatch => {
-                let mut image = reduced(image, page, SPECK_PIXEL, MOST_SIDE);
+                let mut image = reduced(image, page, SPECK_PIXEL_SIZE, MAX_SIDE);
                 let pixel = [page[0] / image.width as f64, page[1] / image.height as f64];
-                let specks = specks::whiten(&mut image, pixel, FAINT, self.despeckle);
+                let specks = specks::whiten(&mut image, pixel, SPECK_LEVEL, self.despeckle);
                 let shade = Shade::new(&image, page, self.pen_width);
                 let strokes = match self.style {
                     ImageStyle::Halftone => halftone::strokes(&shade, self)?,

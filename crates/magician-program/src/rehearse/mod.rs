@@ -22,11 +22,11 @@ use stage::tell;
 pub use stage::{RehearseOptions, stage, stands, start_of, tool_of};
 
 /// The host's link.
-const HOST: LinkId = LinkId(0);
+const HOST_LINK: LinkId = LinkId(0);
 /// Largest number of recorded tool positions. Bounds memory for long plans.
-const MOST_LOOKS: usize = 1_000_000;
+const MAX_SAMPLES: usize = 1_000_000;
 /// Largest number of logged events.
-const MOST_EVENTS: usize = 1000;
+const MAX_EVENTS: usize = 1000;
 
 /// Result of a plan on a virtual arm.
 #[derive(Clone, Debug)]
@@ -165,7 +165,7 @@ impl Run {
         while let Some(next) = (self.watch).map(|each| self.arm.now() + each)
             && next < end
             && self.arm.state().moving
-            && self.way.len() < MOST_LOOKS
+            && self.way.len() < MAX_SAMPLES
         {
             self.arm.advance(next);
             self.look();
@@ -173,7 +173,7 @@ impl Run {
     }
 
     fn look(&mut self) {
-        if self.watch.is_some() && self.way.len() < MOST_LOOKS {
+        if self.watch.is_some() && self.way.len() < MAX_SAMPLES {
             let Pose { x, y, z, .. } = self.arm.state().pose;
             self.way.push([x, y, z]);
         }
@@ -182,7 +182,7 @@ impl Run {
     fn note(&mut self) {
         let now = self.now();
         while let Some(event) = self.arm.poll_event() {
-            if !event.is_routine() && self.log.len() < MOST_EVENTS {
+            if !event.is_routine() && self.log.len() < MAX_EVENTS {
                 self.log.push((now, event));
             }
         }

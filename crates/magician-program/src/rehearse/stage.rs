@@ -15,17 +15,17 @@ use super::HOST;
 use crate::{Action, Plan, Tool};
 
 /// Compliance of a tool beyond the height range of its surface, mm.
-const GIVE: f64 = 3.0;
+const TOOL_COMPLIANCE: f64 = 3.0;
 /// Largest compliance of a tool, mm. Parts of the surface further down are not touched.
-const MOST_GIVE: f64 = 100.0;
+const MAX_COMPLIANCE: f64 = 100.0;
 /// Smallest start height of a tool above the table, mm.
-const CLEAR: f64 = 20.0;
+const MIN_START_HEIGHT: f64 = 20.0;
 /// Start position if the tool is too low in the home pose, mm.
-const ABOVE: [f64; 2] = [200.0, 0.0];
+const RAISED_START: [f64; 2] = [200.0, 0.0];
 /// Height above the surface that still counts as touching, mm: rounding of what is sent.
-const AT_SURFACE: f64 = 1e-3;
+const TOUCH_TOLERANCE: f64 = 1e-3;
 /// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
-const FARTHEST_TABLE: f64 = 1000.0;
+const MAX_TABLE_DISTANCE: f64 = 1000.0;
 
 /// Options of a rehearsal that the plan itself leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,10 +107,10 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
     let geometry = Geometry::magician(tool.bias());
     let home = geometry.forward(&JointAngles::HOME);
     let raised = Pose {
-        z: table + CLEAR,
+        z: table + MIN_START_HEIGHT,
         ..home
     };
-    let [x, y] = ABOVE;
+    let [x, y] = RAISED_START;
     let aside = Pose { x, y, ..raised };
     if home.z >= raised.z {
         return None;
@@ -194,7 +194,7 @@ fn needed(plan: &Plan) -> Tool {
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
     let kind = kind_of(plan, tool);
     let (height, slope) = table(plan, options, kind)?.unzip();
-    let give = (GIVE + slope.unwrap_or(0.0)).min(MOST_GIVE);
+    let give = (TOOL_COMPLIANCE + slope.unwrap_or(0.0)).min(MAX_COMPLIANCE);
     let mut text =
         format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
     if let Some(height) = height {
@@ -209,12 +209,12 @@ fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenar
 fn table(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Option<(f64, f64)>, Error> {
     let table = table_of(plan, options, tool);
     match table {
-        Some((height, _)) if !height.is_finite() || height.abs() > FARTHEST_TABLE => {
+        Some((height, _)) if !height.is_finite() || height.abs() > MAX_TABLE_DISTANCE => {
             let message = message!(
                 "a table at {height} mm is out of range for this arm",
                 height
             );
-            Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"))
+            Err(Error::invalid(message).with_limit(height, MAX_TABLE_DISTANCE, "mm"))
         }
         _ => Ok(table),
     }
@@ -236,7 +236,7 @@ fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, 
             let touched = targets.filter_map(|to| {
                 let [x, y, z] = to.map(f64::from);
                 let height = surface.at([x, y]);
-                (z <= height + AT_SURFACE).then_some(height)
+                (z <= height + TOUCH_TOLERANCE).then_some(height)
             });
             let range = extent(touched).unwrap_or([surface.height; 2]);
             Some((range[1], range[1] - range[0]))

@@ -10,14 +10,14 @@ use crate::raster::{ImageLines, Size, Trace};
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
 
 /// Search effort for a better order of a shaded image's rows, which are in good order already.
-const SHADED_EFFORT: u64 = 20_000_000;
+const SHADED_ORDER_EFFORT: u64 = 20_000_000;
 /// Longest side of anything the arm can draw, rounded up generously, mm.
-const LARGEST: f64 = 1000.0;
+const MAX_DRAWN_SIDE: f64 = 1000.0;
 /// Accuracy of the first estimate of a fitting size, mm.
-const ROUGH: f64 = 0.1;
+const ESTIMATE_ACCURACY: f64 = 0.1;
 /// Largest number of times that a file is read: finer chords change the size a little, which in
 /// turn changes the chords needed.
-const MOST_READINGS: usize = 4;
+const MAX_READINGS: usize = 4;
 
 impl Setup {
     /// Setup with the requested width or height as a scale. An image already has the requested
@@ -68,7 +68,7 @@ impl Setup {
         format: Format,
         mut content: Content,
     ) -> Result<Content, Diagnostic> {
-        for _ in 0..MOST_READINGS {
+        for _ in 0..MAX_READINGS {
             // Content without curves is the same at every size.
             let Some(file) = content.take_curves() else {
                 break;
@@ -77,7 +77,7 @@ impl Setup {
             let size = content.longest_side();
             // The arm can draw no larger than this, so no finer chords are needed.
             let scale = if size > 0.0 {
-                scale.min(LARGEST / size)
+                scale.min(MAX_DRAWN_SIDE / size)
             } else {
                 scale
             };
@@ -157,7 +157,7 @@ impl Setup {
             return wanted;
         }
         let marking = self.marking();
-        let rough = artwork.thinned(ROUGH / wanted);
+        let rough = artwork.thinned(ESTIMATE_ACCURACY / wanted);
         let laid = |setup: &Self| rough.largest(&setup.layout().ok()?, &marking);
         match laid(self) {
             Some(scale) if scale >= wanted || !self.placement.turn => scale,
@@ -204,7 +204,7 @@ impl Setup {
         artwork.tidy_to_draw(&self.tidy, scale);
         if self.order {
             let order = Order {
-                effort: SHADED_EFFORT,
+                effort: SHADED_ORDER_EFFORT,
                 ..Order::default()
             };
             artwork.put_in_order(&order.to_draw(scale));

@@ -2,7 +2,7 @@
 //!
 //! Lines alone give an upper bound for the size. The full check also covers travel between lines,
 //! arcs and turns of the tool, which may leave the reach; then the plan is reduced in steps of
-//! [`SHRINK`] until it passes, or fitting gives up.
+//! [`SHRINK_FACTOR`] until it passes, or fitting gives up.
 
 use std::fmt;
 
@@ -12,26 +12,26 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, LaidPage, Placement, Setup, UNSAID, extent_of_marks, middle};
+use super::{Frame, LaidPage, Placement, Setup, POWER_UP_TOOL, extent_of_marks, middle};
 use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
 /// Factor by which a plan that fails the check is reduced each time.
-const SHRINK: f64 = 0.98;
+const SHRINK_FACTOR: f64 = 0.98;
 /// Smallest share of the size given by the lines alone: fitting gives up below it.
-const LEAST_SHRUNK: f64 = 0.5;
+const MIN_SHRUNK_SHARE: f64 = 0.5;
 /// Smallest gain in size for which a drawing is turned.
-const LARGER: f64 = 1.001;
+const MIN_TURN_GAIN: f64 = 1.001;
 /// Smallest gain in size for which a place beside the arm is preferred to one in front.
-const BESIDE: f64 = 1.01;
+const MIN_SIDE_GAIN: f64 = 1.01;
 /// Largest distance from the line straight ahead of the arm at which a drawing counts as in front,
 /// mm.
-const AHEAD: f64 = 0.1;
+const FRONT_TOLERANCE: f64 = 0.1;
 /// Share from which on a scale counts as 1.
-const WHOLE: f64 = 1.0 - 1e-6;
+const FULL_SCALE: f64 = 1.0 - 1e-6;
 /// Scale below which a drawing is probably not what the user wants.
-const TINY: f64 = 0.1;
+const TINY_SCALE: f64 = 0.1;
 
 /// Plan for this arm made from a file.
 #[derive(Clone, Debug)]
@@ -113,7 +113,7 @@ impl AppliedPlacement {
     /// ```
     #[must_use]
     pub fn is_tiny(&self) -> bool {
-        self.scale < TINY
+        self.scale < TINY_SCALE
     }
 }
 
@@ -160,7 +160,7 @@ impl PlacedPlan {
 
 /// Report of the check, once the arm has reached the start.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
-    let start = Preflight::at(JointAngles::HOME, UNSAID)
+    let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL)
         .on_rail(0.0)
         .guards(Guards::NONE.reach(true));
     // The speed does not depend on the size, so the fence's speed limit is ignored here.
@@ -294,15 +294,15 @@ impl Setup {
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
         let ahead = passing.is_some_and(|straight| in_front(&straight.made));
         if self.placement.turn
-            && (scale < WHOLE * self.placement.scale || !ahead)
+            && (scale < FULL_SCALE * self.placement.scale || !ahead)
             && let Ok(turned) = self.turned(90.0).shrunk(format, content)
             && turned.passes
         {
             let least = match (ahead, in_front(&turned.made)) {
                 // A place in front is worth a slightly smaller drawing.
-                (true, false) => BESIDE * scale,
-                (false, true) => scale / BESIDE,
-                _ => LARGER * scale,
+                (true, false) => MIN_SIDE_GAIN * scale,
+                (false, true) => scale / MIN_SIDE_GAIN,
+                _ => MIN_TURN_GAIN * scale,
             };
             if turned.made.scale > least {
                 return Ok((turned.made, 90.0));
@@ -368,8 +368,8 @@ impl Setup {
         let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
         let [_, moved, _] = self.placement.by;
         let side = match (least[1] - moved, most[1] - moved) {
-            (least, _) if least > AHEAD => Some(Side::Left),
-            (_, most) if most < -AHEAD => Some(Side::Right),
+            (least, _) if least > FRONT_TOLERANCE => Some(Side::Left),
+            (_, most) if most < -FRONT_TOLERANCE => Some(Side::Right),
             _ => None,
         };
         let [x, y] = [0, 1].map(|axis| [least[axis], most[axis]]);
@@ -391,8 +391,8 @@ impl Setup {
         let mut setup = self.clone();
         let mut scale = first.scale;
         // A linear search, because a smaller size may fail although a larger one passes.
-        while scale > LEAST_SHRUNK * first.scale {
-            scale *= SHRINK;
+        while scale > MIN_SHRUNK_SHARE * first.scale {
+            scale *= SHRINK_FACTOR;
             setup.placement.scale = scale;
             let smaller = setup.made(format, content)?;
             if smaller.passes() {
@@ -462,7 +462,7 @@ impl Lies {
         };
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
         let note = match format {
-            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
             _ => note,
         };
         note.remedy(
@@ -473,13 +473,13 @@ impl Lies {
 }
 
 /// Effect of a width on lines of text, as a remedy.
-const WRAPS: &str = "breaks its lines";
+const WRAP_EFFECT: &str = "breaks its lines";
 
 /// Note about a chosen size or rotation; `fitted` is the resulting share of the requested size.
 fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagnostic> {
     let share = fitted.unwrap_or(1.0);
     let percent = 100.0 * share;
-    let is_smaller = share < WHOLE;
+    let is_smaller = share < FULL_SCALE;
     let smaller = is_smaller.then(|| match percent {
         percent if percent < 10.0 => {
             message!("made smaller to fit: {percent:.1} % of its size", percent)
@@ -508,7 +508,7 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
         note
     };
     let note = match format {
-        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
         _ => note,
     };
     Some(note)

@@ -9,13 +9,13 @@ use magician_host::{Given, Setting};
 use magician_motion::Geometry;
 use magician_protocol::{CpMode, Set};
 
-use super::UNSAID;
+use super::POWER_UP_TOOL;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Tool, Travel};
 
 /// Depth that still counts as on the surface, mm: coordinates are rounded to 32 bits.
-const ROUNDING: f64 = 1e-4;
+const DEPTH_TOLERANCE: f64 = 1e-4;
 /// Smallest depth reported in a note, mm; less is rounding in the file.
-const TOLD: f64 = 0.05;
+const MIN_REPORTED_DEPTH: f64 = 0.05;
 
 type Point = [f64; 3];
 
@@ -62,7 +62,7 @@ pub(super) fn handles(plan: &Plan) -> bool {
 pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
     let mut holder = Holder {
         surface,
-        geometry: Geometry::magician(plan.tool.map_or(UNSAID, Tool::bias)),
+        geometry: Geometry::magician(plan.tool.map_or(POWER_UP_TOOL, Tool::bias)),
         at: None,
         most: 0.0,
     };
@@ -76,7 +76,7 @@ pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Rai
         }
         plan.steps.push(step);
     }
-    Ok((holder.most >= TOLD).then_some(Raised::new(holder.most)))
+    Ok((holder.most >= MIN_REPORTED_DEPTH).then_some(Raised::new(holder.most)))
 }
 
 fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
@@ -195,7 +195,7 @@ impl Holder {
     /// Nearest position on or above the surface.
     fn raised(&mut self, free: Point) -> Point {
         let above = self.above(free);
-        if above >= -ROUNDING || !above.is_finite() {
+        if above >= -DEPTH_TOLERANCE || !above.is_finite() {
             return free;
         }
         self.most = self.most.max(-above);
@@ -245,7 +245,7 @@ impl Holder {
         let free = [pose.x, pose.y, pose.z];
         let above = self.above(free);
         // Joint angles cannot be corrected in Z alone, so such a step is refused.
-        if above < -TOLD {
+        if above < -MIN_REPORTED_DEPTH {
             return Err(-above);
         }
         self.at = Some(Place { held: free, free });
@@ -259,7 +259,7 @@ impl Holder {
         let from = before?.free;
         let free = self.at?.free;
         let (here, there) = (self.above(from), self.above(free));
-        let crosses = here.min(there) < -ROUNDING && here.max(there) > ROUNDING;
+        let crosses = here.min(there) < -DEPTH_TOLERANCE && here.max(there) > DEPTH_TOLERANCE;
         crosses.then(|| {
             let share = here / (here - there);
             let [x, y] = [0, 1].map(|axis: usize| from[axis] + share * (free[axis] - from[axis]));
@@ -276,7 +276,7 @@ impl Holder {
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends
             .map(|end| self.above(end))
-            .any(|above| above < -ROUNDING);
+            .any(|above| above < -DEPTH_TOLERANCE);
         if !is_below {
             self.goes(points[1]);
             return None;
@@ -292,7 +292,7 @@ impl Holder {
         });
         let [x, y, z] = from?.held;
         let on = self.surface.at([x, y]);
-        (z - on > ROUNDING).then(|| Action::Move {
+        (z - on > DEPTH_TOLERANCE).then(|| Action::Move {
             to: [x, y, on, 0.0].map(|value| value as f32),
             by: Travel::Line,
         })

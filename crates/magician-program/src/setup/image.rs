@@ -3,7 +3,7 @@
 use magician_host::message;
 use magician_host::{Given, Setting};
 
-use super::placed::ROUNDED;
+use super::placed::SHEET_TOLERANCE;
 use super::{Laid, Setup};
 use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
@@ -107,7 +107,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
         && taken
             .iter()
             .zip(room)
-            .any(|(side, room)| side - ROUNDED > room)
+            .any(|(side, room)| side - SHEET_TOLERANCE > room)
     {
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
         let message = message!(

@@ -6,7 +6,7 @@ use magician_host::JointAngles;
 use magician_host::preflight::{Guards, Preflight};
 use serde::Serialize;
 
-use super::{PartMode, PartRule, Setup, UNSAID};
+use super::{PartMode, PartRule, Setup, POWER_UP_TOOL};
 use crate::{Action, Artwork, Content, Diagnostic, Format, Part, Plan, Report, check};
 
 /// Part of a file, with its figures.
@@ -59,7 +59,7 @@ impl Setup {
         if let Ok(laid) = laid
             && laid.misfit.is_none()
         {
-            let start = Preflight::at(JointAngles::HOME, UNSAID)
+            let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL)
                 .on_rail(0.0)
                 .guards(Guards::NONE.reach(true));
             PartSummary::measure(&mut listed, &check(&laid.plan, &start));

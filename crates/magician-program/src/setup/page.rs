@@ -6,7 +6,7 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
+use super::{Frame, Setup, POWER_UP_TOOL, Work, WorkLines, fitted};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::raster::Engrave;
 use crate::toolpath::DrawnLine;
@@ -16,10 +16,10 @@ use crate::{
 };
 
 /// Largest overhang at an edge that is ignored, mm.
-const FINE: f64 = 0.05;
+const OVERHANG_TOLERANCE: f64 = 0.05;
 /// Largest difference of sides at which two pages count as equal, mm: files round to their own
 /// units.
-const SAME: f64 = 1.0;
+const SIZE_TOLERANCE: f64 = 1.0;
 
 /// Page and its margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,14 @@ pub struct Page {
 
 impl Page {
     /// Default margin, mm.
-    pub const MARGIN: f64 = 10.0;
+    pub const DEFAULT_MARGIN: f64 = 10.0;
 
     /// Page with the default margin.
     #[must_use]
     pub fn of(paper: Paper) -> Self {
         Self {
             paper,
-            margin: Self::MARGIN,
+            margin: Self::DEFAULT_MARGIN,
         }
     }
 
@@ -106,7 +106,7 @@ impl LaidPage {
     /// Bounds of the drawn or burnt part of a plan, from the middle of the page along its edges; of
     /// all targets if it draws nothing.
     fn bounds(&self, plan: &Plan) -> Option<[[f64; 2]; 2]> {
-        let start = Preflight::at(JointAngles::HOME, UNSAID);
+        let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL);
         let lines = DrawnLine::of(plan, &start);
         let drawn = lines.iter().flat_map(|line| [line.from, line.to]);
         let marks = || {
@@ -185,12 +185,12 @@ impl LaidPage {
         let beyond = |axis: usize| most[axis].max(-least[axis]) - size[axis] / 2.0;
         let beyond = beyond(0).max(beyond(1));
         let margin = self.page.margin;
-        let message = if beyond > FINE {
+        let message = if beyond > OVERHANG_TOLERANCE {
             message!(
                 "it reaches {by} mm beyond the edge of the page",
                 by = tenths_up(beyond)
             )
-        } else if -beyond < margin - FINE {
+        } else if -beyond < margin - OVERHANG_TOLERANCE {
             let left = rounded((-beyond).max(0.0));
             message!(
                 "it comes within {left} mm of the edge of the page; the margin is {margin} mm",
@@ -283,7 +283,7 @@ impl Setup {
         let sides = turned.into_iter().zip(paper.size());
         sides
             .into_iter()
-            .all(|(side, of_paper)| (side - of_paper).abs() <= SAME)
+            .all(|(side, of_paper)| (side - of_paper).abs() <= SIZE_TOLERANCE)
     }
 
     /// Page with its middle at this position.
@@ -317,7 +317,7 @@ impl Setup {
             Content::Plan(plan) => {
                 let [least, most] = plan.extent().unwrap_or_default();
                 let tool = self.tool.or(plan.tool).or(self.default_tool);
-                let tool = tool.map_or(UNSAID, Tool::bias);
+                let tool = tool.map_or(POWER_UP_TOOL, Tool::bias);
                 return Ok(Reach::new(
                     tool,
                     Surface::level(least[2]),

@@ -9,9 +9,9 @@ use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause
 use magician_formats::words::words;
 
 /// Largest number of parts named in an error.
-const NAMED: usize = 20;
+const MAX_NAMED_PARTS: usize = 20;
 /// Largest number of passes.
-pub(crate) const MOST_PASSES: u32 = 1000;
+pub(crate) const MAX_PASSES: u32 = 1000;
 
 /// Division of a drawing into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -324,11 +324,11 @@ fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     let known = parts.iter().filter(|part| part.passes > 0);
     let all = known.clone().count();
     let names: Vec<String> = known
-        .take(NAMED)
+        .take(MAX_NAMED_PARTS)
         .map(|part| part.part.to_string())
         .collect();
     let parts = names.join("; ");
-    let message = if all > NAMED {
+    let message = if all > MAX_NAMED_PARTS {
         message!(
             "no part has the name, colour or number '{wanted}'; the parts are {parts}; and more",
             wanted,

@@ -20,7 +20,7 @@ use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Sur
 use guide::Guide;
 
 /// Largest excess over a sheet that is ignored, mm.
-pub(super) const ROUNDED: f64 = 1.0;
+pub(super) const SHEET_TOLERANCE: f64 = 1.0;
 
 /// Coordinate system of G-code, plans, playback files and points. Drawings and images are always
 /// placed.
@@ -267,7 +267,7 @@ impl Setup {
         if size
             .iter()
             .zip(room)
-            .all(|(side, room)| side - ROUNDED <= room)
+            .all(|(side, room)| side - SHEET_TOLERANCE <= room)
         {
             return Ok(());
         }

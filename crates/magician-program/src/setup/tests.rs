@@ -27,7 +27,7 @@ fn line() -> Artwork {
 }
 
 #[test]
-fn a_taught_program_has_the_tool_that_is_named() {
+fn taught_program_gets_the_named_tool() {
     let tool = |format, setup: &Setup| {
         let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
         (made.plan.tool, made.notes.len())
@@ -80,7 +80,7 @@ fn a_plan_is_placed_by_its_middle() {
 }
 
 #[test]
-fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
+fn drawing_needs_a_surface_and_takes_the_most_specific_one() {
     let mut setup = Setup::default();
     let refused = setup
         .plan(Format::Svg, Content::Artwork(line()))
@@ -172,7 +172,7 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
 }
 
 #[test]
-fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
+fn image_is_engraved_at_the_largest_even_speed_and_a_faster_one_is_noted() {
     // All neighbouring pixels differ.
     let image = Raster {
         width: 40,
@@ -232,7 +232,7 @@ fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
 }
 
 #[test]
-fn an_image_keeps_to_its_sheet() {
+fn image_stays_within_its_sheet() {
     let image = Raster {
         width: 4,
         height: 2,
@@ -271,7 +271,7 @@ fn an_image_keeps_to_its_sheet() {
 }
 
 #[test]
-fn a_usual_tool_is_taken_where_it_can_do_the_work() {
+fn default_tool_is_used_if_it_can_do_the_work() {
     let bias = Tool::Bias([61.5, 0.5, 0.0]);
     for (usual, pen, laser) in [
         (Tool::Suction, Tool::Pen, Tool::Laser),
@@ -300,7 +300,7 @@ fn marked(plan: &Plan) -> [[f64; 2]; 2] {
 }
 
 #[test]
-fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
+fn shaded_image_is_rendered_at_its_drawn_size() {
     let image = Raster {
         width: 60,
         height: 40,
@@ -346,7 +346,7 @@ fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
 }
 
 #[test]
-fn a_width_holds_for_whatever_is_drawn() {
+fn width_applies_to_all_drawn_content() {
     let mut setup = Setup {
         default_surface: Some(Surface::level(-60.0)),
         size: Size::Width(25.0),

@@ -7,11 +7,11 @@ use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Diagnostic, Plan, Stroke};
 
 /// Height above the touching Z up to which a pen draws, mm.
-pub(super) const TOUCH: f64 = 0.5;
+pub(super) const TOUCH_HEIGHT: f64 = 0.5;
 /// Largest horizontal distance that counts as no motion, mm.
-const STILL: f64 = 1e-4;
+const MOTION_TOLERANCE: f64 = 1e-4;
 /// Turn of the pieces of an approximated arc, deg.
-const PIECE: f64 = 3.0;
+const ARC_PIECE_ANGLE: f64 = 3.0;
 
 /// Drawn lines of a program, and their Z.
 pub(crate) struct WorkLines {
@@ -46,7 +46,7 @@ impl WorkLines {
         let mut last = None;
         for segment in working() {
             let ends = [segment.from, segment.to];
-            let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH;
+            let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH_HEIGHT;
             if !laser && !touches {
                 continue;
             }
@@ -109,7 +109,7 @@ impl Segment {
 
     pub(super) fn goes_across(&self) -> bool {
         let [a, b] = [self.from, self.to].map(|[x, y, _]| [x, y]);
-        self.via.is_some() || distance(a, b) > STILL
+        self.via.is_some() || distance(a, b) > MOTION_TOLERANCE
     }
 
     pub(super) fn low(&self) -> f64 {
@@ -118,7 +118,7 @@ impl Segment {
 
     /// A line touches if both ends do, a vertical move if its end does.
     fn touches(&self, touch: f64) -> bool {
-        let touches = |z: f64| z <= touch + TOUCH;
+        let touches = |z: f64| z <= touch + TOUCH_HEIGHT;
         touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
     }
 
@@ -142,7 +142,7 @@ fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         libm::atan2(a[1] - centre[1], a[0] - centre[0]),
         distance(a, centre),
     );
-    let count = (sweep.abs() / PIECE).ceil().max(1.0);
+    let count = (sweep.abs() / ARC_PIECE_ANGLE).ceil().max(1.0);
     let point = |nth: u32| {
         let (sin, cos) = libm::sincos(start + sweep.to_radians() * f64::from(nth) / count);
         [centre[0] + radius * cos, centre[1] + radius * sin]

@@ -11,9 +11,9 @@ use crate::turns::{AtOnce, Turns, at_once};
 use crate::{Plan, Report};
 
 /// Initial tolerance, mm.
-const FINE: f64 = 0.02;
+const INITIAL_TOLERANCE: f64 = 0.02;
 /// Largest tolerance, mm; beyond it lines are left out instead.
-const COARSEST: f64 = 5.0;
+const MAX_TOLERANCE: f64 = 5.0;
 
 /// Line drawn by a pen or laser without lifting or switching off, from above.
 ///
@@ -68,9 +68,9 @@ impl Outline {
         let Outlines {
             mut lines, travels, ..
         } = tracer.outlines(plan, turns).await;
-        let mut tolerance = FINE;
+        let mut tolerance = INITIAL_TOLERANCE;
         while lines.iter().map(|line| line.track.len()).sum::<usize>() > most
-            && tolerance < COARSEST
+            && tolerance < MAX_TOLERANCE
         {
             tolerance *= 2.0;
             for line in &mut lines {
@@ -158,7 +158,7 @@ impl Outlines {
                 if let Some(line) = last {
                     line.track.settle();
                 }
-                let mut track = Track::new(FINE);
+                let mut track = Track::new(INITIAL_TOLERANCE);
                 track.begin(from);
                 track.line_to(to);
                 lines.push(Line {
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn however_many_lines_there_are_the_points_are_bounded() {
+    fn outline_points_are_bounded_for_any_number_of_lines() {
         let mut plan = Plan::new("hatch");
         plan.tool = Some(Tool::Pen);
         plan.surface = Some(Surface::level(-60.0));
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn burn_of_two_powers_is_two_lines_that_meet() {
+    fn burn_with_two_powers_gives_two_adjoining_lines() {
         let mut plan = Plan::new("greys");
         plan.tool = Some(Tool::Laser);
         for (x, power) in [(200.0, 0.0), (210.0, 25.0), (220.0, 30.0), (230.0, 80.0)] {
@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_reach_is_a_line_of_its_own() {
+    fn unreachable_stretch_is_a_separate_line() {
         let mut plan = Plan::new("too far");
         plan.tool = Some(Tool::Pen);
         plan.surface = Some(Surface::level(-60.0));

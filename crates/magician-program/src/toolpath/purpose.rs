@@ -5,7 +5,7 @@ use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
 /// Height above the surface that still counts as on it, mm.
-const AT_SURFACE: f64 = 0.05;
+const SURFACE_TOLERANCE: f64 = 0.05;
 
 /// Purpose of a plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,7 +55,7 @@ impl PlanPurpose {
         }
         match self {
             Self::Draws(Some(surface)) => {
-                let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + AT_SURFACE;
+                let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + SURFACE_TOLERANCE;
                 if ends.into_iter().all(down) {
                     StrokeKind::Ink(None)
                 } else {

@@ -7,29 +7,29 @@ use magician_protocol::{CpMode, PtpMode};
 
 use super::outline::Outlines;
 use super::{
-    DrawnLine, Layer, MOST_REFUSED, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
+    DrawnLine, Layer, MAX_MARKED_REFUSALS, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
 };
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Tolerance for merging corners, mm: half of the smallest visible deviation of a pen line.
-const FINE: f64 = 0.02;
+const MERGE_TOLERANCE: f64 = 0.02;
 /// Length below which a pen has drawn a dot, mm.
-const DOT: f64 = 0.05;
+const MAX_DOT_LENGTH: f64 = 0.05;
 /// Largest number of distinguished colours; further ones are drawn as if without colour.
-const MOST_INKS: usize = 48;
+const MAX_COLORS: usize = 48;
 /// Largest number of markers.
-const MOST_MARKS: usize = 400;
+const MAX_MARKERS: usize = 400;
 /// Smallest and largest number of corners of a curve.
-const CORNERS: [f64; 2] = [24.0, 240.0];
+const CURVE_CORNERS: [f64; 2] = [24.0, 240.0];
 /// Length per corner of a curve, mm, by the distance of its ends.
-const CORNER_EACH: f64 = 1.0;
+const CORNER_SPACING: f64 = 1.0;
 /// Length of the pieces in which motion out of reach is examined, mm.
-const PIECE: f64 = 1.0;
+const UNREACHABLE_PIECE: f64 = 1.0;
 /// Largest number of such pieces.
-const MOST_PIECES: f64 = 1000.0;
+const MAX_PIECES: f64 = 1000.0;
 /// Distance beyond which a position is ignored, mm.
-const FARTHEST: f64 = 10_000.0;
+const MAX_COORDINATE: f64 = 10_000.0;
 
 /// Rotation of the tool, as far as known.
 #[derive(Clone, Copy)]
@@ -83,7 +83,7 @@ impl PathTracer {
             .refused_steps
             .iter()
             .map(|refused_step| refused_step.step);
-        let mut awaited: Vec<usize> = first.take(MOST_REFUSED).collect();
+        let mut awaited: Vec<usize> = first.take(MAX_MARKED_REFUSALS).collect();
         awaited.reverse();
         let mut tracer = Self {
             toolpath: Toolpath {
@@ -305,11 +305,11 @@ impl PathTracer {
         let (start, end) = (way.start().pose, way.end().pose);
         let apart = libm::hypot(end.x - start.x, end.y - start.y) + (end.z - start.z).abs();
         let round = matches!(command, Set::CircleCmd(_));
-        let [least, most] = CORNERS;
+        let [least, most] = CURVE_CORNERS;
         let corners = if round {
             most
         } else {
-            (apart / CORNER_EACH).clamp(least, most)
+            (apart / CORNER_SPACING).clamp(least, most)
         };
         let power = self.lit.then_some(100.0);
         let mut last = [start.x, start.y, start.z];
@@ -352,7 +352,7 @@ impl PathTracer {
             .map(|axis| (to[axis] - from[axis]).powi(2))
             .sum::<f64>()
             .sqrt();
-        let pieces = (apart / PIECE).ceil().clamp(1.0, MOST_PIECES);
+        let pieces = (apart / UNREACHABLE_PIECE).ceil().clamp(1.0, MAX_PIECES);
         let at =
             |nth: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * nth / pieces);
         let within = |nth: u32| geometry.reaches(at(f64::from(nth) + 0.5), &limits);
@@ -382,9 +382,9 @@ impl PathTracer {
         }
         if let StrokeKind::Ink(_) = leaves {
             self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
-            self.touched = (self.inked < DOT).then_some((to, self.ink));
+            self.touched = (self.inked < MAX_DOT_LENGTH).then_some((to, self.ink));
         } else if is_down(to) {
-            self.touched = (self.inked < DOT).then_some((to, self.ink));
+            self.touched = (self.inked < MAX_DOT_LENGTH).then_some((to, self.ink));
         } else {
             self.dot();
             self.inked = 0.0;
@@ -423,13 +423,13 @@ impl PathTracer {
         let mut known = layer_of(&toolpath.layers, shown);
         let mut shown = shown;
         if let (StrokeKind::Ink(Some(_)), None) = (shown, known)
-            && toolpath.layers.len() >= MOST_INKS
+            && toolpath.layers.len() >= MAX_COLORS
         {
             shown = StrokeKind::Ink(None);
             known = layer_of(&toolpath.layers, shown);
         }
         let nth = known.unwrap_or_else(|| {
-            let (above, side) = (Track::new(FINE), Track::new(FINE));
+            let (above, side) = (Track::new(MERGE_TOLERANCE), Track::new(MERGE_TOLERANCE));
             toolpath.layers.push(Layer {
                 leaves: shown,
                 above,
@@ -486,7 +486,7 @@ impl PathTracer {
     }
 
     fn mark(&mut self, kind: MarkerKind, name: Option<&str>) {
-        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MOST_MARKS) {
+        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MAX_MARKERS) {
             Marker::add(&mut self.toolpath.markers, at, kind, name);
         }
     }
@@ -502,12 +502,12 @@ impl PathTracer {
             layer.above.settle();
             layer.side.settle();
         }
-        self.toolpath.thin(FINE);
+        self.toolpath.thin(MERGE_TOLERANCE);
         self.toolpath
     }
 }
 
 fn is_somewhere(place: [f64; 3]) -> bool {
     // False for NaN.
-    place.iter().all(|value| value.abs() < FARTHEST)
+    place.iter().all(|value| value.abs() < MAX_COORDINATE)
 }

@@ -175,20 +175,20 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_has_two_corners() {
+    fn straight_line_has_two_vertices() {
         let points: Vec<_> = (0..1000).map(|nth| [f64::from(nth) * 0.01, 1.0]).collect();
         assert_eq!(thinned(&points, 0.02), [[0.0, 1.0], [9.99, 1.0]]);
     }
 
     #[test]
-    fn there_and_back_is_kept() {
+    fn reversal_is_kept() {
         let points = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [5.0, 0.0], [-5.0, 0.0]];
         let kept = thinned(&points, 0.02);
         assert_eq!(kept, [[0.0, 0.0], [10.0, 0.0], [-5.0, 0.0]]);
     }
 
     #[test]
-    fn nothing_is_farther_off_than_the_tolerance() {
+    fn thinned_points_stay_within_the_tolerance() {
         let tolerance = 0.05;
         let points: Vec<[f64; 2]> = (0..5000)
             .map(|nth| {

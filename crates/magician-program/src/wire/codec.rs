@@ -187,8 +187,8 @@ impl Wire for Cow<'static, str> {
 
 /// Largest number of static words accepted so far, and their largest length: they are leaked, so
 /// both are bounded.
-const WORDS: usize = 256;
-const LONGEST: usize = 64;
+const MAX_LEAKED_WORDS: usize = 256;
+const MAX_WORD_LENGTH: usize = 64;
 
 /// Static word of our own code. A bounded number of them is kept for the life of the program.
 impl Wire for &'static str {
@@ -197,13 +197,13 @@ impl Wire for &'static str {
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        static KNOWN: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
+        static LEAKED_WORDS: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
         let word = String::take(input)?;
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = LEAKED_WORDS.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = known.iter().find(|known| **known == word) {
             return Some(*found);
         }
-        if known.len() == WORDS || word.len() > LONGEST {
+        if known.len() == MAX_LEAKED_WORDS || word.len() > MAX_WORD_LENGTH {
             return None;
         }
         let word: &'static str = Box::leak(word.into_boxed_str());

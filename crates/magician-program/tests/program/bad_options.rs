@@ -195,7 +195,7 @@ fn generated() -> Vec<Bad> {
 }
 
 #[test]
-fn no_bad_value_is_taken_and_each_has_its_sentence() {
+fn every_bad_value_is_refused_with_its_message() {
     let text = std::fs::read_to_string(path()).expect("the table");
     let table: Vec<Value> = serde_json::from_str(&text).expect("JSON");
     assert!(table.len() >= 500, "{}", table.len());
@@ -224,7 +224,7 @@ fn every_option_has_bad_values_in_the_table() {
 /// `cargo test -p magician-program --test program -- --ignored bad_options`.
 #[test]
 #[ignore = "writes the table anew"]
-fn table_is_written_anew() {
+fn regenerate_the_table() {
     let lines = generated().into_iter().map(|bad| {
         let Bad {
             options,

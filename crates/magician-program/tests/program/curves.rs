@@ -19,11 +19,11 @@ type Line = Vec<Point>;
 const SIDE: f64 = 60.0;
 /// Largest distance between a curve and its drawn lines, mm: tolerance 0.05 and thinning 0.02. No
 /// curve here has merged ends.
-const ALLOWED: f64 = 0.07;
+const CURVE_TOLERANCE: f64 = 0.07;
 /// Coordinates have 32 bits, and these tests approximate the curves in small steps too, mm.
-const ROUNDING: f64 = 0.002;
+const ROUNDING_ERROR: f64 = 0.002;
 /// Distance of sampled positions, mm.
-const STEP: f64 = 0.4;
+const SAMPLE_STEP: f64 = 0.4;
 const SURFACE: f64 = -60.0;
 
 /// Curve at its drawn size, mm.
@@ -480,7 +480,7 @@ fn places(lines: &[Line]) -> Vec<Point> {
     for pair in lines.iter().flat_map(|line| line.windows(2)) {
         let [from, to] = [pair[0], pair[1]];
         let way = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let count = (way / STEP).ceil().max(1.0) as u32;
+        let count = (way / SAMPLE_STEP).ceil().max(1.0) as u32;
         places.extend((0..=count).map(|nth| {
             let share = f64::from(nth) / f64::from(count);
             [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -491,8 +491,8 @@ fn places(lines: &[Line]) -> Vec<Point> {
 
 /// Largest distance of positions on some lines from other lines, mm; capped at 3 mm.
 fn stray(of: &[Line], from: &[Line]) -> f64 {
-    const CELL: f64 = 3.0;
-    let cell = |value: f64| (value / CELL).floor() as i64;
+    const CELL_SIDE: f64 = 3.0;
+    let cell = |value: f64| (value / CELL_SIDE).floor() as i64;
     let mut grid = std::collections::HashMap::<[i64; 2], Vec<[Point; 2]>>::new();
     for pair in from.iter().flat_map(|line| line.windows(2)) {
         let ends = [pair[0], pair[1]];
@@ -507,7 +507,7 @@ fn stray(of: &[Line], from: &[Line]) -> f64 {
     let away = |at: Point| {
         let near = grid.get(&at.map(cell)).into_iter().flatten();
         near.map(|[from, to]| off(at, *from, *to))
-            .fold(CELL, f64::min)
+            .fold(CELL_SIDE, f64::min)
     };
     places(of).into_iter().map(away).fold(0.0, f64::max)
 }
@@ -533,14 +533,14 @@ fn strays(exact: &[Line], plan: &Plan) -> [f64; 2] {
 
 const FORMATS: [Format; 4] = [Format::Svg, Format::Dxf, Format::Hpgl, Format::Gcode];
 
-fn curves_hold(format: Format, laser: bool, said: Said, larger: f64) {
+fn assert_curves_within_tolerance(format: Format, laser: bool, said: Said, larger: f64) {
     let (curves, text) = file(format, laser, larger);
     let mut exact: Vec<Line> = curves.iter().map(Curve::exact).collect();
     exact.push(frame());
     let plan = laid(format, &text, laser, said, larger);
     let strays = strays(&exact, &plan);
     assert!(
-        strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
+        strays.iter().all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{format} {said:?} {larger} times as large, laser {laser}: {strays:.3?} mm off"
     );
     // Chords finer than the thinning would be wasted.
@@ -559,7 +559,7 @@ fn curves_are_within_tolerance_at_every_scale_width_and_height_with_pen_and_lase
                 let larger = 10.0_f64.powf(f64::from(nth) / 2.0);
                 let all = [Said::Scale, Said::Width, Said::Height];
                 for said in if nth % 2 == 0 { &all[..] } else { &all[..1] } {
-                    curves_hold(format, laser, *said, larger);
+                    assert_curves_within_tolerance(format, laser, *said, larger);
                 }
             }
         }
@@ -572,7 +572,7 @@ fn curves_are_within_tolerance_where_a_drawing_is_made_to_fit() {
         for laser in [false, true] {
             for said in [Said::Fit, Said::FitPage] {
                 for larger in [8.0, 90.0] {
-                    curves_hold(format, laser, said, larger);
+                    assert_curves_within_tolerance(format, laser, said, larger);
                 }
             }
         }
@@ -602,7 +602,7 @@ fn close(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
 fn stays_within(exact: &[Line], plan: &Plan, what: &str) {
     let strays = strays(exact, plan);
     assert!(
-        strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
+        strays.iter().all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{what}: {strays:.3?} mm off"
     );
 }
@@ -641,7 +641,7 @@ fn along_a_path(side: f64, units: f64) -> String {
 }
 
 #[test]
-fn letters_along_a_path_are_as_true_in_a_small_drawing_as_in_a_large_one() {
+fn letters_along_a_path_are_within_tolerance_at_every_size() {
     let closely = close(
         Format::Svg,
         &along_a_path(SIDE, 24_000.0),
@@ -697,7 +697,7 @@ fn words_in_an_outline_font_are_within_tolerance_at_every_scale() {
 }
 
 #[test]
-fn lines_that_were_changed_after_reading_are_drawn_as_they_are() {
+fn lines_changed_after_reading_are_drawn_unchanged() {
     let text = lettered(SIDE / 10.0);
     let mut options = ReadOptions::default();
     options.title = "changed".to_owned();
@@ -730,6 +730,6 @@ proptest! {
         laser: bool,
         said in prop_oneof![Just(Said::Scale), Just(Said::Width), Just(Said::Height)],
     ) {
-        curves_hold(FORMATS[nth], laser, said, 10.0_f64.powf(power));
+        assert_curves_within_tolerance(FORMATS[nth], laser, said, 10.0_f64.powf(power));
     }
 }

@@ -40,7 +40,7 @@ fn drawn(plan: &Plan, tool: &str) -> Vec<Vec<[f64; 2]>> {
 }
 
 /// Largest distance of points along lines, mm.
-const STEP: f64 = 0.1;
+const SAMPLE_STEP: f64 = 0.1;
 
 fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
@@ -49,7 +49,7 @@ fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
         for pair in line.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             let way = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let count = (way / STEP).ceil().max(1.0);
+            let count = (way / SAMPLE_STEP).ceil().max(1.0);
             points.extend((1..=count as u32).map(|nth| {
                 let share = f64::from(nth) / count;
                 [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -220,7 +220,7 @@ proptest! {
 
     /// Any drawing is either refused before anything moves, or drawn completely.
     #[test]
-    fn a_drawing_is_refused_or_can_be_drawn(
+    fn drawing_is_refused_or_drawable(
         text in document(),
         fit in any::<bool>(),
         laser in any::<bool>(),
@@ -243,13 +243,13 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_break_the_reader(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+    fn reader_survives_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         let _ = read(Format::Svg, &bytes, &ReadOptions::default());
     }
 
     /// A drawing with pieces cut out, doubled and replaced.
     #[test]
-    fn no_broken_drawing_breaks_the_reader(
+    fn reader_survives_any_damaged_drawing(
         text in document(),
         cuts in proptest::collection::vec((any::<prop::sample::Index>(), 0..30_usize, ".{0,6}"), 1..6),
     ) {

@@ -16,7 +16,7 @@ use super::interrupted::{place, run_until};
 const PAPER: f64 = -60.0;
 const LIFT: f64 = 10.0;
 /// Error of 32-bit coordinates and of flattened curves, mm.
-const CLOSE: f64 = 0.05;
+const LINE_TOLERANCE: f64 = 0.05;
 
 fn program() -> Program {
     let bytes = include_bytes!("../../samples/house.svg");
@@ -98,7 +98,7 @@ fn shares() -> impl Iterator<Item = f64> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
+async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
     let program = program();
     let (cell, arm) = place(&program).await;
     let began = cell.state().now;
@@ -118,7 +118,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
         // The ink up to the arm's position is part of the drawing.
-        assert!(apart(&drawn, &right) < CLOSE, "{stop:?}");
+        assert!(apart(&drawn, &right) < LINE_TOLERANCE, "{stop:?}");
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
         let took = cell.state().now - since;
@@ -143,8 +143,8 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn, "{stop:?}");
         assert_eq!(run(&arm, &program, steps, None).await, None);
         let done = lines(&cell.with(|arm| arm.drawing()));
-        assert!(apart(&right, &done) < CLOSE, "a gap after {stop:?}");
-        assert!(apart(&done, &right) < CLOSE, "a stray line after {stop:?}");
+        assert!(apart(&right, &done) < LINE_TOLERANCE, "a gap after {stop:?}");
+        assert!(apart(&done, &right) < LINE_TOLERANCE, "a stray line after {stop:?}");
     }
     assert!((5..20).contains(&on_paper), "{on_paper}");
 }
@@ -175,7 +175,7 @@ async fn a_second_stop_ends_the_lift_where_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_that_an_alarm_holds_is_not_moved() {
+async fn arm_in_alarm_is_not_moved() {
     let program = program();
     let (cell, arm) = place(&program).await;
     let stopped = run(&arm, &program, 0, Some(Duration::from_secs(8))).await;
@@ -193,7 +193,7 @@ async fn an_arm_that_an_alarm_holds_is_not_moved() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_drawing_that_is_done_is_parked_from_above() {
+async fn finished_drawing_is_parked_from_above() {
     let program = program();
     let (cell, arm) = place(&program).await;
     assert_eq!(run(&arm, &program, 0, None).await, None);

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 
 /// Cases of the usual run: seconds.
-const CASES: u32 = 60;
+const DEFAULT_CASES: u32 = 60;
 
 /// Lines on a sheet; each point is a share of its width and height.
 type Lines = Vec<Vec<[f64; 2]>>;
@@ -203,9 +203,9 @@ impl Case {
 }
 
 #[test]
-fn what_is_made_to_fit_passes_the_check_and_is_done() {
+fn fitted_program_passes_the_check_and_runs() {
     let cases = std::env::var("FIT_CASES").ok();
-    let cases = cases.map_or(CASES, |cases| cases.parse().expect("a number of cases"));
+    let cases = cases.map_or(DEFAULT_CASES, |cases| cases.parse().expect("a number of cases"));
     let mut runner = TestRunner::new(ProptestConfig {
         cases,
         rng_seed: RngSeed::Fixed(15),

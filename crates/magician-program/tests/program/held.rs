@@ -163,7 +163,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn pen_never_goes_below_the_surface_whatever_is_asked(
+    fn pen_never_goes_below_the_surface_with_any_options(
         nth in 0..7_usize,
         options in vec(option(), 0..6),
         tilted: bool,

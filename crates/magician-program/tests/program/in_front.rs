@@ -242,10 +242,10 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
 }
 
 /// LightBurn file without comments, with air assist.
-const AIR: &[u8] =
+const AIR_ASSIST_PROGRAM: &[u8] =
     b"G21\nG90\nM4\nM8\nG0 X10Y10\nG1 X60S200F1200\nG1 Y40\nG1 X10\nG1 Y10\nM9\nG1 S0\nM5\nM2\n";
 /// Program of a mill.
-const MILL: &[u8] =
+const MILLING_PROGRAM: &[u8] =
     b"G21\nG90\nM3 S12000\nG0 X10Y10Z5\nG1 Z-1F100\nG1 X60F1200\nG1 Y40\nG0 Z5\nM5\nM2\n";
 
 #[test]
@@ -254,10 +254,10 @@ fn file_that_is_engraved_burns_or_is_refused() {
         json!({"work": "engrave"}),
         json!({"place": true, "s_max": 1000}),
     ] {
-        let laid = lay(Format::Gcode, AIR, &options).unwrap();
+        let laid = lay(Format::Gcode, AIR_ASSIST_PROGRAM, &options).unwrap();
         assert!(laid.program.plan().burns(), "{options}");
     }
-    let refused = lay(Format::Gcode, MILL, &json!({"work": "engrave"})).unwrap_err();
+    let refused = lay(Format::Gcode, MILLING_PROGRAM, &json!({"work": "engrave"})).unwrap_err();
     assert_eq!(refused.message, "nothing would burn");
     let settings = refused
         .remedies
@@ -271,7 +271,7 @@ fn file_that_is_engraved_burns_or_is_refused() {
         [Setting::Dialect, Setting::SMax]
     );
     // If it is run unchanged, coolant indicates a mill, with a remedy.
-    let laid = lay(Format::Gcode, AIR, &json!({"place": true})).unwrap();
+    let laid = lay(Format::Gcode, AIR_ASSIST_PROGRAM, &json!({"place": true})).unwrap();
     assert!(!laid.program.plan().burns());
     let engraves = |note: &Diagnostic| {
         let mut acts = note.remedies.iter().map(|remedy| &remedy.act);
@@ -281,7 +281,7 @@ fn file_that_is_engraved_burns_or_is_refused() {
 }
 
 #[test]
-fn drawing_with_the_laser_on_the_arm_says_that_it_stays_dark() {
+fn drawing_with_the_laser_tool_notes_that_it_stays_off() {
     let options = json!({"work": "draw", "tool": "laser"});
     let laid = lay(Format::Svg, &svg([20.0, 20.0]), &options).unwrap();
     let dark = laid

@@ -125,7 +125,7 @@ fn a_drawing_lies_with_its_middle_on_the_middle_of_the_page() {
 }
 
 #[test]
-fn a_page_without_a_place_lies_where_the_most_of_it_is_within_reach() {
+fn page_without_a_position_maximises_the_reachable_part() {
     let laid = svg(&json!({"page": "a6"}));
     let [from, .., end] = corners(&laid);
     assert_near(&[[f64::midpoint(from[1], end[1]), 0.0]], &[[0.0, 0.0]]);
@@ -176,7 +176,7 @@ fn a_page_lies_on_the_calibrated_sheet() {
 }
 
 #[test]
-fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
+fn fitted_content_keeps_the_page_margin_in_every_format() {
     let bmp = bmp();
     let sheet = Sheet {
         corner: [200.0, -40.0],
@@ -237,7 +237,7 @@ fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
 }
 
 #[test]
-fn what_has_room_on_the_page_is_not_made_smaller_and_what_has_more_room_turned_is_turned() {
+fn content_with_room_keeps_its_size_and_turns_for_more_room() {
     let page =
         |margin: f64| json!({"page": "80x100", "at": [240, 0], "margin": margin, "fit": true});
     let placed = |options: &Value| svg(options).placed.unwrap();
@@ -252,7 +252,7 @@ fn what_has_room_on_the_page_is_not_made_smaller_and_what_has_more_room_turned_i
 }
 
 #[test]
-fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
+fn overhang_is_noted_with_its_length_and_drawn() {
     let told = |options: Value| {
         let laid = svg(&options);
         assert_eq!(laid.misfit, None);
@@ -283,7 +283,7 @@ fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
 }
 
 #[test]
-fn a_page_places_a_file_of_coordinates_and_raw_does_not_go_with_it() {
+fn page_places_a_coordinate_file_and_contradicts_raw() {
     let placed = lay(
         Format::Gcode,
         GCODE,
@@ -298,7 +298,7 @@ fn a_page_places_a_file_of_coordinates_and_raw_does_not_go_with_it() {
 }
 
 #[test]
-fn what_is_too_large_for_reach_and_page_is_told_the_size_that_fits_both() {
+fn oversize_error_gives_the_size_that_fits_reach_and_page() {
     let laid = svg(&json!({"page": "50x40", "at": [240, 0], "scale": 6}));
     let misfit = laid.misfit.expect("it is out of reach").message;
     assert_eq!(

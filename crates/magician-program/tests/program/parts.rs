@@ -76,7 +76,7 @@ fn three() -> String {
 }
 
 #[test]
-fn a_drawing_has_no_parts_unless_they_are_asked_for() {
+fn drawing_has_no_parts_unless_requested() {
     let plain = plan(&three(), json!({}));
     assert!(shown(&plain).is_empty());
     assert!(
@@ -115,7 +115,7 @@ fn layers_are_parts_in_the_order_in_which_they_first_appear() {
 
 /// The pen is up where a part begins and at a pause, and goes down only after it.
 #[test]
-fn the_pen_is_up_between_parts() {
+fn pen_is_up_between_parts() {
     let layers = plan(&three(), json!({"parts": "layer"}));
     let mut z = None;
     for step in &layers.steps {
@@ -143,7 +143,7 @@ fn groups_with_an_id_are_layers_where_inkscape_has_made_none() {
 }
 
 #[test]
-fn what_is_used_in_a_layer_belongs_to_it() {
+fn used_elements_belong_to_the_layer_of_the_use() {
     let body = format!(
         "<defs><g id='mark'>{}</g></defs>{}{}",
         line(5, "red"),
@@ -158,7 +158,7 @@ fn what_is_used_in_a_layer_belongs_to_it() {
 }
 
 #[test]
-fn names_of_layers_leave_out_and_wait() {
+fn layer_names_can_skip_and_pause() {
     let named = svg(&[
         layer("%guides", &line(5, "grey")),
         layer("cut", &line(10, "red")),
@@ -239,7 +239,7 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
 }
 
 #[test]
-fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
+fn parts_drawn_separately_align_with_the_whole() {
     let long = "<path d='M0 0H600' stroke='blue' fill='none'/>";
     let short = "<path d='M290 5H310' stroke='red' fill='none'/>";
     let drawing = svg(&[layer("small", short), layer("long", long)].concat());
@@ -300,7 +300,7 @@ fn each_pass_is_written_out_before_the_next_part() {
 }
 
 #[test]
-fn a_part_has_the_pen_that_is_for_it() {
+fn part_uses_its_matching_pen() {
     let pens = json!({
         "parts": "layer",
         "speed": 40,
@@ -369,7 +369,7 @@ fn a_part_has_the_pen_that_is_for_it() {
 }
 
 #[test]
-fn shapes_are_filled_in_the_parts_that_say_so() {
+fn shapes_are_filled_only_in_parts_with_a_fill() {
     let square = |x: u32, color: &str| {
         format!("<rect x='{x}' y='5' width='10' height='10' fill='{color}'/>")
     };
@@ -435,7 +435,7 @@ fn run(options: &SetupOptions) -> Result<Plan, Diagnostic> {
 }
 
 #[test]
-fn g_code_waits_where_it_says_so() {
+fn g_code_pauses_at_pause_commands() {
     let plan = run(&SetupOptions::by_file()).expect("a plan");
     assert_eq!(
         shown(&plan),
@@ -464,7 +464,7 @@ fn g_code_waits_where_it_says_so() {
 
 /// Lines before the first named tool were drawn with another one.
 #[test]
-fn the_first_tool_is_a_change_where_something_was_drawn_before() {
+fn first_tool_is_a_change_after_earlier_drawing() {
     const TEXT: &str =
         "G0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nG0 Z20\nT2\nG0 Z0\nG1 Y10\nG0 Z20\nM2\n";
     let run = |options: &SetupOptions| {
@@ -485,7 +485,7 @@ fn the_first_tool_is_a_change_where_something_was_drawn_before() {
 }
 
 #[test]
-fn tools_are_parts_if_that_is_asked_for() {
+fn tools_become_parts_on_request() {
     let mut options = SetupOptions::by_file();
     options.parts = Some(PartMode::Layer);
     let all = shown(&run(&options).expect("a plan"));
@@ -509,7 +509,7 @@ fn tools_are_parts_if_that_is_asked_for() {
 }
 
 #[test]
-fn without_pauses_all_else_is_the_same() {
+fn without_pauses_everything_else_is_equal() {
     let pauses = plan(&three(), json!({"parts": "layer"}));
     let never = plan(&three(), json!({"parts": "layer", "no_pause": true}));
     assert!(never.pauses().next().is_none());
@@ -572,7 +572,7 @@ fn a_plan_with_parts_is_read_back_byte_for_byte() {
 }
 
 #[test]
-fn all_parts_are_listed_with_what_is_left_out() {
+fn all_parts_are_listed_with_skipped_ones_marked() {
     let named = svg(&[
         layer("a", &line(5, "red")),
         layer("%b", &(line(10, "blue") + &line(20, "red"))),

@@ -79,7 +79,7 @@ fn frame_depends_on_the_tool_in_force_unless_work_or_tool_is_given() {
 }
 
 #[test]
-fn start_is_asked_for_once_and_told_with_its_option() {
+fn missing_start_is_requested_once_with_its_option() {
     let text = "G91\nG1 X5 Y5 F600\nG1 X5\n";
     let mut opened = PrepareRequest::new(Format::Gcode, text.as_bytes())
         .open()
@@ -122,7 +122,7 @@ fn staged_start_comes_with_the_joints_of_its_arm() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_stage_and_the_notes_before_it() {
+fn error_has_its_stage_and_the_earlier_notes() {
     let broken = PrepareRequest::new(Format::Gcode, b"G90\nG1 X10 Y%\n");
     assert_eq!(broken.open().unwrap_err().stage, PrepareStage::Read);
     let empty = PrepareRequest::new(Format::Plan, br#"{"plan":1,"title":"nothing","steps":[]}"#);
@@ -141,7 +141,7 @@ fn what_is_wrong_is_told_with_its_stage_and_the_notes_before_it() {
 }
 
 #[test]
-fn misfit_is_a_finding_for_a_look_and_an_error_for_a_run() {
+fn misfit_is_a_finding_for_a_preview_and_an_error_for_a_run() {
     let program = done(
         request(Format::Svg, SQUARE, json!({"scale": 40}))
             .prepare()
@@ -153,7 +153,7 @@ fn misfit_is_a_finding_for_a_look_and_an_error_for_a_run() {
 }
 
 #[test]
-fn rest_comes_after_the_last_place_of_a_grid() {
+fn rest_follows_the_last_position_of_a_grid() {
     let mut request = request(Format::Svg, SQUARE, json!({"grid": "2x1:30x20"}));
     let without = done(request.prepare().unwrap());
     request.rest = 250;
@@ -163,7 +163,7 @@ fn rest_comes_after_the_last_place_of_a_grid() {
 }
 
 #[test]
-fn scale_that_is_told_beside_a_width_fits_beside_it() {
+fn suggested_scale_fits_together_with_a_width() {
     for side in ["width", "height"] {
         let program = done(
             request(Format::Svg, SQUARE, json!({side: 500}))

@@ -92,7 +92,7 @@ fn sheet(size: [f64; 2]) -> Sheet {
 }
 
 #[test]
-fn what_a_drawing_leaves_open_is_an_option() {
+fn remedies_of_drawings_are_options() {
     let two = "<path d='M1 1h5M40 40h5M8 1h5' stroke='black'/>";
     let ordered = remedies(Format::Svg, &svg([50.0, 50.0], two), |_, _| {});
     has(&ordered, &["order off keeps the order of the file"]);
@@ -127,7 +127,7 @@ fn what_a_drawing_leaves_open_is_an_option() {
 }
 
 #[test]
-fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
+fn too_many_points_suggest_a_wider_tolerance() {
     // No circle has more than 100,000 points; one of a kilometre has that many at the finest
     // tolerance.
     let circles = "0\nCIRCLE\n10\n0\n20\n0\n40\n1000000\n".repeat(21);
@@ -139,7 +139,7 @@ fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
 }
 
 #[test]
-fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
+fn misplaced_drawing_gets_a_position_and_a_size() {
     let large = page([210.0, 297.0]);
     let anywhere = remedies(Format::Svg, &large, |_, _| {});
     assert_eq!(
@@ -196,7 +196,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
 }
 
 #[test]
-fn what_lies_on_nothing_is_laid_by_options() {
+fn missing_surface_suggests_options() {
     let unknown = remedies(Format::Svg, &page([20.0, 20.0]), |_, setup| {
         setup.surface = None;
     });
@@ -255,7 +255,7 @@ fn what_lies_on_nothing_is_laid_by_options() {
 }
 
 #[test]
-fn what_an_image_leaves_open_is_an_option() {
+fn remedies_of_images_are_options() {
     let image = include_bytes!("../../samples/engrave_gradient.png");
     let of = |work: Work, fit: bool| {
         remedies(Format::Image, image, |_, setup| {
@@ -292,7 +292,7 @@ fn what_an_image_leaves_open_is_an_option() {
 }
 
 #[test]
-fn what_gcode_leaves_open_is_an_option() {
+fn remedies_of_gcode_are_options() {
     let of = |text: &str| of_gcode(text, |_, _| {});
     let start = "start X,Y,Z sets where the program begins";
     has(&of("G91\nG1 X10 F600\n"), &[start]);
@@ -324,7 +324,7 @@ fn what_gcode_leaves_open_is_an_option() {
 }
 
 #[test]
-fn what_other_files_leave_open_is_an_option() {
+fn remedies_of_other_files_are_options() {
     let row = "<row0><item_0>1</item_0><item_2>220</item_2><item_3>0</item_3><item_4>20</item_4><item_5>0</item_5></row0>";
     let playback = format!("<root>{row}</root>");
     let playback = remedies(Format::Playback, playback.as_bytes(), |_, setup| {
@@ -359,7 +359,7 @@ fn what_other_files_leave_open_is_an_option() {
 }
 
 #[test]
-fn advice_and_options_are_one_sentence_at_a_door() {
+fn front_end_voice_joins_advice_and_options() {
     struct Loud;
     impl magician::Voice for Loud {
         fn action(&self, action: magician::Action) -> String {

@@ -29,13 +29,13 @@ const TABLE: f64 = -60.0;
 const TOLERANCE: f64 = 0.05;
 /// Largest distance of the drawing from its source, mm: tolerance of curves, accuracy of a drawing
 /// (0.02), and a pixel's diagonal.
-const WORST: f64 = TOLERANCE + 0.02 + 0.071;
+const DRAWING_TOLERANCE: f64 = TOLERANCE + 0.02 + 0.071;
 /// Width of an image, mm.
 const WIDTH: f64 = 16.0;
 /// Distance of its engraved lines, mm.
 const SPACING: f64 = 0.25;
 /// Largest mean error of its tones, as a share of black.
-const TONE: f64 = 0.02;
+const TONE_TOLERANCE: f64 = 0.02;
 
 fn bytes_of(name: &str) -> Vec<u8> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
@@ -99,13 +99,13 @@ fn tell(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
     );
 }
 
-fn is_the_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
+fn matches_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
     assert!(!source.is_empty() && !done.drawing.is_empty(), "{name}");
-    let matched = compare(source, &lines_of(&done.drawing), WORST).matched;
+    let matched = compare(source, &lines_of(&done.drawing), DRAWING_TOLERANCE).matched;
     tell(name, how, &matched, done);
     assert!(matched.is_good(), "{name} {how}: {matched:?}");
     assert!(
-        matched.worst() <= WORST && matched.mean < 0.05,
+        matched.worst() <= DRAWING_TOLERANCE && matched.mean < 0.05,
         "{name} {how}: {matched:?}"
     );
 }
@@ -133,12 +133,12 @@ fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
                 .iter()
                 .all(|stroke| stroke.kind == kind)
         );
-        is_the_source(name, how, &source, &done);
-        is_as_long_as_checked(name, &done, &report);
+        matches_source(name, how, &source, &done);
+        takes_checked_time(name, &done, &report);
     }
 }
 
-fn is_as_long_as_checked(name: &str, done: &Rehearsal, report: &Report) {
+fn takes_checked_time(name: &str, done: &Rehearsal, report: &Report) {
     let drawn: f64 = lines_of(&done.drawing)
         .iter()
         .map(|line| length(line))
@@ -164,7 +164,7 @@ fn way(name: &str, plan: &Plan) {
     let watched = rehearse(plan, &options.watch(Duration::from_millis(2))).unwrap();
     let taken: Line = watched.way.iter().map(|[x, y, _]| [*x, *y]).collect();
     let shown: Vec<Line> = preview.ways().map(<[_]>::to_vec).collect();
-    let matched = compare(&shown, &[taken], WORST).matched;
+    let matched = compare(&shown, &[taken], DRAWING_TOLERANCE).matched;
     tell(name, "way", &matched, &watched);
     // A preview does not show the search for the home position.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
@@ -209,7 +209,7 @@ fn image(name: &str, image: &Raster) {
         done.steps,
         done.time.as_secs_f64()
     );
-    assert!(matched.mean < TONE, "{matched:?}");
+    assert!(matched.mean < TONE_TOLERANCE, "{matched:?}");
 }
 
 fn sample(name: &str) {
@@ -219,12 +219,12 @@ fn sample(name: &str) {
         Content::Plan(plan) => match format {
             Format::Gcode => {
                 let (done, report) = done(name, &plan);
-                is_as_long_as_checked(name, &done, &report);
+                takes_checked_time(name, &done, &report);
                 let source: Vec<Line> = source::gcode(text())
                     .into_iter()
                     .map(|(_, line)| line)
                     .collect();
-                is_the_source(name, "followed", &source, &done);
+                matches_source(name, "followed", &source, &done);
             }
             _ => way(name, &plan),
         },
@@ -276,7 +276,7 @@ samples! {
 }
 
 #[test]
-fn none_is_left_out() {
+fn every_sample_is_covered() {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
     let mut found: Vec<String> = std::fs::read_dir(samples)
         .unwrap()

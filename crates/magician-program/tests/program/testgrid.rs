@@ -213,7 +213,7 @@ fn a_grid_is_placed_as_drawings_are() {
 }
 
 #[test]
-fn what_contradicts_a_grid_or_is_none_is_refused() {
+fn invalid_or_contradicting_grid_options_are_refused() {
     for (file, what) in [
         (
             r#"{"format": "magician-testgrid", "power": "10:120:3"}"#,

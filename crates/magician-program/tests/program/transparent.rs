@@ -128,7 +128,7 @@ fn burnt(plan: &Plan) -> f64 {
 }
 
 #[test]
-fn white_logo_on_transparent_is_what_inverted_engraving_burns() {
+fn inverted_engraving_burns_a_white_logo_on_transparent() {
     let logo = file(0, [255; 3], [255; 4]);
     let nothing = laid(&logo, json!({"work": "engrave"})).unwrap_err();
     assert_eq!(nothing.message, "nothing to burn: all of it is white");

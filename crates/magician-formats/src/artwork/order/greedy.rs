@@ -10,7 +10,7 @@ use super::kd_tree::{Entry, KdTree};
 ///
 /// A choice: more vertices improve the tour little, because
 /// [`rotate_closed`](super::improve::rotate_closed) tries all of them later.
-const MOST_CORNERS: usize = 64;
+const MAX_START_VERTICES: usize = 64;
 
 /// Returns the tour, which begins with the stroke nearest to the lower left corner.
 pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
@@ -51,7 +51,7 @@ fn beginnings(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_
     let last = stroke.points.len().saturating_sub(1);
     let (step, until) = if stroke.is_closed() {
         // The last vertex of a closed stroke repeats its first.
-        (last.div_ceil(MOST_CORNERS).max(1), last)
+        (last.div_ceil(MAX_START_VERTICES).max(1), last)
     } else {
         (last.max(1), last + 1)
     };

@@ -9,7 +9,7 @@
 use super::super::distance;
 
 /// Largest number of points in a leaf. A choice.
-const FEW: usize = 8;
+const LEAF_CAPACITY: usize = 8;
 
 /// A point and its owner.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ struct Cell {
 
 impl Cell {
     fn is_whole(self) -> bool {
-        self.to - self.from <= FEW
+        self.to - self.from <= LEAF_CAPACITY
     }
 
     fn halves(self) -> [Self; 2] {
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_what_a_look_at_every_point_finds() {
+    fn search_matches_brute_force() {
         for count in [0, 1, 2, 7, 8, 9, 40, 500] {
             let given = points(count);
             let mut near = KdTree::new(given.clone());

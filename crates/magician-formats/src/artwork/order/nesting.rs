@@ -8,13 +8,13 @@ use std::ops::Range;
 use super::super::Stroke;
 
 /// Largest number of strips per drawing or stroke. A choice that bounds memory.
-const MOST_STRIPS: usize = 1024;
+const MAX_STRIPS: usize = 1024;
 /// Largest number of enclosing strokes to search per stroke. Those beyond enclose the found ones
 /// themselves, so they are reached from there.
-const MOST_AROUND: usize = 256;
+const MAX_ENCLOSING: usize = 256;
 /// Largest number of segments to probe per stroke. A choice: a stroke that is only partly inside is
 /// rare.
-const PROBES: usize = 8;
+const MAX_PROBES: usize = 8;
 
 /// Returns for each stroke the index of the closed stroke around it, or `None`.
 ///
@@ -46,7 +46,7 @@ pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
         let larger = candidates[from..].iter().map(|at| &closed[*at]);
         let around = larger.filter(|shape| shape.bounds.contain(bounds) && shape.contain(stroke));
         let mut within = line;
-        for shape in around.take(MOST_AROUND) {
+        for shape in around.take(MAX_ENCLOSING) {
             tree.put(within, shape.index);
             within = shape.index;
         }
@@ -138,7 +138,7 @@ struct Strips {
 impl Strips {
     /// Creates about one strip per item.
     fn new([least, most]: [f64; 2], things: usize) -> Self {
-        let count = things.clamp(1, MOST_STRIPS);
+        let count = things.clamp(1, MAX_STRIPS);
         let height = (most - least) / count as f64;
         Self {
             least,
@@ -191,7 +191,7 @@ impl<'a> Closed<'a> {
         let probed = line
             .points
             .windows(2)
-            .step_by(segments.div_ceil(PROBES).max(1));
+            .step_by(segments.div_ceil(MAX_PROBES).max(1));
         let mut middles =
             probed.map(|ends| [0, 1].map(|axis| ends[0][axis].midpoint(ends[1][axis])));
         segments > 0 && middles.all(|middle| self.surrounds(middle))

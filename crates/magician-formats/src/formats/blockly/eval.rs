@@ -7,7 +7,7 @@ use super::{refused, robot};
 use crate::Diagnostic;
 
 /// Standard value blocks.
-const VALUES: [&str; 16] = [
+const VALUE_BLOCKS: [&str; 16] = [
     "logic_boolean",
     "logic_compare",
     "logic_negate",
@@ -28,7 +28,7 @@ const VALUES: [&str; 16] = [
 
 impl Machine<'_> {
     pub(super) fn is_value(&self, block: &Block) -> bool {
-        VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
+        VALUE_BLOCKS.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
     /// Evaluates the block in an input; `None` if the input is empty.

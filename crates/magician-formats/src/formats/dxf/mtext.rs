@@ -5,19 +5,19 @@ use kurbo::{Affine, Vec2};
 use super::canvas::{Canvas, InsertContext};
 use super::entity::plane;
 use super::pairs::Record;
-use super::text::{BELOW, Row, bounded, decoded, turn_of};
+use super::text::{DESCENDER_DEPTH, Row, bounded, decoded, turn_of};
 use crate::Diagnostic;
 
 /// Distance of baselines at a factor of 1, in heights of a capital.
-const LINE: f64 = 5.0 / 3.0;
+const BASELINE_DISTANCE: f64 = 5.0 / 3.0;
 /// Size of numerator and denominator relative to the text.
-const STACKED: f64 = 0.7;
+const FRACTION_SCALE: f64 = 0.7;
 /// Height of an underline above the baseline, in heights of a capital.
-const UNDER: f64 = -0.2;
+const UNDERLINE_HEIGHT: f64 = -0.2;
 /// Height of a strike-through, in heights of a capital.
-const THROUGH: f64 = 0.5;
+const STRIKE_THROUGH_HEIGHT: f64 = 0.5;
 /// Height of an overline, in heights of a capital.
-const OVER: f64 = 1.2;
+const OVERLINE_HEIGHT: f64 = 1.2;
 
 /// A run of characters with the same format.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,14 +130,14 @@ impl Paragraph {
         for line in parsed(content, self.height) {
             self.broken(canvas, &line, record, &mut rows)?;
         }
-        let step = LINE * self.height * self.spacing;
+        let step = BASELINE_DISTANCE * self.height * self.spacing;
         let top = rows
             .first()
             .map_or(self.height, |row: &Row| row.height.max(self.height));
-        let below = (rows.len().saturating_sub(1)) as f64 * step + BELOW * self.height;
+        let below = (rows.len().saturating_sub(1)) as f64 * step + DESCENDER_DEPTH * self.height;
         let column = (self.attachment - 1).rem_euclid(3);
         let first = match self.attachment {
-            4..=6 => (below - BELOW * self.height - top) / 2.0,
+            4..=6 => (below - DESCENDER_DEPTH * self.height - top) / 2.0,
             7..=9 => below,
             _ => -top,
         };
@@ -304,11 +304,11 @@ impl Reader<'_> {
                 self.rest = self.rest.get(6..).unwrap_or_default();
                 self.write('?');
             }
-            'L' => self.look.bars[0] = Some(UNDER),
+            'L' => self.look.bars[0] = Some(UNDERLINE_HEIGHT),
             'l' => self.look.bars[0] = None,
-            'K' => self.look.bars[1] = Some(THROUGH),
+            'K' => self.look.bars[1] = Some(STRIKE_THROUGH_HEIGHT),
             'k' => self.look.bars[1] = None,
-            'O' => self.look.bars[2] = Some(OVER),
+            'O' => self.look.bars[2] = Some(OVERLINE_HEIGHT),
             'o' => self.look.bars[2] = None,
             'H' => {
                 let usual = self.look.size;
@@ -354,7 +354,7 @@ impl Reader<'_> {
         let is_bar = said.get(at..=at) == Some("/");
         let part = |text: String, raise: f64, back: bool| Run {
             text,
-            size: self.look.size * STACKED,
+            size: self.look.size * FRACTION_SCALE,
             raise,
             back,
             bars: [None; 3],

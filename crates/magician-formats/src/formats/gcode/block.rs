@@ -7,7 +7,7 @@ use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest number of codes on a line. A choice above any program.
-const MOST_CODES: usize = 16;
+const MAX_CODES: usize = 16;
 
 /// A G or M code.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,7 +114,7 @@ impl Block {
                 format!("unknown code {letter}{number}"),
             ));
         }
-        if self.codes.len() == MOST_CODES {
+        if self.codes.len() == MAX_CODES {
             return Err(SpanDiagnostic::new(range, "too many codes on one line"));
         }
         let tenths = tenths as u32;

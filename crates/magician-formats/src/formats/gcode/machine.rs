@@ -12,7 +12,7 @@ use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::LineOutcome;
-use super::motion::ROUNDED;
+use super::motion::MAX_RADIUS_DIFFERENCE;
 use super::offsets::Offsets;
 use super::pause::{self, pause_code};
 use super::power::s_max;
@@ -22,7 +22,7 @@ use crate::formats::span::SpanDiagnostic;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan, Step};
 
 /// Largest number of distinct tools. Each new tool is compared with all others, so it bounds time.
-const MOST_TOOLS: usize = 1000;
+const MAX_TOOLS: usize = 1000;
 
 /// Modal motion, which a line without a motion code repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +136,7 @@ impl<'o> Machine<'o> {
             power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
-            tolerance: chords.drawn().min(ROUNDED),
+            tolerance: chords.drawn().min(MAX_RADIUS_DIFFERENCE),
             out,
             notes,
             mode: Mode::Travel,
@@ -261,7 +261,7 @@ impl<'o> Machine<'o> {
             self.out.pause(text, origin);
         }
         if let Some(tool) = named.filter(|_| named != self.tool) {
-            if !self.tools.contains(&tool) && self.tools.len() < MOST_TOOLS {
+            if !self.tools.contains(&tool) && self.tools.len() < MAX_TOOLS {
                 self.tools.push(tool);
             }
             let nth = self.tools.iter().position(|known| *known == tool);

@@ -71,7 +71,7 @@ use modes::Modes;
 use survey::Survey;
 
 /// Largest number of moves of a program that repeats lines. It bounds memory.
-const MOST_STEPS: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 pub(super) fn read(
     bytes: &[u8],
@@ -89,8 +89,8 @@ pub(super) fn read(
     let mut block = Block::default();
     while let Some((line, stepped)) = interpreter.step(&mut block)? {
         machine.take(&line, stepped, &block)?;
-        if program.repeats() && machine.steps() > MOST_STEPS {
-            let message = format!("the program makes more than {MOST_STEPS} moves");
+        if program.repeats() && machine.steps() > MAX_STEPS {
+            let message = format!("the program makes more than {MAX_STEPS} moves");
             let help = "reduce its repetitions, or export the file without loops";
             let origin = line.origin(&(0..line.text.trim_end().len()));
             return Err(Diagnostic::new(origin, message).help(help));

@@ -7,13 +7,13 @@ use std::collections::HashMap;
 use super::modes::Modes;
 
 /// Number of parameters that are local to a call: #1 to #30.
-const CALL: usize = 30;
+const CALL_PARAMETERS: usize = 30;
 /// Last parameter that programs may use freely; those beyond belong to the machine.
-const LAST_FREE: u16 = 5000;
+const LAST_FREE_PARAMETER: u16 = 5000;
 /// Last parameter.
-pub(super) const LAST: u16 = 5602;
+pub(super) const LAST_PARAMETER: u16 = 5602;
 /// Largest number of names at a time. It bounds memory.
-const MOST_NAMES: usize = 100_000;
+const MAX_NAMES: usize = 100_000;
 
 /// Parameter key.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ type Names = HashMap<Box<str>, f64>;
 
 /// Call parameters of the caller, saved during a call.
 #[derive(Debug)]
-pub(super) struct Saved(Box<[Option<f64>; CALL]>);
+pub(super) struct Saved(Box<[Option<f64>; CALL_PARAMETERS]>);
 
 #[derive(Debug)]
 pub(super) struct Parameters {
@@ -77,7 +77,7 @@ impl Parameters {
     /// Returns the value of a parameter. The error is a sentence if it cannot be known.
     pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
         match key {
-            Key::Number(number) if *number <= LAST_FREE => {
+            Key::Number(number) if *number <= LAST_FREE_PARAMETER => {
                 let value = self.numbered.get(number).copied();
                 if value.is_none() && self.unset.get().is_none() {
                     self.unset.set(Some(*number));
@@ -171,7 +171,7 @@ impl Parameters {
     /// Sets a parameter. The error is a sentence if it is read-only.
     pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
         match key {
-            Key::Number(number) if number <= LAST_FREE => {
+            Key::Number(number) if number <= LAST_FREE_PARAMETER => {
                 self.numbered.insert(number, value);
                 Ok(())
             }
@@ -190,9 +190,9 @@ impl Parameters {
                 };
                 let is_new = names.is_some_and(|names| names.insert(name, value).is_none());
                 self.names += usize::from(is_new);
-                if self.names > MOST_NAMES {
+                if self.names > MAX_NAMES {
                     return Err(format!(
-                        "the program has more than {MOST_NAMES} named parameters"
+                        "the program has more than {MAX_NAMES} named parameters"
                     ));
                 }
                 Ok(())
@@ -208,11 +208,11 @@ impl Parameters {
 
     /// Enters a subroutine: its arguments become the first parameters, and names are local.
     pub(super) fn enter(&mut self, arguments: &[f64]) -> Saved {
-        let mut saved = [None; CALL];
+        let mut saved = [None; CALL_PARAMETERS];
         for (number, saved) in (1..).zip(&mut saved) {
             *saved = self.numbered.get(&number).copied();
         }
-        for (number, value) in (1..).zip(arguments.iter().take(CALL)) {
+        for (number, value) in (1..).zip(arguments.iter().take(CALL_PARAMETERS)) {
             self.numbered.insert(number, *value);
         }
         self.locals.push(Names::new());

@@ -3,7 +3,7 @@
 use super::block::Block;
 
 /// Largest length of a message, characters. A choice that fits a display; the rest is cut off.
-const LONGEST: usize = 200;
+const MAX_MESSAGE_LENGTH: usize = 200;
 
 /// Returns the pause code of a line, if it has one.
 pub(super) fn pause_code(block: &Block) -> Option<&'static str> {
@@ -47,6 +47,6 @@ pub(super) fn told(line: &str, block: &Block) -> Option<String> {
 
 fn shown(text: &str) -> Option<String> {
     let shown = text.trim().chars().filter(|sign| !sign.is_control());
-    let shown: String = shown.take(LONGEST).collect();
+    let shown: String = shown.take(MAX_MESSAGE_LENGTH).collect();
     (!shown.is_empty()).then_some(shown)
 }

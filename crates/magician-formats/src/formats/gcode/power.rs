@@ -12,9 +12,9 @@ use super::block::Block;
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 /// Default S of full power, that of GRBL.
-const USUAL: f64 = 1000.0;
+const DEFAULT_FULL_POWER: f64 = 1000.0;
 /// S of full power of a fan, as in printer firmware.
-const FAN: f64 = 255.0;
+const FAN_FULL_POWER: f64 = 255.0;
 
 /// Facts about the powers in a program.
 #[derive(Clone, Debug, Default)]
@@ -84,7 +84,7 @@ impl Powers {
             return;
         };
         self.greatest = Some(self.greatest.map_or(s, |most| most.max(s)));
-        if s > USUAL && self.beyond.is_none() {
+        if s > DEFAULT_FULL_POWER && self.beyond.is_none() {
             self.beyond = Some((s, line.origin(&block.range_of(b'S'))));
         }
         if s > 0.0
@@ -119,13 +119,13 @@ impl Powers {
         if let Some(cut) = self.cut {
             // Not below the default and the largest S, so that no burn exceeds 100 %.
             let greatest = self.greatest.unwrap_or(0.0);
-            return of(cut.full.max(USUAL).max(greatest), Rule::Cut(cut));
+            return of(cut.full.max(DEFAULT_FULL_POWER).max(greatest), Rule::Cut(cut));
         }
         if fan {
-            return of(FAN, Rule::Fan);
+            return of(FAN_FULL_POWER, Rule::Fan);
         }
         match self.beyond {
-            None => of(USUAL, Rule::Usual),
+            None => of(DEFAULT_FULL_POWER, Rule::Usual),
             Some((s, origin)) => {
                 // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");

@@ -10,7 +10,7 @@ use super::servo::Angles;
 use super::{Dialect, GcodeOptions};
 
 /// G codes whose axis words are not positions in program coordinates.
-const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];
+const NOT_POSITIONS: [u32; 6] = [10, 28, 30, 52, 53, 92];
 
 /// Tool that a program is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ impl Survey {
         let pause = block.number(b'P').filter(|_| block.has(b'G', 4));
         self.seconds |= pause.is_some_and(|pause| pause.fract() != 0.0);
         self.powers.look(block, line);
-        let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
+        let places = NOT_POSITIONS.iter().any(|code| block.has(b'G', *code));
         let marks = modes.feeds() && !places && block.has_any(b"XYIJ");
         self.mill.look(block, line, modes, (places, marks));
         self.angles.look(block, marks, line);

@@ -9,15 +9,15 @@ use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest sweep of an arc, degrees: a hundred turns. A choice that bounds memory.
-const WIDEST: f64 = 36_000.0;
+const MAX_SWEEP: f64 = 36_000.0;
 
 /// Default length of tick marks in both directions, percent of the distance between P1 and P2.
-pub(super) const TICK: [f64; 2] = [0.5, 0.5];
+pub(super) const DEFAULT_TICK_LENGTHS: [f64; 2] = [0.5, 0.5];
 
 /// Parses TL. A single number applies to the positive direction only.
 pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
     match instruction.numbers[..] {
-        [] => TICK,
+        [] => DEFAULT_TICK_LENGTHS,
         [forth] => [forth, 0.0],
         [forth, back, ..] => [forth, back],
     }
@@ -176,7 +176,7 @@ impl Plotter<'_> {
         let span = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
         self.fits(span(1.0), instruction)?;
         self.fits(span(-1.0), instruction)?;
-        if sweep.abs() > WIDEST {
+        if sweep.abs() > MAX_SWEEP {
             let message = format!("an arc of {sweep} degrees has too many turns");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }

@@ -13,7 +13,7 @@ impl Plotter<'_> {
         self.end_polygon();
         self.edges.clear();
         (self.relative, self.window) = (false, None);
-        self.tick = super::figures::TICK;
+        self.tick = super::figures::DEFAULT_TICK_LENGTHS;
         (self.labels, self.fill_type, self.symbol) = Default::default();
         if moves {
             self.scale.reset();

@@ -6,7 +6,7 @@ use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest magnitude of a number: HP-GL/2's own limit, 2^23.
-const GREATEST: f64 = 8_388_608.0;
+const MAX_NUMBER: f64 = 8_388_608.0;
 
 /// An instruction.
 #[derive(Clone, Debug, PartialEq)]
@@ -175,9 +175,9 @@ impl<'t> Instructions<'t> {
             self.scan.skip(|byte| byte.is_ascii_digit());
             let text = self.scan.text.get(start..self.scan.at).unwrap_or_default();
             match text.parse::<f64>() {
-                Ok(number) if number.abs() <= GREATEST => numbers.push(number),
+                Ok(number) if number.abs() <= MAX_NUMBER => numbers.push(number),
                 Ok(_) => {
-                    let message = format!("a number is beyond {GREATEST}");
+                    let message = format!("a number is beyond {MAX_NUMBER}");
                     return Err(SpanDiagnostic::new(start..self.scan.at, message));
                 }
                 Err(_) => {
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_instruction_says_where_it_is() {
+    fn invalid_instruction_error_has_its_position() {
         let error = |text: &str| {
             let found = Instructions::new(text).find_map(Result::err);
             found.expect("a flaw").range

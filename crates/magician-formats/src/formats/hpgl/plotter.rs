@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Notes;
 use super::areas::FillType;
-use super::figures::{TICK, ticks};
+use super::figures::{DEFAULT_TICK_LENGTHS, ticks};
 use super::lexer::Instruction;
 use super::scale::Scale;
 use super::text::LabelStyle;
@@ -16,9 +16,9 @@ use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
 /// Largest number of pens that become layers. A choice above any plotter; further pens have no
 /// layer.
-const MOST_PENS: usize = 100;
+const MAX_PENS: usize = 100;
 /// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
-const LARGEST: f64 = 1e5;
+const MAX_COORDINATE: f64 = 1e5;
 
 /// Stroke being drawn.
 #[derive(Debug)]
@@ -101,7 +101,7 @@ impl<'t> Plotter<'t> {
             fill_type: FillType::default(),
             labels: LabelStyle::default(),
             symbol: None,
-            tick: TICK,
+            tick: DEFAULT_TICK_LENGTHS,
             kept: String::new(),
             lettering: None,
             window: None,
@@ -251,7 +251,7 @@ impl<'t> Plotter<'t> {
             name: Some(format!("pen {}", self.pen)),
             inkscape: false,
         };
-        let layer = if self.artwork.layers.len() < MOST_PENS {
+        let layer = if self.artwork.layers.len() < MAX_PENS {
             self.artwork.layer(&layer)
         } else {
             0
@@ -355,7 +355,7 @@ impl<'t> Plotter<'t> {
         [x, y]: [f64; 2],
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        if x.abs().max(y.abs()) <= LARGEST {
+        if x.abs().max(y.abs()) <= MAX_COORDINATE {
             return Ok(());
         }
         let message = format!("the pen would be at {x:.0}, {y:.0} mm");

@@ -15,14 +15,14 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use super::crop::Window;
-use super::{MOST_MEMORY, grey_of, opacity_of};
+use super::{MAX_MEMORY, grey_of, opacity_of};
 
 /// Largest number of pixels to keep: a point of 0.1 mm over the whole reach of the arm.
-const KEPT: u64 = 16_000_000;
+const MAX_KEPT_PIXELS: u64 = 16_000_000;
 /// Largest number of pixels to decode, which takes minutes.
-const MOST_READ: u64 = 4_000_000_000;
+const MAX_DECODED_PIXELS: u64 = 4_000_000_000;
 /// Largest side of a JPEG by its format.
-const JPEG_SIDE: usize = 65_535;
+const JPEG_MAX_SIDE: usize = 65_535;
 
 /// A grey image, scaled down.
 pub(super) struct Smaller {
@@ -52,13 +52,13 @@ struct Shrink {
 impl Shrink {
     fn new([width, height]: [u32; 2], window: Window) -> Result<Self, Why> {
         let pixels = u64::from(width) * u64::from(height);
-        if pixels > MOST_READ {
-            let most = MOST_READ / 1_000_000;
+        if pixels > MAX_DECODED_PIXELS {
+            let most = MAX_DECODED_PIXELS / 1_000_000;
             return Err(format!("{width} by {height} pixels, limit {most} million"));
         }
         let Window { width, height, .. } = window;
         let mut each = 1_u32;
-        while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > KEPT {
+        while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > MAX_KEPT_PIXELS {
             each += 1;
         }
         let (columns, lines) = (width.div_ceil(each), height.div_ceil(each));
@@ -155,7 +155,7 @@ impl ShrinkBoth {
 pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: png::DecodingError| error.to_string();
     let limits = png::Limits {
-        bytes: usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX),
+        bytes: usize::try_from(MAX_MEMORY).unwrap_or(usize::MAX),
     };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -195,8 +195,8 @@ pub(super) fn has_brightness(bytes: &[u8]) -> bool {
 /// Decodes only the luma of a JPEG.
 pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let options = DecoderOptions::default()
-        .set_max_width(JPEG_SIDE)
-        .set_max_height(JPEG_SIDE)
+        .set_max_width(JPEG_MAX_SIDE)
+        .set_max_height(JPEG_MAX_SIDE)
         .jpeg_set_out_colorspace(ColorSpace::Luma);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder
@@ -216,7 +216,7 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
             ", progressive; save it as a plain (baseline) JPEG",
         )
     };
-    if memory > MOST_MEMORY {
+    if memory > MAX_MEMORY {
         return Err(format!("{width} by {height} pixels{how}"));
     }
     let grey = decoder.decode().map_err(|error| error.to_string())?;
@@ -231,7 +231,7 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
 pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: tiff::TiffError| error.to_string();
     let mut limits = tiff::decoder::Limits::default();
-    limits.decoding_buffer_size = usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX);
+    limits.decoding_buffer_size = usize::try_from(MAX_MEMORY).unwrap_or(usize::MAX);
     let decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(told)?;
     let mut decoder = decoder.with_limits(limits);
     let (width, height) = decoder.dimensions().map_err(told)?;

@@ -14,7 +14,7 @@ use crate::plan::json::{Json, Member};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Largest number of entries. It bounds memory.
-const MOST_ENTRIES: usize = 1_000_000;
+const MAX_ENTRIES: usize = 1_000_000;
 const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
 
 /// Entry of the list.
@@ -40,8 +40,8 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     if list.is_empty() {
         return Err(Diagnostic::of_file("the playback file has no entries"));
     }
-    if list.len() > MOST_ENTRIES {
-        let message = format!("too many entries: {}, limit {MOST_ENTRIES}", list.len());
+    if list.len() > MAX_ENTRIES {
+        let message = format!("too many entries: {}, limit {MAX_ENTRIES}", list.len());
         return Err(Diagnostic::of_file(message));
     }
     let mut notes = Vec::new();

@@ -11,7 +11,7 @@ use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Distance below which points coincide for the arm, mm (model section 15a).
-const SAME: f64 = 1e-4;
+const POINT_TOLERANCE: f64 = 1e-4;
 
 impl Playback {
     /// Converts the file to a plan: for each row the move, then the tool's action, then the pause.
@@ -165,7 +165,7 @@ fn straight(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Vec<[f32; 4]> {
     let length = |way: [f64; 3]| way.iter().map(|part| part * part).sum::<f64>().sqrt();
     let (first, second) = (length(ahead), length(on));
     let forwards = ahead.iter().zip(on).map(|(a, b)| a * b).sum::<f64>() > 0.0;
-    if first < SAME || second < SAME || forwards {
+    if first < POINT_TOLERANCE || second < POINT_TOLERANCE || forwards {
         return vec![to];
     }
     let [x, y, z, _] = via;

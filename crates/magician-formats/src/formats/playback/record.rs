@@ -9,7 +9,7 @@ use super::{Playback, Point, PointMotion, Row};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
 
 /// Parts of plans that no playback file can store.
-const SILENT: &str = "parts and pauses for a person";
+const UNSTORABLE_PARTS: &str = "parts and pauses for a person";
 
 impl Playback {
     /// Converts a plan to a file of DobotStudio 1.9, as far as such a file can express it.
@@ -159,8 +159,8 @@ impl<'p> Recorder<'p> {
             }
             other => {
                 let Some(command) = other.command() else {
-                    if !self.left_out.contains(&SILENT) {
-                        self.left_out.push(SILENT);
+                    if !self.left_out.contains(&UNSTORABLE_PARTS) {
+                        self.left_out.push(UNSTORABLE_PARTS);
                     }
                     return Ok(());
                 };

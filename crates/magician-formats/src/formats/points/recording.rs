@@ -12,42 +12,42 @@ use magician_host::commands::CpParams;
 use magician_motion::{ArmModel, KinematicLimits, Pose};
 use magician_protocol::Flag;
 
-use crate::recording::{HELD, LONGEST};
+use crate::recording::{J4_TOLERANCE, MAX_REST_MS};
 use crate::simplify::kept_where;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
 /// Distance within which the tool stands still, mm. A choice: large enough for noise, too small to
 /// swallow slow motion.
-const STILL: f64 = 0.05;
+const STANDSTILL_TOLERANCE: f64 = 0.05;
 /// Number of periods after which a standstill counts as a rest. A choice: ending the path for a
 /// rest costs a ramp down and up.
-const STANDS: usize = 3;
+const REST_PERIODS: usize = 3;
 /// Length below which a segment takes the arm no time, mm.
-const NO_WAY: f64 = 1e-3;
+const MIN_LENGTH: f64 = 1e-3;
 /// Duration of a segment, s: one period of the arm, which rounds to whole periods.
 const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
 /// Step of the search for the phase of the arm's periods, s. A choice between precision and time.
 const PHASE_STEP: f64 = 0.001;
 /// Share of a period that covers the rounding of times to microseconds.
-const ROUNDING: f64 = 1e-4;
+const PERIOD_ROUNDING: f64 = 1e-4;
 /// Ratio of unevenness below which times of periods are accepted instead of the times as read. A
 /// choice: only a clear gain justifies changing the times.
-const EVENER: f64 = 0.5;
+const MAX_UNEVENNESS_RATIO: f64 = 0.5;
 /// Largest share by which a segment is longer than a period of the recording in order to catch up.
 ///
 /// The arm is then faster than recorded by this share. A choice between catching up soon and
 /// keeping the recorded speed.
-const MOST_CATCH_UP: f64 = 0.5;
+const MAX_CATCH_UP: f64 = 0.5;
 /// Share by which the arm hurries before a turn of J4, so that it is in time afterwards. A choice
 /// that keeps the motion close to the recorded one.
-const AHEAD: f64 = 0.25;
+const HURRY_SHARE: f64 = 0.25;
 /// Delay within which the arm is in time, s. Segments then stay even.
-const IN_TIME: f64 = 1e-4;
-/// Largest number of periods of a recording, besides [`PERIODS_OF_A_ROW`]: a small file with a gap
+const MAX_DELAY: f64 = 1e-4;
+/// Largest number of periods of a recording, besides [`PERIODS_PER_ROW`]: a small file with a gap
 /// of years must not use up memory.
-const MOST_PERIODS: f64 = 1e6;
+const MAX_PERIODS: f64 = 1e6;
 /// Additional number of periods per row, so that long recordings are not refused.
-const PERIODS_OF_A_ROW: f64 = 10.0;
+const PERIODS_PER_ROW: f64 = 10.0;
 
 /// Position of the arm at a time.
 #[derive(Clone, Copy, Debug)]
@@ -113,7 +113,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
-    if replay.turned > HELD {
+    if replay.turned > J4_TOLERANCE {
         let what = format!(
             "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
             replay.turned
@@ -149,7 +149,7 @@ fn timed(rows: &[Sample]) -> Vec<Sample> {
         uneven if uneven < best.0 => (uneven, rows),
         _ => best,
     };
-    let best = (EVENER * unevenness(&as_read), as_read);
+    let best = (MAX_UNEVENNESS_RATIO * unevenness(&as_read), as_read);
     candidates.fold(best, least).1
 }
 
@@ -158,10 +158,10 @@ fn timed(rows: &[Sample]) -> Vec<Sample> {
 fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
     let mut timed: Vec<Sample> = Vec::with_capacity(rows.len());
     for row in rows {
-        let t = phase + PERIOD * ((row.t - phase) / PERIOD + ROUNDING).floor();
+        let t = phase + PERIOD * ((row.t - phase) / PERIOD + PERIOD_ROUNDING).floor();
         match timed.last() {
             Some(last) if last.t >= t => {
-                if last.apart(row) > NO_WAY {
+                if last.apart(row) > MIN_LENGTH {
                     return None;
                 }
             }
@@ -225,7 +225,7 @@ impl TimedPath {
             return Ok(Vec::new());
         };
         let count = ((last.t - first.t) / period).ceil();
-        if count > MOST_PERIODS + PERIODS_OF_A_ROW * self.rows.len() as f64 {
+        if count > MAX_PERIODS + PERIODS_PER_ROW * self.rows.len() as f64 {
             let time = last.t - first.t;
             let message = format!("the recording takes {time:.0} s, which is too long");
             return Err(Diagnostic::new(last.origin, message));
@@ -282,10 +282,10 @@ fn standing(rows: &[Sample]) -> usize {
     let same = rows
         .iter()
         .skip(1)
-        .take_while(|row| first.apart(row) <= STILL);
+        .take_while(|row| first.apart(row) <= STANDSTILL_TOLERANCE);
     let periods = same.count();
     let ends = periods + 1 == rows.len();
-    if periods >= STANDS || ends {
+    if periods >= REST_PERIODS || ends {
         periods
     } else {
         0
@@ -399,7 +399,7 @@ impl Replay {
     /// Waits until a time, if the arm is early.
     fn wait_until(&mut self, t: f64, origin: Origin) {
         self.rest();
-        let milliseconds = ((t - self.arm) * 1000.0).round().min(LONGEST);
+        let milliseconds = ((t - self.arm) * 1000.0).round().min(MAX_REST_MS);
         if milliseconds >= 1.0 {
             self.plan.push(Action::Wait(milliseconds as u32), origin);
             self.arm += milliseconds / 1000.0;
@@ -414,23 +414,23 @@ impl Replay {
             .j4
             .zip(last.j4)
             .map_or(0.0, |(from, to)| (to - from).abs());
-        let turned = if turned > HELD { turned } else { 0.0 };
+        let turned = if turned > J4_TOLERANCE { turned } else { 0.0 };
         let turns_for = turn_duration(turned);
         let mut here = *from;
         while here.t < last.t {
             let pending = self.pending.map_or(0.0, |_| self.period);
-            let early = (turns_for - AHEAD * (last.t - here.t)).max(0.0);
+            let early = (turns_for - HURRY_SHARE * (last.t - here.t)).max(0.0);
             let late = self.arm + pending + early - here.t;
-            let late = if late > IN_TIME { late } else { 0.0 };
-            let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
+            let late = if late > MAX_DELAY { late } else { 0.0 };
+            let mut t = here.t + self.period + late.min(MAX_CATCH_UP * self.period);
             // A remainder shorter than a period would become a separate segment.
-            if last.t - t < IN_TIME {
+            if last.t - t < MAX_DELAY {
                 t = last.t;
             }
             let Some(to) = path.at(t) else { break };
             let length = here.apart(&to);
-            if length >= NO_WAY {
-                if here.t > self.t + IN_TIME {
+            if length >= MIN_LENGTH {
+                if here.t > self.t + MAX_DELAY {
                     self.wait_until(here.t, here.origin);
                 }
                 let [x, y, z, _] = to.pose.map(|value| value as f32);

@@ -12,14 +12,14 @@ use super::cost::{references, style_sheets};
 use super::source::is;
 
 /// Elements that usvg follows wherever they are referenced.
-const FOLLOWED: [&str; 2] = ["clipPath", "mask"];
+const FOLLOWED_ELEMENTS: [&str; 2] = ["clipPath", "mask"];
 /// Longest cycle of one kind that usvg breaks itself.
-const BROKEN_UP: usize = 2;
+const MAX_HANDLED_CYCLE: usize = 2;
 
 /// Returns a clip path or mask in a cycle that usvg does not break.
 pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a, 'i>> {
-    let followed = |node: &Node<'_, '_>| FOLLOWED.iter().any(|tag| is(node, tag));
-    if document.descendants().filter(followed).count() < BROKEN_UP {
+    let followed = |node: &Node<'_, '_>| FOLLOWED_ELEMENTS.iter().any(|tag| is(node, tag));
+    if document.descendants().filter(followed).count() < MAX_HANDLED_CYCLE {
         return None;
     }
     let graph = Graph::of(document);
@@ -28,10 +28,10 @@ pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a,
             .iter()
             .filter_map(|index| document.get_node((*index as u32).into()));
         let circle: Vec<_> = nodes.filter(|node| followed(node)).collect();
-        let of_one_kind = FOLLOWED
+        let of_one_kind = FOLLOWED_ELEMENTS
             .iter()
             .any(|tag| circle.iter().all(|node| is(node, tag)));
-        if circle.len() > BROKEN_UP || !of_one_kind {
+        if circle.len() > MAX_HANDLED_CYCLE || !of_one_kind {
             return circle.into_iter().next();
         }
     }

@@ -4,7 +4,7 @@
 use roxmltree::Node;
 
 /// Attributes with positions and sizes.
-const MEASURES: [&str; 21] = [
+const MEASURE_ATTRIBUTES: [&str; 21] = [
     "d",
     "points",
     "x",
@@ -28,11 +28,11 @@ const MEASURES: [&str; 21] = [
     "markerWidth",
 ];
 /// Power of ten from which a number is refused. A choice far above any sheet in any unit.
-const BEYOND: i64 = 9;
+const REFUSED_POWER_OF_TEN: i64 = 9;
 
 /// Returns the first such number of an element.
 pub(super) fn beyond<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
-    let measures = MEASURES.iter().filter_map(|name| node.attribute(*name));
+    let measures = MEASURE_ATTRIBUTES.iter().filter_map(|name| node.attribute(*name));
     measures.into_iter().find_map(first_beyond)
 }
 
@@ -41,7 +41,7 @@ fn first_beyond(text: &str) -> Option<&str> {
     let mut at = 0;
     while let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
         let (length, power) = number(rest);
-        if power > BEYOND {
+        if power > REFUSED_POWER_OF_TEN {
             return text.get(at..at + length.min(40));
         }
         at += length.max(1);
@@ -97,7 +97,7 @@ mod tests {
     use super::first_beyond;
 
     #[test]
-    fn numbers_beyond_any_drawing_are_found() {
+    fn excessive_numbers_are_found() {
         for text in [
             "M0 0a1e10 5 0 0 1 9 9",
             "0,-12345678901.5",

@@ -101,11 +101,11 @@ fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
         return numbers(json, "tool", "x, y, z", value).map(|bias| Some(Tool::Bias(bias)));
     }
     let name = json.string(value)?;
-    let found = Tool::NAMED.iter().find(|(known, _)| *known == name);
+    let found = Tool::NAMED_TOOLS.iter().find(|(known, _)| *known == name);
     match found {
         Some((_, tool)) => Ok(Some(*tool)),
         None => {
-            let names = Tool::NAMED.map(|(name, _)| name).join(", ");
+            let names = Tool::NAMED_TOOLS.map(|(name, _)| name).join(", ");
             let help = format!("a tool is one of {names}, or its bias as [x,y,z] in mm");
             Err(json
                 .diagnostic(value, format!("unknown tool {value}"))

@@ -25,7 +25,7 @@ fn drawn_in(inside: &str) -> (String, String) {
 }
 
 #[test]
-fn lines_in_paints_of_today_are_drawn() {
+fn lines_with_css_4_paints_are_drawn() {
     for (name, expected) in [
         ("currentcolor.svg", 160.0),
         ("mixed_colours.svg", 160.0),
@@ -39,7 +39,7 @@ fn lines_in_paints_of_today_are_drawn() {
 }
 
 #[test]
-fn custom_properties_are_those_of_the_nearest_element_then_of_the_sheet() {
+fn custom_properties_come_from_the_nearest_element_then_the_style_sheet() {
     for (inside, color) in [
         (
             "<style>:root{--x:#f00}</style><path d='M1 1H5' stroke='var(--x)'/>",
@@ -133,7 +133,7 @@ fn line_of_width_0_is_a_hairline() {
 }
 
 #[test]
-fn nothing_to_draw_says_why() {
+fn empty_drawing_states_the_reason() {
     let (drawn, notes) = artwork("only-image.svg", &ReadOptions::default());
     assert!(drawn.strokes.is_empty());
     assert!(

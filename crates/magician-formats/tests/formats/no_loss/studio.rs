@@ -27,7 +27,7 @@ fn list(entries: &str) -> Result<magician_formats::Parsed, magician_formats::Dia
     )
 }
 
-const MOVE: &str = r#"{"key":1,"type":"move","device":"Magician","params":{"moveType":"WAY","pointName":"P","point":[220,0,40,0],"slide":SLIDE,"slideL":120}}"#;
+const MOVE_BLOCK: &str = r#"{"key":1,"type":"move","device":"Magician","params":{"moveType":"WAY","pointName":"P","point":[220,0,40,0],"slide":SLIDE,"slideL":120}}"#;
 
 #[test]
 fn playback_of_dobotlab_is_played() {
@@ -51,7 +51,7 @@ fn playback_of_dobotlab_is_played() {
         Format::of("a", &data("dobotlab.playback")),
         Some(Format::Playback)
     );
-    let moves = |way: &str, slide: &str| list(&MOVE.replace("WAY", way).replace("SLIDE", slide));
+    let moves = |way: &str, slide: &str| list(&MOVE_BLOCK.replace("WAY", way).replace("SLIDE", slide));
     for (way, by) in [("moveL", Travel::Line), ("jump", Travel::Jump)] {
         let Content::Plan(plan) = moves(way, "false").unwrap().content else {
             panic!("{way}")
@@ -73,14 +73,14 @@ fn playback_of_dobotlab_is_played() {
 }
 
 #[test]
-fn what_a_list_of_dobotlab_says_beyond_that_is_refused_by_name_and_line() {
+fn unsupported_entries_of_dobotlab_are_refused_by_name_and_line() {
     for (entries, says) in [
         (
-            MOVE.replace("WAY", "moveJ")
+            MOVE_BLOCK.replace("WAY", "moveJ")
                 .replace("\"Magician\"", "\"MagicianLite\""),
             "taught on a MagicianLite",
         ),
-        (MOVE.replace("WAY", "arc"), "'arc' is not known"),
+        (MOVE_BLOCK.replace("WAY", "arc"), "'arc' is not known"),
         (
             r#"{"type":"delay","params":{"time":1}}"#.to_owned(),
             "'delay' is not known",
@@ -120,7 +120,7 @@ fn blocks_of_dobotlab_are_named_with_what_runs_them() {
 }
 
 #[test]
-fn files_of_other_programs_are_named_with_a_way_out() {
+fn foreign_files_are_named_with_advice() {
     for (name, what, way) in [
         ("x.pdf", "a PDF document", "SVG"),
         ("x.eps", "a PostScript drawing", "SVG"),
@@ -166,7 +166,7 @@ fn files_of_other_programs_are_named_with_a_way_out() {
 }
 
 #[test]
-fn netpbm_images_are_read_and_animated_ones_say_which_picture() {
+fn netpbm_images_are_read_and_animated_ones_name_their_frame() {
     for name in ["i.pgm", "i_1bit.pbm"] {
         let Content::Image(raster) = content(name, &ReadOptions::default()).unwrap().content else {
             panic!("{name}");

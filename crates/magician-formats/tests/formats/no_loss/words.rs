@@ -44,7 +44,7 @@ fn progress_of_a_slicer_is_left_out_and_saved_settings_are_refused() {
 }
 
 #[test]
-fn what_a_controller_is_told_beside_a_program_is_left_out_with_a_note() {
+fn controller_commands_are_skipped_with_a_note() {
     let (plan, notes) = plan("lcnclaser.ngc");
     assert!(plan.steps.iter().any(|step| step.action.marks()));
     assert!(

@@ -59,7 +59,7 @@ pub(crate) fn steps(blocks: &str) -> (String, Vec<String>) {
 }
 
 #[test]
-fn the_sample_is_followed_and_runs() {
+fn sample_is_interpreted_and_runs() {
     let (plan, notes) = plan(Format::Blockly, &sample("example_loop.blockly"));
     let expected = "
         a1: Home
@@ -110,7 +110,7 @@ fn stacks_run_from_the_top_to_the_bottom() {
 }
 
 #[test]
-fn disabled_blocks_are_passed_over() {
+fn disabled_blocks_are_skipped() {
     let off = |kind: &str, body: &str| {
         format!("<block type=\"{kind}\" id=\"x\" disabled=\"true\">{body}</block>")
     };
@@ -140,7 +140,7 @@ fn get(name: &str) -> String {
 }
 
 #[test]
-fn loops_count_as_in_the_studio() {
+fn loop_counts_match_the_studio() {
     let counted = |from, to, by| {
         let body = [
             field("VAR", "i"),
@@ -225,7 +225,7 @@ fn loops_end_by_their_condition_or_by_a_break() {
 }
 
 #[test]
-fn the_first_branch_whose_condition_holds_is_taken() {
+fn first_branch_with_a_true_condition_is_taken() {
     let truth = |truth: &str| block("logic_boolean", &field("BOOL", truth));
     let branch = |conditions: [&str; 2]| {
         let mut body = "<mutation elseif=\"1\" else=\"1\"></mutation>".to_owned();
@@ -251,7 +251,7 @@ fn the_first_branch_whose_condition_holds_is_taken() {
 }
 
 #[test]
-fn sums_are_the_studios() {
+fn arithmetic_matches_the_studio() {
     let sum = |kind: &str, op: &str, inputs: &[(&str, f64)]| {
         let inputs: String = inputs
             .iter()
@@ -293,7 +293,7 @@ fn sums_are_the_studios() {
 }
 
 #[test]
-fn conditions_are_the_studios() {
+fn conditions_match_the_studio() {
     let truth = |truth: bool| {
         block(
             "logic_boolean",
@@ -351,7 +351,7 @@ fn conditions_are_the_studios() {
 
 /// A long program is deeply nested XML.
 #[test]
-fn a_program_may_be_long() {
+fn long_program_is_accepted() {
     let blocks: Vec<_> = (0..20_000)
         .map(|_| block("dobot_pump", &field("io", "1")))
         .collect();

@@ -6,7 +6,7 @@ use magician_formats::{Format, Tool};
 use super::machine::{plan, run, sample, told};
 
 #[test]
-fn points_of_the_suction_cup_are_played_in_their_order() {
+fn suction_cup_points_are_played_in_order() {
     let (plan, notes) = plan(Format::Playback, &sample("suction_points_v194.playback"));
     let expected = "
         row0: joints 127.2309 37.1679 -27.9548 16.2846
@@ -47,7 +47,7 @@ fn jumps_names_and_pauses_are_those_of_the_file() {
 }
 
 #[test]
-fn a_gripper_is_told_where_it_changes() {
+fn gripper_command_is_sent_only_on_change() {
     let (plan, notes) = plan(Format::Playback, &sample("gripper_pick_v194.playback"));
     let expected = "
         row0: joints 166.5096 -8.6768 -50.3821 37.917
@@ -83,7 +83,7 @@ fn a_gripper_is_told_where_it_changes() {
 
 /// The arcs of rows 10 and 11 start at the point through which they should go.
 #[test]
-fn arcs_that_are_none_are_straight() {
+fn degenerate_arcs_become_straight_lines() {
     let (plan, notes) = plan(Format::Playback, &sample("arc_movl_v1412.playback"));
     let expected = "
         Init: line 250 0 0 0
@@ -168,7 +168,7 @@ fn points_on_a_line_are_lines_through_all_of_them() {
 
 /// The origin of a step leads to the text of its items.
 #[test]
-fn origins_are_the_items_that_a_step_comes_from() {
+fn step_origins_are_their_items() {
     let bytes = sample("jump_suction_named_v170.playback");
     let text = std::str::from_utf8(&bytes).unwrap();
     let (plan, _) = plan(Format::Playback, &bytes);
@@ -190,7 +190,7 @@ fn origins_are_the_items_that_a_step_comes_from() {
 
 /// Indentation, a declaration, and renamed or reordered items do not change the points.
 #[test]
-fn order_space_and_strange_items_do_not_matter() {
+fn item_order_whitespace_and_unknown_items_are_ignored() {
     let file = r#"<?xml version="1.0" encoding="utf-8"?>
 <root>
   <row_StudioVersion><item_0>Ver-170</item_0></row_StudioVersion>
@@ -235,7 +235,7 @@ fn order_space_and_strange_items_do_not_matter() {
 }
 
 #[test]
-fn the_tool_is_the_one_whose_column_is_there_and_used() {
+fn tool_is_inferred_from_the_used_column() {
     let tool = |items: &str| {
         let file = format!(
             "<root><row0><item_0>1</item_0><item_2>220</item_2><item_3>0</item_3><item_4>0</item_4><item_5>0</item_5>{items}</row0></root>"

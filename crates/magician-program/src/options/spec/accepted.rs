@@ -29,7 +29,7 @@ fn figure(number: f64) -> String {
 /// Value as shown in a message.
 pub(in crate::options) fn shown(value: &Value) -> String {
     /// Characters shown of a value: enough to recognise it.
-    const MOST: usize = 60;
+    const MAX_SHOWN_VALUE: usize = 60;
     let text = match value {
         // JSON stores NaN as null.
         Value::Null => "nan".to_owned(),
@@ -44,8 +44,8 @@ pub(in crate::options) fn shown(value: &Value) -> String {
         }
         other => other.to_string(),
     };
-    match text.chars().nth(MOST) {
-        Some(_) => text.chars().take(MOST).chain("..".chars()).collect(),
+    match text.chars().nth(MAX_SHOWN_VALUE) {
+        Some(_) => text.chars().take(MAX_SHOWN_VALUE).chain("..".chars()).collect(),
         None => text,
     }
 }

@@ -80,14 +80,14 @@ impl EngravingArm {
 
     fn go_on(&mut self, look: &mut impl FnMut(&ControllerState)) {
         let next = self.0.poll_timeout().unwrap();
-        let soon = self.0.now() + LOOK;
+        let soon = self.0.now() + SAMPLE_INTERVAL;
         self.0.advance(next.min(soon));
         look(&self.0.state());
     }
 }
 
 /// Interval between the looks.
-pub(super) const LOOK: Duration = Duration::from_millis(5);
+pub(super) const SAMPLE_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Strokes burnt by a virtual arm for the whole plan.
 pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {

@@ -113,7 +113,7 @@ fn errors(trace: &Trace) -> Vec<f64> {
 }
 
 #[test]
-fn the_ink_of_each_step_is_its_grey() {
+fn ink_of_each_grey_step_matches_its_tone() {
     for style in [
         ImageStyle::Halftone,
         ImageStyle::Squiggle,
@@ -148,17 +148,17 @@ fn the_ink_of_each_step_is_its_grey() {
 /// Drawing as scanned at 300 dpi, with lines of this width.
 fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     const DPI: f64 = 300.0;
-    const FINE: usize = 3;
+    const OVERSAMPLING: usize = 3;
     let fine = DPI / 25.4;
-    let paper = Paper::with(artwork, page, pen, fine * FINE as f64);
+    let paper = Paper::with(artwork, page, pen, fine * OVERSAMPLING as f64);
     let [width, height] = page.map(|side| (side * fine) as usize);
     let grey = (0..width * height).map(|at| {
         let [x, y] = [at % width, height - 1 - at / width];
-        let cells = (0..FINE * FINE).map(|nth| [x * FINE + nth % FINE, y * FINE + nth / FINE]);
+        let cells = (0..OVERSAMPLING * OVERSAMPLING).map(|nth| [x * OVERSAMPLING + nth % OVERSAMPLING, y * OVERSAMPLING + nth / OVERSAMPLING]);
         let inked = cells
             .filter(|[x, y]| paper.ink[y * paper.width + x])
             .count();
-        255 - (inked * 255 / (FINE * FINE)) as u8
+        255 - (inked * 255 / (OVERSAMPLING * OVERSAMPLING)) as u8
     });
     Raster {
         width,
@@ -333,7 +333,7 @@ fn any_image_becomes_lines_or_is_refused() {
 }
 
 #[test]
-fn what_makes_no_sense_of_lines_is_refused() {
+fn invalid_trace_options_are_refused() {
     let (image, _) = wedge(3);
     for (wrong, why) in [
         (
@@ -373,7 +373,7 @@ fn what_makes_no_sense_of_lines_is_refused() {
 }
 
 #[test]
-fn levels_are_that_many_hatchings_and_sizes_of_dots() {
+fn levels_set_the_number_of_hatchings_and_dot_sizes() {
     let (image, _) = wedge(11);
     let trace = |style, levels| Trace {
         style,
@@ -410,7 +410,7 @@ fn levels_are_that_many_hatchings_and_sizes_of_dots() {
 }
 
 #[test]
-fn a_photo_is_drawn_in_few_long_lines() {
+fn photo_is_drawn_in_few_long_lines() {
     let side = 200;
     let grey = (0..side * side).map(|at| {
         let [x, y] = [at % side, at / side].map(|at| at as f64 / side as f64 - 0.5);

@@ -10,11 +10,11 @@ use super::SAME;
 use crate::artwork::distance;
 
 /// Largest difference in direction of lines that count as collinear, rad.
-const ANGLE: f64 = 1e-3;
+const DIRECTION_TOLERANCE: f64 = 1e-3;
 /// Largest distance of lines that count as collinear, mm.
-const OFFSET: f64 = 0.02;
+const OFFSET_TOLERANCE: f64 = 0.02;
 /// Largest gap that is ignored, micrometres: tabs are longer, rounded ends are not.
-const GAP: i64 = 20;
+const MAX_GAP: i64 = 20;
 
 /// Lines, arcs and dots by position, with the Z of the first cut there.
 pub(super) struct Covered {
@@ -59,20 +59,20 @@ impl Covered {
             return false;
         }
         let angle = libm::atan2(to[1] - from[1], to[0] - from[0]).rem_euclid(std::f64::consts::PI);
-        let turns = (std::f64::consts::PI / ANGLE).round() as i64;
-        let nth = (angle / ANGLE).round() as i64 % turns;
+        let turns = (std::f64::consts::PI / DIRECTION_TOLERANCE).round() as i64;
+        let nth = (angle / DIRECTION_TOLERANCE).round() as i64 % turns;
         // Directions just below half a turn wrap to 0.
         let angle = if nth == 0 { 0.0 } else { angle };
         let (sin, cos) = libm::sincos(angle);
         let along = |[x, y]: [f64; 2]| micrometres(cos * x + sin * y);
         let [mx, my] = [0, 1].map(|axis| f64::midpoint(from[axis], to[axis]));
-        let offset = ((cos * my - sin * mx) / OFFSET).round() as i64;
+        let offset = ((cos * my - sin * mx) / OFFSET_TOLERANCE).round() as i64;
         let (one, other) = (along(from), along(to));
         let (begin, end) = (one.min(other), one.max(other));
         let pieces = self.lines.entry([nth, offset]).or_default();
         let (mut at, mut deeper) = (begin, true);
-        while at + GAP < end {
-            let before = pieces.range(..=at + GAP).next_back();
+        while at + MAX_GAP < end {
+            let before = pieces.range(..=at + MAX_GAP).next_back();
             match before.filter(|(_, (to, _))| *to > at) {
                 Some((_, (to, first))) => {
                     deeper &= *first > z + SAME;
@@ -81,7 +81,7 @@ impl Covered {
                 None => break,
             }
         }
-        if at + GAP >= end {
+        if at + MAX_GAP >= end {
             return deeper;
         }
         pieces.entry(begin).or_insert((end, z));

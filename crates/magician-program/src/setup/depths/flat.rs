@@ -5,7 +5,7 @@ use magician_protocol::Set;
 use super::covered::Covered;
 use super::walk::{Event, meets};
 use super::{DepthTally, SAME};
-use crate::setup::work_lines::TOUCH;
+use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Step, Travel};
 use magician_formats::simplify::kept;
 
@@ -178,7 +178,7 @@ impl Flattener {
     fn travel(&mut self, step: &Step, [x, y, z]: [f64; 3]) {
         self.end_held();
         // A rapid move within a groove would draw on the surface.
-        let z = if z <= self.touch + TOUCH {
+        let z = if z <= self.touch + TOUCH_HEIGHT {
             self.touch + self.lift
         } else {
             z

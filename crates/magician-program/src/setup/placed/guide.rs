@@ -4,12 +4,12 @@ use magician_motion::ToolBias;
 
 use super::ProgramTransform;
 use crate::artwork::Marking;
-use crate::setup::work_lines::TOUCH;
+use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
-use magician_formats::reach::{APPROACH, Above};
+use magician_formats::reach::{APPROACH_HEIGHT, Above};
 
 /// Number of shares at which a travel move that leaves the reach is tried.
-const SHARES: u32 = 64;
+const EXIT_SAMPLES: u32 = 64;
 
 /// Builds the motion through a placed program.
 pub(super) struct Guide<'a> {
@@ -89,7 +89,7 @@ impl<'a> Guide<'a> {
     /// Enters from any pose: above the target by a joint move, then straight down.
     fn enter(&mut self, to: Above, origin: Origin) {
         let to = (to.0, to.1.max(0.0));
-        let over = self.reach.over(to, to.1 + self.lift + APPROACH);
+        let over = self.reach.over(to, to.1 + self.lift + APPROACH_HEIGHT);
         self.go(over, Travel::Joints, origin);
         if over != to {
             self.go(to, Travel::Line, origin);
@@ -110,7 +110,7 @@ impl<'a> Guide<'a> {
             _ => to,
         };
         let action = match step.action {
-            Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH => {
+            Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH_HEIGHT => {
                 Action::Path { to: self.point(to) }
             }
             Action::Burn { power, .. } => Action::Burn {
@@ -157,17 +157,17 @@ impl<'a> Guide<'a> {
         }
         let is_reached = |place: &&Above| self.reach.joints(place.0, place.1).is_some();
         if let Some(place) = places.iter().find(is_reached) {
-            let high = self.reach.over(from, self.lift + APPROACH);
+            let high = self.reach.over(from, self.lift + APPROACH_HEIGHT);
             self.go(high, Travel::Line, origin);
             return self.enter(*place, origin);
         }
         let share = |nth: u32| {
-            let share = f64::from(nth) / f64::from(SHARES);
+            let share = f64::from(nth) / f64::from(EXIT_SAMPLES);
             let between = |from: f64, to: f64| from + share * (to - from);
             let at = [0, 1].map(|axis| between(from.0[axis], to.0[axis]));
             (at, between(from.1, to.1))
         };
-        let mut nearer = (1..SHARES).rev().map(share);
+        let mut nearer = (1..EXIT_SAMPLES).rev().map(share);
         if let Some(near) = nearer.find(|near| self.reach.slants(from, *near)) {
             self.go(near, Travel::Line, origin);
         }
@@ -192,7 +192,7 @@ pub(super) fn from_above(plan: &mut Plan, lift: f64) {
     let reach = Reach::new(tool, Surface::level(ground), lift);
     let above = f64::from(z) - ground;
     let place = [x, y].map(f64::from);
-    let over = reach.over((place, above), above + lift + APPROACH);
+    let over = reach.over((place, above), above + lift + APPROACH_HEIGHT);
     if over == (place, above) {
         return;
     }

@@ -51,7 +51,7 @@ fn lowest(plan: &Plan) -> f32 {
 }
 
 #[test]
-fn lines_that_only_come_down_to_the_surface_are_what_is_drawn() {
+fn only_lines_at_the_surface_are_drawn() {
     for text in [
         "G19\nG1 Y0 Z20 F200\nG2 Y20 Z0 J0 K-20\n",
         "G0 X0 Y0 Z0\nG1 X5 Y5 Z-5 F9\nX10 Y10 Z0\n",
@@ -61,7 +61,7 @@ fn lines_that_only_come_down_to_the_surface_are_what_is_drawn() {
 }
 
 #[test]
-fn a_hole_is_a_dot_however_deep_it_is() {
+fn hole_is_a_dot_at_any_depth() {
     let line = "G0 X0 Y0 Z5\nG1 Z-0.1 F100\nX20\nG0 Z5\n";
     for hole in [
         "G0 X30\nG1 Z-3\nG0 Z5\n",
@@ -90,13 +90,13 @@ fn a_hole_is_a_dot_however_deep_it_is() {
     }
 }
 
-const TWO: &str = "G0 Z5\nG0 X5 Y5\nG1 Z-0.2 F100\nG1 X35 Y5\nG1 X35 Y25\nG0 Z5\nG0 X0 Y0\nG1 Z-3 F100\n\
+const TWO_DEPTHS: &str = "G0 Z5\nG0 X5 Y5\nG1 Z-0.2 F100\nG1 X35 Y5\nG1 X35 Y25\nG0 Z5\nG0 X0 Y0\nG1 Z-3 F100\n\
     G1 X40 Y0\nG1 X40 Y30\nG1 X0 Y30\nG1 X0 Y0\nG0 Z5\n";
 
 #[test]
-fn two_depths_are_drawn_on_the_surface_and_told() {
+fn two_depths_are_drawn_on_the_surface_with_a_note() {
     for pen_z in [None, Some(-0.2)] {
-        let (plan, notes) = laid(TWO, |setup| setup.placement.pen_z = pen_z);
+        let (plan, notes) = laid(TWO_DEPTHS, |setup| setup.placement.pen_z = pen_z);
         assert!((drawn(&plan) - 190.0).abs() < 0.01, "{}", drawn(&plan));
         assert_eq!(lowest(&plan), SURFACE);
         assert_eq!(
@@ -105,15 +105,15 @@ fn two_depths_are_drawn_on_the_surface_and_told() {
         );
     }
     // The touching Z may be that of the deepest lines.
-    assert!((drawn(&placed(TWO, Some(-3.0))) - 140.0).abs() < 0.01);
-    let (plan, notes) = laid(TWO, |setup| setup.depths = Depths::Keep);
+    assert!((drawn(&placed(TWO_DEPTHS, Some(-3.0))) - 140.0).abs() < 0.01);
+    let (plan, notes) = laid(TWO_DEPTHS, |setup| setup.depths = Depths::Keep);
     assert!((lowest(&plan) - (SURFACE - 2.8)).abs() < 1e-3);
     assert!(told(&notes).is_empty(), "{notes:?}");
 }
 
 #[test]
 fn size_of_two_depths_is_that_of_all_of_them() {
-    let (plan, notes) = laid(TWO, |setup| setup.placement.scale = 0.5);
+    let (plan, notes) = laid(TWO_DEPTHS, |setup| setup.placement.scale = 0.5);
     assert!((drawn(&plan) - 95.0).abs() < 0.01);
     assert!(
         told(&notes).contains("25 mm at Z-0.2, 70 mm at Z-3"),
@@ -167,7 +167,7 @@ fn relief_is_drawn_flat_in_few_steps() {
 
 #[test]
 fn zero_at_the_bed_has_its_first_depth_above_0() {
-    let text = TWO
+    let text = TWO_DEPTHS
         .replace("Z-0.2", "Z5.8")
         .replace("Z-3", "Z3")
         .replace("Z5\n", "Z11\n");
@@ -207,7 +207,7 @@ fn holes_of_several_depths_are_dots() {
 }
 
 #[test]
-fn program_that_is_nearly_all_travel_says_so() {
+fn program_of_nearly_only_travel_is_noted() {
     let mut text = "G0 Z2\nG0 X0 Y0\nG1 Z-9 F900\nG1 X2\n".to_owned();
     for nth in 0..100 {
         text += &format!("G1 X{} Y{} Z-{}\n", nth % 30, nth % 20, 1 + nth % 3);

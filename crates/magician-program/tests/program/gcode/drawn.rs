@@ -8,7 +8,7 @@ use magician::sim::{Controller, Profile, Scenario, World};
 use magician::{Options, ToolBias, VirtualArm};
 use magician_protocol::commands::EndEffectorParams;
 
-use super::{LASER, PEN, try_read};
+use super::{LASER_SAMPLE, PEN_SAMPLE, try_read};
 
 /// Largest difference between the marks and the drawing, mm.
 const TOLERANCE: f64 = 0.05;
@@ -80,8 +80,8 @@ fn round(centre: [f64; 2], radius: f64, from: f64, to: f64) -> impl Iterator<Ite
 }
 
 #[test]
-fn the_pen_sample_leaves_its_outline() {
-    let drawing = run(PEN, "pen", ToolBias::PEN);
+fn pen_sample_leaves_its_outline() {
+    let drawing = run(PEN_SAMPLE, "pen", ToolBias::PEN);
     let [stroke] = drawing.strokes() else {
         panic!("{} strokes", drawing.strokes().len())
     };
@@ -96,11 +96,11 @@ fn the_pen_sample_leaves_its_outline() {
 }
 
 #[test]
-fn the_laser_sample_leaves_its_pattern() {
-    let drawing = run(LASER, "laser", ToolBias::LASER);
+fn laser_sample_leaves_its_pattern() {
+    let drawing = run(LASER_SAMPLE, "laser", ToolBias::LASER);
     // Content of the file, read without a G-code reader.
     let (mut expected, mut at) = (Vec::new(), [0.0, 0.0]);
-    for line in LASER.lines().filter(|line| line.contains(" X")) {
+    for line in LASER_SAMPLE.lines().filter(|line| line.contains(" X")) {
         let word = |letter| {
             let mut words = line.split(' ').filter_map(|word| word.strip_prefix(letter));
             words

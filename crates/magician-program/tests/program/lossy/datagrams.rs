@@ -13,11 +13,11 @@ use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_protocol::NoArgs;
 
 /// Microseconds in a second.
-const SECOND: u64 = 1_000_000;
+const MICROS_PER_SECOND: u64 = 1_000_000;
 /// Duration from which a plan counts as endless, s.
-const LONGEST: u64 = 3600;
+const ENDLESS_SECONDS: u64 = 3600;
 /// Largest number of times that an interrupted stream is resumed.
-const MOST_TURNS: usize = 50;
+const MAX_RESUMES: usize = 50;
 
 /// Result of the run.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     let mut items = items(plan)?.into_iter().peekable();
     let mut stream = Stream::new(StreamSettings::default());
     let (mut resumed, mut taken, mut stopped) = (0, 0, None);
-    while stopped.is_none() && !stream.is_over() && pair.now < LONGEST * SECOND {
+    while stopped.is_none() && !stream.is_over() && pair.now < ENDLESS_SECONDS * MICROS_PER_SECOND {
         while stream.room() > 0
             && let Some(item) = items.next_if(|_| true)
         {
@@ -83,7 +83,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
             StreamFailure::Request(Failure::Uncertain { .. } | Failure::Timeout { .. }),
             _,
         )) = stopped
-            && resumed < MOST_TURNS
+            && resumed < MAX_RESUMES
         {
             (stopped, resumed) = (None, resumed + 1);
             let settings = StreamSettings::default();
@@ -93,7 +93,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     }
     let lasted = pair.now;
     pair.set_faults(Faults::NONE);
-    let later = pair.now + 60 * SECOND;
+    let later = pair.now + 60 * MICROS_PER_SECOND;
     pair.run_until(later);
     Ok(Came {
         drawing: pair.arm.drawing(),
@@ -112,14 +112,14 @@ fn greet(pair: &mut Pair) {
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
     ];
     for look in looks.into_iter().flatten() {
-        let _ = pair.ask(look, 3 * SECOND);
+        let _ = pair.ask(look, 3 * MICROS_PER_SECOND);
     }
 }
 
 /// Processes everything up to the next event.
 fn turn(pair: &mut Pair, stream: &mut Stream) {
     stream.advance(pair.now, &mut pair.host);
-    let end = pair.now + 10 * SECOND;
+    let end = pair.now + 10 * MICROS_PER_SECOND;
     let due = stream.poll_timeout().unwrap_or(end);
     pair.step(due.clamp(pair.now, end));
     while pair.arm.poll_event().is_some() {}

@@ -20,18 +20,18 @@ use magician_program::{Action, Continuation, Plan, Step};
 use tokio::time::{Instant, sleep};
 
 /// Timing of a serial line: baud rate, and reply time of the arm, us.
-const SERIAL: LineTiming = LineTiming {
+const SERIAL_TIMING: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: Duration::from_millis(1),
 };
 /// Largest number of times that an interrupted run is resumed.
-const MOST_TURNS: usize = 200;
+const MAX_RESUMES: usize = 200;
 /// Largest number of times for the same cause, which a reconnected line does not fix.
-const SAME_REASON: usize = 5;
+const MAX_RESUMES_PER_CAUSE: usize = 5;
 /// Time for which an arm is left alone to finish its queue.
-const QUIET: Duration = Duration::from_secs(2);
+const QUIET_TIME: Duration = Duration::from_secs(2);
 /// Largest distance of the arm from its expected position, mm.
-const NEAR: f64 = 0.5;
+const POSITION_TOLERANCE: f64 = 0.5;
 
 /// Line with its faults.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,7 @@ pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
 /// Arm for a plan at the end of a serial line, faster than real time by this factor.
 fn cell(plan: &Plan, pace: f64) -> Result<VirtualArm, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
-    Ok(Runner::new(arm, Speed::Times(pace), SERIAL).into())
+    Ok(Runner::new(arm, Speed::Times(pace), SERIAL_TIMING).into())
 }
 
 fn drawn(cell: &VirtualArm) -> Drawing {
@@ -145,7 +145,7 @@ async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
 /// Drawing once the arm is at rest.
 async fn still(cell: &VirtualArm) -> Drawing {
     loop {
-        sleep(QUIET).await;
+        sleep(QUIET_TIME).await;
         let state = cell.state();
         let queue = state.queue;
         let has_work = queue.running.is_some() || queue.waiting > 0;
@@ -195,7 +195,7 @@ impl<'p> Ride<'p> {
         between: &mut Vec<Drawing>,
     ) -> Result<Ran, Error> {
         let (mut told, mut again) = (None, 0);
-        for _ in 0..MOST_TURNS {
+        for _ in 0..MAX_RESUMES {
             let error = match self.turn(run).await {
                 Ok(ran) => return Ok(ran),
                 Err(error) => error,
@@ -210,7 +210,7 @@ impl<'p> Ride<'p> {
             } else {
                 0
             };
-            if !may_go_on || again > SAME_REASON {
+            if !may_go_on || again > MAX_RESUMES_PER_CAUSE {
                 return Err(error);
             }
             self.why.push(says.clone());
@@ -296,7 +296,7 @@ impl<'p> Ride<'p> {
             let _ = course.check(&command);
         }
         let (at, stands) = (course.arm()?.pose, now.arm()?.pose);
-        Some(at.distance_to(&stands) <= NEAR)
+        Some(at.distance_to(&stands) <= POSITION_TOLERANCE)
     }
 }
 

@@ -7,18 +7,18 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use super::ink::{Ink, TRUE};
+use super::ink::{Ink, CORNER_ACCURACY};
 use super::rig::{Outcome, Trouble};
 
 /// Largest distance of matching lines in two pictures, mm: accuracy of drawings, and a pixel's
 /// diagonal.
-const MATCHES: f64 = TRUE + 0.071;
+const MATCH_TOLERANCE: f64 = CORNER_ACCURACY + 0.071;
 
 /// Largest deviation of a drawing, mm: above window 1 a line may skip a lost vertex on it.
 fn true_to(window: usize) -> f64 {
     match window {
-        1 => TRUE,
-        _ => TRUE + LINE_TOLERANCE,
+        1 => CORNER_ACCURACY,
+        _ => CORNER_ACCURACY + LINE_TOLERANCE,
     }
 }
 
@@ -74,7 +74,7 @@ pub(crate) fn judge(
         let [least, most] =
             [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
         let found = ink.length();
-        if found < least - TRUE || found > most + TRUE {
+        if found < least - CORNER_ACCURACY || found > most + CORNER_ACCURACY {
             return Err(format!(
                 "{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"
             ));
@@ -85,13 +85,13 @@ pub(crate) fn judge(
     };
     let more = Ink::of(rest).length() - all.length();
     // The started part of the step may be drawn twice.
-    let twice = step_length(plan, *step) + 2.0 * TRUE;
-    if more > twice || more < -TRUE {
+    let twice = step_length(plan, *step) + 2.0 * CORNER_ACCURACY;
+    if more > twice || more < -CORNER_ACCURACY {
         return Err(format!(
             "gone on with from step {step}, {more:.3} mm are too much; of it {twice:.3} may be"
         ));
     }
-    match compare(&lines_of(whole), &lines_of(rest), MATCHES).matched {
+    match compare(&lines_of(whole), &lines_of(rest), MATCH_TOLERANCE).matched {
         matched if matched.is_good() => Ok(Came::Completed),
         matched => Err(format!(
             "gone on with from step {step} it is another one: {matched:?}"
@@ -110,7 +110,7 @@ fn ended(
     if ink.is_the_same(all) {
         return Ok(Came::Same);
     }
-    let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCHES).matched;
+    let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCH_TOLERANCE).matched;
     let more = ink.length() - all.length();
     let most = true_to(trouble.window);
     let off = ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY);
