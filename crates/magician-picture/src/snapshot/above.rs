@@ -4,7 +4,7 @@ use magician_host::{Geometry, JointAngles};
 use magician_program::{Reach, Surface};
 use magician_sim::world::StrokeKind;
 
-use super::{ABOVE, BELT, Belt, Body, LINK, LINKS, SCALE, Surroundings, hex, links_above};
+use super::{ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex, links_above};
 use crate::ground;
 use crate::panel::Panel;
 use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
@@ -22,7 +22,7 @@ pub(super) fn draw(
     around: &Surroundings,
 ) {
     let panel = Panel {
-        part: ABOVE,
+        part: ABOVE_PART,
         corner,
         scale: SCALE,
         id: "above",
@@ -79,7 +79,7 @@ pub(super) fn draw(
 fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
     let outline = path(belt.corners().map(|corner| panel.at(corner)), true);
     let look = [
-        ("fill", BELT),
+        ("fill", BELT_COLOR),
         ("fill-opacity", "0.45"),
         ("stroke", FAINT),
         ("stroke-width", "0.3"),
@@ -165,11 +165,11 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
 /// Draws the links, from the base axis to the tip of the tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
     let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
-    let width = Number(LINKS[0] * panel.scale).to_string();
+    let width = Number(LINK_THICKNESS[0] * panel.scale).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
-            ("stroke", LINK),
+            ("stroke", LINK_COLOR),
             ("stroke-opacity", opacity),
             ("stroke-width", width),
             ("stroke-linecap", "round"),

@@ -6,7 +6,7 @@ use magician_program::toolpath::{Layer, StrokeKind, Track};
 use magician_program::{Reach, Surface};
 use magician_sim::scenario::Color;
 
-use super::{ArmView, BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
+use super::{ArmView, BASE_BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
 use crate::layers::Ways;
 use crate::legend::{Legend, Sign};
 use crate::panel::{Extent, MARGIN, Panel, TICK_SPACE};
@@ -164,7 +164,7 @@ impl Shown<'_> {
         ground::base(svg, panel);
         text(
             svg,
-            panel.at([0.0, -BODY[0] + 12.0]),
+            panel.at([0.0, -BASE_BODY[0] + 12.0]),
             "base",
             Anchor::Middle,
         );
@@ -198,7 +198,7 @@ impl Shown<'_> {
         if let Some(height) = self.run.table {
             side::table(svg, panel, height, f64::INFINITY);
             let [right, _] = panel.part[1];
-            let label = [f64::midpoint(BODY[0], right), height - 22.0];
+            let label = [f64::midpoint(BASE_BODY[0], right), height - 22.0];
             let what = "table, where the tool touches it";
             text(svg, panel.at(label), what, Anchor::Middle);
         }

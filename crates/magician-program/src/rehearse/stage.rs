@@ -11,7 +11,7 @@ use magician_protocol::commands::ClearAllAlarmsState;
 use magician_protocol::{Ctrl, RailVersion};
 use magician_sim::{Controller, Profile, Scenario, World};
 
-use super::HOST;
+use super::HOST_LINK;
 use crate::{Action, Plan, Tool};
 
 /// Compliance of a tool beyond the height range of its surface, mm.
@@ -160,7 +160,7 @@ fn raised(
 /// Sends a command as its frame; the reply is dropped.
 pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
-    arm.exchange(HOST, frame.bytes());
+    arm.exchange(HOST_LINK, frame.bytes());
     Ok(())
 }
 

@@ -58,7 +58,7 @@ fn inserted_commands_count_for_no_step() {
     assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
     // The oldest ones are kept as a number only.
     let mut counter = StepCounter::new(0, false);
-    let many = 3 * REMEMBERED as u64;
+    let many = 3 * MAX_INDEX_PAIRS as u64;
     for command in 1..=many {
         counter.insert(command);
     }

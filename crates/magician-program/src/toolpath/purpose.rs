@@ -1,6 +1,6 @@
 //! Purpose of a plan, which decides the marks its motion leaves.
 
-use super::{SHADES, StrokeKind};
+use super::{POWER_SHADES, StrokeKind};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Plan, Surface, Tool};
 
@@ -50,8 +50,8 @@ impl PlanPurpose {
         let power = power.unwrap_or(0.0);
         if power > 0.0 {
             // The conversion from float saturates.
-            let shade = (power / 100.0 * SHADES as f64).ceil() as usize;
-            return StrokeKind::Burn(shade.clamp(1, SHADES));
+            let shade = (power / 100.0 * POWER_SHADES as f64).ceil() as usize;
+            return StrokeKind::Burn(shade.clamp(1, POWER_SHADES));
         }
         match self {
             Self::Draws(Some(surface)) => {

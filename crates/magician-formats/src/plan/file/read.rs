@@ -8,7 +8,7 @@ use std::str::FromStr;
 use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
-use super::{FORMAT, VERSION, WITH_PARTS};
+use super::{FORMAT, VERSION, VERSION_WITH_PARTS};
 use crate::encoding::{Otherwise, decode};
 use crate::plan::json::{Json, Member};
 use crate::{
@@ -78,12 +78,12 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<u32, Diagnos
             .help(help));
     };
     let number: u32 = json.number(version.value, "a whole number")?;
-    if !(VERSION..=WITH_PARTS).contains(&number) {
+    if !(VERSION..=VERSION_WITH_PARTS).contains(&number) {
         let message = format!(
-            "this is a plan of version {number}; only versions {VERSION} and {WITH_PARTS} are \
+            "this is a plan of version {number}; only versions {VERSION} and {VERSION_WITH_PARTS} are \
                 known here"
         );
-        let help = if number > WITH_PARTS {
+        let help = if number > VERSION_WITH_PARTS {
             "a newer release of this program may read it"
         } else {
             "versions count from 1"
@@ -329,8 +329,8 @@ impl<'t> StepReader<'_, 't> {
                     );
                 }
             }
-            "part" | "pause" if self.version < WITH_PARTS => {
-                let message = format!("a '{key}' needs a plan of version {WITH_PARTS}");
+            "part" | "pause" if self.version < VERSION_WITH_PARTS => {
+                let message = format!("a '{key}' needs a plan of version {VERSION_WITH_PARTS}");
                 return Err(json.diagnostic(value, message));
             }
             "part" => Action::Part(Box::new(part(json, value)?)),

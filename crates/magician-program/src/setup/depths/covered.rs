@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::SAME;
+use super::HEIGHT_TOLERANCE;
 use crate::artwork::distance;
 
 /// Largest difference in direction of lines that count as collinear, rad.
@@ -55,7 +55,7 @@ impl Covered {
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], z: f64) -> bool {
         let [from, to] = [from, to].map(|end| self.drawn(end));
         let way = distance(from, to);
-        if way <= SAME {
+        if way <= HEIGHT_TOLERANCE {
             return false;
         }
         let angle = libm::atan2(to[1] - from[1], to[0] - from[0]).rem_euclid(std::f64::consts::PI);
@@ -75,7 +75,7 @@ impl Covered {
             let before = pieces.range(..=at + MAX_GAP).next_back();
             match before.filter(|(_, (to, _))| *to > at) {
                 Some((_, (to, first))) => {
-                    deeper &= *first > z + SAME;
+                    deeper &= *first > z + HEIGHT_TOLERANCE;
                     at = *to;
                 }
                 None => break,
@@ -93,7 +93,7 @@ impl Covered {
         let [a, b] = sorted([from, to].map(|end| self.drawn(end).map(micrometres)));
         let via = self.drawn(via).map(micrometres);
         let first = self.arcs.entry([a[0], a[1], via[0], via[1], b[0], b[1]]);
-        *first.or_insert(z) > z + SAME
+        *first.or_insert(z) > z + HEIGHT_TOLERANCE
     }
 
     /// Records a dot. True if it was there before.

@@ -4,7 +4,7 @@ use magician_protocol::Set;
 
 use super::covered::Covered;
 use super::walk::{Event, meets};
-use super::{DepthTally, SAME};
+use super::{DepthTally, HEIGHT_TOLERANCE};
 use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Step, Travel};
 use magician_formats::simplify::kept;
@@ -209,7 +209,7 @@ impl Flattener {
     fn end_run(&mut self) {
         let run = std::mem::take(&mut self.run);
         let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
-        let stays = kept(&points, SAME / self.scale);
+        let stays = kept(&points, HEIGHT_TOLERANCE / self.scale);
         for ((point, origin), stays) in run.into_iter().zip(stays).skip(1) {
             if stays {
                 self.path(point, origin);

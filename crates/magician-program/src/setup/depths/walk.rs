@@ -1,6 +1,6 @@
 //! Motion of a program, as seen by a pen that draws at or below a threshold Z.
 
-use super::SAME;
+use super::HEIGHT_TOLERANCE;
 use crate::artwork::distance;
 use crate::setup::work_lines::Segment;
 use crate::{Action, Origin, Plan, Step};
@@ -149,5 +149,5 @@ fn length_of(way: &Segment) -> f64 {
 
 /// True if two positions are equal for a pen.
 pub(super) fn meets(one: [f64; 2], other: [f64; 2]) -> bool {
-    distance(one, other) <= SAME
+    distance(one, other) <= HEIGHT_TOLERANCE
 }
