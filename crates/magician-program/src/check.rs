@@ -8,7 +8,7 @@
 mod beyond;
 mod foreign;
 mod pen;
-mod way;
+mod motion;
 mod would_fit;
 
 use std::collections::BTreeMap;
@@ -19,13 +19,13 @@ use magician_host::preflight::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
 
-use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub use foreign::foreign_coordinates;
 use pen::Pen;
-use way::{corners, length, point};
-pub use would_fit::{would_do_at, would_fit, would_fit_turned};
+use motion::{corners, length, point};
+pub use would_fit::{would_fit_at, would_fit, would_fit_turned};
 
 /// Refused steps kept in a report; further ones are only counted, so that a plan refused in every
 /// step costs little memory.
@@ -135,7 +135,7 @@ pub struct Report {
     /// Bounds of all end points of steps.
     pub travel_bounds: Option<[[f64; 3]; 2]>,
     /// Step with the longest motion, from 0, and its length, mm.
-    pub longest_way: Option<(usize, f64)>,
+    pub longest_motion: Option<(usize, f64)>,
     /// Step with the longest duration, from 0, and that duration. Segments of continuous paths and
     /// steps without a known end do not count.
     pub longest_time: Option<(usize, Duration)>,
@@ -206,8 +206,8 @@ impl Report {
         } else {
             self.travelled += way;
         }
-        if self.longest_way.is_none_or(|(_, longest)| way > longest) {
-            self.longest_way = Some((step, way));
+        if self.longest_motion.is_none_or(|(_, longest)| way > longest) {
+            self.longest_motion = Some((step, way));
         }
     }
 
@@ -224,11 +224,11 @@ impl Report {
 /// begun.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
-    at_once(check_in_turns(plan, start, &AtOnce))
+    run_to_end(check_yielding(plan, start, &NeverYield))
 }
 
 /// Like [`check`](fn@check), yielding to other tasks between slices.
-pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl Turns) -> Report {
+pub(crate) async fn check_yielding(plan: &Plan, start: &Preflight, yields: &impl Yield) -> Report {
     let mut course = CheckRun {
         arm: start.clone().summing(),
         pen: Pen::of(plan),
@@ -262,7 +262,7 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
             }
         }
         // A long plan takes seconds; let the arm be served in between.
-        turns.give().await;
+        yields.yield_now().await;
     }
     // The end of the last path is planned only when nothing follows it.
     if let Err(error) = course.arm.finish() {
@@ -297,7 +297,7 @@ struct CheckRun {
 
 impl CheckRun {
     /// Time so far, if the current path ended here.
-    fn until_here(&self) -> Option<Duration> {
+    fn elapsed(&self) -> Option<Duration> {
         self.time?.checked_add(self.arm.clone().rest())
     }
 
@@ -317,14 +317,14 @@ impl CheckRun {
                 time: Some(Duration::ZERO),
             });
         }
-        self.part = Some((nth, self.report.drawn, self.until_here()));
+        self.part = Some((nth, self.report.drawn, self.elapsed()));
     }
 
     fn end_part(&mut self) {
         let Some((nth, drawn, began)) = self.part.take() else {
             return;
         };
-        let ends = self.until_here();
+        let ends = self.elapsed();
         if let Some(figures) = self.report.parts.get_mut(nth) {
             figures.drawn += self.report.drawn - drawn;
             let took = ends
@@ -373,7 +373,7 @@ impl CheckRun {
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
         // Segments of a path are planned together, so their times are not their own.
         if !is_path {
-            self.report.take(step, done.time.saturating_sub(done.path));
+            self.report.add_time(step, done.time.saturating_sub(done.path));
         }
         self.pen.note(command);
         match command {
@@ -388,7 +388,7 @@ impl CheckRun {
             let way = length(command, &from, &to);
             if way > 0.0 {
                 let draws = self.pen.draws(command, &from, &to);
-                self.report.travel(step, way, draws);
+                self.report.add_motion(step, way, draws);
                 if draws {
                     for at in corners(command, &from, &to) {
                         widen(&mut self.report.bounds, at);

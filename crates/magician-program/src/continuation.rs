@@ -3,12 +3,12 @@
 //! A step in the middle depends on all before it: settings, outputs, tool, and the pose. So the
 //! plan is first followed without sending anything. Then the settings in force are sent, and the
 //! tool approaches the step's start: straight up, across, straight down, with the laser off until
-//! it arrives. `within` finds the place within a step that was cut short, `lights` the place where
+//! it arrives. `partial_step` finds the place within a step that was cut short, `laser_off` the place where
 //! a burn ended.
 
-pub(crate) mod lights;
+pub(crate) mod laser_off;
 mod settings;
-pub(crate) mod within;
+pub(crate) mod partial_step;
 
 use magician_host::build;
 use magician_host::message;
@@ -216,9 +216,9 @@ impl<'p> LeadIn<'p> {
                 "the position of the arm is unknown when step {step} begins",
                 step = step + 1
             );
-            return Err(diagnostic_at(plan, step, message).help(places_known_after(plan, step)));
+            return Err(diagnostic_at(plan, step, message).help(advice_on_known_steps(plan, step)));
         };
-        if settings.has_lost_the_rail() {
+        if settings.is_rail_unknown() {
             let message = message!(
                 "the position on the rail is unknown when step {step} begins",
                 step = step + 1
@@ -233,7 +233,7 @@ impl<'p> LeadIn<'p> {
         let action = plan.steps.get(step).map(|step| &step.action);
         let (at, left) = action
             .zip(within)
-            .and_then(|(action, place)| within::from_there(action, &arm, place))
+            .and_then(|(action, place)| partial_step::continue_from(action, &arm, place))
             .unwrap_or((*at, None));
         height.most = height.most.max(begins.z);
         Ok(Self {
@@ -316,7 +316,7 @@ impl<'p> LeadIn<'p> {
         let height = begun.map_or(self.height, |from| self.height.max(from.z + CROSSING_CLEARANCE));
         if let Some(from) = begun {
             // If the tool cannot go up, nothing above is in its way: continue.
-            let _ = highest(&from, height, |pose| {
+            let _ = rise(&from, height, |pose| {
                 go(arm, steps, pose, &[Travel::Line], None)
             });
         }
@@ -325,10 +325,10 @@ impl<'p> LeadIn<'p> {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
         };
-        if self.come_down(height, across, arm, steps) {
+        if self.descend(height, across, arm, steps) {
             return Ok(());
         }
-        let over = highest(&self.place, height, |pose| {
+        let over = rise(&self.place, height, |pose| {
             go(arm, steps, pose, across, rail)
         });
         match over {
@@ -339,7 +339,7 @@ impl<'p> LeadIn<'p> {
 
     /// Goes across at `height` and straight down. If that height is out of reach above the place,
     /// tries places beside it, nearer to the base or farther away.
-    fn come_down(
+    fn descend(
         &self,
         height: f64,
         across: &[Travel],
@@ -404,7 +404,7 @@ fn go(
 }
 
 /// Goes above a place to `height`, or as high as possible. `None` if the tool is that high already.
-fn highest(
+fn rise(
     place: &Pose,
     height: f64,
     mut go: impl FnMut(Pose) -> Result<(), Error>,
@@ -421,7 +421,7 @@ fn highest(
 }
 
 /// Sentence that names the steps from which on the pose is known.
-fn places_known_after(plan: &Plan, step: usize) -> String {
+fn advice_on_known_steps(plan: &Plan, step: usize) -> String {
     let leads = |step: &Step| {
         let way = |by: Travel| by == Travel::Joints;
         matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))

@@ -100,7 +100,7 @@ impl Ending {
         };
         let whole = rest.whole();
         if let Some(surface) = whole.surface.filter(|_| self.is_held(whole)) {
-            above(place, surface).map_err(refused)?;
+            check_above(place, surface).map_err(refused)?;
         }
         let mut arm = rest.end();
         let Some(at) = arm.arm().map(|at| at.pose) else {
@@ -119,7 +119,7 @@ impl Ending {
 }
 
 /// Checks that a pen is not parked below its surface.
-fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
+fn check_above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
     /// Depth that still counts as on the surface, mm: positions are rounded.
     const DEPTH_TOLERANCE: f64 = 0.01;
     let deep = surface.at([x, y]) - z;

@@ -49,11 +49,11 @@ pub mod rehearse;
 pub mod resume;
 mod setup;
 pub mod toolpath;
-pub mod turns;
+pub mod yielding;
 pub mod wire;
 
 pub use check::{
-    DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at,
+    DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_fit_at,
     would_fit, would_fit_turned,
 };
 pub use continuation::Continuation;

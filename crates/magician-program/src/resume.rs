@@ -30,7 +30,7 @@ pub struct StepCounter {
     /// Commands inserted by the driver, by their number among all commands taken.
     inserted: VecDeque<u64>,
     /// Number of inserted commands that are no longer listed.
-    forgotten: u64,
+    unlisted: u64,
     /// Numbering of the steps, some of which have no command.
     numbering: StepNumbering,
     /// Number of commands of the steps before the first.
@@ -60,7 +60,7 @@ impl StepCounter {
             pairs: VecDeque::new(),
             rest: None,
             inserted: VecDeque::new(),
-            forgotten: 0,
+            unlisted: 0,
             numbering: StepNumbering::default(),
             before: 0,
             from: 0,
@@ -103,7 +103,7 @@ impl StepCounter {
     pub fn insert(&mut self, command: u64) {
         if self.inserted.len() >= MAX_INDEX_PAIRS {
             self.inserted.pop_front();
-            self.forgotten += 1;
+            self.unlisted += 1;
         }
         self.inserted.push_back(command);
     }
@@ -116,10 +116,10 @@ impl StepCounter {
     }
 
     /// Number of commands without the inserted ones.
-    fn of_plan(&self, commands: u64) -> u64 {
+    fn plan_commands(&self, commands: u64) -> u64 {
         let later = self.inserted.iter().rev();
         let later = later.take_while(|inserted| **inserted > commands).count() as u64;
-        let earlier = self.forgotten + self.inserted.len() as u64 - later;
+        let earlier = self.unlisted + self.inserted.len() as u64 - later;
         commands.saturating_sub(earlier)
     }
 
@@ -175,8 +175,8 @@ impl StepCounter {
     pub(crate) fn commands(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.taken(current);
         StepRange {
-            least: self.of_plan(least),
-            most: self.of_plan(most),
+            least: self.plan_commands(least),
+            most: self.plan_commands(most),
         }
     }
 
@@ -231,16 +231,16 @@ impl StepCounter {
     /// queue was empty at the start, so that index is known before the arm reports it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
-        let ahead = self.ahead();
+        let ahead = self.lead_commands();
         match self.pairs.back() {
             Some((index, commands)) if *commands < ahead => Some((index + (ahead - commands), 0)),
-            Some((index, commands)) => Some((*index, self.steps(self.of_plan(*commands)))),
+            Some((index, commands)) => Some((*index, self.steps(self.plan_commands(*commands)))),
             None => Some((self.rest?.saturating_add(ahead), 0)),
         }
     }
 
     /// Number of commands before the first step, including those inserted among them.
-    fn ahead(&self) -> u64 {
+    fn lead_commands(&self) -> u64 {
         let inserted = (0..).zip(&self.inserted);
         let ahead = inserted.take_while(|(nth, command)| **command <= self.lead + nth + 1);
         self.lead + ahead.count() as u64
@@ -346,11 +346,11 @@ pub struct Doubt {
 impl fmt::Display for DoubtReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Ended => "it ended while an answer of the arm was missing",
-            Self::NotAsked => "the arm does not tell how far it came",
+            Self::Recorded => "it ended while an answer of the arm was missing",
+            Self::NotReadable => "the arm does not tell how far it came",
             Self::NotAtRest => "other commands waited in the arm's queue when it began",
             Self::Reset => "the arm was switched off or reset since",
-            Self::Others => {
+            Self::ForeignCommands => {
                 "the arm has done more than the run gave it, so another program used it since"
             }
             Self::Mixed => {
@@ -392,24 +392,24 @@ impl Checkpoint {
         match self.ended {
             Some(RunEnd::Between) => return ResumePoint::After(self.finished),
             Some(RunEnd::Within) => return ResumePoint::Again(self.finished),
-            Some(RunEnd::Doubt) => return in_doubt(self.all()),
+            Some(RunEnd::Doubt) => return resume_in_doubt(self.bounds()),
             None => {}
         }
-        let after = |commands: u64| self.after(commands, numbering);
+        let after = |commands: u64| self.steps_after(commands, numbering);
         // The arm counts commands; steps without one follow from the numbering.
-        let point = match self.in_commands(numbering).counted(seen) {
-            Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
-            Err((_, span)) => in_doubt(span),
+        let point = match self.in_commands(numbering).finished_range(seen) {
+            Ok(span) => resume_point_at(span.least, |commands| stands_after(steps_after(commands))),
+            Err((_, span)) => resume_in_doubt(span),
         };
         match point {
-            ResumePoint::After(commands) => ResumePoint::After(after(commands)),
+            ResumePoint::After(commands) => ResumePoint::After(steps_after(commands)),
             ResumePoint::Again(commands) => {
                 let next = numbering.steps(commands.saturating_add(1));
                 ResumePoint::Again(next.saturating_sub(1).max(self.finished))
             }
             ResumePoint::Doubt(StepRange { least, most }) => ResumePoint::Doubt(StepRange {
-                least: after(least),
-                most: after(most),
+                least: steps_after(least),
+                most: steps_after(most),
             }),
         }
     }
@@ -423,14 +423,14 @@ impl Checkpoint {
     ) -> Option<Doubt> {
         match self.ended {
             Some(RunEnd::Doubt) => Some(Doubt {
-                span: self.all(),
-                why: DoubtReason::Ended,
+                span: self.bounds(),
+                why: DoubtReason::Recorded,
             }),
             Some(RunEnd::Between | RunEnd::Within) => None,
             None => {
                 let (why, StepRange { least, most }) =
-                    self.in_commands(numbering).counted(seen).err()?;
-                let [least, most] = [least, most].map(|commands| self.after(commands, numbering));
+                    self.in_commands(numbering).finished_range(seen).err()?;
+                let [least, most] = [least, most].map(|commands| self.steps_after(commands, numbering));
                 let span = StepRange { least, most };
                 Some(Doubt { span, why })
             }
@@ -438,7 +438,7 @@ impl Checkpoint {
     }
 
     /// Bounds of the finished steps from the checkpoint alone.
-    fn all(&self) -> StepRange {
+    fn bounds(&self) -> StepRange {
         StepRange {
             least: self.finished,
             most: self.handed.max(self.finished),
@@ -447,7 +447,7 @@ impl Checkpoint {
 
     /// Number of steps that this many commands complete. A pause or the beginning of a part after
     /// them may be done already.
-    fn after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
+    fn steps_after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
         numbering.steps(commands).max(self.finished)
     }
 
@@ -472,12 +472,12 @@ impl Checkpoint {
 
     /// Range of finished commands, for a checkpoint counted in commands
     /// ([`in_commands`](Self::in_commands)). The error has the bounds.
-    fn counted(
+    fn finished_range(
         &self,
         seen: Option<ObservedProgress>,
     ) -> Result<StepRange, (DoubtReason, StepRange)> {
-        let all = self.all();
-        let seen = seen.ok_or((DoubtReason::NotAsked, all))?;
+        let all = self.bounds();
+        let seen = seen.ok_or((DoubtReason::NotReadable, all))?;
         let span = match self.index {
             Some((index, steps)) => {
                 // A clock or index that runs behind means a power cycle. Until the first step is
@@ -492,15 +492,15 @@ impl Checkpoint {
                 if reset || seen.clock < self.clock {
                     return Err((DoubtReason::Reset, all));
                 }
-                self.count(seen.current, (index, steps))
+                self.range_from(seen.current, (index, steps))
             }
             // No index at all: the arm was not at rest, and no reply arrived.
             None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
-            None => self.since_rest(seen).ok_or((DoubtReason::Reset, all))?,
+            None => self.range_since_rest(seen).ok_or((DoubtReason::Reset, all))?,
         };
         // More than this run sent: another client has used the arm since.
         if span.most > all.most {
-            Err((DoubtReason::Others, all))
+            Err((DoubtReason::ForeignCommands, all))
         } else if span.least != span.most {
             Err((DoubtReason::Mixed, span))
         } else {
@@ -535,8 +535,8 @@ impl Checkpoint {
 
     /// Range for a run without a reply, on an arm that was at rest before: each command that the
     /// arm has done since then has raised its index by one.
-    fn since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
-        let raised = counts_from(seen.current).checked_sub(counts_from(self.rest?))?;
+    fn range_since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
+        let raised = first_counted_index(seen.current).checked_sub(first_counted_index(self.rest?))?;
         let most = self.finished.saturating_add(raised);
         (seen.clock >= self.clock).then_some(StepRange {
             least: self.finished,
@@ -544,7 +544,7 @@ impl Checkpoint {
         })
     }
 
-    fn count(&self, current: u64, (index, steps): (u64, u64)) -> StepRange {
+    fn range_from(&self, current: u64, (index, steps): (u64, u64)) -> StepRange {
         if current <= index {
             let least = steps.saturating_sub(index - current).max(self.finished);
             let most = if self.mixed { steps } else { least };
@@ -562,7 +562,7 @@ impl Checkpoint {
 /// Index after which the commands of an arm at rest are numbered. Arms begin with 2 (model section
 /// 14), so 0, of an arm that has finished none, counts as 1. On an arm that begins with 1 the count
 /// is one command too low until its first reply.
-fn counts_from(current: u64) -> u64 {
+fn first_counted_index(current: u64) -> u64 {
     current.max(1)
 }
 
@@ -585,7 +585,7 @@ fn is_zero(mm: &f64) -> bool {
 }
 
 /// Repeats a single step in doubt. With more steps in doubt, a person has to decide.
-fn in_doubt(span: StepRange) -> ResumePoint {
+fn resume_in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),
         1 => ResumePoint::Again(span.least),

@@ -17,7 +17,7 @@ use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
 use crate::artwork::Sheet;
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{
     Action, AppliedPlacement, Color, Diagnostic, DiagnosticCode, Format, Missing, Origin, Part,
     PartSummary, Pause, PauseCause, Plan, Power, Preparation, PrepareError, PrepareRequest,
@@ -53,9 +53,9 @@ impl fmt::Display for WireError {
 impl std::error::Error for WireError {}
 
 /// Identifier of the format: FNV-1a of this file, of the codec, and of the version.
-pub const FORMAT_ID: [u8; 8] = form().to_le_bytes();
+pub const FORMAT_ID: [u8; 8] = format_id().to_le_bytes();
 
-const fn form() -> u64 {
+const fn format_id() -> u64 {
     // Offset basis of 64-bit FNV-1a; computed at compile time.
     let mut hash = 0xCBF2_9CE4_8422_2325;
     let mut part = 0;
@@ -112,7 +112,7 @@ impl PrepareRequest {
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, WireError> {
         let mut input = Input(bytes);
-        input.form()?;
+        input.format_id()?;
         Self::take(&mut input).ok_or(WireError::Malformed)
     }
 
@@ -150,7 +150,7 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     match answer {
         Ok(Preparation::Done(prepared)) => {
             out.push(0);
-            Head::of(prepared).put(&mut out);
+            ProgramHead::of(prepared).put(&mut out);
             // Steps come last, so that they can be read in slices.
             prepared.program.plan.steps.put(&mut out);
         }
@@ -168,22 +168,22 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
 /// # Errors
 /// [`WireError`] if the bytes are not a result of this build.
 pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer, WireError> {
-    at_once(answer_in_turns(request, bytes, &AtOnce))
+    run_to_end(answer_yielding(request, bytes, &NeverYield))
 }
 
 /// Like [`answer_from`], yielding to other tasks between slices.
 ///
 /// # Errors
 /// Same as [`answer_from`].
-pub async fn answer_in_turns(
+pub async fn answer_yielding(
     request: &PrepareRequest,
     bytes: &[u8],
-    turns: &impl Turns,
+    yields: &impl Yield,
 ) -> Result<FileAnswer, WireError> {
     let mut input = Input(bytes);
-    input.form()?;
+    input.format_id()?;
     let answer = match u8::take(&mut input) {
-        Some(0) => prepared(request, &mut input, turns).await.map(Ok),
+        Some(0) => prepared(request, &mut input, yields).await.map(Ok),
         Some(1) => Some(Ok(Preparation::NeedsStart)),
         Some(2) => PrepareError::take(&mut input).map(Err),
         _ => None,
@@ -195,34 +195,34 @@ pub async fn answer_in_turns(
 async fn prepared(
     request: &PrepareRequest,
     input: &mut Input<'_>,
-    turns: &impl Turns,
+    yields: &impl Yield,
 ) -> Option<Preparation> {
-    let head = Head::take(input)?;
+    let head = ProgramHead::take(input)?;
     let mut left = input.count::<Step>()?;
     // Safe to allocate: `count` has checked that the input can hold this many.
     let mut steps = Vec::with_capacity(left);
     while left > 0 {
-        for _ in 0..left.min(SLICE) {
+        for _ in 0..left.min(STEPS_PER_SLICE) {
             steps.push(Step::take(input)?);
             left -= 1;
         }
-        turns.give().await;
+        yields.yield_now().await;
     }
     Some(Preparation::Done(Box::new(head.with(request, steps))))
 }
 
 /// Prepared program without its steps, and without what the request contains.
-struct Head {
+struct ProgramHead {
     title: String,
     tool: Option<Tool>,
     surface: Option<Surface>,
     names: Vec<String>,
     settings: Vec<Set>,
     iterations: Option<u64>,
-    stays: bool,
+    pen_stays_down: bool,
     leading: u64,
     start: Option<[f64; 3]>,
-    stands: Option<[f64; 4]>,
+    staged_joints: Option<[f64; 4]>,
     notes: Vec<Diagnostic>,
     placed: Option<AppliedPlacement>,
     misfit: Option<Diagnostic>,
@@ -230,7 +230,7 @@ struct Head {
     parts: Vec<PartSummary>,
 }
 
-impl Head {
+impl ProgramHead {
     fn of(prepared: &PreparedProgram) -> Self {
         let PreparedProgram {
             program,
@@ -238,7 +238,7 @@ impl Head {
             setup: _,
             ending: _,
             start,
-            stands,
+            staged_joints,
             notes,
             placed,
             misfit,
@@ -249,7 +249,7 @@ impl Head {
             plan,
             settings,
             iterations,
-            stays,
+            pen_stays_down,
             leading,
             ..
         } = program;
@@ -268,10 +268,10 @@ impl Head {
             names: names.clone(),
             settings: settings.clone(),
             iterations: *iterations,
-            stays: *stays,
+            pen_stays_down: *pen_stays_down,
             leading: *leading,
             start: *start,
-            stands: stands.map(JointAngles::to_array),
+            staged_joints: staged_joints.map(JointAngles::to_array),
             notes: notes.clone(),
             placed: *placed,
             misfit: misfit.clone(),
@@ -292,7 +292,7 @@ impl Head {
         };
         PreparedProgram {
             program: Program {
-                stays: self.stays,
+                pen_stays_down: self.pen_stays_down,
                 leading: self.leading,
                 ..Program::new(plan, self.iterations).with_settings(self.settings)
             },
@@ -300,7 +300,7 @@ impl Head {
             setup,
             ending,
             start: self.start,
-            stands: self.stands.map(JointAngles::from),
+            staged_joints: self.staged_joints.map(JointAngles::from),
             notes: self.notes,
             placed: self.placed,
             misfit: self.misfit,
@@ -311,7 +311,7 @@ impl Head {
 }
 
 impl Input<'_> {
-    fn form(&mut self) -> Result<(), WireError> {
+    fn format_id(&mut self) -> Result<(), WireError> {
         match self.bytes(FORMAT_ID.len()) {
             Some(form) if form == FORMAT_ID => Ok(()),
             Some(_) => Err(WireError::OtherBuild),
@@ -342,8 +342,8 @@ fields! {
     Step { action, origin, feed, follows_speed, color }
     Part { n, name, color, pass }
     Pause { text, cause }
-    Head {
-        title, tool, surface, names, settings, iterations, stays, leading, start, stands, notes, placed, misfit, would_fit, parts,
+    ProgramHead {
+        title, tool, surface, names, settings, iterations, pen_stays_down, leading, start, staged_joints, notes, placed, misfit, would_fit, parts,
     }
     PrepareError { stage, problem, notes }
     PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
@@ -515,7 +515,7 @@ macro_rules! kinds {
 kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
-    StartPosition { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = Staged }
+    StartPosition { 0 = Unread, 1 = At(at), 2 = Unknown, 3 = Staged }
     PrepareStage { 0 = Read, 1 = Place }
     Side { 0 = Left, 1 = Right }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function), 5 = UseStation(url) }
@@ -546,7 +546,7 @@ const PART_TAG: u8 = 0;
 const PAUSE_TAG: u8 = 1;
 
 impl Wire for Set {
-    const LEAST: usize = 2;
+    const MIN_SIZE: usize = 2;
 
     fn put(&self, out: &mut Vec<u8>) {
         let mut room = [0; MAX_PARAMS];
@@ -567,7 +567,7 @@ impl Wire for Set {
 /// An action is stored as its command, which restores it exactly. Actions without a command have a
 /// marker.
 impl Wire for Action {
-    const LEAST: usize = Set::LEAST;
+    const MIN_SIZE: usize = Set::MIN_SIZE;
 
     fn put(&self, out: &mut Vec<u8>) {
         match self {

@@ -23,7 +23,7 @@ impl Pen {
             laser: plan.tool == Some(Tool::Laser)
                 || plan.steps.iter().any(|step| step.action.is_of_a_laser()),
             lit: false,
-            surface: match kind_of(plan, tool_of(plan, &RehearseOptions::default())) {
+            surface: match tool_kind(plan, tool_of(plan, &RehearseOptions::default())) {
                 Tool::Suction | Tool::Gripper => plan.surface,
                 _ => plan.drawn_on(),
             },

@@ -44,7 +44,7 @@ pub fn would_fit_turned(
 /// Position for the middle of the drawing at which a refused plan passes the check at its size and
 /// rotation; `None` if no position does.
 #[must_use]
-pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
+pub fn would_fit_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
     let [x, y, _] = crate::setup::middle(plan);
     let [dx, dy] = crate::setup::offset_within_reach(plan)?;
     let at = [x + dx, y + dy].map(rounded);

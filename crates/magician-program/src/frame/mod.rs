@@ -138,7 +138,7 @@ impl Frame<'_> {
         };
         let reach = Reach::new(self.marking.tool.bias(), at, self.marking.lift);
         let strokes = rings.into_iter().map(|ring| {
-            let points = round_the_base(&ring, &reach);
+            let points = around_base(&ring, &reach);
             Stroke::new(points, Origin::NONE)
         });
         let mut artwork = Artwork {
@@ -171,7 +171,7 @@ fn closed(mut corners: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// Same ring, with detours around the base where an edge passes too close to it.
-fn round_the_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
+fn around_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
     let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
     for &to in ring {
         if let Some(&from) = round.last()

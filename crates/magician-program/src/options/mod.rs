@@ -134,7 +134,7 @@ impl SetupOptions {
             },
             pen_z: self.pen_z,
             at: self.at,
-            page: self.placed_page(),
+            page: self.page_with_margin(),
             grid: self.grid,
             scale: self.scale.unwrap_or(1.0),
             rotate: self.rotate.unwrap_or(0.0),
@@ -154,7 +154,7 @@ impl SetupOptions {
             sheet: defaults.sheet,
             placement,
             pen: Marking {
-                lift: self.lift_over(defaults),
+                lift: self.lift_or_default(defaults),
                 hop: self.hop.or(usual.hop),
                 speed: speed(defaults.draw_speed, usual.speed),
                 travel: speed(
@@ -190,7 +190,7 @@ impl SetupOptions {
     }
 
     /// Page with its margin, if one was given.
-    pub(super) fn placed_page(&self) -> Option<Page> {
+    pub(super) fn page_with_margin(&self) -> Option<Page> {
         let mut page = Page::of(self.page?);
         page.margin = self.margin.unwrap_or(page.margin);
         Some(page)
@@ -258,7 +258,7 @@ impl SetupOptions {
     #[must_use]
     pub fn ending(&self, defaults: &SetupDefaults, drawing: bool) -> Ending {
         Ending {
-            lift: self.lift_over(defaults),
+            lift: self.lift_or_default(defaults),
             stay: self.stay,
             drawing,
             park: self.park.or(defaults.park).filter(|_| !self.stay),
@@ -333,7 +333,7 @@ impl SetupOptions {
         }
     }
 
-    fn lift_over(&self, defaults: &SetupDefaults) -> f64 {
+    fn lift_or_default(&self, defaults: &SetupDefaults) -> f64 {
         let lift = self.lift.or(defaults.draw_lift);
         lift.unwrap_or(Marking::pen().lift)
     }

@@ -6,7 +6,7 @@ mod build;
 use serde::Serialize;
 use serde_json::Value;
 
-pub(super) use self::accepted::either;
+pub(super) use self::accepted::join_with_or;
 pub(super) use self::build::{
     area, choice, first_of, integer, list, number, pens, place, point, switch, switch_off, text,
 };

@@ -12,7 +12,7 @@ use super::spec::{
     Change, area, choice, first_of, integer, list, number, pens, place, point, switch, switch_off,
     text,
 };
-use super::value::Member;
+use super::value::OptionMember;
 use super::{Grid, ModeOption, OptionSpec, PenOptions, WorkOption};
 use crate::Format::{self, Dxf, Gcode, Hpgl, Image as Picture, Svg, TestGrid, Text as Letters};
 use crate::fill::{FillMode, MIN_SPACING};
@@ -117,7 +117,7 @@ macro_rules! setup_options {
             /// The mistake in the value; `None` if the row's description is enough.
             pub(super) fn set(&mut self, name: &str, value: &Value) -> Result<(), Option<magician_host::Message>> {
                 match name {
-                    $(name!($field $($name)?) => self.$field = Member::read(value)?,)*
+                    $(name!($field $($name)?) => self.$field = OptionMember::read(value)?,)*
                     _ => return Err(None),
                 }
                 Ok(())
@@ -125,7 +125,7 @@ macro_rules! setup_options {
 
             /// Returns the value of each option in the order of the rows; `None` if it is not set.
             pub(super) fn values(&self) -> Vec<(&'static OptionSpec, Option<Value>)> {
-                let values = [$(self.$field.given(),)*];
+                let values = [$(self.$field.to_json_if_set(),)*];
                 Self::OPTIONS.iter().zip(values).collect()
             }
 
@@ -141,9 +141,9 @@ macro_rules! setup_options {
             /// ```
             #[must_use]
             pub fn or(&self, under: &Self) -> Self {
-                let under = under.agreeing_with(self);
+                let under = under.without_replaced_by(self);
                 Self {
-                    $($field: if self.$field.is_open() { &under.$field } else { &self.$field }.clone(),)*
+                    $($field: if self.$field.is_unset() { &under.$field } else { &self.$field }.clone(),)*
                 }
             }
 

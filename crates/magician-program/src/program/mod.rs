@@ -25,7 +25,7 @@ pub use numbering::StepNumbering;
 pub use remaining::{BurnPlace, RemainingProgram};
 pub use timetable::Timetable;
 
-use crate::turns::{AtOnce, STEPS_PER_SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Diagnostic, Plan};
 
 /// Largest start step of an endless program: counts from there never overflow 64 bits.
@@ -185,7 +185,7 @@ impl Program {
     ///
     /// # Errors
     /// [`Diagnostic`] that names the last step.
-    pub fn has(&self, step: u64) -> Result<(), Diagnostic> {
+    pub fn check_step(&self, step: u64) -> Result<(), Diagnostic> {
         let steps = self.steps().unwrap_or(u64::MAX).min(MAX_START_STEP);
         if step == 0 || step < steps {
             return Ok(());
@@ -207,14 +207,14 @@ impl Program {
     /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// Same as [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
+    /// Same as [`check_step`](Self::check_step) and [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }
 
     /// Like [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
     /// step moves straight through `at`, it continues from there, otherwise it starts over.
-    /// [`RemainingProgram::goes_on`] computes step and place.
+    /// [`RemainingProgram::resume_place`] computes step and place.
     ///
     /// # Errors
     /// Same as [`remaining`](Self::remaining).
@@ -224,18 +224,18 @@ impl Program {
         at: Option<[f64; 3]>,
         start: Preflight,
     ) -> Result<RemainingProgram, Diagnostic> {
-        self.has(from)?;
+        self.check_step(from)?;
         RemainingProgram::of(self, from, at, start)
     }
 
     /// Key of the program: equal for programs that do the same, whatever their titles.
     #[must_use]
     pub fn key(&self) -> String {
-        at_once(self.key_in_turns(&AtOnce))
+        run_to_end(self.key_yielding(&NeverYield))
     }
 
     /// Like [`key`](Self::key), yielding to other tasks between slices.
-    pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
+    pub async fn key_yielding(&self, yields: &impl Yield) -> String {
         // FNV-1a, 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
         let mut take = |bytes: &[u8]| {
@@ -273,7 +273,7 @@ impl Program {
             for step in slice {
                 take_step(step.action.command(), step.action.name());
             }
-            turns.give().await;
+            yields.yield_now().await;
         }
         format!("{hash:032x}")
     }
@@ -294,13 +294,13 @@ mod tests {
     fn steps_are_counted_across_iterations() {
         let program = program(3, Some(2));
         assert_eq!(program.steps(), Some(6));
-        assert!(program.has(5).is_ok());
-        let diagnostic = program.has(6).expect_err("there are six");
+        assert!(program.check_step(5).is_ok());
+        let diagnostic = program.check_step(6).expect_err("there are six");
         assert_eq!(diagnostic.to_string(), "there is no step 7: the last is 6");
         let endless = super::tests::program(3, None);
-        assert!(endless.has(1 << 62).is_ok());
-        assert!(endless.has(u64::MAX).is_err() && endless.has(1 << 63).is_err());
-        assert!(super::tests::program(0, Some(1)).has(0).is_ok());
+        assert!(endless.check_step(1 << 62).is_ok());
+        assert!(endless.check_step(u64::MAX).is_err() && endless.check_step(1 << 63).is_err());
+        assert!(super::tests::program(0, Some(1)).check_step(0).is_ok());
     }
 
     #[test]

@@ -8,7 +8,7 @@ use magician_host::message;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use super::Trace;
-use super::shade::{Shade, bounded};
+use super::shade::{Shade, check_bounds};
 use crate::{Diagnostic, Stroke};
 
 /// Distance between turns of a spiral, in pen widths. Below 1, so that no white is left between
@@ -22,7 +22,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let pitch = trace.spacing();
     let [width, height] = shade.page();
     let cells = width * height / (pitch * pitch);
-    bounded(
+    check_bounds(
         message!("dots"),
         cells,
         cells * pitch * pitch / trace.pen_width,

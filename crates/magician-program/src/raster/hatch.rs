@@ -5,7 +5,7 @@ use magician_host::message;
 use std::f64::consts::PI;
 
 use super::Trace;
-use super::shade::{Shade, bounded, stretch};
+use super::shade::{Shade, check_bounds, stretch};
 use crate::artwork::distance;
 use crate::{Diagnostic, Stroke};
 
@@ -58,7 +58,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let mut length = 0.0;
     for hatching in hatchings(trace) {
         length += width * height / hatching.spacing;
-        bounded(message!("lines"), 0.0, length)?;
+        check_bounds(message!("lines"), 0.0, length)?;
         let (sin, cos) = libm::sincos(hatching.angle.to_radians());
         // Along the lines and across them, with y down.
         let (along, across) = ([cos, -sin], [sin, cos]);
@@ -84,7 +84,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
                 }
                 back = !back;
             }
-            bounded(message!("lines"), strokes.len() as f64, length)?;
+            check_bounds(message!("lines"), strokes.len() as f64, length)?;
             offset += hatching.spacing;
         }
     }

@@ -120,7 +120,7 @@ const MAX_STROKES: f64 = 200_000.0;
 const MAX_LENGTH: f64 = 5e6;
 
 /// Refuses more strokes or length than an arm can draw.
-pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
+pub(super) fn check_bounds(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
     if count <= MAX_STROKES && length <= MAX_LENGTH {
         return Ok(());
     }
@@ -139,7 +139,7 @@ pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diag
 }
 
 /// Error for an image that leaves nothing to draw.
-pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
+pub(super) fn nothing_to_draw(trace: &Trace, specks: usize) -> Diagnostic {
     if specks > 0 {
         let message = message!(
             "nothing to draw: all {specks} spots in the image are smaller than {despeckle} mm",

@@ -8,7 +8,7 @@ use magician_host::message;
 use std::f64::consts::TAU;
 
 use super::Trace;
-use super::shade::{Shade, bounded};
+use super::shade::{Shade, check_bounds};
 use crate::{Diagnostic, Stroke};
 
 /// Window over which the image is averaged, in line distances.
@@ -29,7 +29,7 @@ const MAX_THINNING: u8 = 3;
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let [width, height] = shade.page();
     let rows = (height / trace.spacing()).round().max(1.0);
-    bounded(message!("lines"), rows, rows * width * 4.0)?;
+    check_bounds(message!("lines"), rows, rows * width * 4.0)?;
     let pitch = height / rows;
     let swings = Swings::new(pitch, trace.pen_width);
     let straight = swings.inked[0];
@@ -175,7 +175,7 @@ impl Swings {
         let is_inked = |x: f64, y: f64| {
             let ends = corners.windows(2);
             let mut close = ends.filter(|ends| ends[0][0] < x + near && ends[1][0] > x - near);
-            close.any(|ends| off([x, y], ends[0], ends[1]) <= near)
+            close.any(|ends| distance_to_segment([x, y], ends[0], ends[1]) <= near)
         };
         let mut inked = 0;
         for across in 0..ACROSS {
@@ -191,7 +191,7 @@ impl Swings {
 }
 
 /// Distance of a point from a line segment.
-fn off(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+fn distance_to_segment(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0] * way[0] + way[1] * way[1];
     let out = [point[0] - from[0], point[1] - from[1]];

@@ -118,7 +118,7 @@ impl Trace {
     /// Same options for an image that is scaled afterwards: the pen keeps its width, and lengths
     /// refer to the drawn size.
     #[must_use]
-    pub(crate) fn drawn_larger(&self, scale: f64) -> Self {
+    pub(crate) fn at_scale(&self, scale: f64) -> Self {
         Self {
             tolerance: self.tolerance / scale,
             despeckle: self.despeckle / scale,
@@ -210,7 +210,7 @@ impl Trace {
             }
         };
         if strokes.is_empty() {
-            return Err(nothing(self, specks));
+            return Err(nothing_to_draw(self, specks));
         }
         let artwork = Artwork {
             title: image.title.clone(),

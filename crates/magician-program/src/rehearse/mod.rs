@@ -17,9 +17,9 @@ use magician_sim::world::Drawing;
 use magician_sim::{ArmInstant, Controller, Event, LinkId};
 
 use crate::Plan;
-pub(crate) use stage::kind_of;
-use stage::tell;
-pub use stage::{RehearseOptions, stage, stands, start_of, tool_of};
+pub(crate) use stage::tool_kind;
+use stage::send;
+pub use stage::{RehearseOptions, stage, start_of_stage, start_of, tool_of};
 
 /// The host's link.
 const HOST_LINK: LinkId = LinkId(0);
@@ -89,7 +89,7 @@ pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Err
     // The queue is filled before it starts, as a driver does, so that the first path sees what
     // follows.
     let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
-    tell(&mut run.arm, &start, Ctrl::SET)?;
+    send(&mut run.arm, &start, Ctrl::SET)?;
     while run.next() {
         run.fill(&mut commands)?;
     }
@@ -101,7 +101,7 @@ struct Run {
     arm: Controller,
     began: ArmInstant,
     /// Number of commands handed over.
-    told: usize,
+    sent: usize,
     log: Vec<(Duration, Event)>,
     /// Interval between recorded positions.
     watch: Option<Duration>,
@@ -113,12 +113,12 @@ impl Run {
         let mut run = Self {
             began: arm.now(),
             arm,
-            told: 0,
+            sent: 0,
             log: Vec::new(),
             watch: watch.map(|each| each.max(Duration::from_micros(1))),
             way: Vec::new(),
         };
-        run.look();
+        run.record_position();
         while run.arm.poll_event().is_some() {}
         run
     }
@@ -138,8 +138,8 @@ impl Run {
         let capacity = self.arm.state().queue.capacity;
         let room = capacity.saturating_sub(self.unfinished());
         for command in commands.take(room) {
-            tell(&mut self.arm, &command, Ctrl::QUEUED)?;
-            self.told += 1;
+            send(&mut self.arm, &command, Ctrl::QUEUED)?;
+            self.sent += 1;
         }
         Ok(())
     }
@@ -156,8 +156,8 @@ impl Run {
         };
         self.watch_until(at);
         self.arm.advance(at);
-        self.look();
-        self.note();
+        self.record_position();
+        self.log_events();
         true
     }
 
@@ -168,18 +168,18 @@ impl Run {
             && self.way.len() < MAX_SAMPLES
         {
             self.arm.advance(next);
-            self.look();
+            self.record_position();
         }
     }
 
-    fn look(&mut self) {
+    fn record_position(&mut self) {
         if self.watch.is_some() && self.way.len() < MAX_SAMPLES {
             let Pose { x, y, z, .. } = self.arm.state().pose;
             self.way.push([x, y, z]);
         }
     }
 
-    fn note(&mut self) {
+    fn log_events(&mut self) {
         let now = self.now();
         while let Some(event) = self.arm.poll_event() {
             if !event.is_routine() && self.log.len() < MAX_EVENTS {
@@ -189,15 +189,15 @@ impl Run {
     }
 
     fn finish(mut self, plan: &Plan) -> Rehearsal {
-        self.note();
+        self.log_events();
         let state = self.arm.state();
-        let done = self.told.saturating_sub(self.unfinished());
+        let done = self.sent.saturating_sub(self.unfinished());
         // The command that sets the tool is not a step.
-        let told_first = plan.preamble().into_iter().count();
+        let sent_first = plan.preamble().into_iter().count();
         Rehearsal {
             drawing: self.arm.drawing(),
             time: self.now(),
-            steps: done.saturating_sub(told_first),
+            steps: done.saturating_sub(sent_first),
             pose: state.pose,
             joints: state.joints,
             alarms: state.alarms,

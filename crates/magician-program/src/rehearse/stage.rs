@@ -74,7 +74,7 @@ impl RehearseOptions {
 }
 
 /// Sets up a virtual arm for a plan: no alarms, its tool mounted and set, a level table below. The
-/// arm is homed and stands at its home point, or above the table if its tool would be inside the
+/// arm is homed and start_of_stage at its home point, or above the table if its tool would be inside the
 /// table there.
 ///
 /// A plan with rail positions gets an arm on a rail. A plan without a tool gets the tool that its
@@ -88,22 +88,22 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
-    if let Some(joints) = raised(plan, options, tool)? {
+    if let Some(joints) = start_joints(plan, options, tool)? {
         arm = arm.standing_at(joints);
     }
-    let told = [
+    let sent = [
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
         build::tool(tool.bias()),
     ];
     let rail = { plan.uses_rail() }.then(|| build::rail(true, RailVersion::V2));
-    for command in told.iter().chain(&rail) {
-        tell(&mut arm, command, Ctrl::SET)?;
+    for command in sent.iter().chain(&rail) {
+        send(&mut arm, command, Ctrl::SET)?;
     }
     Ok(arm)
 }
 
 /// Joints above the table, if the tool would be inside the table at home, or barely above it.
-fn above(table: f64, tool: Tool) -> Option<JointAngles> {
+fn joints_above(table: f64, tool: Tool) -> Option<JointAngles> {
     let geometry = Geometry::magician(tool.bias());
     let home = geometry.forward(&JointAngles::HOME);
     let raised = Pose {
@@ -135,9 +135,9 @@ pub fn start_of(arm: &Controller) -> Preflight {
 ///
 /// # Errors
 /// Same as [`stage`].
-pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
+pub fn start_of_stage(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
     let tool = tool_of(plan, options);
-    let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
+    let joints = start_joints(plan, options, tool)?.unwrap_or(JointAngles::HOME);
     let start = Preflight::at(joints, tool.bias());
     Ok(if plan.uses_rail() {
         start.on_rail(0.0)
@@ -147,18 +147,18 @@ pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error
 }
 
 /// Joints at the start; `None` for the home pose.
-fn raised(
+fn start_joints(
     plan: &Plan,
     options: &RehearseOptions,
     tool: Tool,
 ) -> Result<Option<JointAngles>, Error> {
-    let table = table(plan, options, kind_of(plan, tool))?;
-    let above = || table.and_then(|(height, _)| above(height, tool));
+    let table = table(plan, options, tool_kind(plan, tool))?;
+    let above = || table.and_then(|(height, _)| joints_above(height, tool));
     Ok(options.standing.or_else(above))
 }
 
 /// Sends a command as its frame; the reply is dropped.
-pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
+pub(super) fn send(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
     arm.exchange(HOST_LINK, frame.bytes());
     Ok(())
@@ -167,18 +167,18 @@ pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<()
 /// Tool for the rehearsal of a plan.
 #[must_use]
 pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
-    options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
+    options.tool.or(plan.tool).unwrap_or_else(|| needed_tool(plan))
 }
 
 /// Kind of tool for a bias, derived from the plan; a named tool is returned unchanged.
-pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
+pub(crate) fn tool_kind(plan: &Plan, tool: Tool) -> Tool {
     match tool {
-        Tool::Bias(_) => needed(plan),
+        Tool::Bias(_) => needed_tool(plan),
         named => named,
     }
 }
 
-fn needed(plan: &Plan) -> Tool {
+fn needed_tool(plan: &Plan) -> Tool {
     let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
     if needs(Action::is_of_a_laser) {
         Tool::Laser
@@ -192,7 +192,7 @@ fn needed(plan: &Plan) -> Tool {
 }
 
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
-    let kind = kind_of(plan, tool);
+    let kind = tool_kind(plan, tool);
     let (height, slope) = table(plan, options, kind)?.unzip();
     let give = (TOOL_COMPLIANCE + slope.unwrap_or(0.0)).min(MAX_COMPLIANCE);
     let mut text =

@@ -262,7 +262,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     assert_eq!(told(12, true), (ResumePoint::After(3), None));
     assert_eq!(told(12, false), (ResumePoint::Again(2), None));
     assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
-    assert_eq!(told(74, true).1, Some(DoubtReason::Others));
+    assert_eq!(told(74, true).1, Some(DoubtReason::ForeignCommands));
     assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
     // An arm that has finished nothing since power-up begins with 2.
     let first = Checkpoint {
@@ -288,7 +288,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     );
     assert_eq!(
         checkpoint.doubt(None, &numbering).map(|doubt| doubt.why),
-        Some(DoubtReason::NotAsked)
+        Some(DoubtReason::NotReadable)
     );
     let mixed = Checkpoint {
         mixed: true,

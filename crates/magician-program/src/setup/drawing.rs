@@ -146,7 +146,7 @@ impl Setup {
     fn trace(&self, trace: &Trace, scale: f64) -> Trace {
         Trace {
             size: self.size,
-            ..trace.drawn_larger(scale)
+            ..trace.at_scale(scale)
         }
     }
 

@@ -7,7 +7,7 @@ use magician_host::preflight::Preflight;
 
 use super::tracer::PathTracer;
 use super::track::Track;
-use crate::turns::{AtOnce, Turns, at_once};
+use crate::yielding::{NeverYield, Yield, run_to_end};
 use crate::{Plan, Report};
 
 /// Initial tolerance, mm.
@@ -53,7 +53,7 @@ impl Outline {
     /// Lines that a plan draws from this state of the arm, in order, with at most `most` points.
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight, most: usize) -> Vec<Self> {
-        at_once(Self::with_travels(plan, start, most, &AtOnce)).0
+        run_to_end(Self::with_travels(plan, start, most, &NeverYield)).0
     }
 
     /// Like [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
@@ -62,12 +62,12 @@ impl Outline {
         plan: &Plan,
         start: &Preflight,
         most: usize,
-        turns: &impl Turns,
+        yields: &impl Yield,
     ) -> (Vec<Self>, Vec<Vec<[f64; 3]>>) {
         let tracer = PathTracer::from(plan, &Report::default(), start, Some(false));
         let Outlines {
             mut lines, travels, ..
-        } = tracer.outlines(plan, turns).await;
+        } = tracer.outlines(plan, yields).await;
         let mut tolerance = INITIAL_TOLERANCE;
         while lines.iter().map(|line| line.track.len()).sum::<usize>() > most
             && tolerance < MAX_TOLERANCE

@@ -26,7 +26,7 @@ impl PlanPurpose {
             let heights = steps.filter_map(|action| Some(f64::from(action.target()?[2])));
             heights.filter(|z| z.is_finite()).reduce(f64::min)
         };
-        let tool = kind_of(plan, tool_of(plan, &RehearseOptions::default()));
+        let tool = tool_kind(plan, tool_of(plan, &RehearseOptions::default()));
         match tool {
             // Without a surface it burns at the height of its targets.
             Tool::Laser => Self::Burns(plan.surface.or_else(|| lowest().map(Surface::level))),

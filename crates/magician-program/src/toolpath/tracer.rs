@@ -9,7 +9,7 @@ use super::outline::Outlines;
 use super::{
     DrawnLine, Layer, MAX_MARKED_REFUSALS, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
 };
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Tolerance for merging corners, mm: half of the smallest visible deviation of a pen line.
@@ -127,9 +127,9 @@ impl PathTracer {
     }
 
     /// Drawn lines, and travel.
-    pub(super) async fn outlines(mut self, plan: &Plan, turns: &impl Turns) -> Outlines {
+    pub(super) async fn outlines(mut self, plan: &Plan, yields: &impl Yield) -> Outlines {
         self.outlines = Some(Outlines::default());
-        self.through_with(plan, turns).await;
+        self.through_with(plan, yields).await;
         let mut outlines = self.outlines.unwrap_or_default();
         outlines.settle();
         outlines
@@ -137,21 +137,21 @@ impl PathTracer {
 
     /// Follows all steps.
     pub(super) fn through(&mut self, plan: &Plan) {
-        at_once(self.through_with(plan, &AtOnce));
+        run_to_end(self.through_with(plan, &NeverYield));
     }
 
-    async fn through_with(&mut self, plan: &Plan, turns: &impl Turns) {
+    async fn through_with(&mut self, plan: &Plan, yields: &impl Yield) {
         if let Some(command) = plan.preamble() {
             self.set(&command);
         }
-        for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
-            for (nth, step) in (slice * SLICE..).zip(steps) {
+        for (slice, steps) in plan.steps.chunks(STEPS_PER_SLICE).enumerate() {
+            for (nth, step) in (slice * STEPS_PER_SLICE..).zip(steps) {
                 // White would be invisible, and black is the default colour.
                 let color = step.color.or(self.part_color);
                 self.ink = color.filter(|color| !color.is_pale() && *color != Color::default());
                 self.step(nth, &step.action, plan.name_of(&step.origin));
             }
-            turns.give().await;
+            yields.yield_now().await;
         }
         self.dot();
     }

@@ -56,7 +56,7 @@ fn request_round_trips() {
     };
     asked.fence = Some(all.unwrap().with_box(within).unwrap());
     for begins in [
-        StartPosition::Ask,
+        StartPosition::Unread,
         StartPosition::At([200.0, 0.1, -3.0]),
         StartPosition::Unknown,
         StartPosition::Staged,

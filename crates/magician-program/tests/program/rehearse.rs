@@ -1,7 +1,7 @@
 //! Plans on the virtual arm.
 
 use magician::{Options, VirtualArm, blocking::Arm, build};
-use magician_program::rehearse::{RehearseOptions, rehearse, stage, stands, start_of};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of_stage, start_of};
 use magician_program::{
     Action, Format, Grip, Origin, Plan, Preparation, PrepareRequest, StartPosition, Surface, Tool,
     Travel, check,
@@ -202,7 +202,7 @@ fn start_of_a_stage_is_known_without_building_it() {
         };
         let (plan, options) = (laid.program.plan(), RehearseOptions::default());
         let arm = start_of(&stage(plan, &options).unwrap());
-        let known = stands(plan, &options).unwrap();
+        let known = start_of_stage(plan, &options).unwrap();
         assert_eq!(known.arm(), arm.arm(), "{name}");
     }
 }

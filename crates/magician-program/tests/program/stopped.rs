@@ -104,7 +104,7 @@ async fn run(
     stop: Option<Duration>,
 ) -> Option<(u64, Option<[f64; 3]>)> {
     let (rest, resume_point, pose) = run_until(arm, program, from, stop).await?;
-    let next = rest.goes_on(resume_point, &pose);
+    let next = rest.resume_place(resume_point, &pose);
     assert!(next.is_some(), "{resume_point:?}");
     next
 }

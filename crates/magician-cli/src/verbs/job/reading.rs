@@ -45,7 +45,7 @@ impl Job {
         request.fence = context.fence();
         request.start = match place {
             Where::Nowhere | Where::Stage(_) => StartPosition::Staged,
-            Where::Arm => StartPosition::Ask,
+            Where::Arm => StartPosition::Unread,
         };
         match request.open() {
             Ok(file) => Ok(Opened { source, file }),

@@ -208,7 +208,7 @@ fn kinds_and_groups_have_unique_names() {
 #[test]
 fn given_option_replaces_contradicting_options_of_a_preset() {
     let of =
-        |fields: Value| SetupOptions::from_fields_of_some(fields.as_object().unwrap()).unwrap();
+        |fields: Value| SetupOptions::from_partial_fields(fields.as_object().unwrap()).unwrap();
     let preset = of(json!({
         "fill": "hatch", "fill_spacing": 0.5, "width": 60, "page": "a5", "margin": 5, "speed": 30
     }));
@@ -240,10 +240,10 @@ fn given_option_replaces_contradicting_options_of_a_preset() {
         (both.power, both.mode, both.speed),
         (None, None, Some(10.0))
     );
-    let unused = laser.not_of(draw.work);
+    let unused = laser.not_applicable_to(draw.work);
     let unused: Vec<_> = unused.iter().map(|row| row.name).collect();
     assert_eq!(unused, ["power", "mode"]);
-    assert!(laser.not_of(None).is_empty());
+    assert!(laser.not_applicable_to(None).is_empty());
     // A requirement that the preset itself misses is still refused.
     let margin = of(json!({"margin": 5}));
     assert!(of(json!({"speed": 5})).or(&margin).check().is_err());

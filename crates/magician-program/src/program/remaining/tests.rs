@@ -162,9 +162,9 @@ fn remaining_time_follows_slower_commands() {
     for (iterations, from) in [(1, 0), (3, 4)] {
         let rest = rest(Some(iterations), from);
         let table = rest.timetable(&rest.check());
-        let same = at_once(rest.timetable_with(&table, &[], |command| command, &AtOnce));
+        let same = run_to_end(rest.timetable_with(&table, &[], |command| command, &NeverYield));
         let slow = build::speed(5.0, 50.0);
-        let slower = at_once(rest.timetable_with(&table, &[slow], |command| command, &AtOnce));
+        let slower = run_to_end(rest.timetable_with(&table, &[slow], |command| command, &NeverYield));
         for done in 0..=3 * iterations - from {
             let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
             assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");
@@ -174,7 +174,7 @@ fn remaining_time_follows_slower_commands() {
     }
     let forever = rest(None, 0);
     let table = forever.timetable(&forever.check());
-    let table = at_once(forever.timetable_with(&table, &[], |command| command, &AtOnce));
+    let table = run_to_end(forever.timetable_with(&table, &[], |command| command, &NeverYield));
     assert_eq!(table.left(1), None);
 }
 

@@ -38,9 +38,9 @@ pub(super) fn of(mut graph: Graph) -> Vec<Vec<Point>> {
     for branch in &mut graph.branches {
         smooth(&mut branch.points);
     }
-    graph.without_spurs();
-    graph.without_bridges();
-    graph.without_spurs();
+    graph.remove_spurs();
+    graph.merge_crossings();
+    graph.remove_spurs();
     let mut strokes = Joints::of(&graph).strokes(&graph);
     strokes.extend(graph.dots.iter().map(|dot| vec![*dot]));
     strokes
@@ -80,8 +80,8 @@ impl Graph {
         ends
     }
 
-    fn without_spurs(&mut self) {
-        self.without_eyes();
+    fn remove_spurs(&mut self) {
+        self.remove_small_loops();
         loop {
             let ends = self.ends();
             let mut spurs = Vec::new();
@@ -111,7 +111,7 @@ impl Graph {
     }
 
     /// Removes loops no larger than the thickness of the line. An isolated loop becomes a dot.
-    fn without_eyes(&mut self) {
+    fn remove_small_loops(&mut self) {
         let ends = self.ends();
         let (nodes, dots) = (&self.nodes, &mut self.dots);
         self.branches.retain(|branch| match branch.ends {
@@ -129,7 +129,7 @@ impl Graph {
 
     /// True if one of the three branches is the tail of a sharp corner.
     fn has_corner(&self, node: usize, ends: &[Vec<End>]) -> bool {
-        corner_at(self, ends, &leaving_all(self, ends, node)).is_some()
+        corner_at(self, ends, &branch_exits(self, ends, node)).is_some()
     }
 
     /// Joins two branches that meet where no other does.
@@ -176,7 +176,7 @@ impl Graph {
     }
 
     /// Merges the two junctions at a crossing of thick lines.
-    fn without_bridges(&mut self) {
+    fn merge_crossings(&mut self) {
         loop {
             let ends = self.ends();
             let bridge = self.branches.iter().position(|branch| {
@@ -222,7 +222,7 @@ impl Graph {
 }
 
 /// Direction in which a branch leaves a junction.
-struct Leaving {
+struct BranchExit {
     end: End,
     /// Number of points left out.
     cut: usize,
@@ -271,7 +271,7 @@ impl Joints {
 
     fn junction(&mut self, graph: &Graph, node: usize, ends: &[Vec<End>]) {
         let (middle, radius) = (graph.nodes[node].at, graph.nodes[node].radius);
-        let leaving = leaving_all(graph, ends, node);
+        let leaving = branch_exits(graph, ends, node);
         if let Some(([tail, one, other], corner)) = corner_at(graph, ends, &leaving) {
             self.dropped[tail.end.0] = true;
             for leaving in [one, other] {
@@ -367,7 +367,7 @@ impl Joints {
     }
 }
 
-fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
+fn branch_exit(graph: &Graph, end: End, middle: Point, radius: f64) -> BranchExit {
     let branch = &graph.branches[end.0];
     let mut points = branch.points.clone();
     if end.1 == 1 {
@@ -387,7 +387,7 @@ fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
         (middle, from)
     };
     let length = distance(from_way, to).max(1e-9);
-    Leaving {
+    BranchExit {
         end,
         cut,
         from,
@@ -395,10 +395,10 @@ fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
     }
 }
 
-fn leaving_all(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<Leaving> {
+fn branch_exits(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<BranchExit> {
     let (middle, radius) = (graph.nodes[node].at, graph.nodes[node].radius);
     let ends = ends[node].iter();
-    ends.map(|end| leaving(graph, *end, middle, radius))
+    ends.map(|end| branch_exit(graph, *end, middle, radius))
         .collect()
 }
 
@@ -407,8 +407,8 @@ fn leaving_all(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<Leaving> {
 fn corner_at<'l>(
     graph: &Graph,
     ends: &[Vec<End>],
-    leaving: &'l [Leaving],
-) -> Option<([&'l Leaving; 3], Point)> {
+    leaving: &'l [BranchExit],
+) -> Option<([&'l BranchExit; 3], Point)> {
     let [one, two, three] = leaving else {
         return None;
     };
@@ -426,7 +426,7 @@ fn corner_at<'l>(
         let dot = |[a, b]: Point, [c, d]: Point| a * c + b * d;
         let between = |from: Point, to: Point| [to[0] - from[0], to[1] - from[1]];
         let meet = crossing([one.from, one.way], [other.from, other.way])?;
-        let ahead = |leaving: &Leaving| dot(between(leaving.from, meet), leaving.way) < 0.0;
+        let ahead = |leaving: &BranchExit| dot(between(leaving.from, meet), leaving.way) < 0.0;
         let (out, tail_way) = (between(node.at, meet), between(node.at, far.at));
         let lengths = libm::hypot(out[0], out[1]) * libm::hypot(tail_way[0], tail_way[1]);
         let is_corner = ahead(one)

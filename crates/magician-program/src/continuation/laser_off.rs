@@ -13,7 +13,7 @@ use magician_host::preflight::{Preflight, Stopping};
 use magician_host::{Set, VelocityProfile, commands::CpLeCmd};
 use magician_motion::MotionLaw;
 
-use super::within::{PEN_TOLERANCE, StraightMove, distance, is_straight};
+use super::partial_step::{PEN_TOLERANCE, StraightMove, distance, is_straight};
 
 /// Largest distance of a pose from a line at which it counts as on it, mm: rounding of the arm's
 /// and the plan's coordinates.
@@ -33,7 +33,7 @@ const PERIOD: f64 = MotionLaw::MAGICIAN.period_us() as f64 / 1e6;
 
 /// Place in a program where a burn is resumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct ResumePlace {
     /// Number of slots that are completed.
     pub(crate) passed: usize,
     /// Position within the next slot; `None` for its beginning.
@@ -44,7 +44,7 @@ pub(crate) struct Place {
 
 /// Straight motion of one slot.
 struct Line {
-    way: StraightMove,
+    motion: StraightMove,
     burns: bool,
     stopping: Option<Stopping>,
     /// Velocity profile of a path segment; `None` for other motion.
@@ -61,7 +61,7 @@ impl Line {
         let from = course.arm().copied();
         // A command that the check refuses was never sent.
         let step = course.check(command).ok()?;
-        let way = StraightMove::between(from?.pose, step.end?.pose);
+        let motion = StraightMove::between(from?.pose, step.end?.pose);
         let burns = match command {
             Set::CpLeCmd(CpLeCmd {
                 velocity_or_power, ..
@@ -70,7 +70,7 @@ impl Line {
             _ => step.laser,
         };
         Some(Self {
-            way,
+            motion,
             burns,
             stopping,
             profile: None,
@@ -79,8 +79,8 @@ impl Line {
 
     /// Largest distance covered in the last `seconds` before a share of the line, and the time left
     /// over at its beginning.
-    fn way_before(&self, share: f64, seconds: f64) -> (f64, f64) {
-        let gone = share * self.way.length();
+    fn distance_before(&self, share: f64, seconds: f64) -> (f64, f64) {
+        let gone = share * self.motion.length();
         match (&self.profile, self.stopping) {
             (Some(profile), _) => {
                 let at = profile.time_at(gone);
@@ -90,8 +90,8 @@ impl Line {
                 )
             }
             (None, Some(Stopping { speed, .. })) if speed > 0.0 => {
-                let way = (speed * seconds).min(gone);
-                (way, seconds - way / speed)
+                let covered = (speed * seconds).min(gone);
+                (covered, seconds - covered / speed)
             }
             // The speed is unknown: claim no distance, and stop here.
             _ => (0.0, 0.0),
@@ -99,18 +99,18 @@ impl Line {
     }
 
     /// Like `way_before`, after a share of the line.
-    fn way_after(&self, share: f64, seconds: f64) -> (f64, f64) {
-        let length = self.way.length();
+    fn distance_after(&self, share: f64, seconds: f64) -> (f64, f64) {
+        let length = self.motion.length();
         let left = (1.0 - share) * length;
         match (&self.profile, self.stopping) {
             (Some(profile), _) => {
                 let at = profile.time_at(share * length);
-                let way = profile.position(at + seconds) - share * length;
-                (way.clamp(0.0, left), at + seconds - profile.duration())
+                let covered = profile.position(at + seconds) - share * length;
+                (covered.clamp(0.0, left), at + seconds - profile.duration())
             }
             (None, Some(Stopping { speed, .. })) if speed > 0.0 => {
-                let way = (speed * seconds).min(left);
-                (way, seconds - way / speed)
+                let covered = (speed * seconds).min(left);
+                (covered, seconds - covered / speed)
             }
             _ => (0.0, 0.0),
         }
@@ -160,50 +160,50 @@ impl Lines {
     /// Place where the laser went out. It was off when the arm was at `pose`, and went out at most
     /// `late` earlier, or within the period that has this pose.
     ///
-    /// `under_way` is the slot that the arm did not finish, or finished last. The arm may have
+    /// `current_slot` is the slot that the arm did not finish, or finished last. The arm may have
     /// burnt on until it reached `until`.
-    pub(crate) fn dark_at(
+    pub(crate) fn laser_off_place(
         &self,
-        under_way: usize,
+        current_slot: usize,
         pose: &Pose,
         late: Duration,
         until: Option<&Pose>,
-    ) -> Option<Place> {
-        let (off, slot, share) = self.nearest(under_way, pose)?;
+    ) -> Option<ResumePlace> {
+        let (off, slot, share) = self.nearest(current_slot, pose)?;
         if off > PEN_TOLERANCE {
             return None;
         }
         let mut place = self.before(
             slot,
             share,
-            self.way_before(slot, share, late.as_secs_f64()),
+            self.distance_before(slot, share, late.as_secs_f64()),
         );
         // The arm was moving from this pose to the next one when the laser went out or the stop
         // came.
-        let mut on_its_way = (slot, share);
+        let mut moving_place = (slot, share);
         if let Some((_, end, there)) = until.and_then(|until| self.nearest(slot, until)) {
-            on_its_way = (end, there);
+            moving_place = (end, there);
             for nth in slot..=end {
                 let from = if nth == slot { share } else { 0.0 };
                 let to = if nth == end { there } else { 1.0 };
                 if let Some(line) = self.line(nth).filter(|line| line.burns) {
-                    place.twice += (to - from).max(0.0) * line.way.length();
+                    place.twice += (to - from).max(0.0) * line.motion.length();
                 }
             }
         }
         // At the end of a segment the arm has come to rest by itself.
-        if let (slot, share @ ..1.0) = on_its_way {
+        if let (slot, share @ ..1.0) = moving_place {
             place.twice += self.burnt_after(slot, share, PERIOD);
         }
         Some(place)
     }
 
     /// Largest distance covered in the last `seconds` before a place, mm.
-    fn way_before(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
+    fn distance_before(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
         let mut sum = 0.0;
         while let Some(line) = self.line(slot) {
-            let (way, left) = line.way_before(share, seconds);
-            sum += way;
+            let (covered, left) = line.distance_before(share, seconds);
+            sum += covered;
             if left <= 0.0 || slot == self.first {
                 break;
             }
@@ -216,8 +216,8 @@ impl Lines {
     fn burnt_after(&self, mut slot: usize, mut share: f64, mut seconds: f64) -> f64 {
         let mut sum = 0.0;
         while let Some(line) = self.line(slot) {
-            let (way, left) = line.way_after(share, seconds);
-            sum += if line.burns { way } else { 0.0 };
+            let (covered, left) = line.distance_after(share, seconds);
+            sum += if line.burns { covered } else { 0.0 };
             if left <= 0.0 {
                 break;
             }
@@ -228,17 +228,17 @@ impl Lines {
 
     /// Line that a pose is on: distance from it, slot, and share. Among several lines the one
     /// nearest to the current slot counts.
-    fn nearest(&self, under_way: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
+    fn nearest(&self, current_slot: usize, pose: &Pose) -> Option<(f64, usize, f64)> {
         let place = [pose.x, pose.y, pose.z].map(f64::from);
         let last = self.first + self.lines.len();
-        let earlier = (under_way.saturating_sub(SLOTS_BEFORE)..under_way).rev();
+        let earlier = (current_slot.saturating_sub(SLOTS_BEFORE)..current_slot).rev();
         let nearest = |slot: usize| {
             let line = self.line(slot)?;
-            let (share, _) = line.way.nearest(place);
+            let (share, _) = line.motion.nearest(place);
             let share = share.clamp(0.0, 1.0);
-            Some((distance(line.way.at(share), place), slot, share))
+            Some((distance(line.motion.at(share), place), slot, share))
         };
-        let all: Vec<_> = (under_way..last)
+        let all: Vec<_> = (current_slot..last)
             .chain(earlier)
             .filter_map(nearest)
             .collect();
@@ -249,7 +249,7 @@ impl Lines {
 
     /// Longest distance on which the arm may have braked to a place, mm: from each earlier place
     /// the arm gets as far as its speed there and the deceleration of `fastest` allow.
-    fn braking_way(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
+    fn braking_distance(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
         let step = fastest.braking / BRAKING_SAMPLES;
         let comes_here = |back: f64| {
             let speed = self.speed_before(slot, share, back);
@@ -267,7 +267,7 @@ impl Lines {
     fn speed_before(&self, mut slot: usize, mut share: f64, mut back: f64) -> Option<f64> {
         loop {
             let line = self.line(slot)?;
-            let gone = share * line.way.length();
+            let gone = share * line.motion.length();
             if back <= gone || slot == self.first {
                 let profile = line.profile.as_ref()?;
                 let at = profile.time_at(gone - back);
@@ -281,14 +281,14 @@ impl Lines {
 
     /// Place one braking distance before the place where the arm stands: the laser went out between
     /// the two.
-    pub(crate) fn before_braking(&self, slot: usize, at: [f64; 3]) -> Option<Place> {
+    pub(crate) fn before_braking(&self, slot: usize, at: [f64; 3]) -> Option<ResumePlace> {
         let line = self.line(slot)?;
-        let (share, _) = line.way.nearest(at);
+        let (share, _) = line.motion.nearest(at);
         let near = [slot.checked_sub(1), Some(slot)].into_iter().flatten();
         let stopping = near.filter_map(|slot| self.line(slot)?.stopping);
         let fastest = stopping.max_by(|one, other| one.braking.total_cmp(&other.braking))?;
         let share = share.clamp(0.0, 1.0);
-        let mut place = self.before(slot, share, self.braking_way(slot, share, fastest));
+        let mut place = self.before(slot, share, self.braking_distance(slot, share, fastest));
         if place.twice > 0.0 {
             // The arm brakes from the pose of the period and was already moving to the next one,
             // which at low speed adds more than the braking distance.
@@ -298,11 +298,11 @@ impl Lines {
     }
 
     /// Place at a distance before another, as far as something burns there.
-    fn before(&self, slot: usize, share: f64, by: f64) -> Place {
-        let here = |slot: usize, share: f64, twice: f64| Place {
+    fn before(&self, slot: usize, share: f64, by: f64) -> ResumePlace {
+        let here = |slot: usize, share: f64, twice: f64| ResumePlace {
             passed: slot,
             at: match self.line(slot) {
-                Some(line) if share > 0.0 => Some(line.way.at(share)),
+                Some(line) if share > 0.0 => Some(line.motion.at(share)),
                 _ => None,
             },
             twice,
@@ -310,7 +310,7 @@ impl Lines {
         let mut best = here(slot, share, 0.0);
         let (mut slot, mut share, mut left, mut twice) = (slot, share, by, 0.0);
         while let Some(line) = self.line(slot) {
-            let length = line.way.length();
+            let length = line.motion.length();
             let back = left.min(share * length);
             let to = if length > 0.0 {
                 share - back / length

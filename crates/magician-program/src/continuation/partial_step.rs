@@ -123,7 +123,7 @@ fn is_burn(command: &Set) -> bool {
 }
 
 /// Length of the line after `passed` slots, mm, if it is a burn.
-pub(crate) fn burn_of(
+pub(crate) fn burn_length(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
     passed: usize,
@@ -140,7 +140,7 @@ pub(crate) fn burn_of(
 /// slot there (`None` for its beginning), and the length between the two, mm.
 ///
 /// Does not go back over motion that does not burn, nor over a step that sends nothing.
-pub(crate) fn back_along(
+pub(crate) fn step_back(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
     passed: usize,
@@ -192,7 +192,7 @@ pub(crate) fn back_along(
 
 /// State of the arm at a place on the line of an action that begins at `course`, and the rest of
 /// the action from there if that needs another one. `None` if the place is not on the line.
-pub(super) fn from_there(
+pub(super) fn continue_from(
     action: &Action,
     course: &Preflight,
     place: [f64; 3],
