@@ -21,10 +21,10 @@ pub(super) enum Ways {
 
 /// Draws the layers, marks on top; `data` returns the path data of a layer.
 pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
-    let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
+    let burns = |layer: &Layer| matches!(layer.mark, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();
-    layers.sort_by_key(|layer| match layer.leaves {
+    layers.sort_by_key(|layer| match layer.mark {
         StrokeKind::Nothing => 0,
         StrokeKind::Carried => 1,
         StrokeKind::Burn(shade) => 1 + shade,
@@ -33,9 +33,9 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
     });
     for layer in layers {
         let data = data(layer);
-        let (colour, width, opacity, dashes) = look(layer.leaves, ways);
+        let (colour, width, opacity, dashes) = look(layer.mark, ways);
         let many = burns || layer.above.len() > SOLID_FROM_VERTICES;
-        let is_travel = layer.leaves == StrokeKind::Nothing && ways == Ways::Planned;
+        let is_travel = layer.mark == StrokeKind::Nothing && ways == Ways::Planned;
         let crowded = is_travel && many;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
@@ -43,15 +43,15 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
             (width, opacity)
         };
         let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
-        if layer.leaves == StrokeKind::Unreachable {
+        if layer.mark == StrokeKind::Unreachable {
             casing(svg, &data);
         }
         let mut attributes = vec![
-            ("class", class(layer.leaves)),
+            ("class", class(layer.mark)),
             ("fill", "none"),
             ("stroke", &*colour),
             ("stroke-width", &width),
-            ("stroke-linecap", cap(layer.leaves)),
+            ("stroke-linecap", cap(layer.mark)),
             ("stroke-linejoin", "round"),
         ];
         if opacity != "1" {
@@ -65,8 +65,8 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
 }
 
 /// Overlapping round caps would be darker where the power changes.
-fn cap(leaves: StrokeKind) -> &'static str {
-    match leaves {
+fn cap(mark: StrokeKind) -> &'static str {
+    match mark {
         StrokeKind::Burn(_) => "butt",
         _ => "round",
     }
@@ -74,10 +74,10 @@ fn cap(leaves: StrokeKind) -> &'static str {
 
 /// Returns colour, width in mm, opacity and dashes.
 pub(super) fn look(
-    leaves: StrokeKind,
+    mark: StrokeKind,
     ways: Ways,
 ) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
-    let (colour, width, opacity, dashes) = match leaves {
+    let (colour, width, opacity, dashes) = match mark {
         StrokeKind::Nothing if ways == Ways::Taken => (EMPTY, 0.6, 1.0, None),
         StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
@@ -90,8 +90,8 @@ pub(super) fn look(
 }
 
 /// CSS class by which programs find the layer.
-fn class(leaves: StrokeKind) -> &'static str {
-    match leaves {
+fn class(mark: StrokeKind) -> &'static str {
+    match mark {
         StrokeKind::Nothing | StrokeKind::Carried => "travel",
         StrokeKind::Ink(_) => "drawn",
         StrokeKind::Burn(_) => "burnt",

@@ -115,7 +115,7 @@ impl Sign {
 
     fn draw(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         match self {
-            Self::Line(leaves, ways) => line(svg, [[x, y], [x + 7.0, y]], *leaves, *ways),
+            Self::Line(mark, ways) => line(svg, [[x, y], [x + 7.0, y]], *mark, *ways),
             Self::Shades => {
                 for shade in 1..=POWER_SHADES {
                     let from = x + 7.0 * (shade - 1) as f64 / POWER_SHADES as f64;
@@ -152,8 +152,8 @@ impl Sign {
     }
 }
 
-fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind, ways: Ways) {
-    let (colour, width, opacity, dashes) = look(leaves, ways);
+fn line(svg: &mut Svg, ends: [[f64; 2]; 2], mark: StrokeKind, ways: Ways) {
+    let (colour, width, opacity, dashes) = look(mark, ways);
     let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
     let mut attributes = vec![
         ("stroke", &*colour),

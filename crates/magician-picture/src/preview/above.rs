@@ -96,5 +96,5 @@ pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> boo
     toolpath
         .layers
         .iter()
-        .any(|layer| sort(layer.leaves) && !layer.above.is_empty())
+        .any(|layer| sort(layer.mark) && !layer.above.is_empty())
 }

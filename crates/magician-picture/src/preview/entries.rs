@@ -28,14 +28,14 @@ pub(super) fn legend(
 
 fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     let mut entries = vec![];
-    let burns = has(toolpath, |leaves| matches!(leaves, StrokeKind::Burn(_)));
-    let mut lines = |leaves, label: &str| {
-        if has(toolpath, |other| other == leaves) {
-            entries.push((Sign::Line(leaves, Ways::Planned), label.to_owned()));
+    let burns = has(toolpath, |mark| matches!(mark, StrokeKind::Burn(_)));
+    let mut lines = |mark, label: &str| {
+        if has(toolpath, |other| other == mark) {
+            entries.push((Sign::Line(mark, Ways::Planned), label.to_owned()));
         }
     };
-    let inks = toolpath.layers.iter().map(|layer| layer.leaves);
-    let inks = inks.filter(|leaves| matches!(leaves, StrokeKind::Ink(_)));
+    let inks = toolpath.layers.iter().map(|layer| layer.mark);
+    let inks = inks.filter(|mark| matches!(mark, StrokeKind::Ink(_)));
     inks.take(MAX_COLORS).for_each(|ink| lines(ink, "drawn"));
     lines(StrokeKind::Carried, "with something held");
     let nothing = match toolpath.purpose {

@@ -98,7 +98,7 @@ impl Preview {
     /// [`check`](fn@magician_program::check), and `start` the state that the check started from.
     #[must_use]
     pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
-        let toolpath = Toolpath::through(plan, report, start, options.side);
+        let toolpath = Toolpath::trace(plan, report, start, options.side);
         let geometry = match plan.tool {
             Some(tool) => Geometry::magician(tool.bias()),
             None => start.geometry(),

@@ -224,8 +224,8 @@ impl Shown<'_> {
 /// Returns the path of the tool in two layers, empty and holding. Each stretch begins where the
 /// previous one ended.
 fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
-    let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|leaves| Layer {
-        leaves,
+    let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|mark| Layer {
+        mark,
         above: Track::new(PATH_TOLERANCE),
         side: Track::new(PATH_TOLERANCE),
     });
@@ -247,7 +247,7 @@ fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
 }
 
 fn entries(run: &RunView, height: Option<f64>) -> Vec<(Sign, String)> {
-    let line = |leaves| Sign::Line(leaves, Ways::Taken);
+    let line = |mark| Sign::Line(mark, Ways::Taken);
     let mut entries = vec![
         (line(StrokeKind::Nothing), "with nothing held".to_owned()),
         (line(StrokeKind::Carried), "with something held".to_owned()),

@@ -214,7 +214,7 @@ impl SetupOptions {
         options.text_lines = self.text.unwrap_or_default();
         options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
-        setup.prepare(&mut options.gcode, setup.known_surface());
+        setup.set_gcode_options(&mut options.gcode, setup.known_surface());
         // A full-power value of S exists only in laser G-code.
         let of_laser = self.s_max.map(|_| Dialect::Laser);
         options.gcode.dialect = self.dialect.or(of_laser).unwrap_or_default();

@@ -241,7 +241,7 @@ impl OpenedFile {
         notes.extend(parsed.notes);
         let is_taught = matches!(parsed.content, Content::Plan(_));
         let refused = |problem| (PrepareStage::Place, problem);
-        let content = { setup.followed(format, parsed.content) }.map_err(refused)?;
+        let content = { setup.with_adequate_curves(format, parsed.content) }.map_err(refused)?;
         let mut parts = setup.parts_in(&content, 1.0).map_err(refused)?;
         let fills = setup.fills(&content);
         let Prepared {
@@ -260,7 +260,7 @@ impl OpenedFile {
         { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
         if let Some(grid) = options.grid {
             // Surface that a pen must not go below, at each place of the grid.
-            let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
+            let bound = setup.lower_bound(format, &plan).filter(|_| is_taught);
             plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
             if let Some(surface) = bound {
                 hold_above(&mut plan, surface).map_err(refused)?;

@@ -159,7 +159,7 @@ impl Levels {
             let way = Segment::of(step, from, to);
             let fed = step.action.marks();
             let rise = to[2] - from[2];
-            if !way.goes_across() {
+            if !way.moves_horizontally() {
                 if fed {
                     any = least(way.low(), any);
                 }
@@ -268,27 +268,27 @@ pub(super) struct DepthTally {
     lengths: BTreeMap<i64, f64>,
     dots: usize,
     /// Length of cuts repeated at a greater depth, drawn once.
-    again: f64,
+    repeated: f64,
     /// Length of feed moves that draw nothing.
     air: f64,
     threshold: f64,
 }
 
 /// Flattened program.
-pub(super) struct Flat {
+pub(super) struct FlatProgram {
     pub(super) plan: Plan,
     /// Z of the whole drawing.
     pub(super) touch: f64,
     pub(super) tally: DepthTally,
 }
 
-impl Flat {
+impl FlatProgram {
     /// Flattens a program to its first depth, to be drawn at this scale. `None` if it has a single
     /// depth, which is placed on the surface unchanged.
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
         let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
         let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
-        walk(plan, survey.threshold, |event| flattener.take(event));
+        walk(plan, survey.threshold, |event| flattener.handle_event(event));
         let (plan, tally) = flattener.done();
         Some(Self {
             plan,
@@ -312,15 +312,15 @@ impl DepthTally {
             .next()
             .zip(self.lengths.keys().next_back());
         let range = ends.map_or(0.0, |(deepest, first)| (first - deepest) as f64 / 100.0);
-        let again = self.again * scale;
-        if range > TOUCH_HEIGHT || self.dots > 0 || again >= MIN_REPORTED_LENGTH {
+        let repeated = self.repeated * scale;
+        if range > TOUCH_HEIGHT || self.dots > 0 || repeated >= MIN_REPORTED_LENGTH {
             let mut what = format!(
                 "the pen draws all depths on the surface: {}",
                 self.listed(scale)
             );
-            if again >= MIN_REPORTED_LENGTH {
-                let again = length(again);
-                what += &format!("; {again} that is cut again deeper is drawn once");
+            if repeated >= MIN_REPORTED_LENGTH {
+                let repeated = length(repeated);
+                what += &format!("; {repeated} that is cut again deeper is drawn once");
             }
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
             let keep = (Setting::Depths, Given::Word("keep"));
@@ -389,7 +389,7 @@ impl DepthTally {
 }
 
 /// Note that the tool goes below the surface on request.
-pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
+pub(super) fn kept_depths_note(survey: &DepthSurvey) -> Option<Diagnostic> {
     let deep = survey.first - survey.deepest;
     (deep > HEIGHT_TOLERANCE).then(|| {
         let what = message!(

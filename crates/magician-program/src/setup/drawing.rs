@@ -4,7 +4,7 @@ use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::work_lines::WorkLines;
-use super::{Laid, Setup, Work};
+use super::{LaidPlan, Setup, Work};
 use crate::artwork::Order;
 use crate::raster::{ImageLines, Size, Trace};
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
@@ -22,7 +22,7 @@ const MAX_READINGS: usize = 4;
 impl Setup {
     /// Setup with the requested width or height as a scale. An image already has the requested
     /// size.
-    pub(super) fn sized(&self, content: &Content) -> Result<Self, Diagnostic> {
+    pub(super) fn with_size_as_scale(&self, content: &Content) -> Result<Self, Diagnostic> {
         let mut setup = self.clone();
         let (axis, wanted) = match self.size {
             Size::Width(width) => (0, width),
@@ -63,7 +63,7 @@ impl Setup {
 
     /// Returns the content with curves approximated as closely as its drawn size requires. The file
     /// is read again if its chords are too coarse, or far too fine.
-    pub(crate) fn followed(
+    pub(crate) fn with_adequate_curves(
         &self,
         format: Format,
         mut content: Content,
@@ -91,7 +91,7 @@ impl Setup {
     }
 
     /// Converts an image to outlines, and puts lines in drawing order.
-    pub(super) fn lines_of(
+    pub(super) fn prepare_lines(
         &self,
         content: Content,
     ) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
@@ -107,7 +107,7 @@ impl Setup {
                 if scale < self.placement.scale {
                     lines = lines_for(scale)?;
                 }
-                notes.extend(left_out(lines.specks, trace.despeckle));
+                notes.extend(specks_note(lines.specks, trace.despeckle));
                 lines.artwork
             }
             (Content::Image(image), _) => {
@@ -116,10 +116,10 @@ impl Setup {
             (Content::Artwork(artwork), _) => artwork,
             (content, _) => return Ok((content, notes)),
         };
-        artwork = self.divided(artwork, &mut notes)?;
+        artwork = self.divide(artwork, &mut notes)?;
         let scale = self.fitted_scale(&artwork);
         let repeated = artwork.tidy_to_draw(&self.tidy, scale).repeated;
-        notes.extend(drawn_once(repeated));
+        notes.extend(duplicates_note(repeated));
         // Filled areas get their lines later, when the size is known.
         if !artwork.areas.is_empty() {
             return Ok((Content::Artwork(artwork), notes));
@@ -175,18 +175,18 @@ impl Setup {
     /// Tidies a program at its place, if requested.
     pub(super) fn tidied_program(&self, mut plan: Plan, notes: &mut Vec<Diagnostic>) -> Plan {
         if self.tidy_programs {
-            notes.extend(drawn_once(plan.tidy(&self.tidy).repeated));
+            notes.extend(duplicates_note(plan.tidy(&self.tidy).repeated));
         }
         plan
     }
 
     /// Draws an image in a shaded style, made for its drawn size: the pen width does not scale.
-    pub(super) fn shaded(
+    pub(super) fn draw_shaded(
         &self,
         image: &Raster,
         trace: &Trace,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
+    ) -> Result<LaidPlan, Diagnostic> {
         let marking = self.marking();
         let mut layout = self.layout()?;
         if layout.fit {
@@ -200,7 +200,7 @@ impl Setup {
             specks,
             ..
         } = trace.lines(image)?;
-        notes.extend(left_out(specks, trace.despeckle * scale));
+        notes.extend(specks_note(specks, trace.despeckle * scale));
         artwork.tidy_to_draw(&self.tidy, scale);
         if self.order {
             let order = Order {
@@ -211,8 +211,8 @@ impl Setup {
         }
         let (placed, misfit) = artwork.laid(&layout, &marking)?;
         let plan = placed.plan(&marking);
-        Ok(Laid {
-            plan: self.pushed(plan, notes)?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -230,17 +230,17 @@ impl Setup {
     }
 
     /// Places lines on a sheet.
-    pub(super) fn drawn(
+    pub(super) fn draw_lines(
         &self,
         artwork: &Artwork,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
+    ) -> Result<LaidPlan, Diagnostic> {
         let marking = self.marking();
         let (mut placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
         if !artwork.areas.is_empty() {
             let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
             let bare = placed.artwork.fill(&fill);
-            notes.extend(too_small(bare, fill.spacing));
+            notes.extend(too_small_note(bare, fill.spacing));
             if placed.artwork.strokes.is_empty() {
                 return Err(
                     Diagnostic::of_file(message!("its shapes are too small to be filled")).remedy(
@@ -252,8 +252,8 @@ impl Setup {
             placed.artwork.put_in_order(&self.order_of(artwork));
         }
         let plan = placed.plan(&marking);
-        Ok(Laid {
-            plan: self.pushed(plan, notes)?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -261,7 +261,7 @@ impl Setup {
 }
 
 /// Note that duplicate lines are drawn once.
-fn drawn_once(repeated: usize) -> Option<Diagnostic> {
+fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     let what = match repeated {
         0 => return None,
         1 => message!("drawn once, though it is there twice: 1 line"),
@@ -273,7 +273,7 @@ fn drawn_once(repeated: usize) -> Option<Diagnostic> {
 }
 
 /// Note that some shapes have no fill lines.
-fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
+fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     let message = match shapes {
         0 => return None,
         1 => message!(
@@ -290,7 +290,7 @@ fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
 }
 
 /// Note that specks of an image are not drawn.
-fn left_out(specks: usize, size: f64) -> Option<Diagnostic> {
+fn specks_note(specks: usize, size: f64) -> Option<Diagnostic> {
     let size = (size * 1e6).round() / 1e6;
     let message = match specks {
         0 => return None,

@@ -145,7 +145,7 @@ impl PlacedPlan {
     }
 
     /// Adds the reason why the arm cannot carry out the plan at any size.
-    fn misfitting(self) -> Self {
+    fn with_misfit(self) -> Self {
         let report = self.report();
         let why = report.refused_steps.first().map(|refused_step| FitFailure {
             diagnostic: Diagnostic::from(refused_step),
@@ -180,7 +180,7 @@ impl Setup {
     /// drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so
     /// that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let mut content = self.followed(format, content)?;
+        let mut content = self.with_adequate_curves(format, content)?;
         let file = content.take_curves();
         let prepared = self.prepared(format, content)?;
         // After a large reduction the arm would see an arc as a point.
@@ -196,34 +196,34 @@ impl Setup {
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
         // Depths first: the remaining lines determine size and place.
-        let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
-        let sized = setup.sized(&content)?;
+        let (setup, content, depths) = self.flatten(format, content, &mut depth_notes);
+        let sized = setup.with_size_as_scale(&content)?;
         // A width or height is a scale too, which the option `scale` multiplies.
         let size = sized.placement.scale / setup.placement.scale;
         let (setup, page) = sized.on_page(format, &content)?;
-        let (content, reordered) = setup.lines_of(content)?;
+        let (content, reordered) = setup.prepare_lines(content)?;
         // A selection of parts is placed as it would be together with all parts.
-        let whole = whole(&content);
+        let whole = with_all_parts(&content);
         let (mut made, turned) = {
             let content = whole.as_ref().unwrap_or(&content);
             if setup.placement.fit {
-                setup.made_to_fit(format, content)?
+                setup.make_fitting(format, content)?
             } else {
-                setup.made_in_front(format, content)?
+                setup.make_in_front(format, content)?
             }
         };
         let placed = setup.places() || !matches!(content, Content::Plan(_));
         let at = placed.then(|| middle(&made.plan));
         let lies = setup
             .chooses_place(&content)
-            .then(|| setup.lies(&made.plan));
+            .then(|| setup.location(&made.plan));
         let beside = lies.flatten().filter(|lies| lies.side.is_some());
         let beside = beside.filter(|_| made.misfit.is_none());
         if whole.is_some() {
             let mut there = setup.turned(turned);
             there.placement.scale = made.scale;
             there.placement.fit = false;
-            made = there.made(format, &content)?;
+            made = there.make_plan(format, &content)?;
             if made.report().is_good() {
                 made.misfit = None;
             }
@@ -283,19 +283,19 @@ impl Setup {
     }
 
     /// Makes the drawing as large as possible; returns the plan and its rotation.
-    fn made_to_fit(
+    fn make_fitting(
         &self,
         format: Format,
         content: &Content,
     ) -> Result<(PlacedPlan, f64), Diagnostic> {
-        let straight = self.shrunk(format, content);
+        let straight = self.shrink_to_pass(format, content);
         let passing = straight.as_ref().ok().filter(|straight| straight.passes);
         let in_front = |made: &PlacedPlan| !self.chooses_place(content) || self.is_in_front(made);
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
         let ahead = passing.is_some_and(|straight| in_front(&straight.made));
         if self.placement.turn
             && (scale < FULL_SCALE * self.placement.scale || !ahead)
-            && let Ok(turned) = self.turned(90.0).shrunk(format, content)
+            && let Ok(turned) = self.turned(90.0).shrink_to_pass(format, content)
             && turned.passes
         {
             let least = match (ahead, in_front(&turned.made)) {
@@ -314,20 +314,20 @@ impl Setup {
         let made = if passes {
             made
         } else {
-            let there = stays.then(|| self.where_it_is(format, content)).flatten();
-            there.unwrap_or_else(|| made.misfitting())
+            let there = stays.then(|| self.at_own_place(format, content)).flatten();
+            there.unwrap_or_else(|| made.with_misfit())
         };
         Ok((made, 0.0))
     }
 
     /// Places the drawing at its size, turned by 90 degrees if only then it lies in front of the
     /// arm; returns the plan and its rotation.
-    fn made_in_front(
+    fn make_in_front(
         &self,
         format: Format,
         content: &Content,
     ) -> Result<(PlacedPlan, f64), Diagnostic> {
-        let straight = self.made(format, content);
+        let straight = self.make_plan(format, content);
         let fits = |made: &Result<PlacedPlan, Diagnostic>| {
             made.as_ref().is_ok_and(|made| made.misfit.is_none())
         };
@@ -340,7 +340,7 @@ impl Setup {
         {
             return Ok((straight?, 0.0));
         }
-        let turned = self.turned(90.0).made(format, content);
+        let turned = self.turned(90.0).make_plan(format, content);
         if fits(&turned) && (in_front(&turned) || !fits(&straight)) {
             Ok((turned?, 90.0))
         } else {
@@ -360,11 +360,11 @@ impl Setup {
     }
 
     fn is_in_front(&self, made: &PlacedPlan) -> bool {
-        self.lies(&made.plan).is_none_or(|lies| lies.side.is_none())
+        self.location(&made.plan).is_none_or(|lies| lies.side.is_none())
     }
 
     /// Bounds and side of a plan, before the final offset.
-    fn lies(&self, plan: &Plan) -> Option<Lies> {
+    fn location(&self, plan: &Plan) -> Option<Location> {
         let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
         let [_, moved, _] = self.placement.by;
         let side = match (least[1] - moved, most[1] - moved) {
@@ -373,7 +373,7 @@ impl Setup {
             _ => None,
         };
         let [x, y] = [0, 1].map(|axis| [least[axis], most[axis]]);
-        Some(Lies { side, x, y })
+        Some(Location { side, x, y })
     }
 
     pub(super) fn turned(&self, degrees: f64) -> Self {
@@ -382,8 +382,8 @@ impl Setup {
         setup
     }
 
-    fn shrunk(&self, format: Format, content: &Content) -> Result<ShrinkResult, Diagnostic> {
-        let first = self.made(format, content)?;
+    fn shrink_to_pass(&self, format: Format, content: &Content) -> Result<ShrinkResult, Diagnostic> {
+        let first = self.make_plan(format, content)?;
         let passing = |made| ShrinkResult { made, passes: true };
         if first.passes() {
             return Ok(passing(first));
@@ -394,7 +394,7 @@ impl Setup {
         while scale > MIN_SHRUNK_SHARE * first.scale {
             scale *= SHRINK_FACTOR;
             setup.placement.scale = scale;
-            let smaller = setup.made(format, content)?;
+            let smaller = setup.make_plan(format, content)?;
             if smaller.passes() {
                 return Ok(passing(smaller));
             }
@@ -406,7 +406,7 @@ impl Setup {
     }
 
     /// Plan that stays at its place, if it passes the check there.
-    fn where_it_is(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
+    fn at_own_place(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
         let mut setup = self.clone();
         setup.surface = None;
         setup.placement = Placement {
@@ -416,12 +416,12 @@ impl Setup {
             frame: Frame::Arm,
             ..self.placement
         };
-        setup.made(format, content).ok().filter(PlacedPlan::passes)
+        setup.make_plan(format, content).ok().filter(PlacedPlan::passes)
     }
 }
 
 /// Drawing including the parts that were not requested, if there are any.
-fn whole(content: &Content) -> Option<Content> {
+fn with_all_parts(content: &Content) -> Option<Content> {
     let Content::Artwork(artwork) = content else {
         return None;
     };
@@ -436,14 +436,14 @@ fn whole(content: &Content) -> Option<Content> {
 
 /// Bounds of a drawing, mm, and the side of the arm on which it lies.
 #[derive(Clone, Copy)]
-struct Lies {
+struct Location {
     /// Side of the arm; `None` in front.
     side: Option<Side>,
     x: [f64; 2],
     y: [f64; 2],
 }
 
-impl Lies {
+impl Location {
     fn note(&self, format: Format) -> Diagnostic {
         let side = self.side.unwrap_or(Side::Left);
         let [x, y] =

@@ -21,11 +21,11 @@ type Point = [f64; 3];
 
 /// Largest depth below the surface that was avoided, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Raised {
+pub(crate) struct RaisedDepth {
     most: f64,
 }
 
-impl Raised {
+impl RaisedDepth {
     pub(super) const fn new(most: f64) -> Self {
         Self { most }
     }
@@ -50,7 +50,7 @@ impl Raised {
 }
 
 /// True if a plan handles things with a suction cup or gripper.
-pub(super) fn handles(plan: &Plan) -> bool {
+pub(super) fn handles_objects(plan: &Plan) -> bool {
     let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
     plan.steps.iter().any(holds)
 }
@@ -59,7 +59,7 @@ pub(super) fn handles(plan: &Plan) -> bool {
 ///
 /// # Errors
 /// [`Diagnostic`] for the first step that leads below it by joint angles.
-pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
+pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<RaisedDepth>, Diagnostic> {
     let mut holder = Holder {
         surface,
         geometry: Geometry::magician(plan.tool.map_or(POWER_UP_TOOL, Tool::bias)),
@@ -76,7 +76,7 @@ pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Rai
         }
         plan.steps.push(step);
     }
-    Ok((holder.most >= MIN_REPORTED_DEPTH).then_some(Raised::new(holder.most)))
+    Ok((holder.most >= MIN_REPORTED_DEPTH).then_some(RaisedDepth::new(holder.most)))
 }
 
 fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
@@ -188,13 +188,13 @@ impl Holder {
         Ok(None)
     }
 
-    fn above(&self, [x, y, z]: Point) -> f64 {
+    fn height_above(&self, [x, y, z]: Point) -> f64 {
         z - self.surface.at([x, y])
     }
 
     /// Nearest position on or above the surface.
     fn raised(&mut self, free: Point) -> Point {
-        let above = self.above(free);
+        let above = self.height_above(free);
         if above >= -DEPTH_TOLERANCE || !above.is_finite() {
             return free;
         }
@@ -203,7 +203,7 @@ impl Holder {
         [x, y, self.surface.at([x, y])]
     }
 
-    fn goes(&mut self, free: Point) -> Point {
+    fn move_free(&mut self, free: Point) -> Point {
         let held = self.raised(free);
         self.at = Some(Place { held, free });
         held
@@ -211,7 +211,7 @@ impl Holder {
 
     fn point(&mut self, to: &mut [f32; 3]) {
         let free = to.map(f64::from);
-        let held = self.goes(free);
+        let held = self.move_free(free);
         // Unchanged targets keep their exact bits.
         if held != free {
             to[2] = held[2] as f32;
@@ -232,7 +232,7 @@ impl Holder {
         let way = [by[0], by[1], by[2]].map(f64::from);
         let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
         let from = held[2];
-        let held = self.goes(to);
+        let held = self.move_free(to);
         // Unchanged offsets keep their exact bits.
         if held[2] - from != way[2] {
             by[2] = (held[2] - from) as f32;
@@ -243,7 +243,7 @@ impl Holder {
         let joints = to.map(f64::from);
         let pose = self.geometry.forward(&joints.into());
         let free = [pose.x, pose.y, pose.z];
-        let above = self.above(free);
+        let above = self.height_above(free);
         // Joint angles cannot be corrected in Z alone, so such a step is refused.
         if above < -MIN_REPORTED_DEPTH {
             return Err(-above);
@@ -258,7 +258,7 @@ impl Holder {
         self.point(to);
         let from = before?.free;
         let free = self.at?.free;
-        let (here, there) = (self.above(from), self.above(free));
+        let (here, there) = (self.height_above(from), self.height_above(free));
         let crosses = here.min(there) < -DEPTH_TOLERANCE && here.max(there) > DEPTH_TOLERANCE;
         crosses.then(|| {
             let share = here / (here - there);
@@ -275,14 +275,14 @@ impl Holder {
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends
-            .map(|end| self.above(end))
+            .map(|end| self.height_above(end))
             .any(|above| above < -DEPTH_TOLERANCE);
         if !is_below {
-            self.goes(points[1]);
+            self.move_free(points[1]);
             return None;
         }
         for (pose, [x, y, z]) in [via, to].into_iter().zip(points) {
-            self.goes([x, y, z]);
+            self.move_free([x, y, z]);
             pose[2] = self.surface.at([x, y]) as f32;
         }
         let [x, y, _] = points[1];

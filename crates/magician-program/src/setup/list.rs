@@ -39,7 +39,7 @@ impl Setup {
         format: Format,
         content: &Content,
     ) -> Result<Vec<PartSummary>, Diagnostic> {
-        let content = &self.followed(format, content.clone())?;
+        let content = &self.with_adequate_curves(format, content.clone())?;
         let mut listed = self.parts_in(content, self.placement.scale)?;
         let pens = self.pens.iter().map(|rule| PartRule {
             passes: None,
@@ -141,7 +141,7 @@ fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
         if let Some(part) = now.filter(|_| marks).and_then(|now| listed.get_mut(now)) {
             part.strokes += usize::from(!marked);
             if let (Some(from), Some(to)) = (at, to) {
-                part.drawn_mm += scale * apart(from, to);
+                part.drawn_mm += scale * distance(from, to);
             }
         }
         (at, marked) = (to.or(at), marks);
@@ -149,7 +149,7 @@ fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
     listed
 }
 
-fn apart(from: [f64; 3], to: [f64; 3]) -> f64 {
+fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|axis: usize| to[axis] - from[axis]);
     libm::hypot(libm::hypot(x, y), z)
 }

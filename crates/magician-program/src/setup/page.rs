@@ -6,7 +6,7 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, POWER_UP_TOOL, Work, WorkLines, fitted};
+use super::{Frame, Setup, POWER_UP_TOOL, Work, WorkLines, moved_within_reach};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::raster::Engrave;
 use crate::toolpath::DrawnLine;
@@ -88,8 +88,8 @@ impl LaidPage {
     }
 
     /// Scale that brings a plan centred on the page inside the margin and within reach.
-    pub(super) fn share_of(&self, plan: &Plan) -> Result<f64, Diagnostic> {
-        let (_, reached) = fitted(plan.clone(), Fit::Shrink)?;
+    pub(super) fn fitting_scale(&self, plan: &Plan) -> Result<f64, Diagnostic> {
+        let (_, reached) = moved_within_reach(plan.clone(), Fit::Shrink)?;
         let size = self.bounds(plan).map_or([0.0; 2], |[least, most]| {
             [0, 1].map(|axis| most[axis] - least[axis])
         });
@@ -112,16 +112,16 @@ impl LaidPage {
         let marks = || {
             let marks = WorkLines::of(plan, None).ok()?;
             let strokes = marks.artwork.strokes.iter();
-            self.around(strokes.flat_map(|stroke| stroke.points.iter().copied()))
+            self.bounds_along_page(strokes.flat_map(|stroke| stroke.points.iter().copied()))
         };
         let places = || {
             let targets = plan.steps.iter().filter_map(|step| step.action.target());
-            self.around(targets.map(|[x, y, _]| [x.into(), y.into()]))
+            self.bounds_along_page(targets.map(|[x, y, _]| [x.into(), y.into()]))
         };
-        self.around(drawn).or_else(marks).or_else(places)
+        self.bounds_along_page(drawn).or_else(marks).or_else(places)
     }
 
-    fn around(&self, points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    fn bounds_along_page(&self, points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
         let mut points =
             points.map(|[x, y]| rotated([x - self.at[0], y - self.at[1]], -self.rotation));
         let first = points.next()?;

@@ -53,7 +53,7 @@ pub enum PartMatch {
 }
 
 impl PartMatch {
-    fn is(&self, part: &DrawingPart) -> bool {
+    fn selects(&self, part: &DrawingPart) -> bool {
         match self {
             Self::Name(name) => part.has_name(name) || part.has_color(name.parse().ok()),
             Self::Number(n) => part.part.n == *n,
@@ -164,7 +164,7 @@ impl Setup {
         for rule in &self.pens {
             let mut found = false;
             for part in parts.iter().filter(|part| part.passes > 0) {
-                found |= rule.matches.is(part);
+                found |= rule.matches.selects(part);
             }
             // A rule for a part that does not exist is more likely a typing error than intended.
             if !found {
@@ -181,7 +181,7 @@ impl Setup {
         for part in parts.iter_mut().filter(|part| part.passes > 0) {
             // The first matching rule applies, so that users can order them from special to
             // general.
-            if let Some(rule) = self.pens.iter().find(|rule| rule.matches.is(part)) {
+            if let Some(rule) = self.pens.iter().find(|rule| rule.matches.selects(part)) {
                 part.pen = rule.pen;
                 part.passes = rule.passes.unwrap_or(part.passes);
             }
@@ -206,7 +206,7 @@ impl Setup {
             // Names first: a layer may be called "2" or "red".
             let ways: [&dyn Fn(&DrawingPart) -> bool; 3] = [&named, &coloured, &counted];
             let Some(way) = ways.into_iter().find(|way| parts.iter().any(way)) else {
-                return Err(unknown(wanted, parts));
+                return Err(unknown_part(wanted, parts));
             };
             for (part, chosen) in parts.iter().zip(&mut chosen) {
                 *chosen |= way(part);
@@ -221,14 +221,14 @@ impl Setup {
     }
 
     /// Divides a drawing into parts, without those left out.
-    pub(super) fn divided(
+    pub(super) fn divide(
         &self,
         mut artwork: Artwork,
         notes: &mut Vec<Diagnostic>,
     ) -> Result<Artwork, Diagnostic> {
         let mode = self.part_mode(&artwork);
         if mode == PartMode::None {
-            notes.extend(draw_alike(&artwork));
+            notes.extend(pens_draw_alike_note(&artwork));
             // Without parts, passes or pens the drawing stays as it is.
             if self.passes.unwrap_or(1) == 1 && self.pens.is_empty() && self.only.is_empty() {
                 return Ok(artwork);
@@ -253,8 +253,8 @@ impl Setup {
             )));
         }
         // No note if the user chose the parts: the others are left out on purpose.
-        let told = self.only.is_empty();
-        let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
+        let is_noted = self.only.is_empty();
+        let left_out = |part: &&DrawingPart| is_noted && part.skipped && part.passes > 0;
         for part in parts.iter().filter(left_out) {
             let what = message!("left out: part {part}", part = part.part.to_string());
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
@@ -278,7 +278,7 @@ impl Setup {
             return Err(Diagnostic::of_file(what).with(magician_host::Remedy::without(setting)));
         }
         if gcode {
-            self.tools(&mut plan);
+            self.convert_tools(&mut plan);
         }
         let passes = self.passes.unwrap_or(1);
         if passes > 1 {
@@ -303,7 +303,7 @@ impl Setup {
     }
 
     /// Keeps the tools of a program as its parts, or drops them.
-    fn tools(&self, plan: &mut Plan) {
+    fn convert_tools(&self, plan: &mut Plan) {
         if self.parts != Some(PartMode::Layer) {
             plan.steps
                 .retain(|step| !matches!(step.action, Action::Part(_)));
@@ -320,7 +320,7 @@ impl Setup {
     }
 }
 
-fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
+fn unknown_part(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     let known = parts.iter().filter(|part| part.passes > 0);
     let all = known.clone().count();
     let names: Vec<String> = known
@@ -348,7 +348,7 @@ fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
 }
 
 /// Note that several pens of a plot draw alike.
-fn draw_alike(artwork: &Artwork) -> Option<Diagnostic> {
+fn pens_draw_alike_note(artwork: &Artwork) -> Option<Diagnostic> {
     let pens = artwork.layers.iter();
     let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));
     let pens: Vec<&str> = pens.collect::<Option<_>>()?;

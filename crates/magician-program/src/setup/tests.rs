@@ -9,7 +9,7 @@ use crate::raster::ImageStyle;
 use crate::{Action, DiagnosticCode, Origin, Stroke, Travel, check};
 use crate::{Artwork, Raster};
 
-fn taught() -> Plan {
+fn taught_plan() -> Plan {
     let mut plan = Plan::new("taught");
     for (x, y) in [(200.0, 0.0), (220.0, 0.0), (220.0, 10.0)] {
         let to = [x, y, 20.0, 0.0];
@@ -29,7 +29,7 @@ fn line() -> Artwork {
 #[test]
 fn taught_program_gets_the_named_tool() {
     let tool = |format, setup: &Setup| {
-        let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
+        let made = setup.plan(format, Content::Plan(taught_plan())).expect("a plan");
         (made.plan.tool, made.notes.len())
     };
     let mut setup = Setup::default();
@@ -48,7 +48,7 @@ fn a_plan_is_placed_by_its_middle() {
     setup.placement.by = [0.0, 0.0, 5.0];
     setup.placement.scale = 2.0;
     let made = setup
-        .plan(Format::Plan, Content::Plan(taught()))
+        .plan(Format::Plan, Content::Plan(taught_plan()))
         .expect("a plan");
     let points: Vec<_> = made
         .plan
@@ -65,7 +65,7 @@ fn a_plan_is_placed_by_its_middle() {
         ]
     );
     setup.placement.mirror = true;
-    let made = setup.plan(Format::Plan, Content::Plan(taught()));
+    let made = setup.plan(Format::Plan, Content::Plan(taught_plan()));
     let mirrored = made.expect("a plan").plan;
     let points = mirrored.steps.iter();
     let points: Vec<_> = points.filter_map(|step| step.action.target()).collect();

@@ -28,7 +28,7 @@ impl WorkLines {
         // larger than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);
         let lowest = |across: bool| {
-            let found = working().filter(|segment| !across || segment.goes_across());
+            let found = working().filter(|segment| !across || segment.moves_horizontally());
             found.map(|segment| segment.low()).reduce(f64::min)
         };
         let Some(lowest) = lowest(true).or(lowest(false)) else {
@@ -107,7 +107,7 @@ impl Segment {
         }
     }
 
-    pub(super) fn goes_across(&self) -> bool {
+    pub(super) fn moves_horizontally(&self) -> bool {
         let [a, b] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         self.via.is_some() || distance(a, b) > MOTION_TOLERANCE
     }
@@ -119,24 +119,24 @@ impl Segment {
     /// A line touches if both ends do, a vertical move if its end does.
     fn touches(&self, touch: f64) -> bool {
         let touches = |z: f64| z <= touch + TOUCH_HEIGHT;
-        touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
+        touches(self.to[2]) && (touches(self.from[2]) || !self.moves_horizontally())
     }
 
     pub(super) fn points(&self) -> Vec<[f64; 2]> {
         let [from, to] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         let Some([x, y, _]) = self.via else {
-            return if self.goes_across() {
+            return if self.moves_horizontally() {
                 vec![from, to]
             } else {
                 vec![to]
             };
         };
-        round(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])
+        arc_points(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])
     }
 }
 
 /// Points of the arc from `a` through `b` to `c`; `None` if they are on a line.
-fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+fn arc_points(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let (centre, sweep) = circle_through(a, b, c)?;
     let (start, radius) = (
         libm::atan2(a[1] - centre[1], a[0] - centre[0]),

@@ -59,7 +59,7 @@ impl StrokeKind {
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Mark that they leave.
-    pub leaves: StrokeKind,
+    pub mark: StrokeKind,
     /// View from above: x and y, mm.
     pub above: Track,
     /// View from the side: distance from the base axis and z, mm; empty without that view.
@@ -94,9 +94,9 @@ impl Toolpath {
     /// Follows a plan from this state of the arm. `side` selects the view from the side; `None`
     /// shows it for plans that pick and place.
     #[must_use]
-    pub fn through(plan: &Plan, report: &Report, start: &Preflight, side: Option<bool>) -> Self {
+    pub fn trace(plan: &Plan, report: &Report, start: &Preflight, side: Option<bool>) -> Self {
         let mut tracer = PathTracer::from(plan, report, start, side);
-        tracer.through(plan);
+        tracer.trace(plan);
         tracer.finish(plan.steps.len())
     }
 

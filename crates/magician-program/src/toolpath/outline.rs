@@ -127,7 +127,7 @@ pub(super) struct Outlines {
     end: Option<[f64; 2]>,
     travels: Vec<Vec<[f64; 3]>>,
     /// True if the last travel ended at a line.
-    arrived: bool,
+    ends_at_line: bool,
 }
 
 impl Outlines {
@@ -142,7 +142,7 @@ impl Outlines {
         // A descending pen already draws slightly above the height of its line.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
-        self.arrived = true;
+        self.ends_at_line = true;
         let Self { lines, end, .. } = self;
         match lines.last_mut() {
             Some(line)
@@ -178,7 +178,7 @@ impl Outlines {
         if from == to {
             return;
         }
-        let begins = std::mem::take(&mut self.arrived);
+        let begins = std::mem::take(&mut self.ends_at_line);
         let last = { self.travels.last_mut() }.filter(|way| !begins && way.last() == Some(&from));
         let Some(way) = last else {
             self.travels.push(vec![from, to]);

@@ -41,7 +41,7 @@ impl PlanPurpose {
     }
 
     /// Mark left by a straight motion.
-    pub(super) fn leaves(
+    pub(super) fn mark(
         &self,
         ends: [[f64; 3]; 2],
         power: Option<f64>,

@@ -55,7 +55,7 @@ pub(super) struct PathTracer {
     /// Colour of the current step.
     ink: Option<Color>,
     /// Refused steps, the next one last.
-    awaited: Vec<usize>,
+    refused_ahead: Vec<usize>,
     /// Point where the pen came down but has not drawn a line yet, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
     /// Length drawn since the pen came down, mm; the end of a descent draws a little.
@@ -83,8 +83,8 @@ impl PathTracer {
             .refused_steps
             .iter()
             .map(|refused_step| refused_step.step);
-        let mut awaited: Vec<usize> = first.take(MAX_MARKED_REFUSALS).collect();
-        awaited.reverse();
+        let mut refused_ahead: Vec<usize> = first.take(MAX_MARKED_REFUSALS).collect();
+        refused_ahead.reverse();
         let mut tracer = Self {
             toolpath: Toolpath {
                 layers: Vec::new(),
@@ -105,7 +105,7 @@ impl PathTracer {
             part: None,
             part_color: None,
             ink: None,
-            awaited,
+            refused_ahead,
             touched: None,
             inked: 0.0,
             begun: false,
@@ -122,25 +122,25 @@ impl PathTracer {
     /// Drawn lines, each with its step.
     pub(super) fn strokes(mut self, plan: &Plan) -> Vec<DrawnLine> {
         self.strokes = Some(Vec::new());
-        self.through(plan);
+        self.trace(plan);
         self.strokes.unwrap_or_default()
     }
 
     /// Drawn lines, and travel.
     pub(super) async fn outlines(mut self, plan: &Plan, yields: &impl Yield) -> Outlines {
         self.outlines = Some(Outlines::default());
-        self.through_with(plan, yields).await;
+        self.trace_yielding(plan, yields).await;
         let mut outlines = self.outlines.unwrap_or_default();
         outlines.settle();
         outlines
     }
 
     /// Follows all steps.
-    pub(super) fn through(&mut self, plan: &Plan) {
-        run_to_end(self.through_with(plan, &NeverYield));
+    pub(super) fn trace(&mut self, plan: &Plan) {
+        run_to_end(self.trace_yielding(plan, &NeverYield));
     }
 
-    async fn through_with(&mut self, plan: &Plan, yields: &impl Yield) {
+    async fn trace_yielding(&mut self, plan: &Plan, yields: &impl Yield) {
         if let Some(command) = plan.preamble() {
             self.set(&command);
         }
@@ -208,7 +208,7 @@ impl PathTracer {
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
-        while self.awaited.pop_if(|step| *step == nth).is_some() {
+        while self.refused_ahead.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));
             self.toolpath.refused_steps.push((nth, there.or(self.at)));
         }
@@ -217,11 +217,11 @@ impl PathTracer {
     fn command(&mut self, command: &Set) {
         match command {
             Set::CpCmd(cp) if cp.cp_mode == CpMode::Relative => {
-                self.onwards([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
+                self.relative([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
             }
             Set::CpLeCmd(cp) if cp.cp_mode == CpMode::Relative => {
                 let power = cp.velocity_or_power.into();
-                self.onwards([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
+                self.relative([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
             }
             Set::PtpCmd(ptp) => {
                 let places = matches!(ptp.ptp_mode, PtpMode::JumpMovlXyz);
@@ -254,13 +254,13 @@ impl PathTracer {
     }
 
     fn shift(&mut self, by: [f64; 3], turn: f64) {
-        self.onwards(by, None, Self::straight);
+        self.relative(by, None, Self::straight);
         match &mut self.turn {
             Turn::R(r) | Turn::J4(r) => *r += turn,
         }
     }
 
-    fn onwards(
+    fn relative(
         &mut self,
         by: [f64; 3],
         power: Option<f64>,
@@ -273,7 +273,7 @@ impl PathTracer {
 
     /// Goes straight to a position.
     fn straight(&mut self, to: [f64; 3], power: Option<f64>) {
-        if !is_somewhere(to) {
+        if !is_plausible(to) {
             return;
         }
         if let Some(from) = self.at {
@@ -339,14 +339,14 @@ impl PathTracer {
     }
 
     fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
-        let leaves = match self.toolpath.purpose.leaves([from, to], power, self.holds) {
+        let mark = match self.toolpath.purpose.mark([from, to], power, self.holds) {
             StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
-            leaves => leaves,
+            mark => mark,
         };
-        self.touch(leaves, from, to);
+        self.touch(mark, from, to);
         let (geometry, limits) = (self.course.geometry(), self.course.arm_model().limits);
         if [from, to].iter().all(|end| geometry.reaches(*end, &limits)) {
-            return self.draw(leaves, leaves, from, to);
+            return self.draw(mark, mark, from, to);
         }
         let apart = (0..3)
             .map(|axis| (to[axis] - from[axis]).powi(2))
@@ -360,27 +360,27 @@ impl PathTracer {
         for nth in 1..=pieces as u32 {
             if nth == pieces as u32 || within(nth) != within(begun) {
                 let shown = if within(begun) {
-                    leaves
+                    mark
                 } else {
                     StrokeKind::Unreachable
                 };
-                self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
+                self.draw(shown, mark, at(f64::from(begun)), at(f64::from(nth)));
                 begun = nth;
             }
         }
     }
 
     /// Leaves a dot where a pen comes down and up again without a line.
-    fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+    fn touch(&mut self, mark: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let is_down = |at: [f64; 3]| {
-            let leaves = self.toolpath.purpose.leaves([at; 2], None, false);
-            matches!(leaves, StrokeKind::Ink(_))
+            let mark = self.toolpath.purpose.mark([at; 2], None, false);
+            matches!(mark, StrokeKind::Ink(_))
         };
         // A pen that starts on the sheet, after a touch-off for example, has drawn nothing.
         if !self.begun && is_down(from) {
             return;
         }
-        if let StrokeKind::Ink(_) = leaves {
+        if let StrokeKind::Ink(_) = mark {
             self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
             self.touched = (self.inked < MAX_DOT_LENGTH).then_some((to, self.ink));
         } else if is_down(to) {
@@ -410,15 +410,15 @@ impl PathTracer {
     }
 
     /// Adds a part of the motion to the picture and to the lengths.
-    fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+    fn draw(&mut self, shown: StrokeKind, mark: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let shown = match shown {
             StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
             other => other,
         };
         let toolpath = &mut self.toolpath;
-        let layer_of = |layers: &[Layer], leaves| {
+        let layer_of = |layers: &[Layer], mark| {
             let mut layers = layers.iter();
-            layers.position(|layer| layer.leaves == leaves)
+            layers.position(|layer| layer.mark == mark)
         };
         let mut known = layer_of(&toolpath.layers, shown);
         let mut shown = shown;
@@ -431,7 +431,7 @@ impl PathTracer {
         let nth = known.unwrap_or_else(|| {
             let (above, side) = (Track::new(MERGE_TOLERANCE), Track::new(MERGE_TOLERANCE));
             toolpath.layers.push(Layer {
-                leaves: shown,
+                mark: shown,
                 above,
                 side,
             });
@@ -449,14 +449,14 @@ impl PathTracer {
             layer.side.line_to(beside(to));
         }
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
-        match leaves {
+        match mark {
             StrokeKind::Ink(_) | StrokeKind::Burn(_) => {
                 if let Some(strokes) = &mut self.strokes {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
                     let reachable = shown != StrokeKind::Unreachable;
-                    outlines.draw((reachable, leaves.power(), self.part), from, to);
+                    outlines.draw((reachable, mark.power(), self.part), from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
@@ -494,7 +494,7 @@ impl PathTracer {
     /// Returns the toolpath; `steps` is the number of steps.
     pub(super) fn finish(mut self, steps: usize) -> Toolpath {
         let at = self.at;
-        let rest = self.awaited.drain(..).rev();
+        let rest = self.refused_ahead.drain(..).rev();
         self.toolpath
             .refused_steps
             .extend(rest.map(|step| (step.min(steps), at)));
@@ -507,7 +507,7 @@ impl PathTracer {
     }
 }
 
-fn is_somewhere(place: [f64; 3]) -> bool {
+fn is_plausible(place: [f64; 3]) -> bool {
     // False for NaN.
     place.iter().all(|value| value.abs() < MAX_COORDINATE)
 }

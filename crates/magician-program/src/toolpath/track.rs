@@ -60,12 +60,12 @@ impl Track {
             self.begin(to);
             return;
         };
-        if !self.cone.take(minus(to, *anchor), self.tolerance)
+        if !self.cone.narrow(minus(to, *anchor), self.tolerance)
             && let Some(last) = self.last
         {
             self.points.push(last);
             self.cone = Cone::default();
-            self.cone.take(minus(to, last), self.tolerance);
+            self.cone.narrow(minus(to, last), self.tolerance);
         }
         self.last = Some(to);
     }
@@ -112,8 +112,8 @@ impl Track {
 
 impl Cone {
     /// Narrows the cone by a point; false if no straight line passes it and the earlier ones.
-    fn take(&mut self, way: [f64; 2], tolerance: f64) -> bool {
-        let distance = libm::hypot(way[0], way[1]);
+    fn narrow(&mut self, offset: [f64; 2], tolerance: f64) -> bool {
+        let distance = libm::hypot(offset[0], offset[1]);
         if distance < self.reach - tolerance {
             return false;
         }
@@ -123,11 +123,11 @@ impl Cone {
         }
         let sin = tolerance / distance;
         let cos = (1.0 - sin * sin).sqrt();
-        let [x, y] = way;
+        let [x, y] = offset;
         let mut right = [x * cos + y * sin, y * cos - x * sin];
         let mut left = [x * cos - y * sin, y * cos + x * sin];
         if let Some([old_right, old_left]) = self.edges {
-            if cross(old_right, way) < 0.0 || cross(way, old_left) < 0.0 {
+            if cross(old_right, offset) < 0.0 || cross(offset, old_left) < 0.0 {
                 return false;
             }
             if cross(old_right, right) < 0.0 {
@@ -167,11 +167,11 @@ mod tests {
     }
 
     fn distance(point: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
-        let (way, to) = (minus(b, a), minus(point, a));
-        let square = way[0] * way[0] + way[1] * way[1];
-        let share = (to[0] * way[0] + to[1] * way[1]) / square.max(1e-30);
+        let (offset, to) = (minus(b, a), minus(point, a));
+        let square = offset[0] * offset[0] + offset[1] * offset[1];
+        let share = (to[0] * offset[0] + to[1] * offset[1]) / square.max(1e-30);
         let share = share.clamp(0.0, 1.0);
-        libm::hypot(to[0] - share * way[0], to[1] - share * way[1])
+        libm::hypot(to[0] - share * offset[0], to[1] - share * offset[1])
     }
 
     #[test]

@@ -163,7 +163,7 @@ impl Case {
         setup.placement.mirror = self.mirror;
         setup.placement.at = self.at;
         let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, setup.surface);
+        setup.set_gcode_options(&mut options.gcode, setup.surface);
         let content = match read(self.format, text.as_bytes(), &options) {
             Ok(reading) => reading.content,
             Err(diagnostic) => return Err(TestCaseError::fail(format!("{diagnostic}"))),

@@ -22,7 +22,7 @@ fn remedies(
     let (mut options, mut setup) = (ReadOptions::default(), Setup::default());
     setup.surface = Some(PAPER);
     set(&mut options, &mut setup);
-    setup.prepare(&mut options.gcode, None);
+    setup.set_gcode_options(&mut options.gcode, None);
     let Parsed { content, mut notes } = match read(format, bytes, &options) {
         Ok(reading) => reading,
         Err(diagnostic) => return said(&[diagnostic]),

@@ -17,7 +17,7 @@ const OFFSET_TOLERANCE: f64 = 0.02;
 const MAX_GAP: i64 = 20;
 
 /// Lines, arcs and dots by position, with the Z of the first cut there.
-pub(super) struct Covered {
+pub(super) struct CutRecord {
     /// Scale at which they are drawn: lines that are apart at that scale are different.
     scale: f64,
     /// By direction and offset of the line, then by the start of a piece on it, micrometres: its
@@ -37,7 +37,7 @@ fn sorted(mut ends: [[i64; 2]; 2]) -> [[i64; 2]; 2] {
     ends
 }
 
-impl Covered {
+impl CutRecord {
     pub(super) fn new(scale: f64) -> Self {
         Self {
             scale,
@@ -47,13 +47,13 @@ impl Covered {
         }
     }
 
-    fn drawn(&self, at: [f64; 2]) -> [f64; 2] {
+    fn scaled(&self, at: [f64; 2]) -> [f64; 2] {
         at.map(|value| value * self.scale)
     }
 
     /// Records a line. True if it was cut before, and is deeper now.
     pub(super) fn line(&mut self, from: [f64; 2], to: [f64; 2], z: f64) -> bool {
-        let [from, to] = [from, to].map(|end| self.drawn(end));
+        let [from, to] = [from, to].map(|end| self.scaled(end));
         let way = distance(from, to);
         if way <= HEIGHT_TOLERANCE {
             return false;
@@ -90,15 +90,15 @@ impl Covered {
 
     /// Records an arc. True if it was cut before, and is deeper now.
     pub(super) fn arc(&mut self, [from, via, to]: [[f64; 2]; 3], z: f64) -> bool {
-        let [a, b] = sorted([from, to].map(|end| self.drawn(end).map(micrometres)));
-        let via = self.drawn(via).map(micrometres);
+        let [a, b] = sorted([from, to].map(|end| self.scaled(end).map(micrometres)));
+        let via = self.scaled(via).map(micrometres);
         let first = self.arcs.entry([a[0], a[1], via[0], via[1], b[0], b[1]]);
         *first.or_insert(z) > z + HEIGHT_TOLERANCE
     }
 
     /// Records a dot. True if it was there before.
     pub(super) fn dot(&mut self, at: [f64; 2]) -> bool {
-        let at = self.drawn(at);
+        let at = self.scaled(at);
         !self.dots.insert(at.map(micrometres))
     }
 }

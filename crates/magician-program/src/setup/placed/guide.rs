@@ -42,7 +42,7 @@ impl<'a> Guide<'a> {
 
     /// Builds the whole plan. It starts from any pose, above the first work position; earlier
     /// travel is left out.
-    pub(super) fn lead(mut self) -> Plan {
+    pub(super) fn build(mut self) -> Plan {
         let steps = std::mem::take(&mut self.plan.steps);
         let mut first = ([0.0; 3], Origin::NONE);
         for step in steps {
@@ -80,7 +80,7 @@ impl<'a> Guide<'a> {
         self.steps.push(Step::new(action, origin));
     }
 
-    fn go(&mut self, to: Above, by: Travel, origin: Origin) {
+    fn push_move(&mut self, to: Above, by: Travel, origin: Origin) {
         let pose = self.pose(to);
         self.push(Action::Move { to: pose, by }, origin);
         self.at = Some(to);
@@ -90,9 +90,9 @@ impl<'a> Guide<'a> {
     fn enter(&mut self, to: Above, origin: Origin) {
         let to = (to.0, to.1.max(0.0));
         let over = self.reach.over(to, to.1 + self.lift + APPROACH_HEIGHT);
-        self.go(over, Travel::Joints, origin);
+        self.push_move(over, Travel::Joints, origin);
         if over != to {
-            self.go(to, Travel::Line, origin);
+            self.push_move(to, Travel::Line, origin);
         }
     }
 
@@ -110,7 +110,7 @@ impl<'a> Guide<'a> {
             _ => to,
         };
         let action = match step.action {
-            Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH_HEIGHT => {
+            Action::Path { .. } if self.is_straight_reachable(to) || to.1 <= TOUCH_HEIGHT => {
                 Action::Path { to: self.point(to) }
             }
             Action::Burn { power, .. } => Action::Burn {
@@ -136,7 +136,7 @@ impl<'a> Guide<'a> {
         self.at = Some(to);
     }
 
-    fn leads_to(&self, to: Above) -> bool {
+    fn is_straight_reachable(&self, to: Above) -> bool {
         self.at.is_some_and(|from| self.reach.slants(from, to))
     }
 
@@ -153,12 +153,12 @@ impl<'a> Guide<'a> {
         let heights = (0..=10).map(|nth| to.1 + (lowest - to.1) * f64::from(nth) / 10.0);
         let places: Vec<Above> = heights.map(|height| (to.0, height)).collect();
         if let Some(place) = places.iter().find(|place| self.reach.slants(from, **place)) {
-            return self.go(*place, Travel::Line, origin);
+            return self.push_move(*place, Travel::Line, origin);
         }
         let is_reached = |place: &&Above| self.reach.joints(place.0, place.1).is_some();
         if let Some(place) = places.iter().find(is_reached) {
             let high = self.reach.over(from, self.lift + APPROACH_HEIGHT);
-            self.go(high, Travel::Line, origin);
+            self.push_move(high, Travel::Line, origin);
             return self.enter(*place, origin);
         }
         let share = |nth: u32| {
@@ -169,13 +169,13 @@ impl<'a> Guide<'a> {
         };
         let mut nearer = (1..EXIT_SAMPLES).rev().map(share);
         if let Some(near) = nearer.find(|near| self.reach.slants(from, *near)) {
-            self.go(near, Travel::Line, origin);
+            self.push_move(near, Travel::Line, origin);
         }
     }
 }
 
 /// Adds a safe approach from above to the first point of a plan in arm coordinates.
-pub(super) fn from_above(plan: &mut Plan, lift: f64) {
+pub(super) fn add_entry_from_above(plan: &mut Plan, lift: f64) {
     let first = (plan.steps.iter()).position(|step| step.action.target().is_some());
     let Some((at, step)) = first.and_then(|at| Some((at, plan.steps.get(at)?.clone()))) else {
         return;

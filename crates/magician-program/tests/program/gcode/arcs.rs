@@ -228,7 +228,7 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
         setup.placement.mirror = mirror;
         (setup.placement.rotate, setup.placement.scale) = (rotate, scale);
         let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, None);
+        setup.set_gcode_options(&mut options.gcode, None);
         let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
         let made = setup.plan(Format::Gcode, reading.content).expect("a plan");
         let points = points(

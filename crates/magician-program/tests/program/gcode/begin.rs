@@ -286,7 +286,7 @@ fn made(
 ) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let setup = setup(placed);
     let mut options = ReadOptions::default();
-    setup.prepare(&mut options.gcode, None);
+    setup.set_gcode_options(&mut options.gcode, None);
     options.gcode.start = start;
     let reading = read(Format::Gcode, text.as_bytes(), &options)?;
     assert!(matches!(reading.content, Content::Plan(_)));

@@ -13,7 +13,7 @@ fn laid(text: &str, say: impl FnOnce(&mut Setup)) -> (Plan, Vec<String>) {
     setup.placement.frame = Frame::Own;
     say(&mut setup);
     let mut options = ReadOptions::default();
-    setup.prepare(&mut options.gcode, None);
+    setup.set_gcode_options(&mut options.gcode, None);
     let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
     let made = setup.plan(Format::Gcode, reading.content);
     let made = made.expect("it has a size");
