@@ -2,8 +2,8 @@
 //! travels.
 //!
 //! The check follows the plan with a [`Preflight`], which plans each command as the arm would. A
-//! refused step is left out, and the next one is followed from where the refused one would have
-//! begun; so one run finds all mistakes. Times are those of the virtual arm, to the microsecond.
+//! refused step is skipped and leaves the state unchanged, so one run finds all mistakes. Times are
+//! those of the virtual arm, to the microsecond.
 
 mod beyond;
 mod foreign;
@@ -27,10 +27,11 @@ use pen::Pen;
 use motion::{corners, length, point};
 pub use would_fit::{would_fit_at, would_fit, would_fit_turned};
 
-/// Refused steps kept in a report; further ones are only counted, so that a plan refused in every
-/// step costs little memory.
+/// Largest number of refused steps listed in a report; further ones are only counted. Bounds the
+/// memory of a report.
 const MAX_REFUSED_STEPS: usize = 100;
-/// Parts with figures of their own; further ones have none. Bounds the size of a report.
+/// Largest number of parts with separate figures; further parts count only in the totals. Bounds
+/// the size of a report.
 const MAX_PARTS: usize = 4096;
 
 /// Figures of one part of a plan, over all its passes.
@@ -57,7 +58,7 @@ pub struct RefusedStep {
     pub name: Option<String>,
     /// Reason, with value, limit and unit where there is a limit.
     pub error: Error,
-    /// Target of the step, with the tool and limits in force.
+    /// Target of the step, with the arm's geometry (tool included) and limits.
     pub(crate) target: Option<(Geometry, Limits, [f64; 3])>,
 }
 
@@ -86,7 +87,7 @@ impl From<&RefusedStep> for Diagnostic {
     }
 }
 
-/// Steps whose target is outside the bounds that every arm is certain to reach
+/// Steps whose target lies outside the bounds that every arm reaches for certain
 /// ([`Step::doubt`](magician_host::preflight::Step)): one arm may go there, another may stop with
 /// an alarm.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,8 +153,8 @@ impl Report {
         self.refused == 0
     }
 
-    /// Number of a step for users: counted from 1, over the whole program if the check was of the
-    /// [rest](crate::RemainingProgram::check) of one.
+    /// Number of a step as shown to users, from 1. A check of a [remaining
+    /// program](crate::RemainingProgram::check) counts from the start of the whole program.
     #[must_use]
     pub fn number(&self, place: usize) -> u64 {
         let place = i64::try_from(place).unwrap_or(i64::MAX);
@@ -220,8 +221,7 @@ impl Report {
 
 /// Checks a plan that begins with the pose and settings of `start`.
 ///
-/// A refused step is left out: the next one is followed from where the refused one would have
-/// begun.
+/// A refused step is skipped: the check continues from the state before it.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
     run_to_end(check_yielding(plan, start, &NeverYield))
@@ -261,10 +261,10 @@ pub(crate) async fn check_yielding(plan: &Plan, start: &Preflight, yields: &impl
                 Err(error) => course.refuse(plan, at, error),
             }
         }
-        // A long plan takes seconds; let the arm be served in between.
+        // A long plan takes seconds: yield so that the arm is served meanwhile.
         yields.yield_now().await;
     }
-    // The end of the last path is planned only when nothing follows it.
+    // The last path can be planned only now that nothing follows it.
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);
     }
@@ -306,7 +306,7 @@ impl CheckRun {
         let parts = &mut self.report.parts;
         let known = parts.iter().position(|known| known.part.n == part.n);
         let nth = known.unwrap_or(parts.len());
-        // Beyond the limit a part still counts in the totals, only not by itself.
+        // Beyond the limit a part counts in the totals only.
         if nth == MAX_PARTS {
             return;
         }
@@ -371,7 +371,7 @@ impl CheckRun {
         self.time = self.time.filter(|_| done.time < Duration::MAX);
         self.time = self.time.map(|time| time.saturating_add(done.time));
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
-        // Segments of a path are planned together, so their times are not their own.
+        // Segments of a path are planned together, so a single segment has no duration to report.
         if !is_path {
             self.report.add_time(step, done.time.saturating_sub(done.path));
         }

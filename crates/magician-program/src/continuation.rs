@@ -1,10 +1,10 @@
-//! Start of a plan in its middle: to begin at a later step, or to resume after a stop.
+//! Start in the middle of a plan: at a later step, or where an earlier run stopped.
 //!
-//! A step in the middle depends on all before it: settings, outputs, tool, and the pose. So the
-//! plan is first followed without sending anything. Then the settings in force are sent, and the
+//! A step depends on the settings, outputs, tool and pose that the earlier steps leave. These steps
+//! are therefore followed first, without sending them. Then the settings in force are sent, and the
 //! tool approaches the step's start: straight up, across, straight down, with the laser off until
-//! it arrives. `partial_step` finds the place within a step that was cut short, `laser_off` the place where
-//! a burn ended.
+//! it arrives. `partial_step` finds the place within a step that was cut short, `laser_off` the
+//! place where a burn ended.
 
 pub(crate) mod laser_off;
 mod settings;
@@ -19,22 +19,23 @@ use magician_motion::Pose;
 use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
 
-/// Distance between the heights tried for the way across, mm, if the highest is out of reach.
+/// Step between the heights tried for the move across, mm, if the highest is out of reach.
 const HEIGHT_STEP: f64 = 5.0;
 /// Moves shorter than this are left out, mm.
 const MIN_MOVE: f64 = 1e-3;
-/// Height of the way across above both of its ends, mm, if within reach.
+/// Height of the move across above both of its ends, mm, if within reach.
 const CROSSING_CLEARANCE: f64 = 10.0;
 /// Largest joint error caused by 32-bit coordinates, deg: no more than the arm's own resolution.
 const JOINT_TOLERANCE: f64 = 0.01;
 /// Largest height of any tool of the arm, mm.
 const MAX_HEIGHT: f64 = 400.0;
-/// Sideways steps, as share of the distance from the base, if the way across cannot be high enough
-/// above the place itself.
+/// Sideways step, as a share of the distance from the base, for a move across that cannot be high
+/// enough above the start position itself.
 const SIDEWAYS_STEP: f64 = 0.05;
 /// Number of sideways steps in each direction.
 const MAX_SIDEWAYS_STEPS: i32 = 8;
-/// Number of heights tried, down to as far below the place as above it.
+/// Largest number of heights tried; the lowest is as far below the start position as the highest is
+/// above it.
 const MAX_HEIGHTS: u32 = 160;
 
 /// Plan that begins at a step of another plan and can be run on its own.
@@ -50,14 +51,14 @@ pub struct Continuation {
 impl Continuation {
     /// Creates the plan from a step (from 0) on, for an arm in the state of `start`.
     ///
-    /// It first sends the settings that the earlier steps leave in force (speeds, tool, pins, pump,
-    /// running motors), and repeats nothing else of them. Then it goes straight up, across, and
-    /// straight down to where the step begins, with the laser off, and continues as the plan does.
-    /// A step of a continuous path begins at the start of its segment, from rest.
+    /// The new plan first sends the settings that the earlier steps leave in force (speeds, tool,
+    /// pins, pump, running motors). Then it moves straight up, across, and straight down to the
+    /// start of the step, with the laser off, and continues as the original plan. A step of a
+    /// continuous path begins at the start of its segment, from rest.
     ///
-    /// The way across is as high as the plan has been until then, jumps included, and 10 mm above
-    /// both of its ends, or as high as possible. Homing is not repeated: an arm that was switched
-    /// off in between must be homed first.
+    /// The move across is at the largest height of the earlier steps, jumps included, and at least
+    /// 10 mm above both of its ends, or as high as possible. Homing is not repeated: an arm that
+    /// was switched off in between must be homed first.
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -315,12 +316,12 @@ impl<'p> LeadIn<'p> {
         }
         let height = begun.map_or(self.height, |from| self.height.max(from.z + CROSSING_CLEARANCE));
         if let Some(from) = begun {
-            // If the tool cannot go up, nothing above is in its way: continue.
+            // Rising is optional: if the arm cannot rise, the move across starts at this height.
             let _ = rise(&from, height, |pose| {
                 go(arm, steps, pose, &[Travel::Line], None)
             });
         }
-        // From an unknown pose only a joint move has a known end.
+        // From an unknown pose only a joint move can be planned.
         let across: &[Travel] = match begun {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
@@ -337,8 +338,8 @@ impl<'p> LeadIn<'p> {
         }
     }
 
-    /// Goes across at `height` and straight down. If that height is out of reach above the place,
-    /// tries places beside it, nearer to the base or farther away.
+    /// Moves across at `height` and straight down. If that height is out of reach above the start
+    /// position, tries positions nearer to the base or farther away.
     fn descend(
         &self,
         height: f64,
@@ -371,7 +372,7 @@ impl<'p> LeadIn<'p> {
     }
 }
 
-/// Goes to a pose by the first possible motion type; if none is possible, returns the error of the
+/// Moves to a pose by the first possible motion type; if none is possible, returns the error of the
 /// first.
 fn go(
     arm: &mut Preflight,
@@ -403,7 +404,8 @@ fn go(
     refusal.map_or(Ok(()), Err)
 }
 
-/// Goes above a place to `height`, or as high as possible. `None` if the tool is that high already.
+/// Moves up to `height` above a position, or as high as possible. `None` if the tool is that high
+/// already.
 fn rise(
     place: &Pose,
     height: f64,
@@ -420,7 +422,7 @@ fn rise(
     refusal
 }
 
-/// Sentence that names the steps from which on the pose is known.
+/// Advice that names the steps from which the pose is known.
 fn advice_on_known_steps(plan: &Plan, step: usize) -> String {
     let leads = |step: &Step| {
         let way = |by: Travel| by == Travel::Joints;

@@ -50,9 +50,9 @@ impl Default for Ending {
 }
 
 impl Ending {
-    /// True if a plan draws with a pen: a plan for the pen does. A plan without a tool does if it
-    /// follows paths or arcs and is a [drawing](Self::drawing), or names its surface. Plans for a
-    /// laser, suction cup or gripper do not.
+    /// True if a plan draws with a pen: its tool is a pen, or it has no tool, follows paths or
+    /// arcs, and is a [drawing](Self::drawing) or names its surface. Plans for a laser, suction cup
+    /// or gripper do not draw.
     #[must_use]
     pub fn draws(&self, plan: &Plan) -> bool {
         plan.draws(self.drawing)
@@ -65,8 +65,9 @@ impl Ending {
         Some(self.lift).filter(|_| !self.stay && self.draws(plan))
     }
 
-    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm: a pen to
-    /// the lift above its paper, any other tool before parking. `None` if no lift is needed.
+    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm. A pen
+    /// gets the part of its lift that the plan has not done yet; any other tool is lifted only
+    /// before parking. `None` if no lift is needed.
     #[must_use]
     pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
         let up = if self.stay {

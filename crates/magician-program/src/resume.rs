@@ -2,8 +2,8 @@
 //!
 //! The arm counts finished commands (its current index). While a run lasts, a [`StepCounter`] maps
 //! an index to a step, and a [`Checkpoint`] is kept outside the process. However the run ends, the
-//! checkpoint and one more look at the arm give the place to resume at, or the steps in doubt:
-//! [`Checkpoint::resume_point`].
+//! checkpoint and one reading of the arm's index and clock give the place to resume at, or the
+//! range of steps in doubt: [`Checkpoint::resume_point`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -200,8 +200,8 @@ impl StepCounter {
                 None => (most, most),
             };
         }
-        // Before the first reply nothing is known, except for what the arm may have taken without a
-        // reply arriving.
+        // Before the first reply the arm may have taken any number of commands, up to its progress
+        // since the run began.
         if self.pairs.is_empty() {
             (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
@@ -320,7 +320,7 @@ pub enum ResumePoint {
 pub enum DoubtReason {
     /// The run itself ended in doubt, as recorded in its checkpoint.
     Ended,
-    /// The arm cannot be asked.
+    /// The arm's progress cannot be read.
     NotAsked,
     /// Commands waited in the arm's queue when the run began, so its index says nothing about the
     /// run.
@@ -377,10 +377,10 @@ impl Checkpoint {
         }
     }
 
-    /// Place to resume at, once nothing of the run waits in the arm's queue.
+    /// Place to resume at. To be called once the arm's queue holds no command of the run.
     ///
-    /// `seen` is the arm's report, if it can be asked. `stands_after` returns true if the arm
-    /// stands where a number of finished steps leaves it, `None` if unknown. The arm counts
+    /// `seen` is the arm's report, if it can be read. `stands_after` returns true if the arm stands
+    /// where this number of finished steps leaves it, `None` if that is unknown. The arm counts
     /// commands, and `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
@@ -445,8 +445,8 @@ impl Checkpoint {
         }
     }
 
-    /// Number of steps that this many commands complete. A pause or the beginning of a part after
-    /// them may be done already.
+    /// Number of steps that this many commands complete, but not less than `finished`: a pause or
+    /// the beginning of a part after them may be done already.
     fn steps_after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
         numbering.steps(commands).max(self.finished)
     }
@@ -559,15 +559,15 @@ impl Checkpoint {
     }
 }
 
-/// Index after which the commands of an arm at rest are numbered. Arms begin with 2 (model section
-/// 14), so 0, of an arm that has finished none, counts as 1. On an arm that begins with 1 the count
-/// is one command too low until its first reply.
+/// Index from which the commands of an arm at rest are counted. Arms number their first command 2
+/// (model section 14), so the index 0 of an arm that has finished none counts as 1. On an arm that
+/// begins with 1 the count is one command too low until its first reply.
 fn first_counted_index(current: u64) -> u64 {
     current.max(1)
 }
 
-/// Place to resume at for an exact count. The arm counts a step that was cut short as finished;
-/// only its pose shows the difference.
+/// Place to resume at for an exact count. The arm counts an interrupted step as finished; only its
+/// pose shows the difference.
 #[must_use]
 pub fn resume_point_at(
     finished: u64,

@@ -1,11 +1,10 @@
-//! Setup: from the content of a file to a plan for this arm, with its place, tool and speeds.
+//! Setup: makes a plan for this arm from the content of a file, with place, tool and speeds.
 //!
-//! The order of the work is fixed by what depends on what. Depths are flattened first, because the
-//! remaining lines decide the size. Then come the requested size, the page, tidying and order of
-//! the lines, the place (with `fitting` if the size is free), the final offset, and last the laser
-//! powers, which depend on the speeds.
-//! Programs in arm coordinates skip the placement, but a pen is still held above its surface
-//! (`hold`).
+//! Each stage depends on the earlier ones, which fixes their order. Depths are flattened first,
+//! because the remaining lines determine the size. Then come the requested size, the page, tidying
+//! and order of the lines, the place (with `fitting` if the size is free), the final offset, and
+//! last the laser powers, which depend on the speeds. Programs in arm coordinates skip the
+//! placement, but a pen is still held above its surface (`hold`).
 
 use magician_host::build;
 use magician_host::message;
@@ -24,14 +23,13 @@ use crate::{
 /// Tool of an arm if a plan does not set one: the default at power-up.
 pub(crate) const POWER_UP_TOOL: ToolBias = ToolBias::SUCTION;
 
-/// Instructions for making a plan of a file. Whatever is left open comes from the file, or has a
-/// default.
+/// Options for making a plan from a file. Unset options come from the file or have a default.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setup {
     /// Requested tool.
     pub tool: Option<Tool>,
-    /// Tool usually mounted: for files that name none, and for drawings and images if it can draw
+    /// Default tool: used for files that name no tool, and for drawings and images if it can draw
     /// or burn them.
     pub default_tool: Option<Tool>,
     /// Requested surface.
@@ -115,8 +113,8 @@ pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
 pub(crate) use work_lines::WorkLines;
 
-/// Position of the tool's tip for an arm in this state; without a tool, that of the arm's current
-/// one.
+/// Position of the tip of `tool` for an arm in this state. `None` for `tool` means the tool in
+/// force.
 #[must_use]
 pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
     let mut arm = start.clone();
@@ -148,7 +146,7 @@ pub struct Placement {
     pub frame: Frame,
     /// Z of placed G-code at which its pen touches, mm; by default the lowest at which it draws.
     pub pen_z: Option<f64>,
-    /// Position of its middle in x and y, mm.
+    /// Position of the middle of the content in x and y, mm.
     pub at: Option<[f64; 2]>,
     /// True to put the middle of the file's page there instead of the middle of the drawing.
     pub keeps_page: bool,
@@ -156,16 +154,16 @@ pub struct Placement {
     pub scale: f64,
     /// Rotation to the left, degrees.
     pub rotate: f64,
-    /// Page to place it on: middle on middle, or page on page if the file's page has the same size.
+    /// Page to place the content on: centred, or page on page if the file's page has the same size.
     pub page: Option<Page>,
     /// Grid of copies, applied last: the page holds all of them.
     pub grid: Option<Grid>,
-    /// True to scale it down until it is within reach and on the page.
+    /// True to scale the content down until it is within reach and on the page.
     pub fit: bool,
-    /// True if it may be turned by 90 degrees: with `fit` to become larger, otherwise to lie in
-    /// front of the arm.
+    /// True if the content may be turned by 90 degrees: with `fit` to become larger, otherwise to
+    /// lie in front of the arm.
     pub turn: bool,
-    /// True to mirror it left to right.
+    /// True to mirror the content left to right.
     pub mirror: bool,
     /// Final offset, mm.
     pub by: [f64; 3],
@@ -346,8 +344,7 @@ impl Setup {
         let (mut plan, scale) = self.transformed(plan)?;
         if let Some(surface) = self.lower_bound(format, &plan) {
             notes.extend(hold_above(&mut plan, surface)?.map(RaisedDepth::note));
-            // Moving a plan down also moves the surface it names; the real surface stays where it
-            // is.
+            // Moving a plan down also moves the surface it names, but not the real surface.
             let first = plan.steps.iter().find_map(|step| step.action.target());
             if let (Some(named), Some([x, y, _])) = (&mut plan.surface, first) {
                 let at = [x, y].map(f64::from);
@@ -443,8 +440,8 @@ impl Setup {
         Ok((plan, scale))
     }
 
-    /// Tool that draws or burns: the requested one, else the usual one if it can, else the tool
-    /// implied by the work. A measured bias counts as a pen.
+    /// Tool that draws or burns: the requested one, else the default tool if it can do the work,
+    /// else the tool implied by the work. A measured bias counts as a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
         let usual = self.default_tool.filter(|usual| match usual {
             Tool::Bias(_) => implied == Tool::Pen,
@@ -531,7 +528,7 @@ struct LaidPlan {
     plan: Plan,
     /// Scale; 1 is the true size.
     scale: f64,
-    /// Reason why it does not fit there, if known.
+    /// Reason why the plan does not fit there, if known.
     misfit: Option<FitFailure>,
 }
 

@@ -133,8 +133,8 @@ impl PrepareRequest {
     }
 }
 
-/// Prepares the file of a request and serialises the result. For anything but a request of this
-/// build it returns the identifier alone, from which the other side learns what this build expects.
+/// Prepares the file of a request and serialises the result. For bytes that are no request of this
+/// build it returns only the format's identifier, so that the other side detects the mismatch.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
     match PrepareRequest::from_bytes(request) {
@@ -163,7 +163,7 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     out
 }
 
-/// Deserialises the result for a request, which need not hold its file any more.
+/// Deserialises the result for a request. The request need not hold its file any more.
 ///
 /// # Errors
 /// [`WireError`] if the bytes are not a result of this build.

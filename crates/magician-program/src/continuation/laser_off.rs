@@ -77,8 +77,8 @@ impl Line {
         })
     }
 
-    /// Largest distance covered in the last `seconds` before a share of the line, and the time left
-    /// over at its beginning.
+    /// Largest distance covered in the last `seconds` before a share of the line, mm, and the part
+    /// of `seconds` before the start of the line.
     fn distance_before(&self, share: f64, seconds: f64) -> (f64, f64) {
         let gone = share * self.motion.length();
         match (&self.profile, self.stopping) {
@@ -158,10 +158,10 @@ impl Lines {
     }
 
     /// Place where the laser went out. It was off when the arm was at `pose`, and went out at most
-    /// `late` earlier, or within the period that has this pose.
+    /// `late` earlier, or during the period for which the arm reports this pose.
     ///
-    /// `current_slot` is the slot that the arm did not finish, or finished last. The arm may have
-    /// burnt on until it reached `until`.
+    /// `current_slot` is the slot that the arm did not finish, or finished last. The laser may have
+    /// stayed on until the arm reached `until`.
     pub(crate) fn laser_off_place(
         &self,
         current_slot: usize,
@@ -247,8 +247,8 @@ impl Lines {
         on.or(best).copied()
     }
 
-    /// Longest distance on which the arm may have braked to a place, mm: from each earlier place
-    /// the arm gets as far as its speed there and the deceleration of `fastest` allow.
+    /// Longest distance over which the arm may have braked to a place, mm. The braking distance
+    /// from an earlier place follows from the speed there and the deceleration of `fastest`.
     fn braking_distance(&self, slot: usize, share: f64, fastest: Stopping) -> f64 {
         let step = fastest.braking / BRAKING_SAMPLES;
         let comes_here = |back: f64| {
@@ -297,7 +297,7 @@ impl Lines {
         Some(place)
     }
 
-    /// Place at a distance before another, as far as something burns there.
+    /// Place at a distance before another one, limited to the part that burns.
     fn before(&self, slot: usize, share: f64, by: f64) -> ResumePlace {
         let here = |slot: usize, share: f64, twice: f64| ResumePlace {
             passed: slot,

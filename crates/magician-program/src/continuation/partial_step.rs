@@ -1,4 +1,4 @@
-//! Place within a step that was cut short, where it continues.
+//! Place at which an interrupted step continues.
 
 use std::collections::VecDeque;
 
@@ -14,8 +14,8 @@ use magician_formats::simplify::{dot, length};
 /// Largest distance of a pen from its line at which it counts as on it, mm: equal to the largest
 /// acceptable gap in a line.
 pub(super) const PEN_TOLERANCE: f64 = 0.2;
-/// Largest distance that a stopped pen overruns a corner, mm: a path goes through its corners, and
-/// braking on it does too.
+/// Largest distance by which a stopped pen overruns a corner, mm: a path does not stop at its
+/// corners, and neither does braking on it.
 const MAX_OVERRUN: f64 = 2.0;
 
 /// Straight motion between two poses.
@@ -79,10 +79,10 @@ pub(super) fn is_straight(command: &Set) -> bool {
     }
 }
 
-/// Place of an arm on the lines of the next steps, the first of which was in progress at the stop:
-/// number of completed steps, and the place on the following one.
+/// Place of an arm on the lines of the steps from the one in progress at the stop: number of
+/// completed steps, and the place on the following one.
 ///
-/// The arm may have run on over short lines, or beyond a corner.
+/// The arm may have passed several short lines or a corner while braking.
 pub(crate) fn place_on(
     course: &mut Preflight,
     steps: impl Iterator<Item = Option<Set>>,
@@ -103,7 +103,8 @@ pub(crate) fn place_on(
         }
         let ran_on = (share - 1.0) * line.length();
         if passed == 0 && off <= PEN_TOLERANCE && (0.0..=MAX_OVERRUN).contains(&ran_on) && best.is_none() {
-            // The next line may be nearer, so this counts with the largest distance allowed.
+            // A nearer match on a later line takes precedence, so this one counts as if at the
+            // largest distance.
             best = Some((PEN_TOLERANCE, (passed, line.at(1.0))));
         }
         if passed > 0 {
@@ -190,8 +191,8 @@ pub(crate) fn step_back(
     Some((earlier, None, by - left))
 }
 
-/// State of the arm at a place on the line of an action that begins at `course`, and the rest of
-/// the action from there if that needs another one. `None` if the place is not on the line.
+/// State of the arm at a place on the line of an action that begins at `course`, and the action for
+/// the rest of the line if it differs from the original. `None` if the place is not on the line.
 pub(super) fn continue_from(
     action: &Action,
     course: &Preflight,

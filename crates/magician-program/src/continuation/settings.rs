@@ -1,8 +1,8 @@
 //! Settings that the steps of a plan leave in force.
 //!
-//! To start in the middle of a plan, the arm needs the settings of the steps before, but not their
-//! effects. The last command of each kind is kept (of each pin and motor, where there are several),
-//! in the order in which they were given.
+//! To start in the middle of a plan, the arm needs the settings of the earlier steps, but not their
+//! motion or other effects. The last command of each kind is kept (of each pin and motor, where
+//! there are several), in the order in which they were given.
 
 use std::collections::BTreeMap;
 

@@ -170,7 +170,7 @@ fn closed(mut corners: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     corners
 }
 
-/// Same ring, with detours around the base where an edge passes too close to it.
+/// Same ring, with detours around the base where an edge passes too close to the base.
 fn around_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
     let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
     for &to in ring {

@@ -250,7 +250,7 @@ impl SetupOptions {
                 ));
             }
         }
-        // Page and margin are valid one by one; only together can they leave no room.
+        // Page and margin may each be valid and yet leave no room together.
         if let Some(problem) = self.page_with_margin().and_then(|page| page.problem()) {
             let key = match self.margin {
                 Some(_) => "margin",

@@ -15,7 +15,7 @@ use crate::Format;
 
 /// Option of [`SetupOptions`]: name, kind, range, and help.
 ///
-/// The serialised row contains all that a form needs to ask for the option.
+/// The serialised row contains everything that a form needs to offer the option.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct OptionSpec {
@@ -197,8 +197,7 @@ impl OptionSpec {
         !self.usual_for.is_empty()
     }
 
-    /// True for a switch whose default depends on the format, so that either position may have to
-    /// be given.
+    /// True for a switch whose default depends on the format: users may have to set it on or off.
     #[must_use]
     pub fn has_both_positions(&self) -> bool {
         let is_default = |(_, change): &(_, Change)| matches!(change, Change::Default(_));

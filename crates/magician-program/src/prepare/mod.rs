@@ -34,7 +34,7 @@ pub struct PrepareRequest {
     pub options: SetupOptions,
     /// Slope of the surface whose height the options give, mm per mm along x and y.
     pub surface_slope: [f64; 2],
-    /// Note of the preset from which the options come; shown before the notes on the file.
+    /// Note about the preset from which the options come; shown before the notes on the file.
     pub preset_note: Option<Diagnostic>,
     /// Pause at the end of each iteration, ms.
     pub rest: u32,
@@ -266,7 +266,7 @@ impl PreparedProgram {
     }
 
     /// True if the program cannot begin at step `from`, or be resumed, because it depends on the
-    /// tool position at its start, and the tool has moved since.
+    /// tool position at its start and the tool has moved since then.
     #[must_use]
     pub fn has_lost_start(&self, from: u64, resumes: bool) -> bool {
         let depends =

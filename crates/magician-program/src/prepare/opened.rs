@@ -50,8 +50,8 @@ struct Start {
     is_given: bool,
     /// Joint angles of a staged arm at that position.
     staged_joints: Option<JointAngles>,
-    /// The same program read without a start position, if possible: from the step where both agree,
-    /// the start position no longer matters.
+    /// The same program read without a start position, if possible. From the first step on which
+    /// both agree, the start position has no effect.
     anywhere: Option<Plan>,
 }
 
@@ -165,8 +165,9 @@ impl OpenedFile {
         };
         let [x, y, z] = at;
         let mut how = how;
-        // The program is shifted after reading, so subtract the shift: motion at the tool's
-        // position must stay there. If every motion depends on the start, the whole program shifts.
+        // The offset is added after reading. Subtract it here, so that motion at the tool's
+        // position stays there. If every motion depends on the start, the offset moves the whole
+        // program.
         how.gcode.start = Some(match &anywhere {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,

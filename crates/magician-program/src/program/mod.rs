@@ -96,8 +96,8 @@ impl Program {
         self
     }
 
-    /// Sets the number of steps of an iteration that depend on the arm's position at its start. The
-    /// others are the same from anywhere.
+    /// Sets the number of leading steps of an iteration that depend on the arm's position at the
+    /// start. Later steps do not depend on it.
     #[must_use]
     pub fn with_leading(mut self, steps: usize) -> Self {
         self.leading = steps as u64;
@@ -111,8 +111,8 @@ impl Program {
         step > 0 && nth < self.leading
     }
 
-    /// True if from this step on the program homes the arm before anything moves or burns, or does
-    /// neither.
+    /// True if the program, from this step on, homes the arm before it moves or burns, or neither
+    /// moves nor burns.
     ///
     /// ```
     /// use magician_program::{Action, Origin, Plan, Program};
@@ -180,8 +180,9 @@ impl Program {
         self.plan.steps.len() as u64
     }
 
-    /// Checks that there is something to do from a step on. From step 0 there always is, if only to
-    /// set the tool. An endless program must begin well before its step numbers overflow.
+    /// Checks that the program has steps from this one on. Step 0 is always accepted, since even an
+    /// empty program sets the tool. An endless program must begin well before its step numbers
+    /// overflow.
     ///
     /// # Errors
     /// [`Diagnostic`] that names the last step.
@@ -195,8 +196,8 @@ impl Program {
         Err(Diagnostic::of_file(message))
     }
 
-    /// Returns one command of each kind, from which `Arm::preflight_for` finds out what to read
-    /// from an arm.
+    /// Returns one command of each kind. `Arm::preflight_for` derives from them what to read from
+    /// an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
         let mut kinds = self.settings.clone();

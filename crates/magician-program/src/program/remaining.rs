@@ -1,10 +1,9 @@
 //! Rest of a program from one of its steps on.
 //!
-//! A rest is the settings, the first part (an approach and the rest of the current iteration) and
-//! the iterations after it. It can be long or endless, so commands are iterated and never
-//! collected. Besides running it, the rest answers where an interrupted run can be resumed: it
-//! follows its commands without sending them and compares their ends and lines with the pose at
-//! which the arm stands.
+//! A remaining program consists of settings, the first part (an approach and the rest of the
+//! current iteration) and the following iterations. It can be endless, so commands are iterated and
+//! never collected. It also finds the place at which an interrupted run resumes: it follows its
+//! commands without sending them and compares their end points and lines with the arm's pose.
 
 use std::iter::{self, repeat_n};
 use std::sync::Arc;
@@ -23,8 +22,8 @@ use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 /// Largest distance of an arm from the end of a step at which the step counts as done, mm: equal to
 /// the largest acceptable gap in a line.
 const DONE_TOLERANCE: f64 = 0.2;
-/// Largest distance from its end of an arm that finished a step by itself, mm: rounding of the
-/// arm's and the plan's coordinates.
+/// Largest distance from the end of a step at which the arm counts as having finished it without a
+/// stop, mm: rounding of the arm's and the plan's coordinates.
 const REST_TOLERANCE: f64 = 0.01;
 /// Largest change of a joint that counts as standstill, deg.
 const STANDSTILL_TOLERANCE: f64 = 0.02;
@@ -39,7 +38,7 @@ pub struct RemainingProgram {
     /// Number of approach steps within the first part.
     approach_steps: u64,
     from: u64,
-    /// Position within the first step at which it begins.
+    /// Position within the first step at which the rest begins.
     within: Option<[f64; 3]>,
     pub(super) whole: Arc<Plan>,
     /// Number of iterations after the first part; `None` is endless.
@@ -274,8 +273,8 @@ impl RemainingProgram {
         course.guards(Guards::default())
     }
 
-    /// True if the arm has moved since the rest began: it stands elsewhere, or has finished a
-    /// command that leads away from the start. Also true if the start is unknown.
+    /// True if the arm has moved since the rest began: its pose differs, or it has finished a
+    /// command that moves away from the start. Also true if the start is unknown.
     #[must_use]
     pub fn has_moved(&self, counter: &StepCounter, index: u64, pose: &Pose) -> bool {
         let Some(began) = self.start.arm() else {
@@ -365,9 +364,9 @@ impl RemainingProgram {
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// Place where a run that ended this way resumes: number of finished steps, and position within
-    /// the next one. The position is `None` if the step was not cut short, does not move straight,
-    /// or the arm is not on its line.
+    /// Place at which a run with this resume point continues: number of finished steps, and
+    /// position within the next one. The position is `None` if the step was not cut short, does not
+    /// move straight, or the arm is not on its line.
     #[must_use]
     pub fn resume_place(
         &self,
@@ -400,11 +399,11 @@ impl RemainingProgram {
         Some((steps + passed, at))
     }
 
-    /// Place where a burn resumes whose laser was off when the arm was at `pose`, and went out at
-    /// most `late` before.
+    /// Place where an interrupted burn resumes. The laser was off when the arm was at `pose`, and
+    /// had gone out at most `late` before.
     ///
     /// Between `least` and `most` steps are finished, counting the one in progress. The laser may
-    /// have burnt on until the arm reached `until`. `None` if the pose is on none of the lines.
+    /// have stayed on until the arm reached `until`. `None` if the pose is on none of the lines.
     #[must_use]
     pub fn laser_off_place(
         &self,
@@ -420,8 +419,8 @@ impl RemainingProgram {
         Some(self.burn_place(place))
     }
 
-    /// Place where a stopped burn resumes if it is unknown where the laser went out: one braking
-    /// distance before the arm's place, which is `within` a step, or near the end of the last
+    /// Place where a stopped burn resumes if the place where the laser went out is unknown: one
+    /// braking distance before the arm, which stands `within` a step or near the end of the last
     /// finished one.
     ///
     /// `None` if nothing burns there, or the arm reached that end by itself.
@@ -446,9 +445,9 @@ impl RemainingProgram {
         (place.twice > 0.0).then(|| self.burn_place(place))
     }
 
-    /// Place where a burn resumes that may have been stopped before it reached its start within a
-    /// step: that same start, with the length from there to the arm. `None` if the rest begins with
-    /// a whole step, or the arm stands elsewhere.
+    /// Place where a burn resumes if it may have been stopped before it reached its start position
+    /// within a step: that position, with the length from there to the arm. `None` if the rest
+    /// begins with a whole step, or the arm stands elsewhere.
     #[must_use]
     pub fn from_start_position(&self, pose: &Pose) -> Option<BurnPlace> {
         let begin = self.within?;
@@ -479,7 +478,7 @@ impl RemainingProgram {
         }
     }
 
-    /// Place where a burn resumes that shall overlap the earlier one by `overlap` mm: number of
+    /// Place where a burn resumes with an overlap of `overlap` mm over the earlier burn: number of
     /// finished steps, position within the next one, and the length burnt twice, mm. Does not go
     /// back beyond the start of the burn.
     #[must_use]
@@ -528,8 +527,8 @@ impl RemainingProgram {
     /// True if an arm at `pose` stands where `steps` finished steps leave it. `None` if that place
     /// is unknown, and for no steps at all.
     ///
-    /// With `stopped` a final wait or trigger was cut short and counts as unfinished, wherever the
-    /// arm stands.
+    /// With `stopped`, a final wait or trigger was interrupted and counts as unfinished at any
+    /// pose.
     #[must_use]
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
         match self.distance_to_end(steps, pose) {

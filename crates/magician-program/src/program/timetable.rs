@@ -1,7 +1,7 @@
 //! Time left at each step of a run.
 //!
-//! Times are sums up to each command of the first part and of one iteration, so that a long program
-//! needs no more than its plan, and a look-up is constant time.
+//! Cumulative times are stored for the first part and for one iteration only, so memory does not
+//! grow with the number of iterations, and a look-up takes constant time.
 
 use std::time::Duration;
 

@@ -83,8 +83,8 @@ impl Engrave {
     /// (model sections 8 and 14: the arm plans to stop at the end of the last segment it knows, and
     /// a segment takes a whole number of periods).
     ///
-    /// Below it, a speed at which a pixel takes no whole number of periods is reduced to the next
-    /// one at which it does.
+    /// Below it, a speed at which a pixel does not take a whole number of periods is reduced to the
+    /// next lower one at which it does.
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
         let known = (2.0 * self.acceleration * Self::LOOKAHEAD_SEGMENTS * self.spacing).sqrt();

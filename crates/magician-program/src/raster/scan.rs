@@ -154,8 +154,8 @@ impl<'e> Scan<'e> {
         self.plan
     }
 
-    /// Runs of a line that are passed in one go: from the first to the last that burns, split at
-    /// gaps over which travelling is faster.
+    /// Groups of runs that the tool crosses without a stop: from the first run that burns to the
+    /// last, split at gaps over which travelling is faster.
     fn stretches(&self, runs: &[ScanRun], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
             let all = 0..runs.len();

@@ -55,7 +55,8 @@ impl Shade {
         self.page
     }
 
-    /// Mean darkness of the part of this box around a point that is on the page; 0 if none is.
+    /// Mean darkness in a box of this size around a point, counting only the part on the page; 0 if
+    /// no part is on it.
     pub(super) fn around(&self, middle: [f64; 2], size: [f64; 2]) -> f64 {
         let counts = [self.columns as f64, self.rows as f64];
         let edges = [0, 1].map(|axis| {

@@ -37,7 +37,7 @@ pub struct RehearseOptions {
     /// where its pen draws.
     pub table: Option<f64>,
     /// Joints at the start. Default: the home pose, or above the table. Set this for a plan made
-    /// from a known pose, so that both agree. The base angle counts from there.
+    /// from a known pose, so that the rehearsal starts there too. J1 is reported relative to it.
     pub standing: Option<JointAngles>,
     /// Interval at which the tool position is recorded; `None` records none.
     pub watch: Option<Duration>,

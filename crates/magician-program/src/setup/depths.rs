@@ -1,6 +1,6 @@
 //! Depths of a cutting program, flattened so that a pen draws every line on the surface.
 //!
-//! A milling program cuts in several passes, each deeper than the last. A pen shall draw each line
+//! A milling program cuts in several passes, each deeper than the last. A pen must draw each line
 //! once, on the surface, and never go below it. The survey finds the Z below which feed moves cut,
 //! `walk` splits the motion there, `covered` recognises lines that are cut again, and `flat` writes
 //! the result.
@@ -55,9 +55,9 @@ words! {
 pub(super) struct DepthSurvey {
     /// Z at or below which feed moves draw, mm.
     threshold: f64,
-    /// Highest Z at which it draws, or the given one: this is placed on the surface.
+    /// Highest Z at which the program draws, or the given one; it is placed on the surface.
     pub(super) first: f64,
-    /// Lowest Z at which it draws.
+    /// Lowest Z at which the program draws.
     pub(super) deepest: f64,
     /// True if a single Z does not cover the drawing, or nearly all feed moves are travel.
     several: bool,
@@ -164,7 +164,8 @@ impl Levels {
                     any = least(way.low(), any);
                 }
                 if rise != 0.0 {
-                    // A level run of unknown arrival is travel if the tool goes down from it.
+                    // A level run that the tool reached from an unknown side is travel if the tool
+                    // then descends.
                     if arrival == Some(Arrival::Unknown)
                         && rise < 0.0
                         && let Some(level) = found.levels.get_mut(&thousandths(from[2]))
@@ -216,7 +217,8 @@ impl Levels {
             .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
             .map(|(z, _)| z);
         let has_surface_at_0 = lowest < -HEIGHT_TOLERANCE && self.highest > HEIGHT_TOLERANCE;
-        // The level of most rapid moves is the travel height, unless 0 already separates both.
+        // The level with the longest rapid moves is the travel height, unless 0 already separates
+        // cutting from travel.
         let below_travel = match travelled {
             Some(z) if !has_surface_at_0 => z,
             _ => f64::INFINITY,

@@ -1,4 +1,5 @@
-//! Fitting: as large as possible, turned if that helps, and never refused by the check.
+//! Fitting: makes a drawing as large as possible, turned if that helps, so that it passes the
+//! check.
 //!
 //! Lines alone give an upper bound for the size. The full check also covers travel between lines,
 //! arcs and turns of the tool, which may leave the reach; then the plan is reduced in steps of
@@ -19,7 +20,7 @@ use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
 /// Factor by which a plan that fails the check is reduced each time.
 const SHRINK_FACTOR: f64 = 0.98;
-/// Smallest share of the size given by the lines alone: fitting gives up below it.
+/// Smallest share of the size given by the lines alone; below it fitting gives up.
 const MIN_SHRUNK_SHARE: f64 = 0.5;
 /// Smallest gain in size for which a drawing is turned.
 const MIN_TURN_GAIN: f64 = 1.001;
@@ -158,7 +159,7 @@ impl PlacedPlan {
     }
 }
 
-/// Report of the check, once the arm has reached the start.
+/// Report of the check of a plan from the home pose, with the guards of reach and fence alone.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
     let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL)
         .on_rail(0.0)
@@ -198,7 +199,7 @@ impl Setup {
         // Depths first: the remaining lines determine size and place.
         let (setup, content, depths) = self.flatten(format, content, &mut depth_notes);
         let sized = setup.with_size_as_scale(&content)?;
-        // A width or height is a scale too, which the option `scale` multiplies.
+        // A requested width or height is a scale too; the option `scale` multiplies it.
         let size = sized.placement.scale / setup.placement.scale;
         let (setup, page) = sized.on_page(format, &content)?;
         let (content, reordered) = setup.prepare_lines(content)?;
@@ -320,8 +321,8 @@ impl Setup {
         Ok((made, 0.0))
     }
 
-    /// Places the drawing at its size, turned by 90 degrees if only then it lies in front of the
-    /// arm; returns the plan and its rotation.
+    /// Places the drawing at its size, turned by 90 degrees if it lies in front of the arm only
+    /// then; returns the plan and its rotation.
     fn make_in_front(
         &self,
         format: Format,
@@ -405,7 +406,7 @@ impl Setup {
         })
     }
 
-    /// Plan that stays at its place, if it passes the check there.
+    /// Plan in arm coordinates, not moved, if it passes the check.
     fn at_own_place(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
         let mut setup = self.clone();
         setup.surface = None;

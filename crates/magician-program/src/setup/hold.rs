@@ -1,8 +1,8 @@
 //! Keeps a pen above its surface: motion below the surface is raised onto it.
 //!
-//! The plan is followed with two positions: where the tool would be, and where it is held. Relative
-//! steps count from the first, so a later step that rises above the surface again ends where the
-//! program meant it to.
+//! The plan is followed with two positions: the programmed one and the one held above the surface.
+//! Relative steps count from the programmed position, so a later step that rises above the surface
+//! again ends at its programmed target.
 
 use magician_host::message;
 use magician_host::{Given, Setting};

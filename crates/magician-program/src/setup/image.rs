@@ -92,8 +92,8 @@ fn uneven_note(engrave: &Engrave, steady: f64) -> Diagnostic {
         .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")
 }
 
-/// Requested middle and rotation of an image. On a sheet its lower left corner is on that of the
-/// sheet.
+/// Requested middle and rotation of an image. On a sheet, the lower left corners of image and sheet
+/// coincide.
 fn given_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
     let Some(sheet) = layout.sheet else {
         return Ok(layout.at.map(|at| (at, layout.rotate)));

@@ -1,5 +1,5 @@
-//! Page of paper in front of the arm. A drawing is centred on it, or placed as in its file if that
-//! has a page of the same size.
+//! Page of paper in front of the arm. A drawing is centred on it, or placed as in its file if the
+//! file has a page of the same size.
 
 use magician_host::preflight::Preflight;
 use magician_host::{Given, JointAngles, Setting};
@@ -236,7 +236,7 @@ impl Setup {
         let rotation = self.sheet_rotation();
         let half = page.paper.size().map(|side| side / 2.0);
         let on_sheet = self.sheet.map(|sheet| {
-            // On a sheet with only a known corner the page is aligned with that corner.
+            // If only the corner of the sheet is known, the page is aligned with that corner.
             middle_of_sheet(sheet).unwrap_or_else(|| {
                 let [x, y] = rotated(half, rotation);
                 [sheet.corner[0] + x, sheet.corner[1] + y]

@@ -110,8 +110,8 @@ impl Setup {
         let Some(mut flat) = flat else {
             return (setup, Content::Plan(plan), None);
         };
-        // Which lines are equal depends on the size, and the size on what is drawn: flatten again
-        // at the size found.
+        // Which lines count as equal depends on the size, and the size on the lines drawn: flatten
+        // again at the size found.
         let sized = setup.with_size_as_scale(&Content::Plan(flat.plan.clone()));
         let scale = sized.map_or(1.0, |sized| sized.placement.scale);
         if scale != 1.0
@@ -138,8 +138,8 @@ impl Setup {
             .scale)
     }
 
-    /// Setup for a program, and the program flattened at its own size, if it is placed and for a
-    /// pen.
+    /// Setup for a program. Also returns the program flattened at its own size, if it is placed and
+    /// drawn with a pen.
     fn flatten_program(
         &self,
         format: Format,

@@ -24,8 +24,8 @@ pub(crate) struct WorkLines {
 impl WorkLines {
     pub(crate) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
-        // Computed again for each question: a drawing may have a million segments, which are much
-        // larger than its points.
+        // Computed again for each use instead of stored: a drawing may have a million segments,
+        // which take much more memory than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);
         let lowest = |across: bool| {
             let found = working().filter(|segment| !across || segment.moves_horizontally());
@@ -39,8 +39,8 @@ impl WorkLines {
                 .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
-        // If all lines only descend to that Z, as in reliefs and arcs through Z, they are the
-        // drawing.
+        // If lines touch that Z only while descending, as in reliefs and arcs through Z, all of
+        // them are the drawing.
         let slants = !laser && !working().any(|segment| segment.touches(touch));
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut last = None;

@@ -11,7 +11,7 @@ const MIN_LENGTH: f64 = 0.3;
 /// Straight line drawn by a pen or laser, from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLine {
-    /// Step that ends it, from 0.
+    /// Step that ends the line, from 0.
     pub step: usize,
     /// Start, in the arm's x and y, mm.
     pub from: [f64; 2],

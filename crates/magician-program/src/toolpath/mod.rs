@@ -21,7 +21,7 @@ pub use track::Track;
 
 use crate::{Color, Plan, Report};
 
-/// Largest tolerance of a picture, mm: coarser lines would look wrong.
+/// Largest tolerance of a picture, mm: larger deviations would be visible.
 const MAX_TOLERANCE: f64 = 0.2;
 /// Number of corners from which the tolerance is increased. Bounds the size of pictures.
 const MAX_CORNERS: usize = 150_000;

@@ -1,7 +1,7 @@
 //! Drawn lines of a plan, with a limited number of points.
 //!
 //! A station sends these lines to pages, so their number of points is bounded: the tolerance is
-//! doubled until they fit, and beyond the largest tolerance some lines are left out evenly.
+//! doubled until they fit. If the largest tolerance does not suffice, lines are left out evenly.
 
 use magician_host::preflight::Preflight;
 

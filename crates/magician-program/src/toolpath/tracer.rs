@@ -1,4 +1,4 @@
-//! Follows a plan step by step along the way of the tool.
+//! Follows a plan step by step and collects the path of its tool.
 
 use magician_host::preflight::Preflight;
 use magician_host::{ArmState, JointAngles, Set};
@@ -22,7 +22,7 @@ const MAX_COLORS: usize = 48;
 const MAX_MARKERS: usize = 400;
 /// Smallest and largest number of corners of a curve.
 const CURVE_CORNERS: [f64; 2] = [24.0, 240.0];
-/// Length per corner of a curve, mm, by the distance of its ends.
+/// Spacing of the corners of a curve, mm, relative to the distance between its ends.
 const CORNER_SPACING: f64 = 1.0;
 /// Length of the pieces in which motion out of reach is examined, mm.
 const UNREACHABLE_PIECE: f64 = 1.0;
@@ -60,7 +60,7 @@ pub(super) struct PathTracer {
     touched: Option<([f64; 3], Option<Color>)>,
     /// Length drawn since the pen came down, mm; the end of a descent draws a little.
     inked: f64,
-    /// True once the plan's first position is reached: the way there leaves no mark.
+    /// True once the plan's first position is reached: motion before it leaves no mark.
     begun: bool,
     /// Current step.
     nth: usize,
@@ -402,7 +402,7 @@ impl PathTracer {
             } else {
                 StrokeKind::Unreachable
             };
-            // By now the pen is on its way to a line of another colour.
+            // The pen may already be moving to a line of another colour.
             let next = std::mem::replace(&mut self.ink, color);
             self.draw(shown, ink, at, at);
             self.ink = next;
@@ -478,7 +478,7 @@ impl PathTracer {
         let kind = match (self.holds, holds) {
             (false, true) => MarkerKind::Pick,
             (true, false) => MarkerKind::Place,
-            // The command switches the tool to its present state.
+            // The command does not change the tool's state.
             _ => return,
         };
         self.holds = holds;

@@ -1,4 +1,4 @@
-//! Polylines for a picture, thinned to what it can show.
+//! Polylines for a picture, simplified to its resolution.
 //!
 //! Points are thinned as they arrive, with memory for the result only. A cone of directions from
 //! the last kept corner contains every straight line that passes all points since within the

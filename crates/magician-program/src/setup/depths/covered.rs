@@ -1,8 +1,7 @@
 //! Record of lines already cut, so that deeper passes are drawn once.
 //!
 //! Lines are indexed by direction and offset, rounded to the tolerances below, and on each line by
-//! intervals. A deeper pass counts as covered if intervals cut before cover all of it, in whatever
-//! pieces.
+//! intervals. A deeper pass counts as covered if earlier intervals together contain it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -18,7 +17,7 @@ const MAX_GAP: i64 = 20;
 
 /// Lines, arcs and dots by position, with the Z of the first cut there.
 pub(super) struct CutRecord {
-    /// Scale at which they are drawn: lines that are apart at that scale are different.
+    /// Scale of the drawing. The tolerances apply at this scale.
     scale: f64,
     /// By direction and offset of the line, then by the start of a piece on it, micrometres: its
     /// end, and Z.

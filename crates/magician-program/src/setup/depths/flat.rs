@@ -26,13 +26,14 @@ pub(super) struct Flattener {
     run: Vec<([f64; 2], Origin)>,
     /// Steps since the last line: travel, and steps without motion.
     pending: Vec<Step>,
-    /// True if feed moves were left out since the last line, so that the tool does not follow them.
+    /// True if feed moves were dropped since the last line: the tool is then not at the program's
+    /// position.
     dropped: bool,
-    /// Piece that is cut again, held while it may be a short one within a continuing line.
+    /// Repeated piece, buffered while it may turn out to be a short part of a continuing line.
     held: RepeatedPiece,
 }
 
-/// Piece of a line that is cut again, deeper.
+/// Piece of a line that is cut again at a greater depth.
 #[derive(Default)]
 struct RepeatedPiece {
     points: Vec<([f64; 2], Origin)>,
@@ -69,7 +70,7 @@ impl Flattener {
             Event::Travel { step, to } => self.travel(step, to),
             Event::Air(length) => {
                 self.tally.air += length;
-                // A cut in the air is dropped, so the travel to it has no purpose either.
+                // A feed move in the air is dropped, and so is the travel to it.
                 self.drop_moves();
             }
             Event::Line {

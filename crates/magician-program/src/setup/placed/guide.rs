@@ -1,4 +1,5 @@
-//! Steps of a placed program: work steps unchanged, travel moves as the arm can reach them.
+//! Steps of a placed program: work steps stay unchanged, travel moves are replaced by moves within
+//! reach.
 
 use magician_motion::ToolBias;
 
@@ -8,7 +9,7 @@ use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
 use magician_formats::reach::{APPROACH_HEIGHT, Above};
 
-/// Number of shares at which a travel move that leaves the reach is tried.
+/// Number of points tried along a travel move that leaves the reach.
 const EXIT_SAMPLES: u32 = 64;
 
 /// Builds the motion through a placed program.
@@ -141,7 +142,7 @@ impl<'a> Guide<'a> {
     }
 
     /// Travels to a position: straight if possible, else lower, else around the base. If none
-    /// works, it goes as near as the straight line leads.
+    /// works, it stops at the last reachable point of the straight line.
     fn travel(&mut self, to: Above, origin: Origin) {
         let Some(from) = self.at else {
             return self.enter(to, origin);
