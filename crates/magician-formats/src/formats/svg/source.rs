@@ -13,7 +13,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
-use super::{css, families, numbers, text, values};
+use super::{css, families, numbers, values};
 use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
@@ -189,11 +189,6 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
                 let help = message!("split the drawing, or write the text by itself");
                 return Err(element.diagnostic(message).help(help));
             }
-        }
-        if is(&node, "text")
-            && let Some(note) = text::left_out(&element)
-        {
-            notes.add(note);
         }
         let id = own.unwrap_or_else(|| {
             let id = format!("{prefix}{nth}");

@@ -12,7 +12,6 @@ use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text, TextFlow};
 
 use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
-use super::source::Element;
 use super::white::Whites;
 use crate::formats::Fills;
 use crate::{Diagnostic, DiagnosticCode, TextLines, font};
@@ -75,12 +74,6 @@ pub(super) fn runs_along_paths(group: &Group) -> bool {
         }
         _ => false,
     })
-}
-
-/// Returns a note about a text that is left out. Always `None`: missing characters are reported
-/// when they are written.
-pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
-    None
 }
 
 impl StrokeCollector<'_> {
