@@ -110,9 +110,9 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
         );
         return Err(Diagnostic::of_file(message).help(help));
     }
-    let along = minus(ends[1], ends[0]);
+    let along = difference(ends[1], ends[0]);
     let beside = |&at: &[f64; 3]| {
-        let to = minus(at, ends[0]);
+        let to = difference(at, ends[0]);
         (along[0] * to[1] - along[1] * to[0]).abs() / longest
     };
     let widest = points.iter().map(beside).fold(0.0, f64::max);
@@ -261,7 +261,7 @@ impl Sheet {
             }
         }
         let rotation = libm::atan2(along[1], along[0]).to_degrees();
-        let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
+        let angle = normalized_angle(libm::atan2(across[1], across[0]).to_degrees() - rotation);
         if (angle - 90.0).abs() > MAX_SKEW {
             let message = message!(
                 "the corner at the first point has {angle:.1} deg, that of a sheet has 90",
@@ -318,7 +318,7 @@ fn round(value: f64, parts: f64) -> f64 {
 
 /// Returns the plane through three non-collinear points.
 fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
-    let (u, v) = (minus(q, p), minus(s, p));
+    let (u, v) = (difference(q, p), difference(s, p));
     let det = u[0] * v[1] - u[1] * v[0];
     let slope = [
         (u[2] * v[1] - u[1] * v[2]) / det,
@@ -330,12 +330,12 @@ fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
     }
 }
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// Normalises an angle to -180 to 180 deg.
-fn turn(degrees: f64) -> f64 {
+fn normalized_angle(degrees: f64) -> f64 {
     let turned = degrees.rem_euclid(360.0);
     if turned > 180.0 {
         turned - 360.0
@@ -368,7 +368,7 @@ impl Tip {
             return Err(not_finite());
         }
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
-        let turned = turn(r2 - r1).abs();
+        let turned = normalized_angle(r2 - r1).abs();
         if turned < MIN_J4_TURN {
             let message = message!(
                 "the tool was turned by {turned:.1} deg between the touches, at least {least} deg \

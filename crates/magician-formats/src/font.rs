@@ -101,13 +101,13 @@ pub fn svg_options() -> usvg::Options<'static> {
 /// Creates a resolver that maps every family to the bundled font.
 pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
-        select_font: Box::new(|_, database| first(database)),
+        select_font: Box::new(|_, database| first_face(database)),
         select_fallback: Box::new(|_, _, _| None),
     }
 }
 
 /// The bundled font, which is the first face of every database here.
-pub(crate) fn first(database: &Database) -> Option<ID> {
+pub(crate) fn first_face(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
 }
 
@@ -123,7 +123,7 @@ pub(crate) fn installed() -> Arc<Database> {
 pub(crate) fn installed_resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|font, database| {
-            let ours = first(database);
+            let ours = first_face(database);
             for family in font.families() {
                 let FontFamily::Named(name) = family else {
                     return ours;
@@ -148,14 +148,14 @@ pub(crate) fn installed_resolver() -> FontResolver<'static> {
         // No search through all installed fonts for a missing character: with many fonts it takes
         // minutes.
         select_fallback: Box::new(|_, used, database| {
-            first(database).filter(|ours| !used.contains(ours))
+            first_face(database).filter(|ours| !used.contains(ours))
         }),
     }
 }
 
 /// True if a font of a database is the bundled one.
 pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
-    first(database) == Some(font)
+    first_face(database) == Some(font)
 }
 
 #[cfg(all(test, feature = "system-fonts"))]
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn single_line_text_has_the_capital_height_of_its_installed_family() {
         let installed = super::installed();
-        let ours = super::first(&installed);
+        let ours = super::first_face(&installed);
         let mut files: HashMap<ID, f64> = HashMap::new();
         let mut families = BTreeSet::new();
         let faces = installed.faces().filter(|face| Some(face.id) != ours);

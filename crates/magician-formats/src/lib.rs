@@ -50,7 +50,7 @@ pub mod formats;
 pub mod lettering;
 mod origin;
 #[cfg(any(feature = "drawings", feature = "font-files"))]
-mod packed;
+mod gzip;
 mod plan;
 mod power;
 pub mod raster;
@@ -59,7 +59,7 @@ mod recording;
 pub mod simplify;
 mod surface;
 mod testgrid;
-pub mod words;
+pub mod keywords;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{

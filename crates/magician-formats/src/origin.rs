@@ -105,8 +105,8 @@ impl<'t> Lines<'t> {
     /// moved to the nearest character boundary before it.
     #[must_use]
     pub fn origin(&self, range: Range<usize>) -> Origin {
-        let start = self.fit(range.start);
-        let end = self.fit(range.end).max(start);
+        let start = self.floor_char_boundary(range.start);
+        let end = self.floor_char_boundary(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
         let count = |from, to| self.characters_before(to) - self.characters_before(from);
@@ -124,12 +124,12 @@ impl<'t> Lines<'t> {
     pub fn range(&self, origin: &Origin) -> Option<Range<usize>> {
         let begin = *self.starts.get((origin.line as usize).checked_sub(1)?)?;
         let column = (origin.column as usize).saturating_sub(1);
-        let start = begin + offset(self.text.get(begin..)?, column);
-        let end = start + offset(self.text.get(start..)?, origin.length as usize);
+        let start = begin + byte_offset(self.text.get(begin..)?, column);
+        let end = start + byte_offset(self.text.get(start..)?, origin.length as usize);
         Some(start..end)
     }
 
-    fn fit(&self, at: usize) -> usize {
+    fn floor_char_boundary(&self, at: usize) -> usize {
         let mut at = at.min(self.text.len());
         while !self.text.is_char_boundary(at) {
             at -= 1;
@@ -144,7 +144,7 @@ fn characters(piece: &[u8]) -> usize {
 }
 
 /// Number of bytes that the first `characters` characters take.
-fn offset(text: &str, characters: usize) -> usize {
+fn byte_offset(text: &str, characters: usize) -> usize {
     let nth = text.char_indices().nth(characters);
     nth.map_or(text.len(), |(at, _)| at)
 }

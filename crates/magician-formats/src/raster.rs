@@ -60,7 +60,7 @@ impl Raster {
             Size::Width(width) => width / natural[0],
             Size::Height(height) => height / natural[1],
             Size::Pixel(pitch) => {
-                return positive([self.width as f64 * pitch, self.height as f64 * pitch]);
+                return check_positive([self.width as f64 * pitch, self.height as f64 * pitch]);
             }
         };
         positive(natural.map(|side| side * scale))
@@ -99,7 +99,7 @@ impl Raster {
 ///
 /// # Errors
 /// A [`Diagnostic`] if width or height is not positive and finite.
-pub fn positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
+pub fn check_positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
     if size.iter().all(|side| *side > 0.0 && side.is_finite()) {
         return Ok(size);
     }

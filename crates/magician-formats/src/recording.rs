@@ -7,7 +7,7 @@
 
 use magician_host::build;
 
-use crate::simplify::kept;
+use crate::simplify::kept_points;
 use crate::{Action, Origin, Plan, Tool, Travel};
 
 /// Motion below which the arm counts as standing still, mm and deg. A choice above the noise of the
@@ -119,7 +119,7 @@ impl Recording {
         if reading.t <= seen {
             return;
         }
-        if apart(&at, &reading) < STANDSTILL_TOLERANCE && (reading.pose[3] - at.pose[3]).abs() < STANDSTILL_TOLERANCE {
+        if pose_distance(&at, &reading) < STANDSTILL_TOLERANCE && (reading.pose[3] - at.pose[3]).abs() < STANDSTILL_TOLERANCE {
             self.last = Some((at, reading.t));
             // Slow drift below the threshold still counts: the motion ends where the arm came to
             // rest.
@@ -194,13 +194,13 @@ impl Stretch {
 
     fn push(&mut self, reading: PoseReading, tolerance: f64) {
         if let Some(last) = self.readings.last() {
-            self.length += along(last, &reading);
+            self.length += path_distance(last, &reading);
         }
         self.ended = reading.t;
         self.j4 = [self.j4[0].min(reading.j4), self.j4[1].max(reading.j4)];
         self.readings.push(reading);
         if self.readings.len() - self.thinned > CHUNK_READINGS {
-            let tail = thin(&self.readings[self.thinned..], tolerance);
+            let tail = thinned_readings(&self.readings[self.thinned..], tolerance);
             self.readings.truncate(self.thinned);
             self.readings.extend(tail);
             // The last reading kept is the start of the next chunk, so that chords join across
@@ -209,7 +209,7 @@ impl Stretch {
         }
     }
 
-    fn turns(&self) -> bool {
+    fn rotates_j4(&self) -> bool {
         self.j4[1] - self.j4[0] > J4_TOLERANCE
     }
 
@@ -221,7 +221,7 @@ impl Stretch {
         follow: CaptureMode,
         commanded: &mut Option<CommandedSpeed>,
     ) {
-        let lines = follow == CaptureMode::Lines || self.turns();
+        let lines = follow == CaptureMode::Lines || self.rotates_j4();
         let velocity = (self.length / (self.ended - self.begun)).clamp(SPEED_RANGE[0], SPEED_RANGE[1]);
         let velocity = (velocity * 10.0).round() / 10.0;
         // A choice: the ramp to full speed takes a quarter of a second.
@@ -238,7 +238,7 @@ impl Stretch {
             *commanded = Some(speed);
         }
         let (done, rest) = self.readings.split_at(self.thinned);
-        let readings = done.iter().copied().chain(thin(rest, tolerance));
+        let readings = done.iter().copied().chain(thinned_readings(rest, tolerance));
         for reading in readings.skip(1) {
             let [x, y, z, r] = reading.pose.map(|number| number as f32);
             let action = if lines {
@@ -269,20 +269,20 @@ fn rest(plan: &mut Plan, seconds: f64) {
 }
 
 /// Distance between two readings, mm.
-fn along(from: &PoseReading, to: &PoseReading) -> f64 {
+fn path_distance(from: &PoseReading, to: &PoseReading) -> f64 {
     let apart = from.pose.iter().zip(to.pose).take(3);
     apart.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
 }
 
 /// Distance including J4, where a degree counts as a millimetre.
-fn apart(from: &PoseReading, to: &PoseReading) -> f64 {
-    libm::hypot(along(from, to), to.j4 - from.j4)
+fn pose_distance(from: &PoseReading, to: &PoseReading) -> f64 {
+    libm::hypot(path_distance(from, to), to.j4 - from.j4)
 }
 
 /// Returns the first reading, the last, and as few as keep all others within the tolerance.
-fn thin(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
+fn thinned_readings(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
     let points: Vec<[f64; 4]> = readings.iter().map(point).collect();
-    let kept = readings.iter().zip(kept(&points, tolerance));
+    let kept = readings.iter().zip(kept_points(&points, tolerance));
     let kept = kept.filter(|(_, stays)| *stays);
     kept.map(|(reading, _)| *reading).collect()
 }

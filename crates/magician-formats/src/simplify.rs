@@ -10,12 +10,12 @@ const COLLINEAR_TOLERANCE: f64 = 1e-12;
 /// Returns true for each point to keep so that all others are within the tolerance of the remaining
 /// line (Ramer, Douglas and Peucker). The first and the last point are kept.
 #[must_use]
-pub fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
-    kept_where(points, tolerance, off_chord)
+pub fn kept_points<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
+    kept_points_by(points, tolerance, distance_to_chord)
 }
 
-/// Simplifies as [`kept`] does with another measure of the distance between a point and a chord.
-pub(crate) fn kept_where<P: Copy>(
+/// Simplifies as [`kept_points`] does with another measure of the distance between a point and a chord.
+pub(crate) fn kept_points_by<P: Copy>(
     points: &[P],
     tolerance: f64,
     off: impl Fn(P, P, P) -> f64,
@@ -53,8 +53,8 @@ pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     };
     let far = farthest(&points, [0, last], |point| length(minus(point, *first)));
     let middle = far.map_or(last, |(at, _)| at);
-    let mut stays = kept(&points[..=middle], tolerance);
-    stays.extend(kept(&points[middle..], tolerance).into_iter().skip(1));
+    let mut stays = kept_points(&points[..=middle], tolerance);
+    stays.extend(kept_points(&points[middle..], tolerance).into_iter().skip(1));
     let kept = points.iter().zip(stays).filter(|(_, stays)| *stays);
     kept.map(|(point, _)| *point).collect()
 }
@@ -89,7 +89,7 @@ fn farthest<P: Copy>(
 }
 
 /// Distance of a point from the segment between two others.
-pub(crate) fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
+pub(crate) fn distance_to_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
     let share = if square > 0.0 {
@@ -134,11 +134,11 @@ mod tests {
             }
         }
         for tolerance in [0.0, 0.05, 0.3, 2.0] {
-            let stays = kept(&points, tolerance);
+            let stays = kept_points(&points, tolerance);
             let ends: Vec<usize> = (0..points.len()).filter(|at| stays[*at]).collect();
             for pair in ends.windows(2) {
                 for at in pair[0]..=pair[1] {
-                    let off = off_chord(points[at], points[pair[0]], points[pair[1]]);
+                    let off = distance_to_chord(points[at], points[pair[0]], points[pair[1]]);
                     assert!(off <= tolerance, "{off}");
                 }
             }

@@ -73,7 +73,7 @@ impl Ending {
         let up = if self.stay {
             None
         } else if self.draws(plan) {
-            Some(plan.lift_left(at, self.lift))
+            Some(plan.remaining_lift(at, self.lift))
         } else {
             self.park.map(|_| self.lift)
         };

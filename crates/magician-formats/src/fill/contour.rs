@@ -62,19 +62,19 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
 /// Appends a ring to the line that ends near it, or starts a new line.
 fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     let ends = lines.iter().enumerate().filter_map(|(which, line)| {
-        let (far, begun) = begun_near(ring, *line.last()?)?;
+        let (far, begun) = rotated_to_start_near(ring, *line.last()?)?;
         (far <= MAX_JOIN_DISTANCE * spacing).then_some((which, far, begun))
     });
     let near = ends.min_by(|one, other| one.1.total_cmp(&other.1));
     match near {
         Some((which, _, begun)) => lines[which].extend(begun),
         // At a sharp corner the next ring is too far to be joined.
-        None => lines.extend(begun_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
+        None => lines.extend(rotated_to_start_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
     }
 }
 
 /// Rotates a ring to start at its point nearest to `to`, and returns the distance.
-fn begun_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
+fn rotated_to_start_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
     let next = ring.iter().cycle().skip(1);
     let edges = ring.iter().zip(next).enumerate();
     let nearest = edges.map(|(which, (a, b))| {

@@ -27,7 +27,7 @@ mod tests;
 pub(crate) use pattern::LineFamily;
 pub(crate) use region::Region;
 
-use crate::words::words;
+use crate::keywords::keywords;
 
 /// Fill pattern of an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -44,7 +44,7 @@ pub enum FillMode {
     Contour,
 }
 
-words! {
+keywords! {
     FillMode, "fill":
     None = "none",
     Hatch = "hatch",

@@ -12,7 +12,7 @@ use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 
 use super::{Area, FillRule};
 use crate::artwork::distance;
-use crate::simplify::off_chord;
+use crate::simplify::distance_to_chord;
 
 /// Smallest angle of a mitre, radians. Sharper corners are bevelled when an edge is offset.
 const MIN_MITRE_ANGLE: f64 = 0.5;
@@ -178,7 +178,7 @@ impl Region {
         let there_only = &there[..=last];
         let covered = |point: &[f64; 2]| {
             let edges = there_only.windows(2);
-            { edges }.any(|edge| off_chord(*point, edge[0], edge[1]) <= width / 2.0)
+            { edges }.any(|edge| distance_to_chord(*point, edge[0], edge[1]) <= width / 2.0)
         };
         if ring.len() <= MAX_COMPARED_EDGES && back.iter().all(covered) {
             there_only.to_vec()

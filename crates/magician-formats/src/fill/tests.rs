@@ -267,7 +267,7 @@ fn bars_beside_a_wider_part_are_drawn() {
                 let lines = fill(mode, 45.0).lines(&bar);
                 let end = [1.0 + length * 0.8, 6.0 + height / 2.0];
                 let off = (lines.iter().flat_map(|line| line.windows(2)))
-                    .map(|pair| crate::simplify::off_chord(end, pair[0], pair[1]))
+                    .map(|pair| crate::simplify::distance_to_chord(end, pair[0], pair[1]))
                     .fold(f64::INFINITY, f64::min);
                 assert!(off <= SPACING / 2.0, "{mode:?} {length} x {height}: {off}");
             }

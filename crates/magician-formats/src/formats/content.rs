@@ -49,7 +49,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         },
         '{' if text.contains("\"magician-plan\"") => Some(Format::Plan),
         '{' if text.contains("\"magician-testgrid\"") => Some(Format::TestGrid),
-        _ if points::is_one(text) => Some(Format::Points),
+        _ if points::is_point_list(text) => Some(Format::Points),
         '{' => None,
         // A program of DobotLab is a JSON list.
         // DXF, HPGL and G-code come last because their tests are the weakest.

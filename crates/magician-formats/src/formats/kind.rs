@@ -137,7 +137,7 @@ impl Format {
             Self::Blockly => behind!("programs", blockly),
             Self::Image => behind!("images", image),
             Self::Points => behind!("programs", points),
-            Self::Text => behind!("lettering", curved words),
+            Self::Text => behind!("lettering", curved plain_text),
             Self::TestGrid => behind!("lettering", testgrid),
         }
     }

@@ -32,7 +32,7 @@ mod svg;
 #[cfg(feature = "lettering")]
 mod testgrid;
 #[cfg(feature = "lettering")]
-mod words;
+mod plain_text;
 #[cfg(feature = "programs")]
 mod xml;
 
@@ -46,7 +46,7 @@ use magician_host::{Remedy, Setting};
 
 use crate::lettering::TextOptions;
 use crate::raster::Raster;
-use crate::words::words;
+use crate::keywords::keywords;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
 
 /// Format of a file.
@@ -138,7 +138,7 @@ pub enum TextLines {
     Stroke,
 }
 
-words! {
+keywords! {
     TextLines, "text":
     Outline = "outline",
     Stroke = "stroke",
@@ -155,7 +155,7 @@ pub enum SystemFonts {
     On,
 }
 
-words! {
+keywords! {
     SystemFonts, "system_fonts":
     On = "on",
     Off = "off",
@@ -172,7 +172,7 @@ pub enum White {
     Draw,
 }
 
-words! {
+keywords! {
     White, "white":
     Skip = "skip",
     Draw = "draw",

@@ -1,7 +1,7 @@
 //! Reader of test grids: options as JSON, laid out as cells and labels.
 
 use super::{Content, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::lettering::lay_out;
 use crate::testgrid::{TestGrid, TestGridOptions};
 use crate::{BundledFont, Diagnostic, FontChoice, Origin, TextOptions};
@@ -18,7 +18,7 @@ const MAX_LABEL_WIDTH: f64 = 1.1;
 const LABEL_TOLERANCE: f64 = 0.02;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     let wanted: TestGridOptions = serde_json::from_str(&text).map_err(|error| {
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         let origin = Origin {
@@ -28,7 +28,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         };
         Diagnostic::new(
             origin,
-            message!("this is no test grid: {error}", error = said(&error)),
+            message!("this is no test grid: {error}", error = error_text(&error)),
         )
     })?;
     wanted
@@ -45,7 +45,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 }
 
 /// Message of a serde error without the place, which the diagnostic carries itself.
-fn said(error: &serde_json::Error) -> String {
+fn error_text(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.split(" at line ").next().unwrap_or(&text).to_owned()
 }

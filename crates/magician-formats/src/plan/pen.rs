@@ -49,7 +49,7 @@ impl Plan {
     /// The pen stands at the given point. The paper is at the surface, or at the plan's lowest
     /// point if that is higher or there is no surface.
     #[must_use]
-    pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
+    pub fn remaining_lift(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
         let targets = self.steps.iter().filter_map(|step| step.action.target());
         let lowest = targets.map(|[_, _, z]| f64::from(z)).reduce(f64::min);
         let surface = self.surface.map(|surface| surface.at([x, y]));
@@ -145,17 +145,17 @@ mod tests {
     fn pen_lift_is_the_remaining_lift_of_its_plan() {
         let at = |z: f64| [240.0, 0.0, z];
         let mut plan = of(None, &[go(200.0, 0.0, -40.0), along(240.0, 0.0, -50.0)]);
-        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
-        assert_eq!(plan.lift_left(at(-46.0), 10.0), 6.0);
-        assert_eq!(plan.lift_left(at(-40.0), 10.0), 0.0);
-        assert_eq!(plan.lift_left(at(20.0), 10.0), 0.0);
+        assert_eq!(plan.remaining_lift(at(-50.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-46.0), 10.0), 6.0);
+        assert_eq!(plan.remaining_lift(at(-40.0), 10.0), 0.0);
+        assert_eq!(plan.remaining_lift(at(20.0), 10.0), 0.0);
         // The pen is pressed into the paper.
-        assert_eq!(plan.lift_left(at(-51.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-51.0), 10.0), 10.0);
         plan.surface = Some(Surface::level(-45.0));
-        assert_eq!(plan.lift_left(at(-45.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-45.0), 10.0), 10.0);
         // A plan that draws above its named surface still touches something at its lowest point.
         plan.surface = Some(Surface::level(-90.0));
-        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-50.0), 10.0), 10.0);
     }
 
     #[test]

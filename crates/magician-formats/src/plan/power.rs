@@ -204,7 +204,7 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let mut ramp = |outer: f64, inner: f64| {
         let change = (speed(inner) - speed(outer)).abs();
         if change > MAX_SPEED_DEVIATION * feed {
-            let ramp = when(profile, speed(inner), outer, inner) - outer;
+            let ramp = time_at_speed(profile, speed(inner), outer, inner) - outer;
             let allowed = 2.0 * MAX_SPEED_DEVIATION * feed / change * ramp.abs() / period;
             let piece = allowed.floor().max(MIN_PIECE_PERIODS) * period;
             let count = (ramp.abs() / piece).ceil();
@@ -237,7 +237,7 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
 }
 
 /// Time at which a ramp between two times reaches a speed. For a falling ramp its end.
-fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
+fn time_at_speed(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (profile.velocity(from), profile.velocity(to));
     if fast > slow {
         from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0)

@@ -12,7 +12,7 @@ use magician_protocol::Set;
 
 use super::{Action, Plan, Step, Travel};
 use crate::artwork::{Tidied, Tidy, from_the_least};
-use crate::simplify::{kept, length};
+use crate::simplify::{kept_points, length};
 
 /// Distance below which positions count as equal, mm. It absorbs the rounding of 32-bit
 /// coordinates.
@@ -57,20 +57,20 @@ impl Plan {
     fn without_repeated(&mut self) -> usize {
         let traced = Traced::of(self);
         let mut known = HashSet::new();
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         let mut repeated = 0;
         for line in &traced.lines {
             if known.insert((line.scope, line.shape(&traced, self))) {
                 continue;
             }
-            let Some((down, up)) = traced.ways_of(line, self) else {
+            let Some((down, up)) = traced.travel_around(line, self) else {
                 continue;
             };
             repeated += 1;
             let marks = line.steps.clone();
-            gone.where_led(self, marks.chain(down).chain(up));
+            removed.mark_motion(self, marks.chain(down).chain(up));
         }
-        gone.from(self);
+        removed.remove_from(self);
         repeated
     }
 
@@ -78,7 +78,7 @@ impl Plan {
     /// joins.
     fn without_gaps(&mut self, merge: f64) -> usize {
         let traced = Traced::of(self);
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         let mut joined = 0;
         for pair in traced.lines.windows(2) {
             let [line, next] = pair else { continue };
@@ -103,18 +103,18 @@ impl Plan {
             };
             if alike && self.steps[between.clone()].iter().all(near) {
                 joined += 1;
-                gone.where_led(self, between.clone());
-                gone.settings_alike(self, &traced, between);
+                removed.mark_motion(self, between.clone());
+                removed.mark_repeated_settings(self, &traced, between);
             }
         }
-        gone.from(self);
+        removed.remove_from(self);
         joined
     }
 
     /// Removes points from which the line deviates by no more than the tolerance.
     fn thinned(&mut self, tolerance: f64) {
         let traced = Traced::of(self);
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         for line in &traced.lines {
             let mut from = line.steps.start;
             while from < line.steps.end {
@@ -129,16 +129,16 @@ impl Plan {
                         .chain((from..to).map(|at| self.steps[at].action.target().map(wide)))
                         .flatten()
                         .collect();
-                    let stays = kept(&points, tolerance);
+                    let stays = kept_points(&points, tolerance);
                     // The first point is the start of the line, which belongs to the step before.
                     for (at, stays) in (from..to).zip(stays.into_iter().skip(1)) {
-                        gone.steps[at] |= !stays;
+                        removed.steps[at] |= !stays;
                     }
                 }
                 from = to;
             }
         }
-        gone.from(self);
+        removed.remove_from(self);
     }
 }
 
@@ -181,11 +181,11 @@ fn across(a: Point, b: Point) -> f64 {
 }
 
 /// Steps to be removed.
-struct Gone {
+struct RemovedSteps {
     steps: Vec<bool>,
 }
 
-impl Gone {
+impl RemovedSteps {
     fn new(steps: usize) -> Self {
         Self {
             steps: vec![false; steps],
@@ -193,7 +193,7 @@ impl Gone {
     }
 
     /// Marks the steps that have a target.
-    fn where_led(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
+    fn mark_motion(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
         for at in steps {
             self.steps[at] |= plan.steps[at].action.target().is_some();
         }
@@ -201,7 +201,7 @@ impl Gone {
 
     /// Marks settings of the path speed whose effect is overridden, or that restore the speed in
     /// force before.
-    fn settings_alike(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
+    fn mark_repeated_settings(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
         let sets = |at: &usize| matches!(&plan.steps[*at].action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         let settings: Vec<usize> = between.clone().filter(sets).collect();
         let Some((last, others)) = settings.split_last() else {
@@ -213,9 +213,9 @@ impl Gone {
         }
     }
 
-    fn from(self, plan: &mut Plan) {
-        let mut gone = self.steps.into_iter();
-        plan.steps.retain(|_| !gone.next().unwrap_or(false));
+    fn remove_from(self, plan: &mut Plan) {
+        let mut removed = self.steps.into_iter();
+        plan.steps.retain(|_| !removed.next().unwrap_or(false));
     }
 }
 
@@ -305,7 +305,7 @@ impl Traced {
 
     /// Returns the steps that lead down to a line and up from it. `None` if anything else happens
     /// there. Once these steps and the line are removed, the tool passes above the line.
-    fn ways_of(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
+    fn travel_around(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
         let Range { start, end } = line.steps;
         let nothing = (start..start, end..end);
         let next = plan.steps.get(end..)?.iter();
@@ -399,7 +399,7 @@ impl Line {
             forth.push(Piece::By(via, burnt(plan, traced, at)));
             forth.push(Piece::At(near(wide(to))));
         }
-        if let Some(closed) = wherever_it_begins(&forth) {
+        if let Some(closed) = canonical_rotation(&forth) {
             return closed;
         }
         let back = forth.iter().rev().copied().collect();
@@ -416,7 +416,7 @@ enum Piece {
 
 /// Normalises a closed line to a canonical start and direction. `None` if it is open, or its
 /// segments differ.
-fn wherever_it_begins(line: &[Piece]) -> Option<Vec<Piece>> {
+fn canonical_rotation(line: &[Piece]) -> Option<Vec<Piece>> {
     let (first, rest) = line.split_first()?;
     let (by, _) = rest.split_first()?;
     let ways = line.iter().skip(1).step_by(2);

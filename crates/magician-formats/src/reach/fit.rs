@@ -63,12 +63,12 @@ impl Reach {
             )));
         }
         let Some([near, far]) = self.ahead() else {
-            return Err(self.nothing_here());
+            return Err(self.nothing_in_reach());
         };
         let search = Search {
             reach: self,
             shape: &shape,
-            wish: [0.5 * (near + far), 0.0],
+            preferred: [0.5 * (near + far), 0.0],
         };
         if fit != Fit::Fill
             && let Some(at) = search.true_size()
@@ -76,17 +76,17 @@ impl Reach {
             return Ok(shape.placed(at, 1.0));
         }
         if shape.is_a_point() {
-            return Ok(shape.placed(search.wish, 1.0));
+            return Ok(shape.placed(search.preferred, 1.0));
         }
-        let largest = search.largest().and_then(|best| search.settled(best));
-        let (at, scale) = largest.ok_or_else(|| self.nothing_here())?;
+        let largest = search.largest().and_then(|best| search.shrunk_to_hold(best));
+        let (at, scale) = largest.ok_or_else(|| self.nothing_in_reach())?;
         if fit == Fit::TrueSize {
             return Err(self.too_large(&shape, scale));
         }
         Ok(shape.placed(at, scale))
     }
 
-    fn nothing_here(&self) -> Diagnostic {
+    fn nothing_in_reach(&self) -> Diagnostic {
         let (height, lift) = (self.surface.at([200.0, 0.0]), self.lift);
         let message = message!(
             "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm",
@@ -206,7 +206,7 @@ struct Search<'s> {
     reach: &'s Reach,
     shape: &'s Shape,
     /// Preferred position of the middle.
-    wish: [f64; 2],
+    preferred: [f64; 2],
 }
 
 impl Search<'_> {
@@ -241,7 +241,7 @@ impl Search<'_> {
     /// True if every way along its edges is within reach, checked exactly. Checking the edges is
     /// enough: the unreachable area near the base is open to the rear, so it cannot be a hole
     /// inside the shape.
-    fn holds(&self, at: [f64; 2], scale: f64) -> bool {
+    fn holds_exactly(&self, at: [f64; 2], scale: f64) -> bool {
         let scale = scale * (1.0 + MARGIN_SHARE);
         let mut edges = self.shape.edges_at(at, scale);
         edges.all(|[a, b]| self.reach.contains_line(a, b).is_ok())
@@ -249,14 +249,14 @@ impl Search<'_> {
 
     /// Returns the points of a grid within the farthest reach, nearest to the preferred one first.
     fn places(&self) -> Vec<[f64; 2]> {
-        let most = (2.0 * self.wish[0] / GRID_SPACING).ceil().min(60.0) as i32;
-        let ahead = self.wish[0];
+        let most = (2.0 * self.preferred[0] / GRID_SPACING).ceil().min(60.0) as i32;
+        let ahead = self.preferred[0];
         let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
         let mut places: Vec<[f64; 2]> = grid
             .map(|(x, y)| [ahead + f64::from(x) * GRID_SPACING, f64::from(y) * GRID_SPACING])
             .filter(|at| self.reach.has(*at))
             .collect();
-        places.sort_by(|a, b| distance(*a, self.wish).total_cmp(&distance(*b, self.wish)));
+        places.sort_by(|a, b| distance(*a, self.preferred).total_cmp(&distance(*b, self.preferred)));
         places
     }
 
@@ -264,7 +264,7 @@ impl Search<'_> {
     /// beside it.
     fn true_size(&self) -> Option<[f64; 2]> {
         let places = self.places();
-        let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds(*at, 1.0);
+        let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds_exactly(*at, 1.0);
         let in_front = |at: &[f64; 2]| self.shape.least_in_front(*at) <= 1.0;
         let ahead = places.iter().find(|at| in_front(at) && fits(at)).copied();
         // A place with just enough room is unlikely to be on the grid, so search by size.
@@ -350,9 +350,9 @@ impl Search<'_> {
 
     /// Shrinks the shape at a place until all of its ways pass the exact check. `None` after 500
     /// steps of 1 %.
-    fn settled(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
+    fn shrunk_to_hold(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
         for _ in 0..500 {
-            if self.holds(at, scale) {
+            if self.holds_exactly(at, scale) {
                 return Some((at, scale));
             }
             scale *= 0.99;
@@ -460,7 +460,7 @@ mod tests {
             let search = Search {
                 reach: &reach(),
                 shape: &shape,
-                wish: [0.0, 0.0],
+                preferred: [0.0, 0.0],
             };
             for degrees in -90..=90 {
                 let (sin, cos) = libm::sincos(1.5 * f64::from(degrees).to_radians());

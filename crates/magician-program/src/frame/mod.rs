@@ -10,7 +10,7 @@ use crate::artwork::{Marking, PlacedArtwork};
 use crate::setup::{POWER_UP_TOOL, WorkLines, report};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
 use magician_formats::reach::hull;
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Speed ratio of the arm at power-up (model section 6): travel moves run at half the set speed.
 const POWER_UP_SPEED_RATIO: f32 = 0.5;
@@ -30,7 +30,7 @@ pub enum FrameShape {
     Outline,
 }
 
-words! {
+keywords! {
     FrameShape, "frame":
     Box = "box",
     Hull = "hull",
@@ -177,7 +177,7 @@ fn around_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
         if let Some(&from) = round.last()
             && !reach.leads(from, to, 0.0)
         {
-            round.extend(reach.round_base(from, to, 0.0).unwrap_or_default());
+            round.extend(reach.corners_around_base(from, to, 0.0).unwrap_or_default());
         }
         round.push(to);
     }

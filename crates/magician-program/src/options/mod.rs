@@ -27,7 +27,7 @@ use crate::{
     Action, Ending, Fills, Frame, Framing, Page, PartRule, Placement, Plan, Power, ReadOptions,
     Setup, Surface, SystemFonts, Tool, Work,
 };
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Acceleration on paths if a speed is given, as at power-up, mm/s2.
 const PATH_ACCELERATION: f32 = 100.0;
@@ -79,7 +79,7 @@ pub enum ModeOption {
     Dither,
 }
 
-words! {
+keywords! {
     ModeOption, "mode":
     Grey = "grey",
     Threshold = "threshold",

@@ -7,7 +7,7 @@ use super::resample::resample;
 use super::shade::{Shade, nothing};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
 use crate::{Artwork, Diagnostic};
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Style of drawing an image with a pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -26,7 +26,7 @@ pub enum ImageStyle {
     Hatch,
 }
 
-words! {
+keywords! {
     ImageStyle, "image":
     Outline = "outline",
     Centerline = "centerline",

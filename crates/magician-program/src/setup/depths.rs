@@ -18,7 +18,7 @@ use super::work_lines::{Segment, TOUCH_HEIGHT};
 use crate::artwork::distance;
 use crate::{Diagnostic, DiagnosticCode, Plan};
 use flat::Flattener;
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 use walk::{Event, walk};
 
 /// Largest height difference that counts as equal, mm: programs have three or four decimals.
@@ -44,7 +44,7 @@ pub enum Depths {
     Keep,
 }
 
-words! {
+keywords! {
     Depths, "depths":
     Flatten = "flatten",
     Keep = "keep",

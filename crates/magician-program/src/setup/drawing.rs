@@ -191,7 +191,7 @@ impl Setup {
         let mut layout = self.layout()?;
         if layout.fit {
             let frame = Artwork::frame(image.size(self.size)?);
-            layout.scale = frame.laid(&layout, &marking)?.0.scale;
+            layout.scale = frame.placed_with_misfit(&layout, &marking)?.0.scale;
         }
         let scale = layout.scale;
         let trace = self.trace(trace, scale);
@@ -209,7 +209,7 @@ impl Setup {
             };
             artwork.put_in_order(&order.to_draw(scale));
         }
-        let (placed, misfit) = artwork.laid(&layout, &marking)?;
+        let (placed, misfit) = artwork.placed_with_misfit(&layout, &marking)?;
         let plan = placed.plan(&marking);
         Ok(LaidPlan {
             plan: self.with_offset(plan, notes)?,
@@ -236,7 +236,7 @@ impl Setup {
         notes: &mut Vec<Diagnostic>,
     ) -> Result<LaidPlan, Diagnostic> {
         let marking = self.marking();
-        let (mut placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
+        let (mut placed, misfit) = artwork.placed_with_misfit(&self.layout()?, &marking)?;
         if !artwork.areas.is_empty() {
             let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
             let bare = placed.artwork.fill(&fill);

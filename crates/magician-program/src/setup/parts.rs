@@ -6,7 +6,7 @@ use magician_host::{Given, Setting};
 use super::Setup;
 use crate::artwork::{DrawingPart, PartPen};
 use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Largest number of parts named in an error.
 const MAX_NAMED_PARTS: usize = 20;
@@ -25,7 +25,7 @@ pub enum PartMode {
     Color,
 }
 
-words! {
+keywords! {
     PartMode, "parts":
     None = "none",
     Layer = "layer",

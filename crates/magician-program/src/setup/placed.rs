@@ -178,7 +178,7 @@ impl Setup {
         let (layout, marks_size) = self.layout_for(&marks.artwork, surface)?;
         self.check_sheet(&layout, marks_size)?;
         let marking = Marking { tool, ..self.pen };
-        let (placed, misfit) = marks.artwork.laid(&layout, &marking)?;
+        let (placed, misfit) = marks.artwork.placed_with_misfit(&layout, &marking)?;
         let [x, y] = placed.middle;
         let what = message!(
             "it is placed: its centre at x = {x:.1}, y = {y:.1}, its Z {touch:.3} on the surface at z \

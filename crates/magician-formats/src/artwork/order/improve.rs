@@ -40,13 +40,13 @@ pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
     search.queue.extend(0..search.near.len());
     search.queued.fill(true);
     search.settle();
-    let mut dice = Dice(search.stops.len() as u64);
+    let mut random = RandomSource(search.stops.len() as u64);
     let enough = search.effort.saturating_sub(MAX_KICK_EFFORT);
     for _ in 0..KICKS_PER_STROKE * search.stops.len() {
         if search.effort <= enough {
             break;
         }
-        search.kick(&mut dice);
+        search.kick(&mut random);
     }
     *stops = search.stops;
     search.effort
@@ -69,9 +69,9 @@ fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
 }
 
 /// Linear congruential generator with a fixed seed.
-struct Dice(u64);
+struct RandomSource(u64);
 
-impl Dice {
+impl RandomSource {
     fn below(&mut self, most: usize) -> usize {
         self.0 = (self.0)
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -175,11 +175,11 @@ impl LocalSearch {
 
     /// Swaps two neighbouring stretches and repairs the tour. Undone unless the tour ends up
     /// shorter.
-    fn kick(&mut self, dice: &mut Dice) {
+    fn kick(&mut self, random: &mut RandomSource) {
         let count = self.stops.len();
         let longest = MAX_SWAPPED_STROKES.min(count / 2);
-        let [first, second] = [(); 2].map(|()| 1 + dice.below(longest));
-        let from = dice.below(count - first - second + 1);
+        let [first, second] = [(); 2].map(|()| 1 + random.below(longest));
+        let from = random.below(count - first - second + 1);
         let (middle, to) = (from + first, from + first + second);
         let ways = |search: &Self| -> f64 {
             let gaps = [from, middle, to].map(|at| search.gap(search.before(at), search.stop(at)));
@@ -195,7 +195,7 @@ impl LocalSearch {
         self.longer += gaps.iter().sum::<f64>();
         [from, split, to]
             .into_iter()
-            .for_each(|at| self.look_at(at));
+            .for_each(|at| self.enqueue_around(at));
         self.settle();
         if self.longer > -MIN_GAIN {
             while let Some(range) = self.turned.pop() {
@@ -205,7 +205,7 @@ impl LocalSearch {
     }
 
     /// Queues the strokes on both sides of a gap.
-    fn look_at(&mut self, at: usize) {
+    fn enqueue_around(&mut self, at: usize) {
         for at in [at.checked_sub(1), Some(at)].into_iter().flatten() {
             let Some(stroke) = self.stops.get(at).map(|stop| stop.stroke) else {
                 continue;
@@ -249,8 +249,8 @@ impl LocalSearch {
             let gain = self.two_opt_gain(&range);
             if gain < -MIN_GAIN && self.afford(range.len()) {
                 self.longer += gain;
-                self.look_at(range.start);
-                self.look_at(range.end);
+                self.enqueue_around(range.start);
+                self.enqueue_around(range.end);
                 self.reverse(range);
                 return true;
             }
@@ -307,7 +307,7 @@ impl LocalSearch {
             let behind = (at + 1).saturating_sub(long)..at + 1;
             for chain in [ahead, behind] {
                 let is_there = chain.end <= self.stops.len() && chain.len() == long;
-                if is_there && !chain.contains(&beside) && self.put(&chain, beside) {
+                if is_there && !chain.contains(&beside) && self.try_insert(&chain, beside) {
                     return true;
                 }
             }
@@ -316,7 +316,7 @@ impl LocalSearch {
     }
 
     /// Moves a chain next to a stroke if that shortens the tour.
-    fn put(&mut self, chain: &Range<usize>, beside: usize) -> bool {
+    fn try_insert(&mut self, chain: &Range<usize>, beside: usize) -> bool {
         let (before, after) = (self.before(chain.start), self.stop(chain.end));
         let (Some(first), Some(last)) = (self.stop(chain.start), self.before(chain.end)) else {
             return false;
@@ -350,7 +350,7 @@ impl LocalSearch {
         self.longer += gain;
         [chain.start, chain.end, to]
             .into_iter()
-            .for_each(|at| self.look_at(at));
+            .for_each(|at| self.enqueue_around(at));
         let long = chain.len();
         // Reversing the whole range swaps chain and others; then each of the two is reversed back
         // unless it shall stay reversed.

@@ -163,7 +163,7 @@ impl<'t> Machine<'t> {
             }
             "text_print" => {
                 let said = self.value(block, "TEXT", depth)?;
-                let said = said.map(|value| value.said()).unwrap_or_default();
+                let said = said.map(|value| value.to_text()).unwrap_or_default();
                 self.note(index, "print", format!("it prints: {said}"));
             }
             _ if self.is_value(block) => {

@@ -192,7 +192,7 @@ impl Spline {
     ) {
         let strays = |share: &f64| {
             let at = self.at(span, from.0 + (to.0 - from.0) * share);
-            off_chord(at, from.1, to.1) > tolerance
+            distance_to_chord(at, from.1, to.1) > tolerance
         };
         if halvings == 0 || points.len() >= most || !CHECK_PARAMETERS.iter().any(strays) {
             points.push(to.1);
@@ -241,7 +241,7 @@ fn even(degree: usize, count: usize) -> Vec<f64> {
         .collect()
 }
 
-fn off_chord(point: Point, from: Point, to: Point) -> f64 {
+fn distance_to_chord(point: Point, from: Point, to: Point) -> f64 {
     let (chord, way) = (to - from, point - from);
     let square = chord.hypot2();
     let share = if square > 0.0 {

@@ -90,7 +90,7 @@ impl Block {
                 (b'N', _) => {}
                 (letter @ (b'G' | b'M'), Some(number)) => {
                     self.push(letter, number, word.range)?;
-                    if self.goes_on_as_text() {
+                    if self.is_followed_by_text() {
                         break;
                     }
                 }
@@ -126,7 +126,7 @@ impl Block {
         Ok(())
     }
 
-    fn goes_on_as_text(&self) -> bool {
+    fn is_followed_by_text(&self) -> bool {
         let last = self.codes.last();
         last.is_some_and(|code| WITH_TEXT.iter().any(|number| code.is(b'M', *number)))
     }
@@ -145,7 +145,7 @@ impl Block {
     }
 
     /// Returns a line with only these numbers, at the place of this one.
-    pub(super) fn instead(&self, numbers: &[(u8, f64)]) -> Self {
+    pub(super) fn with_numbers(&self, numbers: &[(u8, f64)]) -> Self {
         let mut block = Self {
             range: self.range.clone(),
             ..Self::default()

@@ -135,7 +135,7 @@ impl Machine<'_> {
     ) -> Result<(), SpanDiagnostic> {
         let before = (self.mode, self.relative, self.unit);
         (self.mode, self.relative, self.unit) = (mode, false, 1.0);
-        let done = self.straight(&block.instead(to), origin);
+        let done = self.straight(&block.with_numbers(to), origin);
         (self.mode, self.relative, self.unit) = before;
         done
     }

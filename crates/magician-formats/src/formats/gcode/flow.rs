@@ -17,7 +17,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 
     /// Executes an O-word.
-    pub(super) fn lead(
+    pub(super) fn execute_oword(
         &mut self,
         oword: &'p Oword,
         own: usize,

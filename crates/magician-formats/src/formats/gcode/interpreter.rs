@@ -11,7 +11,7 @@ use super::Notes;
 use super::block::Block;
 use super::modes::Modes;
 use super::oword::{Owords, TextPosition, line_at};
-use super::parameters::{Parameters, Saved};
+use super::parameters::{Parameters, SavedParameters};
 use super::{SourceLine, behind_number};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Diagnostic, DiagnosticCode};
@@ -64,7 +64,7 @@ pub(super) struct CallFrame {
 #[derive(Debug)]
 pub(super) enum CallKind {
     Main,
-    Sub(Saved),
+    Sub(SavedParameters),
     /// A numbered program, and the number of remaining repetitions.
     Numbered(u32, u64),
 }
@@ -77,7 +77,7 @@ pub(super) enum LineOutcome {
     /// Skipped: block delete (`/`) or a controller setting (`$`).
     LeftOut,
     /// Control flow only.
-    Led,
+    ControlFlow,
 }
 
 #[derive(Debug)]
@@ -146,12 +146,12 @@ impl<'p, 't> Interpreter<'p, 't> {
             number: here.number.saturating_add(1),
             oword: here.oword,
         };
-        let stepped = self.carry_out(&line, here, block);
+        let stepped = self.execute_line(&line, here, block);
         let stepped = stepped.map_err(|error| line.diagnostic(error))?;
         Ok(Some((line, stepped)))
     }
 
-    fn carry_out(
+    fn execute_line(
         &mut self,
         line: &SourceLine<'t>,
         here: TextPosition,
@@ -168,7 +168,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             Some(b'/' | b'$') => return Ok(LineOutcome::LeftOut),
             Some(b'%') if line.text.trim() == "%" => {
                 self.ended = self.begun;
-                return Ok(LineOutcome::Led);
+                return Ok(LineOutcome::ControlFlow);
             }
             _ => {}
         }
@@ -180,9 +180,9 @@ impl<'p, 't> Interpreter<'p, 't> {
         {
             self.begun = true;
             self.place.oword = here.oword + 1;
-            self.lead(oword, here.oword, line)?;
+            self.execute_oword(oword, here.oword, line)?;
             self.note_unset(line);
-            return Ok(LineOutcome::Led);
+            return Ok(LineOutcome::ControlFlow);
         }
         block.fill(line.text, &self.parameters)?;
         self.note_unset(line);

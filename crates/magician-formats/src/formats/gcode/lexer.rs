@@ -84,7 +84,7 @@ impl<'l> Words<'l> {
                 // Some programs put a comma between words. A number after a comma has no letter and
                 // is an error.
                 b',' if self
-                    .behind_comma()
+                    .byte_after_comma()
                     .is_some_and(|next| next.is_ascii_alphabetic()) =>
                 {
                     self.at += 1;
@@ -98,7 +98,7 @@ impl<'l> Words<'l> {
 
     /// Returns the first byte after a comma, or `None` if it begins a corner modifier such as
     /// `,R2`.
-    fn behind_comma(&self) -> Option<u8> {
+    fn byte_after_comma(&self) -> Option<u8> {
         let rest = self.line.as_bytes().get(self.at + 1..)?;
         let next = rest.iter().find(|byte| !byte.is_ascii_whitespace())?;
         (!CORNER_LETTERS.contains(&next.to_ascii_uppercase())).then_some(*next)
@@ -221,7 +221,7 @@ impl<'l> Words<'l> {
     }
 
     /// Skips a part addressed to a controller, and returns why it is left out.
-    fn of_the_controller(&mut self, sign: char) -> Option<&'static str> {
+    fn skip_controller_part(&mut self, sign: char) -> Option<&'static str> {
         let start = self.at;
         self.at += sign.len_utf8();
         match sign {
@@ -346,7 +346,7 @@ impl Iterator for Words<'_> {
         }
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
-        if let Some(why) = self.of_the_controller(sign) {
+        if let Some(why) = self.skip_controller_part(sign) {
             return Some(Ok(Item::LeftOut(why, start..self.at)));
         }
         self.at = self.line.len();

@@ -7,7 +7,7 @@ use super::GcodeOptions;
 use super::Notes;
 use super::SourceLine;
 use super::arc::Plane;
-use super::begin::Begin;
+use super::begin::ProgramStart;
 use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
@@ -81,7 +81,7 @@ pub(super) struct Machine<'o> {
     tool: Option<u64>,
     /// True if something was drawn before the first tool.
     toolless: bool,
-    pub(super) begin: Begin,
+    pub(super) begin: ProgramStart,
     /// Origin of the program in the arm's coordinates.
     pub(super) offsets: Offsets,
 }
@@ -159,7 +159,7 @@ impl<'o> Machine<'o> {
             tools: Vec::new(),
             tool: None,
             toolless: false,
-            begin: Begin::new(options.placed),
+            begin: ProgramStart::new(options.placed),
             offsets: Offsets::default(),
         })
     }
@@ -230,7 +230,7 @@ impl<'o> Machine<'o> {
         if let Some(code) = pause_code(block)
             && !changes
         {
-            let told = pause::told(line.text, block);
+            let told = pause::pause_message(line.text, block);
             let text = told.unwrap_or_else(|| format!("the program pauses ({code})"));
             self.out.pause(text, origin);
         }
@@ -252,7 +252,7 @@ impl<'o> Machine<'o> {
         let pauses = changes || block.has(b'M', 6);
         let tool = named.or(self.tool);
         if pauses {
-            let told = pause::told(line, block).map(|told| format!(": {told}"));
+            let told = pause::pause_message(line, block).map(|told| format!(": {told}"));
             let told = told.unwrap_or_default();
             let text = match tool {
                 Some(tool) => format!("mount tool {tool}{told}"),
@@ -331,10 +331,10 @@ impl<'o> Machine<'o> {
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
             match code.tenths / 10 {
                 0 | 1 | 2 | 6 | 30 => {}
-                3 | 4 if self.laser => self.light(code),
-                106 if self.laser && self.survey.fan_lights() => self.light(code),
-                5 if self.laser => self.darken(origin),
-                107 if self.laser && self.survey.fan_lights() => self.darken(origin),
+                3 | 4 if self.laser => self.switch_laser_on(code),
+                106 if self.laser && self.survey.fan_lights() => self.switch_laser_on(code),
+                5 if self.laser => self.switch_laser_off(origin),
+                107 if self.laser && self.survey.fan_lights() => self.switch_laser_off(origin),
                 3..=5 | 280 | 300 if angle.is_some() => {}
                 300 => {
                     let message = "M300 (a tone, a servo that is switched off) is left out";
@@ -366,12 +366,12 @@ impl<'o> Machine<'o> {
         Ok(())
     }
 
-    fn light(&mut self, code: &Code) {
+    fn switch_laser_on(&mut self, code: &Code) {
         self.on = true;
         self.follows_speed = code.is(b'M', 4);
     }
 
-    fn darken(&mut self, origin: Origin) {
+    fn switch_laser_off(&mut self, origin: Origin) {
         self.on = false;
         self.out.laser_off(origin);
     }

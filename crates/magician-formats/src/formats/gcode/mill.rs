@@ -78,7 +78,7 @@ impl Mill {
 
     /// Examines the words of a line. `places` is true if its coordinates are not positions in
     /// program coordinates; `marks` is true if it feeds X or Y.
-    pub(super) fn look(
+    pub(super) fn examine(
         &mut self,
         block: &Block,
         line: &SourceLine<'_>,

@@ -59,7 +59,7 @@ use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
 use super::{Arcs, Chords, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use crate::formats::span::SpanDiagnostic;
@@ -79,7 +79,7 @@ pub(super) fn read(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     // Invalid UTF-8 occurs only in comments, so a guess needs no note.
-    let text = decode(bytes, Otherwise::Bytes)?.text;
+    let text = decode(bytes, Fallback::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
     let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));

@@ -3,7 +3,7 @@
 use magician_host::{Action, Given};
 
 use super::arc::{Arc, ArcForm, Ends, Plane};
-use super::begin::Begin;
+use super::begin::ProgramStart;
 use super::block::{Block, Code};
 use super::emit::CutSettings;
 use super::machine::{Machine, Mode};
@@ -72,7 +72,7 @@ impl Machine<'_> {
     fn home(&mut self, code: &Code, block: &Block, origin: Origin) {
         if self.options.home && code.is(b'G', 28) {
             self.out.home(origin);
-            (self.at, self.begin) = ([None; 3], Begin::default());
+            (self.at, self.begin) = ([None; 3], ProgramStart::default());
             return;
         }
         let message = format!("homing ({code}) is left out: the arm stays where it is");
@@ -106,7 +106,7 @@ impl Machine<'_> {
         }
         for (axis, letter) in AXES[..2].iter().enumerate() {
             if block.number(*letter).is_some() {
-                self.begin.forgets(axis);
+                self.begin.forget_axis(axis);
             }
         }
         Ok(())
@@ -134,7 +134,7 @@ impl Machine<'_> {
             match self.at[axis] {
                 Some(at) => {
                     self.offsets.call(axis, at, number * self.unit);
-                    self.begin.takes(axis);
+                    self.begin.claim_axis(axis);
                 }
                 None => self.note_unknown(G92_UNKNOWN, origin),
             }
@@ -168,7 +168,7 @@ impl Machine<'_> {
         if setting == Setting::Here {
             for (axis, letter) in AXES.into_iter().enumerate() {
                 if block.number(letter).is_some() && !missing[axis] {
-                    self.begin.takes(axis);
+                    self.begin.claim_axis(axis);
                 }
             }
         }
@@ -224,11 +224,11 @@ impl Machine<'_> {
     ) -> Result<(), SpanDiagnostic> {
         let refused = |message: String| SpanDiagnostic::new(block.range.clone(), message);
         if self.plane != Plane::Xy {
-            self.stand_at_a_height(block, origin)?;
+            self.check_known_height(block, origin)?;
         }
         self.note_z(block, origin);
-        self.hear_z(block);
-        self.begins_somewhere(block)?;
+        self.note_first_z(block);
+        self.check_defined_start(block)?;
         self.lower();
         self.put_down(origin);
         let from = self.place(self.at, true, origin);
@@ -259,8 +259,8 @@ impl Machine<'_> {
             return refused("a curve (G5) lies in the plane of G17 only");
         }
         self.note_z(block, origin);
-        self.hear_z(block);
-        self.begins_somewhere(block)?;
+        self.note_first_z(block);
+        self.check_defined_start(block)?;
         self.lower();
         self.put_down(origin);
         let from = self.place(self.at, true, origin);
@@ -304,7 +304,7 @@ impl Machine<'_> {
     }
 
     /// Checks that Z is known before an arc through Z, whose shape depends on it.
-    fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
+    fn check_known_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.lifts {
             let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
             return Err(SpanDiagnostic::new(block.range.clone(), message)

@@ -36,7 +36,7 @@ type Names = HashMap<Box<str>, f64>;
 
 /// Call parameters of the caller, saved during a call.
 #[derive(Debug)]
-pub(super) struct Saved(Box<[Option<f64>; CALL_PARAMETERS]>);
+pub(super) struct SavedParameters(Box<[Option<f64>; CALL_PARAMETERS]>);
 
 #[derive(Debug)]
 pub(super) struct Parameters {
@@ -84,7 +84,7 @@ impl Parameters {
                 }
                 Ok(value.unwrap_or(0.0))
             }
-            Key::Number(number) => self.of_machine(*number),
+            Key::Number(number) => self.machine_parameter(*number),
             Key::Name(name) => match self.named(name)? {
                 Some(value) => Ok(value),
                 None => Err(format!("{key} is read, but never set")),
@@ -101,7 +101,7 @@ impl Parameters {
         matches!(self.named(name), Ok(Some(_)))
     }
 
-    fn of_machine(&self, number: u16) -> Result<f64, String> {
+    fn machine_parameter(&self, number: u16) -> Result<f64, String> {
         let axis = |first: u16| usize::from(number - first);
         let place = |place: Option<f64>| {
             place.ok_or_else(|| format!("#{number} is the tool's position, which is unknown here"))
@@ -207,7 +207,7 @@ impl Parameters {
     }
 
     /// Enters a subroutine: its arguments become the first parameters, and names are local.
-    pub(super) fn enter(&mut self, arguments: &[f64]) -> Saved {
+    pub(super) fn enter(&mut self, arguments: &[f64]) -> SavedParameters {
         let mut saved = [None; CALL_PARAMETERS];
         for (number, saved) in (1..).zip(&mut saved) {
             *saved = self.numbered.get(&number).copied();
@@ -217,11 +217,11 @@ impl Parameters {
         }
         self.locals.push(Names::new());
         self.value = None;
-        Saved(Box::new(saved))
+        SavedParameters(Box::new(saved))
     }
 
     /// Leaves a subroutine and restores the caller's parameters.
-    pub(super) fn leave(&mut self, Saved(saved): Saved) {
+    pub(super) fn leave(&mut self, SavedParameters(saved): SavedParameters) {
         for (number, value) in (1..).zip(*saved) {
             match value {
                 Some(value) => self.numbered.insert(number, value),

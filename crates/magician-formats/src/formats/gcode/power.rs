@@ -50,11 +50,11 @@ pub(super) struct FullPower {
 
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    Said,
+    Given,
     Setting(Origin),
     Cut(Cut),
     Fan,
-    Usual,
+    Default,
 }
 
 impl Powers {
@@ -77,7 +77,7 @@ impl Powers {
     }
 
     /// Examines the words of a line.
-    pub(super) fn look(&mut self, block: &Block, line: &SourceLine<'_>) {
+    pub(super) fn examine(&mut self, block: &Block, line: &SourceLine<'_>) {
         self.switched |= [3, 4, 106].iter().any(|number| block.has(b'M', *number));
         let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
         let Some(s) = block.power().or(fan) else {
@@ -103,11 +103,11 @@ impl Powers {
     }
 
     /// Applies the first rule that fits.
-    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
+    pub(super) fn full(&self, given: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
         let of = |s, rule| Ok(FullPower { s, rule });
-        if let Some(s) = said {
+        if let Some(s) = given {
             return if s.is_finite() && s > 0.0 {
-                of(s, Rule::Said)
+                of(s, Rule::Given)
             } else {
                 let message = format!("full power is S{s}, it must be above 0");
                 Err(Diagnostic::of_file(message).with(s_max()))
@@ -125,7 +125,7 @@ impl Powers {
             return of(FAN_FULL_POWER, Rule::Fan);
         }
         match self.beyond {
-            None => of(DEFAULT_FULL_POWER, Rule::Usual),
+            None => of(DEFAULT_FULL_POWER, Rule::Default),
             Some((s, origin)) => {
                 // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
@@ -146,7 +146,7 @@ impl FullPower {
         let Self { s, rule } = *self;
         let says = |note: Diagnostic| note.with(s_max());
         match rule {
-            Rule::Said => notes.add(
+            Rule::Given => notes.add(
                 DiagnosticCode::Power,
                 Origin::NONE,
                 &format!("full power is S{s}, as given"),
@@ -173,7 +173,7 @@ impl FullPower {
                 let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
             }
-            Rule::Usual => {
+            Rule::Default => {
                 let message = format!(
                     "full power is assumed to be S{s}: the file does not give it, and no S is \
                         higher"

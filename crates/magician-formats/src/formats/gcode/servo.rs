@@ -42,7 +42,7 @@ impl Servo {
     pub(super) fn follow(&mut self, block: &Block) -> Option<f64> {
         let m = |number| block.has(b'M', number);
         let s = block.number(b'S');
-        let said = if m(300) {
+        let given = if m(300) {
             s.filter(|angle| *angle < M300_MIN_TONE)
         } else if m(280) {
             s
@@ -51,10 +51,10 @@ impl Servo {
         } else {
             None
         };
-        if said.is_some() {
-            self.angle = said;
+        if given.is_some() {
+            self.angle = given;
         }
-        said
+        given
     }
 
     /// Follows a servo on the spindle pin, where M5 means S0.
@@ -80,7 +80,7 @@ impl Angles {
     }
 
     /// Examines a line; `feeds` is true if it feeds X or Y.
-    pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
+    pub(super) fn examine(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
         if let Some(angle) = self.servo.follow(block) {
             self.other |= !block.has(b'M', 300);
             if !self.used.iter().any(|(known, ..)| *known == angle) {

@@ -33,7 +33,7 @@ pub(super) enum Item {
 
 /// Reason why no number could be read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum End {
+pub(super) enum ReadError {
     /// The last digit is missing.
     CutOff,
     /// A character is not a digit.
@@ -46,12 +46,12 @@ pub(super) fn items(bytes: &[u8]) -> Option<(Vec<Item>, bool)> {
     let mut items = Vec::new();
     match gather(bytes, &mut items) {
         Ok(()) => Some((items, false)),
-        Err(End::CutOff) => Some((items, true)),
-        Err(End::Damaged) => None,
+        Err(ReadError::CutOff) => Some((items, true)),
+        Err(ReadError::Damaged) => None,
     }
 }
 
-fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
+fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), ReadError> {
     let mut numbers = Numbers {
         bytes,
         base: 64,
@@ -72,7 +72,7 @@ fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
             b'>' => {
                 let bits = numbers.next()?;
                 if bits.abs() > MAX_BITS {
-                    return Err(End::Damaged);
+                    return Err(ReadError::Damaged);
                 }
                 share = libm::exp2(-bits);
             }
@@ -93,10 +93,10 @@ struct Numbers<'b> {
 }
 
 impl Numbers<'_> {
-    fn next(&mut self) -> Result<f64, End> {
+    fn next(&mut self) -> Result<f64, ReadError> {
         let (mut value, mut digits) = (0_u64, 0);
         loop {
-            let (byte, rest) = self.bytes.split_first().ok_or(End::CutOff)?;
+            let (byte, rest) = self.bytes.split_first().ok_or(ReadError::CutOff)?;
             self.bytes = rest;
             // In base 32 a character has seven significant bits.
             let byte = match self.base {
@@ -109,7 +109,7 @@ impl Numbers<'_> {
             let ends = byte >= self.last;
             let digit = u64::from(byte - if ends { self.last } else { FIRST_DIGIT });
             if digit >= self.base || digits == MAX_DIGITS {
-                return Err(End::Damaged);
+                return Err(ReadError::Damaged);
             }
             value += digit * self.base.pow(digits);
             digits += 1;

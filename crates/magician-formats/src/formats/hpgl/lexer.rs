@@ -109,7 +109,7 @@ impl<'t> Instructions<'t> {
 
     /// Parses an instruction specific to Roland, such as `!PG` or `!VZ10`. Its name is `!` and the
     /// first letter, its text is the whole instruction.
-    fn of_the_maker(&mut self) -> Result<Instruction, SpanDiagnostic> {
+    fn vendor_instruction(&mut self) -> Result<Instruction, SpanDiagnostic> {
         let start = self.scan.at;
         self.scan.at += 1;
         let letter = self.scan.peek().filter(u8::is_ascii_alphabetic);
@@ -200,7 +200,7 @@ impl Iterator for Instructions<'_> {
             return Some(self.instruction(first));
         }
         if first == b'!' {
-            return Some(self.of_the_maker());
+            return Some(self.vendor_instruction());
         }
         let start = self.scan.at;
         let sign = self.scan.text.get(start..)?.chars().next()?;

@@ -159,7 +159,7 @@ impl Plotter<'_> {
         &mut self,
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        self.lift_for_a_moment();
+        self.end_stroke();
         let cell = self.cell();
         let [forth, down] = self.steps(&cell);
         let place = self.scale.place(self.at);
@@ -198,7 +198,7 @@ impl Plotter<'_> {
     /// Moves the pen without drawing.
     fn jump(&mut self, place: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let at = self.scale.at(place);
-        self.fits(at, instruction)?;
+        self.check_point(at, instruction)?;
         self.at = at;
         Ok(())
     }
@@ -212,7 +212,7 @@ impl Plotter<'_> {
         if let Some(open) = &mut self.open {
             open.dot = false;
         }
-        self.lift_for_a_moment();
+        self.end_stroke();
         let cell = self.cell();
         let [forth, down] = self.steps(&cell);
         let from = self.scale.place(self.at);
@@ -248,7 +248,7 @@ impl Plotter<'_> {
                 '\u{8}' => at = [at[0] - forth[0], at[1] - forth[1]],
                 control if control.is_control() => {}
                 sign => {
-                    self.sign(sign, cell.at(from, at[0], at[1]), &cell, instruction)?;
+                    self.draw_character(sign, cell.at(from, at[0], at[1]), &cell, instruction)?;
                     at = [at[0] + forth[0], at[1] + forth[1]];
                 }
             }
@@ -283,7 +283,7 @@ impl Plotter<'_> {
     }
 
     /// Draws a character in its cell, from the left end of its baseline.
-    fn sign(
+    fn draw_character(
         &mut self,
         sign: char,
         from: [f64; 2],
@@ -296,7 +296,7 @@ impl Plotter<'_> {
         let origin = self.lines.origin(instruction.range.clone());
         let height = cell.height.abs();
         let Some(glyph) = self.lettering()?.glyph(sign, height) else {
-            return self.lacks(sign, instruction);
+            return self.note_missing_character(sign, instruction);
         };
         let Some([least, most]) = glyph.bounds() else {
             return Ok(());
@@ -314,7 +314,7 @@ impl Plotter<'_> {
                 })
                 .collect();
             for point in &points {
-                self.on_a_sheet(*point, instruction)?;
+                self.check_on_sheet(*point, instruction)?;
             }
             let style = self.style();
             self.put(Stroke {
@@ -334,10 +334,10 @@ impl Plotter<'_> {
         let cell = self.cell();
         let at = self.scale.place(self.at);
         let from = cell.at(at, -cell.width / 2.0, -cell.height / 2.0);
-        self.sign(symbol, from, &cell, instruction)
+        self.draw_character(symbol, from, &cell, instruction)
     }
 
-    fn lacks(&mut self, sign: char, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    fn note_missing_character(&mut self, sign: char, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let origin = self.lines.origin(instruction.range.clone());
         match self.lettering()?.lacks(sign, origin) {
             Ok(note) => {

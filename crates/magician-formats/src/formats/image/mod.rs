@@ -24,7 +24,7 @@ use super::{Content, Parsed, ReadOptions};
 use crate::{Diagnostic, DiagnosticCode, Raster};
 
 use crop::Window;
-use large::Smaller;
+use large::ReducedImage;
 
 /// Largest side to decode at once, pixels. Larger images are scaled down while they are decoded.
 const MAX_SIDE: u32 = 30_000;
@@ -70,7 +70,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
     let pictures = match format {
-        ImageFormat::Gif => pictures(bytes),
+        ImageFormat::Gif => frame_count(bytes),
         _ => 1,
     };
     if pictures > 1 {
@@ -102,7 +102,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 }
 
 /// Counts the frames of a GIF by its blocks (GIF89a, sections 18 to 25), without decoding.
-fn pictures(bytes: &[u8]) -> usize {
+fn frame_count(bytes: &[u8]) -> usize {
     let table = |flags: u8| match flags & 0x80 {
         0 => 0,
         _ => 3 << ((flags & 7) + 1),
@@ -185,7 +185,7 @@ fn decode(
     let (grey, opacity) = if large {
         let smaller = match format {
             ImageFormat::Png => large::png(bytes, window),
-            ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
+            ImageFormat::Jpeg if large::has_separate_luma(bytes) => large::jpeg(bytes, window),
             ImageFormat::Tiff => large::tiff(bytes, window),
             // Other formats cannot be decoded in parts.
             _ if decoder.total_bytes() > MAX_MEMORY => return Err(DecodeFailure::TooLarge(size)),
@@ -196,7 +196,7 @@ fn decode(
                 large::decoded(&grey(image), &opacity, size, window)
             }
         };
-        let Smaller {
+        let ReducedImage {
             width,
             height,
             grey,

@@ -335,7 +335,7 @@ fn cmyk_jpeg_is_read() {
         &image.grey[..16]
     );
     // CMYK has no luma plane, so a large image is decoded with its colours.
-    assert!(!large::has_brightness(CMYK) && large::has_brightness(&photo(1)));
+    assert!(!large::has_separate_luma(CMYK) && large::has_separate_luma(&photo(1)));
 }
 
 #[test]

@@ -19,11 +19,11 @@ const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
 
 /// Entry of the list.
 struct Entry {
-    action: Deed,
+    action: EntryKind,
     origin: Origin,
 }
 
-enum Deed {
+enum EntryKind {
     Move {
         motion: Action,
         rail: Option<f32>,
@@ -50,15 +50,15 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         entries.extend(entry(&json, value, json.place(&lines, value), &mut notes)?);
     }
     let rails = entries.iter().map(|entry| match &entry.action {
-        Deed::Move { rail, .. } => *rail,
-        Deed::Tool(_) => None,
+        EntryKind::Move { rail, .. } => *rail,
+        EntryKind::Tool(_) => None,
     });
     let mut course = RailCourse::of(rails);
     notes.extend(course.note());
     let mut plan = Plan::default();
     for Entry { action, origin } in entries {
         match action {
-            Deed::Move { motion, rail, name } => {
+            EntryKind::Move { motion, rail, name } => {
                 let origin = match name.as_str() {
                     "" => origin,
                     _ => origin.named(plan.name(name)),
@@ -66,7 +66,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
                 let along = course.lead(motion, rail);
                 plan.push(along.map_err(|why| Diagnostic::new(origin, why))?, origin);
             }
-            Deed::Tool(action) => {
+            EntryKind::Tool(action) => {
                 let tool = match action {
                     Action::Gripper(_) => Tool::Gripper,
                     _ => Tool::Suction,
@@ -138,7 +138,7 @@ fn entry<'t>(
                 let message = "the move takes the rail along, and slideL does not say where to";
                 return Err(Diagnostic::new(origin, message));
             }
-            Deed::Move {
+            EntryKind::Move {
                 motion: Action::Move { to, by },
                 rail,
                 name: of_params("pointName")?.unwrap_or_default(),
@@ -168,7 +168,7 @@ fn entry<'t>(
                     return Err(Diagnostic::new(origin, message).help(help));
                 }
             };
-            Deed::Tool(action)
+            EntryKind::Tool(action)
         }
         other => {
             let message = format!("an entry of the type '{other}' is not known");

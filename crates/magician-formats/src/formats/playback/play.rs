@@ -105,7 +105,7 @@ impl Player {
 
     fn go(&mut self, row: &Row, origin: Origin) {
         if let (Some(from), PointMotion::Arc { via }) = (self.at, row.point.way)
-            && let Some(why) = no_circle(from, via, row.point.to)
+            && let Some(why) = degenerate_arc(from, via, row.point.to)
         {
             let lines = straight(from, via, row.point.to);
             let how = match lines.as_slice() {
@@ -127,13 +127,13 @@ impl Player {
 
     /// Adds a motion with the rail. The reader has refused arcs during which the rail would move.
     fn push(&mut self, motion: Action, row: &Row, origin: Origin) {
-        let along = self.rail.lead(motion.clone(), row.point.rail);
+        let along = self.rail.with_rail(motion.clone(), row.point.rail);
         self.plan.push(along.unwrap_or(motion), origin);
     }
 }
 
 /// Returns why three points do not define a circle by the arm's own criteria; `None` if they do.
-fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
+fn degenerate_arc(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
         geometry: Geometry::default(),

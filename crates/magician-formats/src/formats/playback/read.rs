@@ -8,7 +8,7 @@ use roxmltree::Node;
 use super::lab;
 use super::row::{Part, Places, RAIL_ITEM, numbered};
 use super::{Playback, Point, PointMotion, Row};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
@@ -33,7 +33,7 @@ const ITEM_MEANINGS: [&str; 13] = [
 const NOT_A_PLAYBACK: &str = "this is not a playback file of DobotStudio";
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     if decoded.text.trim_start().starts_with('[') {
         let mut parsed = lab::read(&decoded.text)?;
         parsed.content.title.clone_from(&options.title);
@@ -65,7 +65,7 @@ impl Playback {
     /// The first [`Diagnostic`] that makes it unreadable, with its place: not XML, another kind of
     /// file, a missing coordinate, an invalid number, an unknown motion style.
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
-        Self::of_text(&decode(bytes, Otherwise::Western)?.text)
+        Self::of_text(&decode(bytes, Fallback::Western)?.text)
     }
 
     fn of_text(text: &str) -> Result<Self, Diagnostic> {
@@ -96,7 +96,7 @@ impl Playback {
     fn check_rail(&self) -> Result<(), Diagnostic> {
         let mut rail = RailCourse::of(self.rows.iter().map(|row| row.point.rail));
         for row in &self.rows {
-            rail.lead(row.point.motion(), row.point.rail)
+            rail.with_rail(row.point.motion(), row.point.rail)
                 .map_err(|why| {
                     Diagnostic::new(row.places.motion, why)
                         .named(format!("row{}", row.number))
@@ -116,7 +116,7 @@ fn document(text: &str) -> Result<Playback, Diagnostic> {
         lines: &lines,
     };
     if root.tag_name().name() != "root" {
-        return Err(file.stranger(root));
+        return Err(file.other_xml_error(root));
     }
     let mut playback = Playback::default();
     for node in xml::elements(root) {
@@ -150,7 +150,7 @@ impl File<'_> {
     }
 
     /// Creates the error for other XML files.
-    fn stranger(&self, root: Node<'_, '_>) -> Diagnostic {
+    fn other_xml_error(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
             "xml" => "this looks like a DobotBlockly workspace: rename it to '.blockly'",

@@ -12,7 +12,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
     let places = Lines::new(text);
     let mut lines = lines(text);
     let (start, header) = lines.next().unwrap_or_default();
-    let between = between(header);
+    let between = separator(header);
     let mut notes = Vec::new();
     let mut columns: Vec<Option<Field>> = Vec::new();
     for (range, cell) in cells(header, start, between) {

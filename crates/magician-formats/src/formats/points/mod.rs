@@ -20,7 +20,7 @@ mod strokes;
 
 use super::content::points::{MCAP_MAGIC, is_strokes};
 use super::{Content, Parsed, ReadOptions, only_recordings};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, Origin};
 
 /// Reads a list of points of any kind.
@@ -33,7 +33,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
             notes: reading.notes,
         });
     }
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     let text = decoded.text.as_ref();
     let mut reading = match text.trim_start() {
         "" => return Err(Diagnostic::of_file("the file has no points")),

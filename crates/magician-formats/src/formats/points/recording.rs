@@ -13,7 +13,7 @@ use magician_motion::{ArmModel, KinematicLimits, Pose};
 use magician_protocol::Flag;
 
 use crate::recording::{J4_TOLERANCE, MAX_REST_MS};
-use crate::simplify::kept_where;
+use crate::simplify::kept_points_by;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
 /// Distance within which the tool stands still, mm. A choice: large enough for noise, too small to
@@ -83,14 +83,14 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         None => (timed.as_slice(), Interpolation::Smooth),
     };
     let path = TimedPath::through(rows_left, between);
-    let even = path.evenly(period)?;
+    let even = path.resampled(period)?;
     let mut replay = Replay::at(first, period);
     let mut at = 0;
     while at + 1 < even.len() {
-        match standing(&even[at..]) {
+        match initial_rest(&even[at..]) {
             0 => {
                 let moving = even[at..].iter().enumerate().skip(1);
-                let stands = |(nth, _): &(usize, &Sample)| standing(&even[at + nth..]) > 0;
+                let stands = |(nth, _): &(usize, &Sample)| initial_rest(&even[at + nth..]) > 0;
                 let end = moving.take_while(|each| !stands(each)).count() + 1;
                 let end = (at + end).min(even.len() - 1);
                 replay.follow(&path, &even[at], &even[end]);
@@ -161,7 +161,7 @@ fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
         let t = phase + PERIOD * ((row.t - phase) / PERIOD + PERIOD_ROUNDING).floor();
         match timed.last() {
             Some(last) if last.t >= t => {
-                if last.apart(row) > MIN_LENGTH {
+                if last.pose_distance(row) > MIN_LENGTH {
                     return None;
                 }
             }
@@ -174,7 +174,7 @@ fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
 /// Sum of squared changes of speed from row to row, (mm/s)2.
 fn unevenness(rows: &[Sample]) -> f64 {
     let speeds = rows.windows(2).filter_map(|pair| match pair {
-        [from, to] if to.t > from.t => Some(from.apart(to) / (to.t - from.t)),
+        [from, to] if to.t > from.t => Some(from.pose_distance(to) / (to.t - from.t)),
         _ => None,
     });
     let (mut before, mut sum) = (0.0, 0.0);
@@ -190,11 +190,11 @@ fn unevenness(rows: &[Sample]) -> f64 {
 fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
     let off = |row: Sample, from: Sample, to: Sample| {
         let straight = from.straight(&to);
-        let there = from.towards(&to, [&straight, &straight], row.t);
+        let there = from.interpolated(&to, [&straight, &straight], row.t);
         let turned = (there.pose[3] - row.pose[3]).abs();
-        there.apart(&row).max(turned)
+        there.pose_distance(&row).max(turned)
     };
-    let stays = kept_where(rows, nearer, off);
+    let stays = kept_points_by(rows, nearer, off);
     let kept = rows.iter().zip(stays).filter(|(_, stays)| *stays);
     kept.map(|(row, _)| *row).collect()
 }
@@ -220,7 +220,7 @@ impl TimedPath {
     }
 
     /// Returns the position after each period.
-    fn evenly(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
+    fn resampled(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
         let [Some(first), Some(last)] = [self.rows.first(), self.rows.last()] else {
             return Ok(Vec::new());
         };
@@ -242,10 +242,10 @@ impl TimedPath {
         let ends = [next - 1, next].map(|nth| self.rows.get(nth).zip(self.slopes.get(nth)));
         Some(match ends {
             [Some((before, leaving)), Some((after, arriving))] => match self.between {
-                Interpolation::Smooth => before.towards(after, [leaving, arriving], t),
+                Interpolation::Smooth => before.interpolated(after, [leaving, arriving], t),
                 Interpolation::Straight => {
                     let straight = before.straight(after);
-                    before.towards(after, [&straight, &straight], t)
+                    before.interpolated(after, [&straight, &straight], t)
                 }
             },
             _ => Sample { t, ..*last },
@@ -277,12 +277,12 @@ fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
 
 /// Number of periods for which the tool stands from the first row on; 0 if that is too short for a
 /// rest.
-fn standing(rows: &[Sample]) -> usize {
+fn initial_rest(rows: &[Sample]) -> usize {
     let Some(first) = rows.first() else { return 0 };
     let same = rows
         .iter()
         .skip(1)
-        .take_while(|row| first.apart(row) <= STANDSTILL_TOLERANCE);
+        .take_while(|row| first.pose_distance(row) <= STANDSTILL_TOLERANCE);
     let periods = same.count();
     let ends = periods + 1 == rows.len();
     if periods >= REST_PERIODS || ends {
@@ -294,7 +294,7 @@ fn standing(rows: &[Sample]) -> usize {
 
 impl Sample {
     /// Distance to another row, mm.
-    fn apart(&self, other: &Self) -> f64 {
+    fn pose_distance(&self, other: &Self) -> f64 {
         Pose::from(self.pose).distance_to(&Pose::from(other.pose))
     }
 
@@ -311,7 +311,7 @@ impl Sample {
     }
 
     /// Interpolates (cubic Hermite) between this row and a later one, with the speeds at both.
-    fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
+    fn interpolated(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
         let step = later.t - self.t;
         // Rows with equal times have no distance to interpolate.
         let share = if step > 0.0 {
@@ -428,7 +428,7 @@ impl Replay {
                 t = last.t;
             }
             let Some(to) = path.at(t) else { break };
-            let length = here.apart(&to);
+            let length = here.pose_distance(&to);
             if length >= MIN_LENGTH {
                 if here.t > self.t + MAX_DELAY {
                     self.wait_until(here.t, here.origin);

@@ -234,7 +234,7 @@ pub(super) fn plan(
             skipped = skipped.or(Some(row.origin));
             continue;
         };
-        let motion = rail.lead(motion, row.rail);
+        let motion = rail.with_rail(motion, row.rail);
         plan.push(motion.map_err(|why| Diagnostic::new(named, why))?, named);
         // Like playback files, the columns repeat the tool's state in each row; only changes are
         // actions.

@@ -15,7 +15,7 @@ pub(super) fn encloses(line: &Line, thin: f64) -> bool {
             if distance(*a, *c) < thin {
                 // A spike: there and back.
                 left.truncate(left.len() - 2);
-            } else if off(*b, [*a, *c]) < thin {
+            } else if distance_to_segment(*b, [*a, *c]) < thin {
                 left.remove(left.len() - 2);
             } else {
                 break;
@@ -26,7 +26,7 @@ pub(super) fn encloses(line: &Line, thin: f64) -> bool {
 }
 
 /// Distance of a point from the line through two others, mm.
-fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+fn distance_to_segment([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     ((x - a[0]) * dy - (y - a[1]) * dx).abs() / libm::hypot(dx, dy)
 }

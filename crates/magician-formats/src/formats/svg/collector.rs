@@ -106,7 +106,7 @@ impl<'a> StrokeCollector<'a> {
             layer: 0,
         };
         self.group(root, &place)?;
-        self.tell_white();
+        self.note_white();
         Ok(())
     }
 

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
 
-use super::circles::in_a_circle;
+use super::cycles::find_cycle;
 use super::source::is;
 use crate::{Diagnostic, Origin};
 
@@ -38,7 +38,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
             ids.entry(id).or_insert(node);
         }
     }
-    if let Some(node) = in_a_circle(document) {
+    if let Some(node) = find_cycle(document) {
         return Err(too_deep(document, &node));
     }
     let sheets = style_sheets(document);

@@ -113,7 +113,7 @@ fn path_of(
         .fill()
         .map(|fill| (fill.paint(), fill.opacity().get(), fill.rule()));
     if let Some((paint, opacity, rule)) = fill {
-        let does = does(paint, opacity, how)?;
+        let does = effect_of(paint, opacity, how)?;
         if does != PaintEffect::Nothing {
             let outline = flatten(&curves(path.data(), to), how.close.tolerance, true);
             shapes.push((
@@ -123,7 +123,7 @@ fn path_of(
         }
     }
     if let Some(stroke) = path.stroke() {
-        let does = does(stroke.paint(), stroke.opacity().get(), how)?;
+        let does = effect_of(stroke.paint(), stroke.opacity().get(), how)?;
         if does != PaintEffect::Nothing {
             // tiny-skia flattens caps and joins, so ask for the precision that they need on the
             // sheet.
@@ -143,24 +143,24 @@ fn path_of(
 }
 
 /// Returns the effect of a paint; `None` if it differs from place to place.
-fn does(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
+fn effect_of(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     match paint {
-        Paint::Color(color) => Some(one(*color, opacity, how)),
-        Paint::LinearGradient(gradient) => all(gradient.stops(), opacity, how),
-        Paint::RadialGradient(gradient) => all(gradient.stops(), opacity, how),
+        Paint::Color(color) => Some(effect_of_color(*color, opacity, how)),
+        Paint::LinearGradient(gradient) => effect_of_stops(gradient.stops(), opacity, how),
+        Paint::RadialGradient(gradient) => effect_of_stops(gradient.stops(), opacity, how),
         Paint::Pattern(_) => None,
     }
 }
 
-fn all(stops: &[Stop], opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
+fn effect_of_stops(stops: &[Stop], opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     let mut does = stops
         .iter()
-        .map(|stop| one(stop.color(), opacity * stop.opacity().get(), how));
+        .map(|stop| effect_of_color(stop.color(), opacity * stop.opacity().get(), how));
     let first = does.next()?;
     does.all(|other| other == first).then_some(first)
 }
 
-fn one(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
+fn effect_of_color(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
     let light = match how.kind {
         MaskType::Alpha => 1.0,
         MaskType::Luminance => {

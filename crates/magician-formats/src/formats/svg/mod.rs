@@ -12,7 +12,7 @@
 //! * Images and filters are left out with a note.
 
 mod area;
-mod circles;
+mod cycles;
 mod clip;
 mod collector;
 mod cost;
@@ -40,7 +40,7 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
 use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Largest size of a file, bytes. It bounds memory, of which the parsed document takes a multiple.
@@ -74,10 +74,10 @@ pub(super) fn read(
         );
         return Err(Diagnostic::of_file(message));
     }
-    let bytes = crate::packed::unpacked(bytes, MAX_FILE_SIZE)?;
+    let bytes = crate::gzip::unpack(bytes, MAX_FILE_SIZE)?;
     let bytes = bytes.as_ref();
-    let decoded = decode(bytes, Otherwise::Western)?;
-    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options, chords))?;
+    let decoded = decode(bytes, Fallback::Western)?;
+    let mut drawing = with_deep_stack(|| drawing(&decoded.text, options, chords))?;
     drawing.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
@@ -88,13 +88,13 @@ pub(super) fn read(
 /// Runs `work` directly. Without threads the caller's stack must be large enough: link with
 /// `-zstack-size` of [`STACK_SIZE`].
 #[cfg(target_family = "wasm")]
-fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
+fn with_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
     work()
 }
 
 /// Runs `work` on a thread with a large stack. A panic of usvg becomes an error of the file.
 #[cfg(not(target_family = "wasm"))]
-fn on_a_deep_stack<T: Send>(
+fn with_deep_stack<T: Send>(
     work: impl FnOnce() -> Result<T, Diagnostic> + Send,
 ) -> Result<T, Diagnostic> {
     std::thread::scope(|scope| {
@@ -141,7 +141,7 @@ fn drawing(
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
-    let times = times_larger(chords);
+    let times = enlargement(chords);
     let larger = if times > 1.0 && text::runs_along_paths(tree.root()) {
         let size = match source.page {
             Page::Sized | Page::ViewBox => [width, height],
@@ -191,10 +191,10 @@ fn drawing(
     } = collector;
     let areas = areas.into_filled();
     if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
-        notes.add(nothing_seen(shapes, is_font));
+        notes.add(nothing_visible(shapes, is_font));
     }
     if says != Page::Unknown && !options.clip_page {
-        beyond_the_page(&strokes, page, &mut notes);
+        note_beyond_page(&strokes, page, &mut notes);
     }
     let artwork = Artwork {
         title: options.title.clone(),
@@ -216,7 +216,7 @@ fn drawing(
 /// precisely at the size drawn: usvg places them within about half a pixel.
 ///
 /// A power of 2 changes only the exponent of numbers.
-fn times_larger(chords: &Chords) -> f64 {
+fn enlargement(chords: &Chords) -> f64 {
     let finest = PIXEL_SIZE / (2.0 * chords.tolerance());
     libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MAX_ENLARGEMENT))))
 }
@@ -238,7 +238,7 @@ fn has_curves(group: &Group) -> bool {
 }
 
 /// Returns a note why a drawing has no lines.
-fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
+fn nothing_visible([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     let message = match shapes {
         0 if is_font => {
             let message =
@@ -260,7 +260,7 @@ fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
 
 /// Notes lines beyond the page. A viewer would hide them, but the pen draws them, maybe beside the
 /// paper.
-fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
+fn note_beyond_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
     let within = |at: &[f64; 2]| {
         let [x, y] = *at;
         (-PAGE_TOLERANCE..=width + PAGE_TOLERANCE).contains(&x) && (-PAGE_TOLERANCE..=height + PAGE_TOLERANCE).contains(&y)

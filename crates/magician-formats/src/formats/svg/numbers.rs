@@ -31,12 +31,12 @@ const MEASURE_ATTRIBUTES: [&str; 21] = [
 const REFUSED_POWER_OF_TEN: i64 = 9;
 
 /// Returns the first such number of an element.
-pub(super) fn beyond<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
+pub(super) fn excessive_number<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
     let measures = MEASURE_ATTRIBUTES.iter().filter_map(|name| node.attribute(*name));
     measures.into_iter().find_map(first_beyond)
 }
 
-fn first_beyond(text: &str) -> Option<&str> {
+fn first_excessive_number(text: &str) -> Option<&str> {
     let bytes = text.as_bytes();
     let mut at = 0;
     while let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
@@ -94,7 +94,7 @@ fn number(text: &[u8]) -> (usize, i64) {
 
 #[cfg(test)]
 mod tests {
-    use super::first_beyond;
+    use super::first_excessive_number;
 
     #[test]
     fn excessive_numbers_are_found() {
@@ -105,7 +105,7 @@ mod tests {
             "3e99999999999999999999",
             "M1e38",
         ] {
-            assert!(first_beyond(text).is_some(), "{text}");
+            assert!(first_excessive_number(text).is_some(), "{text}");
         }
         for text in [
             "",
@@ -121,7 +121,7 @@ mod tests {
             "1e-99999999999999999999",
             "0.12345678901234",
         ] {
-            assert_eq!(first_beyond(text), None, "{text}");
+            assert_eq!(first_excessive_number(text), None, "{text}");
         }
     }
 }

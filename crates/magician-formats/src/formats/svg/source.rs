@@ -125,7 +125,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             emptied = inside.clone();
             edits.push((inside, r#"<rect width="1" height="1"/>"#.to_owned()));
         }
-        if let Some(number) = numbers::beyond(&node) {
+        if let Some(number) = numbers::excessive_number(&node) {
             let diagnostic = Diagnostic::new(
                 place.origin(start_tag(text, &node)),
                 format!("a number is out of range: {number}"),

@@ -113,7 +113,7 @@ impl Whites {
 
 impl StrokeCollector<'_> {
     /// Draws everything if all of it is white. Otherwise notes what was left out.
-    pub(super) fn tell_white(&mut self) {
+    pub(super) fn note_white(&mut self) {
         let Some((element, count)) = self.whites.left_out.take() else {
             return;
         };

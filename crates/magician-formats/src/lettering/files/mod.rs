@@ -7,7 +7,7 @@ use magician_host::message;
 use std::sync::Arc;
 
 use super::{Glyphs, svg_font};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, packed};
 
 /// Largest size of an unpacked font file, bytes. A choice above any real font; it bounds memory.
@@ -19,7 +19,7 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
         message: message!("{name}: {why}", name, why = &problem.message),
         ..problem
     };
-    let unpacked = packed::unpacked(bytes, MAX_FILE_SIZE).map_err(of_this_file)?;
+    let unpacked = gzip::unpack(bytes, MAX_FILE_SIZE).map_err(of_this_file)?;
     let bytes = match unpacked {
         std::borrow::Cow::Borrowed(_) => Arc::clone(bytes),
         std::borrow::Cow::Owned(unpacked) => unpacked.into(),
@@ -71,7 +71,7 @@ fn of(bytes: &[u8]) -> Option<Kind> {
 }
 
 fn text(bytes: &[u8]) -> Result<String, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     Ok(text.trim_start().to_owned())
 }
 

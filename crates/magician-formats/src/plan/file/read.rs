@@ -9,7 +9,7 @@ use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
 use super::{FORMAT, VERSION, VERSION_WITH_PARTS};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::plan::json::{Json, Member};
 use crate::{
     Action, Diagnostic, Grip, Origin, Part, Pause, PauseCause, Plan, Step, Surface, Tool, Travel,
@@ -17,7 +17,7 @@ use crate::{
 
 /// Parses a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     let json = Json::of(&text);
     let file = json.object(json.whole()?)?;
     let mut plan = Plan::default();

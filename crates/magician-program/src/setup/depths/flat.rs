@@ -7,7 +7,7 @@ use super::walk::{Event, coincides};
 use super::{DepthTally, HEIGHT_TOLERANCE};
 use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Step, Travel};
-use magician_formats::simplify::kept;
+use magician_formats::simplify::kept_points;
 
 /// Writer of the flattened program, in the coordinates of the file.
 pub(super) struct Flattener {
@@ -210,7 +210,7 @@ impl Flattener {
     fn end_run(&mut self) {
         let run = std::mem::take(&mut self.run);
         let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
-        let stays = kept(&points, HEIGHT_TOLERANCE / self.scale);
+        let stays = kept_points(&points, HEIGHT_TOLERANCE / self.scale);
         for ((point, origin), stays) in run.into_iter().zip(stays).skip(1) {
             if stays {
                 self.path(point, origin);

@@ -164,7 +164,7 @@ impl LaidFonts {
                 select_font(font, database)
             }),
             select_fallback: Box::new(move |character, used, database| {
-                let ours = font::first(database).filter(|ours| !used.contains(ours));
+                let ours = font::first_face(database).filter(|ours| !used.contains(ours));
                 ours.or_else(|| select_fallback(character, used, database))
             }),
         }

@@ -6,7 +6,7 @@ use magician_host::{Given, Setting};
 
 use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
@@ -23,7 +23,7 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     let text = decoded.text.trim_end_matches(['\n', '\r']);
     let lines = Lines::new(text);
     if text.trim().is_empty() {

@@ -43,18 +43,18 @@ impl Reach {
         let asides = (0..=MAX_SIDEWAYS_STEPS).flat_map(|nth| [-nth, nth]);
         let places = asides.map(|nth| 1.0 + f64::from(nth) * SIDEWAYS_STEP);
         let mut places = places.map(|share| ([x * share, y * share], height));
-        if let Some(place) = places.find(|place| self.slants(*place, end)) {
+        if let Some(place) = places.find(|place| self.is_straight_move_possible(*place, end)) {
             return place;
         }
         let tenths = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
         let heights = tenths.map(|share| above + share * (height - above));
         let mut places = heights.map(|height| ([x, y], height));
-        places.find(|place| self.slants(*place, end)).unwrap_or(end)
+        places.find(|place| self.is_straight_move_possible(*place, end)).unwrap_or(end)
     }
 
     /// True if a straight move between two positions is within reach.
     #[must_use]
-    pub fn slants(&self, from: Above, to: Above) -> bool {
+    pub fn is_straight_move_possible(&self, from: Above, to: Above) -> bool {
         let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / SAMPLE_DISTANCE).ceil();
         let count = count.clamp(1.0, MAX_PIECES);
         (0..=count as u32).all(|nth| {
@@ -81,7 +81,7 @@ impl Reach {
     /// Returns the corners of a way around the base, `lift` mm above the surface, with straight
     /// moves between them. `None` if no such way is within reach.
     #[must_use]
-    pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
+    pub fn corners_around_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
         let radius = f64::midpoint(near, far);
         let [begin, end] = [from, to].map(|[x, y]| libm::atan2(y, x));
@@ -95,14 +95,14 @@ impl Reach {
         let ends = [from].into_iter().chain(corners.iter().copied());
         let mut ways = ends.zip(corners.iter().copied().chain([to]));
         let reached = |corner: &[f64; 2]| self.joints(*corner, lift).is_some();
-        (corners.iter().all(reached) && ways.all(|(from, to)| self.leads(from, to, lift)))
+        (corners.iter().all(reached) && ways.all(|(from, to)| self.is_lifted_line_possible(from, to, lift)))
             .then_some(corners)
     }
 
     /// True if a straight move between two points, `lift` mm above the surface, is within reach.
     /// Both ends must be within reach.
     #[must_use]
-    pub fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
+    pub fn is_lifted_line_possible(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
         let is_reached = |point| self.joints(point, lift).is_some();
         is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)
     }
