@@ -30,15 +30,15 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, fence: &Fence) {
         [[x, y], [u, v]].map(|corner| panel.at(corner))
     };
     for keep_out in fence.keep_outs() {
-        hatched(svg, corners(keep_out));
+        draw_keep_out(svg, corners(keep_out));
     }
     if let Some(within) = fence.within() {
-        outline(svg, corners(&within));
+        draw_outline(svg, corners(&within));
     }
 }
 
 /// Draws the outline of a box.
-pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+pub(super) fn draw_outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     let look = [
         ("class", "fence"),
         ("fill", "none"),
@@ -50,18 +50,18 @@ pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
 }
 
 /// Draws a keep-out.
-pub(super) fn hatched(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+pub(super) fn draw_keep_out(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.group(
         "g",
         &[("class", "keep-out"), ("stroke", EDGE_COLOR), ("fill", "none")],
     );
     svg.rectangle(corners, &[("stroke-width", "0.4")]);
-    svg.path(&segments(hatching(corners)), &[("stroke-width", "0.2")]);
+    svg.path(&segments(hatch_lines(corners)), &[("stroke-width", "0.2")]);
     svg.end();
 }
 
 /// Returns diagonal lines across a rectangle.
-fn hatching([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
+fn hatch_lines([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
     let (left, right) = (a[0].min(b[0]), a[0].max(b[0]));
     let (top, bottom) = (a[1].min(b[1]), a[1].max(b[1]));
     let most = (right - left) + (bottom - top);
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn hatching_stays_within_its_rectangle() {
-        let lines = hatching([[10.0, 40.0], [30.0, 20.5]]);
+        let lines = hatch_lines([[10.0, 40.0], [30.0, 20.5]]);
         assert!(lines.len() > 10);
         for [x, y] in lines.into_iter().flatten() {
             assert!(

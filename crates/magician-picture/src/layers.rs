@@ -12,15 +12,15 @@ const SOLID_FROM_VERTICES: usize = 600;
 
 /// Kind of picture in which paths are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ways {
+pub(super) enum PathStyle {
     /// A plan: travel is faint.
-    Planned,
+    Plan,
     /// A run: every path is prominent, because it shows where the tool was.
-    Taken,
+    Run,
 }
 
 /// Draws the layers, marks on top; `data` returns the path data of a layer.
-pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
+pub(super) fn draw(svg: &mut Svg, layers: &[Layer], path_style: PathStyle, data: impl Fn(&Layer) -> String) {
     let burns = |layer: &Layer| matches!(layer.mark, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();
@@ -33,9 +33,9 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
     });
     for layer in layers {
         let data = data(layer);
-        let (colour, width, opacity, dashes) = look(layer.mark, ways);
+        let (colour, width, opacity, dashes) = style_of(layer.mark, path_style);
         let many = burns || layer.above.len() > SOLID_FROM_VERTICES;
-        let is_travel = layer.mark == StrokeKind::Nothing && ways == Ways::Planned;
+        let is_travel = layer.mark == StrokeKind::Nothing && path_style == PathStyle::Plan;
         let crowded = is_travel && many;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
@@ -73,12 +73,12 @@ fn cap(mark: StrokeKind) -> &'static str {
 }
 
 /// Returns colour, width in mm, opacity and dashes.
-pub(super) fn look(
+pub(super) fn style_of(
     mark: StrokeKind,
-    ways: Ways,
+    path_style: PathStyle,
 ) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
     let (colour, width, opacity, dashes) = match mark {
-        StrokeKind::Nothing if ways == Ways::Taken => (EMPTY, 0.6, 1.0, None),
+        StrokeKind::Nothing if path_style == PathStyle::Run => (EMPTY, 0.6, 1.0, None),
         StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
         StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),

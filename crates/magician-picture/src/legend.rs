@@ -2,7 +2,7 @@
 
 use magician_program::toolpath::{MarkerKind, POWER_SHADES, StrokeKind};
 
-use crate::layers::{Ways, look};
+use crate::layers::{PathStyle, style_of};
 use crate::svg::palette::{FAINT, INK, REACH, REACH_EDGE, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 use crate::{fence, ground, symbols};
@@ -25,7 +25,7 @@ const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
 
 /// Sign of an entry.
 pub(super) enum Sign {
-    Line(StrokeKind, Ways),
+    Line(StrokeKind, PathStyle),
     Shades,
     /// Reach of the tool.
     Area,
@@ -44,13 +44,13 @@ pub(super) enum Sign {
 /// A legend after layout.
 pub(super) struct Legend {
     entries: Vec<([f64; 2], Sign, String)>,
-    wrong: Vec<String>,
+    errors: Vec<String>,
     rows: usize,
 }
 
 impl Legend {
     /// Lays out entries, and below them errors, for a width.
-    pub(super) fn new(entries: Vec<(Sign, String)>, wrong: &[String], width: f64) -> Self {
+    pub(super) fn new(entries: Vec<(Sign, String)>, errors: &[String], width: f64) -> Self {
         let mut at = [0.0, 0.0];
         let mut placed = Vec::new();
         for (sign, label) in entries {
@@ -61,18 +61,18 @@ impl Legend {
             placed.push((at, sign, label));
             at[0] += room + ENTRY_GAP;
         }
-        let wrong = wrong.iter().flat_map(|text| wrapped(text, width));
+        let errors = errors.iter().flat_map(|text| wrapped(text, width));
         let rows = (at[1] / ROW_HEIGHT) as usize + 1;
         Self {
             entries: placed,
-            wrong: wrong.collect(),
+            errors: errors.collect(),
             rows,
         }
     }
 
     /// Height, mm.
     pub(super) fn height(&self) -> f64 {
-        let rows = self.rows + self.wrong.len();
+        let rows = self.rows + self.errors.len();
         rows as f64 * ROW_HEIGHT
     }
 
@@ -89,13 +89,13 @@ impl Legend {
             sign.draw(svg, at);
             svg.text([at[0] + sign.width() + LABEL_GAP, at[1] + 1.1], label, &text);
         }
-        let wrong = TextStyle {
+        let errors = TextStyle {
             colour: WRONG,
             ..text
         };
-        for (nth, line) in self.wrong.iter().enumerate() {
+        for (nth, line) in self.errors.iter().enumerate() {
             let y = top + (self.rows + nth) as f64 * ROW_HEIGHT + ROW_HEIGHT / 2.0 + 1.1;
-            svg.text([left, y], line, &wrong);
+            svg.text([left, y], line, &errors);
         }
     }
 }
@@ -115,12 +115,12 @@ impl Sign {
 
     fn draw(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         match self {
-            Self::Line(mark, ways) => line(svg, [[x, y], [x + 7.0, y]], *mark, *ways),
+            Self::Line(mark, path_style) => line(svg, [[x, y], [x + 7.0, y]], *mark, *path_style),
             Self::Shades => {
                 for shade in 1..=POWER_SHADES {
                     let from = x + 7.0 * (shade - 1) as f64 / POWER_SHADES as f64;
                     let ends = [[from, y - 1.2], [from, y + 1.2]];
-                    line(svg, ends, StrokeKind::Burn(shade), Ways::Planned);
+                    line(svg, ends, StrokeKind::Burn(shade), PathStyle::Plan);
                 }
             }
             Self::Area => {
@@ -143,8 +143,8 @@ impl Sign {
                 let look = [("fill", *fill), ("stroke", *edge), ("stroke-width", *width)];
                 svg.rectangle([[x + 0.4, y - 1.6], [x + 3.6, y + 1.6]], &look);
             }
-            Self::Fence => fence::outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
-            Self::KeepOut => fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::Fence => fence::draw_outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::KeepOut => fence::draw_keep_out(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
             Self::Begin => symbols::begin(svg, [x + 1.1, y]),
             Self::End => symbols::finish(svg, [x + 2.3, y]),
             Self::Marker(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
@@ -152,8 +152,8 @@ impl Sign {
     }
 }
 
-fn line(svg: &mut Svg, ends: [[f64; 2]; 2], mark: StrokeKind, ways: Ways) {
-    let (colour, width, opacity, dashes) = look(mark, ways);
+fn line(svg: &mut Svg, ends: [[f64; 2]; 2], mark: StrokeKind, path_style: PathStyle) {
+    let (colour, width, opacity, dashes) = style_of(mark, path_style);
     let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
     let mut attributes = vec![
         ("stroke", &*colour),

@@ -55,10 +55,10 @@ impl Panel {
 
     /// Draws the grid.
     pub(super) fn grid(&self, svg: &mut Svg) {
-        for (step, opacity) in [(FINE_GRID, "0.06"), (self.coarse(), "0.14")] {
+        for (step, opacity) in [(FINE_GRID, "0.06"), (self.grid_spacing(), "0.14")] {
             let [low, high] = self.part;
-            let upright = lines(low[0], high[0], step).map(|x| [[x, low[1]], [x, high[1]]]);
-            let level = lines(low[1], high[1], step).map(|y| [[low[0], y], [high[0], y]]);
+            let upright = multiples(low[0], high[0], step).map(|x| [[x, low[1]], [x, high[1]]]);
+            let level = multiples(low[1], high[1], step).map(|y| [[low[0], y], [high[0], y]]);
             let all = upright.chain(level);
             let data = segments(all.map(|ends| ends.map(|end| self.at(end))));
             let look = [
@@ -78,7 +78,7 @@ impl Panel {
     }
 
     /// Draws the labels of the grid and of the axes.
-    pub(super) fn numbers(&self, svg: &mut Svg, across: &str, up: &str) {
+    pub(super) fn draw_labels(&self, svg: &mut Svg, across: &str, up: &str) {
         let number = |anchor| TextStyle {
             size: 2.8,
             colour: FAINT,
@@ -86,11 +86,11 @@ impl Panel {
             rim: false,
         };
         let [low, high] = self.part;
-        for x in lines(low[0], high[0], self.coarse()) {
+        for x in multiples(low[0], high[0], self.grid_spacing()) {
             let [x_at, y_at] = self.at([x, low[1]]);
             svg.text([x_at, y_at + 3.8], signed(x), &number(Anchor::Middle));
         }
-        for y in lines(low[1], high[1], self.coarse()) {
+        for y in multiples(low[1], high[1], self.grid_spacing()) {
             let [x_at, y_at] = self.at([low[0], y]);
             svg.text([x_at - 1.4, y_at + 1.0], signed(y), &number(Anchor::End));
         }
@@ -109,7 +109,7 @@ impl Panel {
         svg.text([left + 1.5, top + 3.6], up, &name);
     }
 
-    fn coarse(&self) -> f64 {
+    fn grid_spacing(&self) -> f64 {
         let [low, high] = self.part;
         if (high[0] - low[0]).max(high[1] - low[1]) > SMALL_VIEW {
             LABELLED_GRID
@@ -159,7 +159,7 @@ impl Extent {
 }
 
 /// Iterates over the multiples of a step strictly within a range.
-fn lines(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
+fn multiples(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let [first, last] = [
         (low / step).floor() as i64 + 1,
         (high / step).ceil() as i64 - 1,

@@ -17,7 +17,7 @@ const MAX_STEP: f64 = 2.0;
 /// Returns the boundary of the reach in a plane through the base axis, as distance of the tool from
 /// the axis and z, mm.
 pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
-    let corners = allowed(limits);
+    let corners = allowed_j2_j3(limits);
     let next = corners.iter().cycle().skip(1);
     let edges = corners.iter().zip(next);
     edges.flat_map(|(from, to)| edge(arm, *from, *to)).collect()
@@ -56,7 +56,7 @@ pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
 
 /// Allowed pairs of J2 and J3 as a convex polygon: both ranges, clipped by the range of their
 /// difference.
-fn allowed(limits: &Limits) -> Vec<[f64; 2]> {
+fn allowed_j2_j3(limits: &Limits) -> Vec<[f64; 2]> {
     let (j2, j3, both) = (limits.j2, limits.j3, limits.j2_minus_j3);
     let all = vec![
         [j2.min, j3.min],

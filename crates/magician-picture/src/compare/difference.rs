@@ -21,8 +21,8 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
         pixels: vec![255; width * height * 3],
     };
     let [thick, thin] = LINE_WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
-    let to_source = distance::field(source);
-    let to_drawn = distance::field(drawn);
+    let to_source = distance::transform(source);
+    let to_drawn = distance::transform(drawn);
     let mut paint = |picture: &Picture, field: &[f32], far: bool, half: i64, colour| {
         let places = picture.inked().iter().zip(field).enumerate();
         for (at, (_, distance)) in places.filter(|(_, (inked, _))| **inked) {

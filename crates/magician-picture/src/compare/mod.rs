@@ -120,7 +120,7 @@ impl Distances {
             sum: 0.0,
             worst: 0.0,
         };
-        let field = distance::field(to);
+        let field = distance::transform(to);
         let inked = of.inked().iter().zip(&field).filter(|(inked, _)| **inked);
         for distance in inked.map(|(_, distance)| f64::from(*distance)) {
             found.places += 1;

@@ -24,7 +24,7 @@ pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
     let tree = usvg::Tree::from_data(svg, &options);
     let tree = tree.map_err(|error| Diagnostic::of_file(error.to_string()))?;
     let mut lines = Vec::new();
-    follow(tree.root(), &mut lines);
+    collect_lines(tree.root(), &mut lines);
     let height = f64::from(tree.size().height());
     for point in lines.iter_mut().flatten() {
         let [x, y] = *point;
@@ -33,10 +33,10 @@ pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
     Ok(lines)
 }
 
-fn follow(group: &Group, lines: &mut Vec<Vec<[f64; 2]>>) {
+fn collect_lines(group: &Group, lines: &mut Vec<Vec<[f64; 2]>>) {
     for node in group.children() {
         match node {
-            Node::Group(group) => follow(group, lines),
+            Node::Group(group) => collect_lines(group, lines),
             Node::Path(path) if path.is_visible() => {
                 let shown = path.stroke().is_some() || path.fill().is_some();
                 if let Some(data) = path
@@ -45,17 +45,17 @@ fn follow(group: &Group, lines: &mut Vec<Vec<[f64; 2]>>) {
                     .transform(path.abs_transform())
                     .filter(|_| shown)
                 {
-                    cut(&data, lines);
+                    flatten_path(&data, lines);
                 }
             }
-            Node::Text(text) => follow(text.flattened(), lines),
+            Node::Text(text) => collect_lines(text.flattened(), lines),
             Node::Path(_) | Node::Image(_) => {}
         }
     }
 }
 
 /// Flattens a path.
-fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
+fn flatten_path(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
     let (mut at, mut start) = (Point::zero(), Point::zero());
     let mut line = Vec::new();
     for segment in path.segments() {
@@ -70,11 +70,11 @@ fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
                 at = to;
             }
             PathSegment::QuadTo(by, to) => {
-                curve(&mut line, &[at, by, to]);
+                flatten_curve(&mut line, &[at, by, to]);
                 at = to;
             }
             PathSegment::CubicTo(by, then, to) => {
-                curve(&mut line, &[at, by, then, to]);
+                flatten_curve(&mut line, &[at, by, then, to]);
                 at = to;
             }
             PathSegment::Close => {
@@ -88,7 +88,7 @@ fn cut(path: &resvg::tiny_skia::Path, lines: &mut Vec<Vec<[f64; 2]>>) {
 }
 
 /// Flattens a Bézier curve of any degree (de Casteljau).
-fn curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
+fn flatten_curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
     let corners: Vec<_> = corners.iter().map(|corner| flat(*corner)).collect();
     let sides = corners.iter().zip(corners.iter().skip(1));
     let hull: f64 = sides

@@ -119,7 +119,7 @@ impl Tones {
 
 /// Mean darkness of an image between shares of its width and height.
 fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
-    let (columns, rows) = (covered(across, image.width), covered(down, image.height));
+    let (columns, rows) = (covered_pixels(across, image.width), covered_pixels(down, image.height));
     let (mut sum, mut weights) = (0.0, 0.0);
     for (row, high) in &rows {
         for (column, wide) in &columns {
@@ -136,7 +136,7 @@ fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
 }
 
 /// Returns the pixels between two shares, each with the covered part of it.
-fn covered([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
+fn covered_pixels([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
     let [from, to] = [from, to].map(|share| share.clamp(0.0, 1.0) * pixels as f64);
     let last = (to.ceil() as usize).min(pixels);
     let part = |pixel: usize| {

@@ -6,7 +6,7 @@ use magician_program::{Diagnostic, Report};
 
 use super::PreviewOptions;
 use super::above::{has, kinds};
-use crate::layers::Ways;
+use crate::layers::PathStyle;
 use crate::legend::{Legend, Sign};
 use crate::svg::signed;
 
@@ -31,7 +31,7 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     let burns = has(toolpath, |mark| matches!(mark, StrokeKind::Burn(_)));
     let mut lines = |mark, label: &str| {
         if has(toolpath, |other| other == mark) {
-            entries.push((Sign::Line(mark, Ways::Planned), label.to_owned()));
+            entries.push((Sign::Line(mark, PathStyle::Plan), label.to_owned()));
         }
     };
     let inks = toolpath.layers.iter().map(|layer| layer.mark);

@@ -108,7 +108,7 @@ impl Preview {
     }
 
     /// Iterates over the paths shown from above as polylines in the arm's x and y, mm.
-    pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+    pub fn paths(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let layers = self.toolpath.layers.iter();
         layers.flat_map(|layer| layer.above.lines())
     }

@@ -4,7 +4,7 @@ use magician_host::{Geometry, JointAngles};
 use magician_program::{Reach, Surface};
 use magician_sim::world::StrokeKind;
 
-use super::{ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex, links_above};
+use super::{ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex, links_from_above};
 use crate::ground;
 use crate::panel::Panel;
 use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
@@ -73,7 +73,7 @@ pub(super) fn draw(
     }
     tip(svg, panel.at([pose.x, pose.y]));
     panel.end(svg);
-    panel.numbers(svg, "X / mm", "Y / mm");
+    panel.draw_labels(svg, "X / mm", "Y / mm");
 }
 
 fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
@@ -164,7 +164,7 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
 
 /// Draws the links, from the base axis to the tip of the tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
-    let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
+    let [axis, wrist, end] = links_from_above(arm, joints).map(|point| panel.at(point));
     let width = Number(LINK_THICKNESS[0] * panel.scale).to_string();
     let look = |width, opacity| {
         [

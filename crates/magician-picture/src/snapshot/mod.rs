@@ -143,7 +143,7 @@ impl Body {
     }
 
     /// Two opposite corners from the side, at its distance from the base axis.
-    fn beside(&self) -> [[f64; 2]; 2] {
+    fn side_corners(&self) -> [[f64; 2]; 2] {
         let [x, y, z, _] = self.place;
         let [length, width, height] = self.size;
         let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
@@ -166,7 +166,7 @@ impl Belt {
 
     /// Two opposite corners from the side, between its smallest and largest distance from the base
     /// axis.
-    fn beside(&self) -> [[f64; 2]; 2] {
+    fn side_corners(&self) -> [[f64; 2]; 2] {
         let half = self.width / 2.0;
         let points = (0..=24).flat_map(|nth| {
             let along = self.length * f64::from(nth) / 24.0;
@@ -189,14 +189,14 @@ impl Snapshot {
     /// Draws an arm alone.
     #[must_use]
     pub fn of_arm(view: &ArmView) -> Self {
-        Self::drawn(view, &Surroundings::default())
+        Self::draw_views(view, &Surroundings::default())
     }
 
     /// Draws a virtual arm in its true pose, and its world, at this instant.
     #[must_use]
     pub fn of_world(arm: &Controller) -> Self {
-        let (view, around) = Self::look_at(arm);
-        Self::drawn(&view, &around)
+        let (view, around) = Self::view_of(arm);
+        Self::draw_views(&view, &around)
     }
 
     /// Draws an arm after a run, with the path of its tool and the objects it moved.
@@ -207,7 +207,7 @@ impl Snapshot {
         }
     }
 
-    fn look_at(arm: &Controller) -> (ArmView, Surroundings) {
+    fn view_of(arm: &Controller) -> (ArmView, Surroundings) {
         let state = arm.state();
         let scenario = arm.world().scenario();
         let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
@@ -272,7 +272,7 @@ impl Snapshot {
         &self.svg
     }
 
-    fn drawn(view: &ArmView, around: &Surroundings) -> Self {
+    fn draw_views(view: &ArmView, around: &Surroundings) -> Self {
         let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT];
         let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
         let beside = left + size(ABOVE_PART)[0] + MARGIN + TICK_SPACE[0];
@@ -341,13 +341,13 @@ fn base() -> [[f64; 2]; 2] {
 }
 
 /// Base axis, wrist and tip of the tool, from above.
-fn links_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
+fn links_from_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
     let [wrist, tip] = wrist_and_tip(arm, joints);
     [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]]
 }
 
 /// Shoulder, elbow, wrist and tip of the tool, from the side: distance from the base axis, and z.
-fn links_beside(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
+fn links_from_side(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
     let straight = JointAngles { j1: 0.0, ..*joints };
     let (sin, cos) = libm::sincos(joints.j2.to_radians());
     let [wrist, tip] = wrist_and_tip(arm, &straight);

@@ -10,8 +10,8 @@ use resvg::tiny_skia::{
 };
 
 use super::{
-    ABOVE_PART, BELT_COLOR, BASE_BODY, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART, Snapshot, Surroundings, TABLE_COLOR, base, links_above,
-    links_beside,
+    ABOVE_PART, BELT_COLOR, BASE_BODY, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART, Snapshot, Surroundings, TABLE_COLOR, base, links_from_above,
+    links_from_side,
 };
 use crate::svg::palette::{BASE, DRAWN, INK};
 
@@ -33,7 +33,7 @@ pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option
     if u64::from(height) * u64::from(width) > 64_000_000 {
         return None;
     }
-    let (looks, around) = Snapshot::look_at(arm);
+    let (looks, around) = Snapshot::view_of(arm);
     let mut canvas = Canvas::new(view, [height, width])?;
     let geometry = Geometry::magician(looks.tool);
     match view {
@@ -156,7 +156,7 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
     };
     bodies(canvas, false);
     canvas.rectangle([[-BASE_BODY[0]; 2], [BASE_BODY[0]; 2]], shade(BASE));
-    let [axis, wrist, tip] = links_above(arm, joints);
+    let [axis, wrist, tip] = links_from_above(arm, joints);
     canvas.line(&[axis, wrist], LINK_THICKNESS[0], shade(LINK_COLOR));
     canvas.line(&[wrist, tip], LINK_THICKNESS[0] / 3.0, shade(LINK_COLOR));
     bodies(canvas, true);
@@ -169,12 +169,12 @@ fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surr
         canvas.rectangle([[BASE_BODY[0], height - PLATE_THICKNESS], [far, height]], shade(TABLE_COLOR));
     }
     if let Some(belt) = &around.belt {
-        canvas.rectangle(belt.beside(), shade(BELT_COLOR));
+        canvas.rectangle(belt.side_corners(), shade(BELT_COLOR));
     }
     for body in &around.bodies {
-        canvas.rectangle(body.beside(), body.color);
+        canvas.rectangle(body.side_corners(), body.color);
     }
-    let [shoulder, elbow, wrist, tip] = links_beside(arm, joints);
+    let [shoulder, elbow, wrist, tip] = links_from_side(arm, joints);
     canvas.line(&[shoulder, elbow, wrist], LINK_THICKNESS[1], shade(LINK_COLOR));
     canvas.line(&[wrist, tip], LINK_THICKNESS[1] / 2.0, shade(LINK_COLOR));
     canvas.dot(tip, 5.0, shade(INK));

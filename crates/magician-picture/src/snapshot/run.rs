@@ -7,7 +7,7 @@ use magician_program::{Reach, Surface};
 use magician_sim::scenario::Color;
 
 use super::{ArmView, BASE_BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
-use crate::layers::Ways;
+use crate::layers::PathStyle;
 use crate::legend::{Legend, Sign};
 use crate::panel::{Extent, MARGIN, Panel, TICK_SPACE};
 use crate::svg::palette::{CARGO, INK, PAPER};
@@ -173,7 +173,7 @@ impl Shown<'_> {
         }
         above::links(svg, panel, self.arm, &self.view.joints);
         let data = |layer: &Layer| lines(layer.above.lines(), |point| panel.at(point));
-        layers::draw(svg, self.layers, Ways::Taken, data);
+        layers::draw(svg, self.layers, PathStyle::Run, data);
         for body in self.all_bodies() {
             let [x, y, ..] = body.place;
             let [dx, dy] = [body.size[0], body.size[1]].map(|side| side / 4.0);
@@ -186,7 +186,7 @@ impl Shown<'_> {
         }
         self.tip(svg, panel.at([self.pose.x, self.pose.y]));
         panel.end(svg);
-        panel.numbers(svg, "X / mm", "Y / mm");
+        panel.draw_labels(svg, "X / mm", "Y / mm");
     }
 
     fn side(&self, svg: &mut Svg, panel: &Panel) {
@@ -207,11 +207,11 @@ impl Shown<'_> {
         }
         side::links(svg, panel, self.arm, &self.view.joints);
         let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
-        layers::draw(svg, self.layers, Ways::Taken, data);
+        layers::draw(svg, self.layers, PathStyle::Run, data);
         let Pose { x, y, z, .. } = self.pose;
         self.tip(svg, panel.at([libm::hypot(x, y), z]));
         panel.end(svg);
-        panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+        panel.draw_labels(svg, "distance from the base axis / mm", "Z / mm");
     }
 
     /// Draws the tip of the tool on top of its path, with the name of the position.
@@ -235,9 +235,9 @@ fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
         let [from, to] = [from.at, to.at];
         layer.above.begin([from[0], from[1]]);
         layer.above.line_to([to[0], to[1]]);
-        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
-        layer.side.begin(beside(from));
-        layer.side.line_to(beside(to));
+        let side_view = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
+        layer.side.begin(side_view(from));
+        layer.side.line_to(side_view(to));
     }
     for layer in &mut layers {
         layer.above.settle();
@@ -247,7 +247,7 @@ fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
 }
 
 fn entries(run: &RunView, height: Option<f64>) -> Vec<(Sign, String)> {
-    let line = |mark| Sign::Line(mark, Ways::Taken);
+    let line = |mark| Sign::Line(mark, PathStyle::Run);
     let mut entries = vec![
         (line(StrokeKind::Nothing), "with nothing held".to_owned()),
         (line(StrokeKind::Carried), "with something held".to_owned()),

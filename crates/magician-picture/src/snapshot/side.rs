@@ -4,7 +4,7 @@ use magician_host::{Geometry, JointAngles};
 
 use super::{
     BELT_COLOR, BASE_BODY, Body, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SCALE, SIDE_PART, Surroundings, TABLE_COLOR, above, base, hex,
-    links_beside,
+    links_from_side,
 };
 use crate::panel::Panel;
 use crate::section;
@@ -39,18 +39,18 @@ pub(super) fn draw(
             ("stroke", FAINT),
             ("stroke-width", "0.3"),
         ];
-        svg.rectangle(belt.beside().map(|end| panel.at(end)), &look);
+        svg.rectangle(belt.side_corners().map(|end| panel.at(end)), &look);
     }
     for object in &around.bodies {
         body(svg, &panel, object);
     }
     links(svg, &panel, arm, joints);
     for [from, to] in &around.beams {
-        let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
-        above::beam(svg, beside(*from), beside(*to));
+        let side_view = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
+        above::beam(svg, side_view(*from), side_view(*to));
     }
     panel.end(svg);
-    panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+    panel.draw_labels(svg, "distance from the base axis / mm", "Z / mm");
 }
 
 /// Draws the base.
@@ -88,12 +88,12 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         ("stroke", edge),
         ("stroke-width", thick),
     ];
-    svg.rectangle(body.beside().map(|end| panel.at(end)), &look);
+    svg.rectangle(body.side_corners().map(|end| panel.at(end)), &look);
 }
 
 /// Draws rear arm, forearm and tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
-    let [shoulder, elbow, wrist, tip] = links_beside(arm, joints).map(|point| panel.at(point));
+    let [shoulder, elbow, wrist, tip] = links_from_side(arm, joints).map(|point| panel.at(point));
     let points = [shoulder, elbow, wrist];
     let width = Number(LINK_THICKNESS[1] * panel.scale).to_string();
     let look = |width, opacity| {

@@ -83,7 +83,7 @@ fn shown_paths_match_the_tool_motion() {
         assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
         let way: Vec<[f64; 2]> = done.way.iter().map(|[x, y, _]| [*x, *y]).collect();
         let preview = preview(&plan, &PreviewOptions::default());
-        let shown: Vec<Vec<[f64; 2]>> = preview.ways().map(<[_]>::to_vec).collect();
+        let shown: Vec<Vec<[f64; 2]>> = preview.paths().map(<[_]>::to_vec).collect();
         let matched = compare(&[way], &shown, 0.15).matched;
         assert!(matched.is_good(), "{}: {matched:?}", plan.title);
     }

@@ -441,12 +441,12 @@ impl PathTracer {
             return;
         };
         let flat = |[x, y, _]: [f64; 3]| [x, y];
-        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
+        let side_view = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
         layer.above.begin(flat(from));
         layer.above.line_to(flat(to));
         if toolpath.has_side {
-            layer.side.begin(beside(from));
-            layer.side.line_to(beside(to));
+            layer.side.begin(side_view(from));
+            layer.side.line_to(side_view(to));
         }
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
         match mark {

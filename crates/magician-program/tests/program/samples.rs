@@ -163,7 +163,7 @@ fn way(name: &str, plan: &Plan) {
     let preview = Preview::new(plan, &report, &start, &PreviewOptions::default());
     let watched = rehearse(plan, &options.watch(Duration::from_millis(2))).unwrap();
     let taken: Line = watched.way.iter().map(|[x, y, _]| [*x, *y]).collect();
-    let shown: Vec<Line> = preview.ways().map(<[_]>::to_vec).collect();
+    let shown: Vec<Line> = preview.paths().map(<[_]>::to_vec).collect();
     let matched = compare(&shown, &[taken], DRAWING_TOLERANCE).matched;
     tell(name, "way", &matched, &watched);
     // A preview does not show the search for the home position.
