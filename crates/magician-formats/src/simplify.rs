@@ -14,7 +14,8 @@ pub fn kept_points<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<b
     kept_points_by(points, tolerance, distance_to_chord)
 }
 
-/// Simplifies as [`kept_points`] does with another measure of the distance between a point and a chord.
+/// Simplifies as [`kept_points`] does with another measure of the distance between a point and a
+/// chord.
 pub(crate) fn kept_points_by<P: Copy>(
     points: &[P],
     tolerance: f64,

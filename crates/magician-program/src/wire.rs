@@ -1,9 +1,9 @@
 //! Serialisation of a request to prepare a file, and of its result, for another WebAssembly module
 //! that does the work.
 //!
-//! Both modules come from one build; the format is private to it. It begins with [`FORMAT_ID`], which
-//! changes with these files and the version: data of another build is refused, never misread. No
-//! input panics, and none takes more memory than a small multiple of its length.
+//! Both modules come from one build; the format is private to it. It begins with [`FORMAT_ID`],
+//! which changes with these files and the version: data of another build is refused, never misread.
+//! No input panics, and none takes more memory than a small multiple of its length.
 #![allow(clippy::cast_possible_truncation)] // Lengths are below 2^32 on what this runs on, and are read back by their u64.
 
 mod codec;

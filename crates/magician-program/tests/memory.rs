@@ -12,7 +12,7 @@ const POINTS_PER_STROKE: u32 = 400;
 const MAX_BYTES_PER_POINT: u64 = 230;
 
 /// Value in bytes of a line in the status of the process.
-fn taken(what: &str) -> u64 {
+fn status_bytes(what: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").expect("readable");
     let line = status.lines().find(|line| line.starts_with(what));
     let number = line.and_then(|line| line.split_whitespace().nth(1));
@@ -23,7 +23,7 @@ fn taken(what: &str) -> u64 {
 
 /// Peak memory of the process without its code, which includes embedded data.
 fn peak() -> u64 {
-    taken("VmHWM:") - taken("RssFile:")
+    status_bytes("VmHWM:") - status_bytes("RssFile:")
 }
 
 #[test]

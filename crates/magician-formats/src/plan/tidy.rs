@@ -83,7 +83,7 @@ impl Plan {
         for pair in traced.lines.windows(2) {
             let [line, next] = pair else { continue };
             let between = line.steps.end..next.steps.start;
-            let gap = apart(line.end, next.start);
+            let gap = distance(line.end, next.start);
             // An arc passes through three points; another start would change its circle.
             let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
             let alike = line.scope == next.scope
@@ -95,8 +95,8 @@ impl Plan {
                 // A step at the gap itself, or high enough above both lines, touches nothing.
                 Some(to) => {
                     line.is_lit
-                        || across(line.end, to) <= POSITION_TOLERANCE
-                        || across(next.start, to) <= POSITION_TOLERANCE
+                        || horizontal_distance(line.end, to) <= POSITION_TOLERANCE
+                        || horizontal_distance(next.start, to) <= POSITION_TOLERANCE
                         || to[2] >= line.end[2].max(next.start[2]) + CLEAR_HEIGHT
                 }
                 None => sets_speed(&step.action),
@@ -172,11 +172,11 @@ fn wide(point: [f32; 3]) -> Point {
     point.map(f64::from)
 }
 
-fn apart(a: Point, b: Point) -> f64 {
+fn distance(a: Point, b: Point) -> f64 {
     length([0, 1, 2].map(|axis: usize| a[axis] - b[axis]))
 }
 
-fn across(a: Point, b: Point) -> f64 {
+fn horizontal_distance(a: Point, b: Point) -> f64 {
     length([a[0] - b[0], a[1] - b[1]])
 }
 
@@ -327,7 +327,7 @@ impl Traced {
         loop {
             let step = plan.steps.get(down.checked_sub(1)?)?;
             match (step.action.target().map(wide), sets_speed(&step.action)) {
-                (Some(to), _) if across(to, line.start) > POSITION_TOLERANCE => return None,
+                (Some(to), _) if horizontal_distance(to, line.start) > POSITION_TOLERANCE => return None,
                 (Some(to), _) if to[2] >= high => break,
                 (Some(_), _) | (None, true) => down -= 1,
                 (None, false) => return None,
@@ -341,7 +341,7 @@ impl Traced {
             match (&step.action, step.action.target().map(wide)) {
                 // A curve could dip down between its ends.
                 (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
-                (_, Some(to)) if across(to, line.end) > POSITION_TOLERANCE => return None,
+                (_, Some(to)) if horizontal_distance(to, line.end) > POSITION_TOLERANCE => return None,
                 (_, Some(to)) if to[2] >= high => break,
                 (action, None) if !sets_speed(action) => return None,
                 _ => up += 1,
@@ -352,7 +352,7 @@ impl Traced {
 }
 
 fn goes_across(action: &Action, from: Point, to: Point) -> bool {
-    matches!(action, Action::Arc { .. }) || across(from, to) > POSITION_TOLERANCE
+    matches!(action, Action::Arc { .. }) || horizontal_distance(from, to) > POSITION_TOLERANCE
 }
 
 impl Line {

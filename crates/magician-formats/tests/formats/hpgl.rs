@@ -423,7 +423,7 @@ fn omissions_are_noted_and_impossible_instructions_refused() {
 }
 
 /// Returns a strategy for plots of instructions that are nearly valid.
-fn nearly() -> impl Strategy<Value = String> {
+fn malformed_plots() -> impl Strategy<Value = String> {
     let name = prop::sample::select(vec![
         "IN",
         "PA",
@@ -497,7 +497,7 @@ proptest! {
     }
 
     #[test]
-    fn accepted_strokes_are_finite_and_have_origins(text in nearly()) {
+    fn accepted_strokes_are_finite_and_have_origins(text in malformed_plots()) {
         if let Ok((artwork, _)) = try_read(&text) {
             for stroke in &artwork.strokes {
                 prop_assert!(!stroke.points.is_empty() && stroke.origin.is_known());

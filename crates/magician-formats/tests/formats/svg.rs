@@ -85,7 +85,7 @@ fn quadratic(p: [[f64; 2]; 3]) -> impl Fn(f64) -> [f64; 2] {
     }
 }
 
-fn fine() -> ReadOptions {
+fn fine_options() -> ReadOptions {
     let mut options = ReadOptions::default();
     options.tolerance = 0.001;
     options
@@ -93,7 +93,7 @@ fn fine() -> ReadOptions {
 
 #[test]
 fn house_sample_has_its_lines() {
-    let (house, notes) = reading_with(HOUSE, &fine()).unwrap();
+    let (house, notes) = reading_with(HOUSE, &fine_options()).unwrap();
     assert_eq!(notes, []);
     let page = house.page.unwrap();
     near(page[0], 80.0, 1e-4);
@@ -178,7 +178,7 @@ fn ids_of_the_file_do_not_collide_with_generated_ids() {
 
 #[test]
 fn curve_lengths_are_exact() {
-    let (curves, notes) = reading_with(CURVES, &fine()).unwrap();
+    let (curves, notes) = reading_with(CURVES, &fine_options()).unwrap();
     assert_eq!(notes, []);
     let lengths: Vec<f64> = curves.strokes.iter().map(Stroke::length).collect();
     // The unit is 1/100 mm, enlarged by 1.5.
@@ -218,7 +218,7 @@ fn curve_lengths_are_exact() {
 }
 
 /// Distance from a point to a polyline.
-fn off(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_line(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
     let to = |pair: &[[f64; 2]]| {
         let [a, b] = [pair[0], pair[1]];
         let way = [b[0] - a[0], b[1] - a[1]];
@@ -242,7 +242,7 @@ fn vertices_are_within_tolerance_of_the_curve() {
         let line = &artwork.strokes[0].points;
         let strays = (0..=5000).map(|nth| {
             let [x, y] = curve(f64::from(nth) / 5000.0);
-            off(line, [x, 100.0 - y])
+            distance_to_line(line, [x, 100.0 - y])
         });
         let worst = strays.fold(0.0, f64::max);
         assert!(worst <= tolerance, "{worst} of {tolerance}");
@@ -259,7 +259,7 @@ fn vertices_are_within_tolerance_of_the_curve() {
         let line = &artwork.strokes[0].points;
         let angles = (0..3600).map(|nth| f64::from(nth) / 3600.0 * std::f64::consts::TAU);
         let strays = angles.map(|angle| {
-            off(
+            distance_to_line(
                 line,
                 [50.0 + radius * angle.cos(), 50.0 + radius * angle.sin()],
             )

@@ -162,7 +162,7 @@ fn every_stroke_has_its_character_as_origin() {
     assert_eq!(places, [(1, 1), (1, 2), (2, 1), (2, 2)]);
 }
 
-fn of_file(name: &str, bytes: &[u8]) -> ReadOptions {
+fn options_with_font(name: &str, bytes: &[u8]) -> ReadOptions {
     let mut options = ReadOptions::default();
     options.text.font = FontChoice::file(name, bytes);
     options
@@ -176,7 +176,7 @@ const SVG_FONT: &str = r#"<svg xmlns="http://www.w3.org/2000/svg"><defs>
 
 #[test]
 fn svg_font_is_drawn_unchanged() {
-    let options = of_file("one.svg", SVG_FONT.as_bytes());
+    let options = options_with_font("one.svg", SVG_FONT.as_bytes());
     let (artwork, notes) = written("Ho", &options);
     assert_eq!(artwork.strokes.len(), 4);
     assert!(notes.is_empty() && !artwork.in_order);
@@ -203,7 +203,7 @@ fn svg_font_is_drawn_unchanged() {
 fn an_outline_font_gives_the_edges_of_its_letters() {
     let roboto = include_bytes!("../../fonts/Roboto-Regular.ttf");
     for size in [4.0, 30.0] {
-        let mut options = of_file("Roboto.ttf", roboto);
+        let mut options = options_with_font("Roboto.ttf", roboto);
         options.text.size = size;
         let (artwork, notes) = written("HOé", &options);
         assert!(notes.is_empty(), "{notes:?}");
@@ -217,7 +217,7 @@ fn an_outline_font_gives_the_edges_of_its_letters() {
         let [least, most] = capital.bounds().unwrap();
         assert!((most[1] - least[1] - size).abs() < 1e-6);
     }
-    let mut strict = of_file("Roboto.ttf", roboto);
+    let mut strict = options_with_font("Roboto.ttf", roboto);
     strict.strict_text = true;
     assert!(read(Format::Text, "東".as_bytes(), &strict).is_err());
 }
@@ -254,7 +254,7 @@ fn strokes_of_characters_are_drawn_in_their_order() {
         ("all.json", &all),
         ("graphics.txt", &lines),
     ] {
-        let (artwork, notes) = written("二二", &of_file(name, file.as_bytes()));
+        let (artwork, notes) = written("二二", &options_with_font(name, file.as_bytes()));
         assert!(notes.is_empty(), "{name}: {notes:?}");
         assert!(artwork.in_order, "{name}");
         let strokes = &artwork.strokes;
@@ -270,7 +270,7 @@ fn strokes_of_characters_are_drawn_in_their_order() {
         let refused = read(
             Format::Text,
             "二".as_bytes(),
-            &of_file(name, text.as_bytes()),
+            &options_with_font(name, text.as_bytes()),
         );
         refused.unwrap_err().message
     };

@@ -11,7 +11,8 @@ use crate::svg::{Anchor, Svg, TextStyle};
 const SCALE: f64 = 0.1;
 /// Part of the plane shown, mm: the reach of any tool in front of the arm.
 const SHOWN_PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
-/// Left edge if the view extends beyond that of [`SHOWN_PART`], mm: the reach of any tool beside the arm.
+/// Left edge if the view extends beyond that of [`SHOWN_PART`], mm: the reach of any tool beside
+/// the arm.
 const WIDE_LEFT_EDGE: f64 = -380.0;
 /// Height including the text below, mm.
 pub(super) const HEIGHT: f64 = (SHOWN_PART[1][1] - SHOWN_PART[0][1]) * SCALE + 6.0;

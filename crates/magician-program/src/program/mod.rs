@@ -208,7 +208,8 @@ impl Program {
     /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// Same as [`check_step`](Self::check_step) and [`Continuation::from_step`](crate::Continuation::from_step).
+    /// Same as [`check_step`](Self::check_step) and
+    /// [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }

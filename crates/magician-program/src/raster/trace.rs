@@ -61,8 +61,8 @@ pub struct Trace {
     pub size: Size,
     /// Largest deviation of a line from the outline given by the pixels, mm.
     pub tolerance: f64,
-    /// Size below which a spot is left out as a speck, mm: both sides of its bounding box are shorter.
-    /// 0 keeps all.
+    /// Size below which a spot is left out as a speck, mm: both sides of its bounding box are
+    /// shorter. 0 keeps all.
     pub despeckle: f64,
     /// Number of dot sizes (default 64) or of hatching layers (default 6).
     pub levels: Option<u8>,

@@ -74,8 +74,8 @@ impl RehearseOptions {
 }
 
 /// Sets up a virtual arm for a plan: no alarms, its tool mounted and set, a level table below. The
-/// arm is homed and start_of_stage at its home point, or above the table if its tool would be inside the
-/// table there.
+/// arm is homed and stands at its home point, or above the table if its tool would be
+/// inside the table there.
 ///
 /// A plan with rail positions gets an arm on a rail. A plan without a tool gets the tool that its
 /// steps need: a laser for burning, a cup or gripper for handling, else a pen. A tilted surface

@@ -26,7 +26,7 @@ fn options() -> RehearseOptions {
 }
 
 /// True if the check accepts the plan; the arm must then run it.
-fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
+fn runs_if_accepted(plan: &Plan) -> Result<bool, TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let report = check(plan, &start);
     if !report.is_good() {
@@ -51,8 +51,8 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     Ok(true)
 }
 
-/// Like `is_done`, from any step on that allows it.
-fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
+/// Like `runs_if_accepted`, from any step on that allows it.
+fn remainder_runs_if_accepted(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;
     if let Ok(rest) = Continuation::from_step(plan, step, &start) {
@@ -60,7 +60,7 @@ fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
         // The rest starts where the arm stood; another stage may place the arm elsewhere.
         let again = start_of(&stage(&rest.plan, &options()).unwrap());
         if again.arm() == start.arm() {
-            prop_assert!(is_done(&rest.plan)?, "from step {step}");
+            prop_assert!(runs_if_accepted(&rest.plan)?, "from step {step}");
         }
     }
     Ok(())
@@ -209,10 +209,10 @@ proptest! {
         let plan = placed.plan(&marking);
         // A placed plan is within reach.
         let refused_steps = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).refused_steps;
-        prop_assert!(is_done(&plan)?, "{refused_steps:?}");
-        is_done_from(&plan, share)?;
+        prop_assert!(runs_if_accepted(&plan)?, "{refused_steps:?}");
+        remainder_runs_if_accepted(&plan, share)?;
         if let Ok(turned) = plan.rotated(turn, [0.0, 0.0]) {
-            is_done(&turned)?;
+            runs_if_accepted(&turned)?;
         }
         let ends = plan.steps.last().and_then(|step| step.action.target()).unwrap().map(f64::from);
         let above = ends[2] - layout.surface.at([ends[0], ends[1]]);
@@ -243,8 +243,8 @@ proptest! {
             let kind = refused_step.error.kind();
             prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", refused_step.error);
         }
-        if is_done(&plan)? {
-            is_done_from(&plan, share)?;
+        if runs_if_accepted(&plan)? {
+            remainder_runs_if_accepted(&plan, share)?;
         }
     }
 
@@ -260,11 +260,11 @@ proptest! {
             plan.steps.remove(first);
         }
         let all = plan.repeated(times).unwrap();
-        if is_done(&all)? {
-            is_done_from(&all, share)?;
+        if runs_if_accepted(&all)? {
+            remainder_runs_if_accepted(&all, share)?;
         }
         if let Ok(placed) = plan.placed_on(&magician_program::Pallet::grid(1, 2, [8.0, 8.0])) {
-            is_done(&placed)?;
+            runs_if_accepted(&placed)?;
         }
     }
 }

@@ -60,7 +60,7 @@ fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
 }
 
 /// Distance of a point from the nearest line.
-fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_lines(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let mut nearest = f64::INFINITY;
     for line in lines {
         if let [dot] = line.as_slice() {
@@ -82,7 +82,7 @@ fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
 fn farthest(from: &[Vec<[f64; 2]>], to: &[Vec<[f64; 2]>]) -> f64 {
     along(from)
         .into_iter()
-        .map(|point| off(to, point))
+        .map(|point| distance_to_lines(to, point))
         .fold(0.0, f64::max)
 }
 
@@ -148,7 +148,7 @@ fn dots_are_left_by_pen_and_laser() {
         let left = drawn(&placed.plan(&marking), tool);
         assert_eq!(left.len(), 4, "{tool}: {left:?}");
         for stroke in &placed.artwork.strokes {
-            assert!(off(&left, stroke.points[0]) < 0.01);
+            assert!(distance_to_lines(&left, stroke.points[0]) < 0.01);
         }
     }
 }

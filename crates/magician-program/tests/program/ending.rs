@@ -72,7 +72,7 @@ fn distance(line: &[Point; 2], [x, y]: Point) -> f64 {
 }
 
 /// Largest distance of any point of one drawing from the other, mm.
-fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
+fn largest_distance(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
     let points = one.iter().flat_map(|line| {
         let count = (distance(&[line[0], line[0]], line[1]) / 0.5)
             .ceil()
@@ -87,7 +87,7 @@ fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
 }
 
 /// Instants as shares of the whole, the same in every run of the tests.
-fn shares() -> impl Iterator<Item = f64> {
+fn stop_shares() -> impl Iterator<Item = f64> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     std::iter::repeat_with(move || {
         state ^= state << 13;
@@ -110,7 +110,7 @@ async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         ..Ending::default()
     };
     let mut on_paper = 0;
-    for share in shares().take(20) {
+    for share in stop_shares().take(20) {
         let (cell, arm) = place(&program).await;
         let stop = whole.mul_f64(share);
         let stopped = run(&arm, &program, 0, Some(stop)).await;
@@ -118,7 +118,7 @@ async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
         // The ink up to the arm's position is part of the drawing.
-        assert!(apart(&drawn, &right) < LINE_TOLERANCE, "{stop:?}");
+        assert!(largest_distance(&drawn, &right) < LINE_TOLERANCE, "{stop:?}");
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
         let took = cell.state().now - since;
@@ -143,8 +143,8 @@ async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn, "{stop:?}");
         assert_eq!(run(&arm, &program, steps, None).await, None);
         let done = lines(&cell.with(|arm| arm.drawing()));
-        assert!(apart(&right, &done) < LINE_TOLERANCE, "a gap after {stop:?}");
-        assert!(apart(&done, &right) < LINE_TOLERANCE, "a stray line after {stop:?}");
+        assert!(largest_distance(&right, &done) < LINE_TOLERANCE, "a gap after {stop:?}");
+        assert!(largest_distance(&done, &right) < LINE_TOLERANCE, "a stray line after {stop:?}");
     }
     assert!((5..20).contains(&on_paper), "{on_paper}");
 }

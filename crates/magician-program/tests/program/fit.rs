@@ -151,7 +151,7 @@ impl Case {
         }
     }
 
-    fn holds(&self) -> Result<bool, TestCaseError> {
+    fn passes_and_runs(&self) -> Result<bool, TestCaseError> {
         let text = self.text();
         let mut setup = Setup::default();
         setup.tool = Some(self.tool);
@@ -215,7 +215,7 @@ fn fitted_program_passes_the_check_and_runs() {
     });
     let fitted = std::cell::Cell::new(0_u32);
     let outcome = runner.run(&case(), |case| {
-        fitted.set(fitted.get() + u32::from(case.holds()?));
+        fitted.set(fitted.get() + u32::from(case.passes_and_runs()?));
         Ok(())
     });
     if let Err(error) = outcome {

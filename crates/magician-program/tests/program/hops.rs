@@ -40,7 +40,7 @@ fn is_good(plan: &Plan) -> bool {
     check(plan, &Preflight::at(JointAngles::HOME, ToolBias::NONE)).is_good()
 }
 
-fn done(plan: &Plan) -> Rehearsal {
+fn rehearsed(plan: &Plan) -> Rehearsal {
     let watched = RehearseOptions::default().watch(Duration::from_millis(4));
     let done = rehearse(plan, &watched).unwrap();
     assert!(done.is_good(), "{:?}", done.log);
@@ -48,7 +48,7 @@ fn done(plan: &Plan) -> Rehearsal {
 }
 
 /// Distance of a point from the nearest line.
-fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_lines(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let pairs = lines.iter().flat_map(|line| {
         let ends = [line[0], line[0]];
         line.windows(2).map(|pair| [pair[0], pair[1]]).chain([ends])
@@ -106,14 +106,14 @@ proptest! {
         if !is_good(&before) {
             return Ok(());
         }
-        let (hopped, before) = (done(&plan), done(&before));
+        let (hopped, before) = (rehearsed(&plan), rehearsed(&before));
         prop_assert!(hopped.time <= before.time, "{:?} {:?}", hopped.time, before.time);
         let drawn: Vec<_> = placed.artwork.strokes.iter().map(|stroke| stroke.points.clone()).collect();
         // The first move leads from any pose to well above the first line.
         let high = lift.min(hop);
         let begun = hopped.way.iter().position(|[x, y, z]| z - surface.at([*x, *y]) < MARKING_HEIGHT);
         for [x, y, z] in &hopped.way[begun.unwrap_or(0)..] {
-            let (above, aside) = (z - surface.at([*x, *y]), off(&drawn, [*x, *y]));
+            let (above, aside) = (z - surface.at([*x, *y]), distance_to_lines(&drawn, [*x, *y]));
             prop_assert!(above > -0.01, "{above} mm above the paper");
             prop_assert!(aside <= STRAY_DISTANCE || above >= 0.74 * high, "{aside} mm aside, {above} mm above the paper");
         }
@@ -124,12 +124,12 @@ proptest! {
         let marks: Vec<_> = hopped.drawing.strokes().iter().map(|stroke| stroke.points.clone()).collect();
         for stroke in hopped.drawing.strokes() {
             for point in &stroke.points {
-                prop_assert!(off(&drawn, *point) <= 0.05, "{point:?}");
+                prop_assert!(distance_to_lines(&drawn, *point) <= 0.05, "{point:?}");
             }
         }
         for stroke in before.drawing.strokes() {
             for point in &stroke.points {
-                prop_assert!(off(&marks, *point) <= 0.05, "{point:?}");
+                prop_assert!(distance_to_lines(&marks, *point) <= 0.05, "{point:?}");
             }
         }
     }

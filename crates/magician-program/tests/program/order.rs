@@ -34,9 +34,9 @@ fn pieces(artwork: &Artwork) -> Vec<[[u64; 2]; 2]> {
 }
 
 /// Deterministic random numbers.
-struct Dice(u64);
+struct RandomSource(u64);
 
-impl Dice {
+impl RandomSource {
     fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -47,7 +47,7 @@ impl Dice {
 }
 
 fn scattered(count: usize, side: f64) -> Artwork {
-    let mut dice = Dice(7);
+    let mut dice = RandomSource(7);
     let mut point = || [side * dice.next(), side * dice.next()];
     let mut lines = Vec::new();
     for nth in 0..count {

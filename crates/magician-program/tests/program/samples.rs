@@ -63,7 +63,7 @@ fn start(plan: &Plan) -> Preflight {
 
 /// Checks a plan, runs it on the virtual arm, and again from its plan file: it passes, takes as
 /// long as the check says, and leaves the same marks.
-fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
+fn rehearsed(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let options = RehearseOptions::default();
     let report = check(plan, &start(plan));
     assert!(report.is_good(), "{name}: {:?}", report.refused_steps);
@@ -86,7 +86,7 @@ fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     (done, report)
 }
 
-fn tell(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
+fn print_figures(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
     println!(
         "{name} {how}: missing {:.4} %, too much {:.4} %, worst {:.3} mm, mean {:.4} mm (pixels of {:.2} mm); {} steps, {:.3} s",
         100.0 * matched.missing_share,
@@ -102,7 +102,7 @@ fn tell(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
 fn matches_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
     assert!(!source.is_empty() && !done.drawing.is_empty(), "{name}");
     let matched = compare(source, &lines_of(&done.drawing), DRAWING_TOLERANCE).matched;
-    tell(name, how, &matched, done);
+    print_figures(name, how, &matched, done);
     assert!(matched.is_good(), "{name} {how}: {matched:?}");
     assert!(
         matched.worst() <= DRAWING_TOLERANCE && matched.mean < 0.05,
@@ -126,7 +126,7 @@ fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
         let source: Vec<Line> = (source.iter())
             .map(|line| line.iter().map(to_arm).collect())
             .collect();
-        let (done, report) = done(name, &placed.plan(&marking));
+        let (done, report) = rehearsed(name, &placed.plan(&marking));
         assert!(
             done.drawing
                 .strokes()
@@ -156,16 +156,16 @@ fn length(line: &[[f64; 2]]) -> f64 {
 }
 
 /// Checks for a program without marks that the preview shows the path of the virtual arm's tool.
-fn way(name: &str, plan: &Plan) {
+fn check_path(name: &str, plan: &Plan) {
     let options = RehearseOptions::default();
     let start = start(plan);
-    let (_, report) = done(name, plan);
+    let (_, report) = rehearsed(name, plan);
     let preview = Preview::new(plan, &report, &start, &PreviewOptions::default());
     let watched = rehearse(plan, &options.watch(Duration::from_millis(2))).unwrap();
     let taken: Line = watched.way.iter().map(|[x, y, _]| [*x, *y]).collect();
     let shown: Vec<Line> = preview.paths().map(<[_]>::to_vec).collect();
     let matched = compare(&shown, &[taken], DRAWING_TOLERANCE).matched;
-    tell(name, "way", &matched, &watched);
+    print_figures(name, "way", &matched, &watched);
     // A preview does not show the search for the home position.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
     assert_eq!(matched.missing_share, 0.0, "{name}: {matched:?}");
@@ -196,7 +196,7 @@ fn image(name: &str, image: &Raster) {
     let surface = Surface::level(TABLE);
     let grid = Grid::centred(size, [240.0, 0.0], 0.0, false);
     let plan = engrave.plan(image, &grid, surface).unwrap();
-    let (done, _) = done(name, &plan);
+    let (done, _) = rehearsed(name, &plan);
     let corners = [grid.at([0.0, 1.0]), grid.at([1.0, 0.0])];
     let burnt = Tones::of_burns(&done.drawing, corners, 1.0, SPACING);
     let matched = burnt
@@ -218,7 +218,7 @@ fn sample(name: &str) {
     match content {
         Content::Plan(plan) => match format {
             Format::Gcode => {
-                let (done, report) = done(name, &plan);
+                let (done, report) = rehearsed(name, &plan);
                 takes_checked_time(name, &done, &report);
                 let source: Vec<Line> = source::gcode(text())
                     .into_iter()
@@ -226,7 +226,7 @@ fn sample(name: &str) {
                     .collect();
                 matches_source(name, "followed", &source, &done);
             }
-            _ => way(name, &plan),
+            _ => check_path(name, &plan),
         },
         Content::Artwork(lines) => {
             let source = match format {

@@ -270,7 +270,7 @@ impl Reader<'_> {
     }
 
     /// Returns the argument of a code, up to the semicolon.
-    fn said(&mut self) -> &str {
+    fn argument(&mut self) -> &str {
         let (said, rest) = self.rest.split_once(';').unwrap_or((self.rest, ""));
         self.rest = rest;
         said
@@ -312,7 +312,7 @@ impl Reader<'_> {
             'o' => self.look.bars[2] = None,
             'H' => {
                 let usual = self.look.size;
-                let said = self.said();
+                let said = self.argument();
                 let is_factor = said.ends_with(['x', 'X']);
                 let told = number(said, f64::NAN);
                 self.look.size = match (told.is_finite(), is_factor) {
@@ -323,20 +323,20 @@ impl Reader<'_> {
             }
             'W' => {
                 let usual = self.look.width;
-                self.look.width = number(self.said(), usual);
+                self.look.width = number(self.argument(), usual);
             }
             'T' => {
                 let usual = self.look.spacing;
-                self.look.spacing = number(self.said(), usual);
+                self.look.spacing = number(self.argument(), usual);
             }
             'Q' => {
-                let said = self.said().parse::<f64>();
+                let said = self.argument().parse::<f64>();
                 self.look.oblique = said.unwrap_or(self.look.oblique);
             }
             'S' => self.stacked(),
             // Colour, font, alignment within the line, indents and tabs are ignored.
             'A' | 'C' | 'c' | 'f' | 'F' | 'p' => {
-                self.said();
+                self.argument();
             }
             other => self.write(other),
         }
@@ -344,7 +344,7 @@ impl Reader<'_> {
 
     /// Parses a stacked fraction or tolerance.
     fn stacked(&mut self) {
-        let said = self.said().to_owned();
+        let said = self.argument().to_owned();
         let Some(at) = said.find(['^', '/', '#']) else {
             said.chars().for_each(|sign| self.write(sign));
             return;

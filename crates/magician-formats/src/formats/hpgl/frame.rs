@@ -31,7 +31,7 @@ impl Plotter<'_> {
         let place = self.scale.place(self.at);
         match &instruction.name {
             b"IP" => self.scale.corners(instruction),
-            b"IR" => self.scale.shares(instruction),
+            b"IR" => self.scale.relative_corners(instruction),
             b"PS" => self.scale.sized(instruction),
             b"RO" => self.scale.rotate(instruction),
             _ => self.scale.units(instruction),

@@ -197,7 +197,7 @@ impl Scale {
     }
 
     /// Handles IR: position of P1 and P2 in percent of the sheet.
-    pub(super) fn shares(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    pub(super) fn relative_corners(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.turned_frame();
         let at = |x: f64, y: f64| [px + (qx - px) * x / 100.0, py + (qy - py) * y / 100.0];
         let numbers: Vec<f64> = instruction

@@ -208,8 +208,8 @@ fn extent(outline: &[PathEl]) -> f64 {
     path.control_box().size().max_side()
 }
 
-/// Size below which an outline is the speck drawn for a missing character (`SPECK_GLYPH` in `font.rs`).
-/// No real outline is that small.
+/// Size below which an outline is the speck drawn for a missing character (`SPECK_GLYPH` in
+/// `font.rs`). No real outline is that small.
 fn speck(text: &Text) -> f64 {
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
     let sizes = spans.map(|span| f64::from(span.font_size().get()));

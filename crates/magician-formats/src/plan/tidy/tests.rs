@@ -305,7 +305,7 @@ fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
 }
 
 /// Largest distance of a sample in `some` from the nearest of the same kind in `others`.
-fn off(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
+fn largest_deviation(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
     let nearest = |(kind, [x, y]): &(u32, [f64; 2])| {
         let alike = others.iter().filter(|(other, _)| other == kind);
         let far = alike.map(|(_, [to_x, to_y])| libm::hypot(to_x - x, to_y - y));
@@ -351,7 +351,7 @@ proptest! {
         prop_assert!(left.steps.len() <= plan.steps.len());
         let (before, after) = (marked(&plan), marked(&left));
         let most = tidy.merge + tidy.simplify + SAMPLE_DISTANCE;
-        prop_assert!(off(&after, &before) <= most, "{left:?}");
-        prop_assert!(off(&before, &after) <= most, "{left:?}");
+        prop_assert!(largest_deviation(&after, &before) <= most, "{left:?}");
+        prop_assert!(largest_deviation(&before, &after) <= most, "{left:?}");
     }
 }

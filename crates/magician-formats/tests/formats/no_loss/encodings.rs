@@ -2,18 +2,18 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
-use super::{artwork, data, length, near, plan, told, utf16};
+use super::{artwork, data, length, near, plan, note_text, utf16};
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Content, String), Diagnostic> {
     let parsed = read(format, bytes, &ReadOptions::default())?;
-    Ok((parsed.content, told(&parsed.notes)))
+    Ok((parsed.content, note_text(&parsed.notes)))
 }
 
 #[test]
 fn drawing_in_a_declared_encoding_is_read() {
     let (artwork, notes) = artwork("latin1.svg", &ReadOptions::default());
     near(length(&artwork), 160.0, 1e-3);
-    assert_eq!(told(&notes), "");
+    assert_eq!(note_text(&notes), "");
     assert!(
         artwork
             .names

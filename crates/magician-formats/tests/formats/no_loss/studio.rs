@@ -3,7 +3,7 @@
 use magician_formats::{Action, Content, Format, Grip, ReadOptions, Tool, Travel, foreign, read};
 use magician_host::Set;
 
-use super::{content, data, plan, told};
+use super::{content, data, plan, note_text};
 
 #[test]
 fn rail_positions_of_a_playback_move_the_rail() {
@@ -16,7 +16,7 @@ fn rail_positions_of_a_playback_move_the_rail() {
         })
         .collect();
     assert_eq!(rails, [500.0, 0.0]);
-    assert!(told(&notes).contains("moves along the rail"), "{notes:?}");
+    assert!(note_text(&notes).contains("moves along the rail"), "{notes:?}");
 }
 
 fn list(entries: &str) -> Result<magician_formats::Parsed, magician_formats::Diagnostic> {
@@ -43,7 +43,7 @@ fn playback_of_dobotlab_is_played() {
     ];
     assert_eq!(actions, expected.iter().collect::<Vec<_>>());
     assert_eq!(
-        (plan.tool, told(&notes).as_str()),
+        (plan.tool, note_text(&notes).as_str()),
         (Some(Tool::Suction), "")
     );
     assert_eq!(plan.name_of(&plan.steps[0].origin), Some("P"));
@@ -176,8 +176,8 @@ fn netpbm_images_are_read_and_animated_ones_name_their_frame() {
     }
     let animated = content("i_anim_blankfirst.gif", &ReadOptions::default()).unwrap();
     assert!(
-        told(&animated.notes).contains("only the first of its 3 pictures")
-            || told(&animated.notes).contains("only the first of its 2 pictures"),
+        note_text(&animated.notes).contains("only the first of its 3 pictures")
+            || note_text(&animated.notes).contains("only the first of its 2 pictures"),
         "{:?}",
         animated.notes
     );

@@ -2,7 +2,7 @@
 
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, told};
+use super::machine::{plan, run, sample, plan_text};
 
 /// Returns a workspace as text; tests write `<b>` for a block to stay readable.
 pub(crate) fn workspace(blocks: &str) -> Vec<u8> {
@@ -50,7 +50,7 @@ pub(crate) fn wait(seconds: &str) -> String {
 /// Returns the steps of a workspace, without the names of their blocks, and the notes.
 pub(crate) fn steps(blocks: &str) -> (String, Vec<String>) {
     let (plan, notes) = plan(Format::Blockly, &workspace(blocks));
-    let steps = told(&plan);
+    let steps = plan_text(&plan);
     let steps = steps.lines().filter_map(|line| line.split_once(": "));
     (
         steps.map(|(_, step)| step).collect::<Vec<_>>().join(", "),
@@ -77,7 +77,7 @@ fn sample_is_interpreted_and_runs() {
         b9: shift 0 15 5 0 line
         c4: suction off
         c5: jump 210 -40 30 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert_eq!(
         notes,
         ["line 1, column 469 (a6): it keeps r, which no earlier block has set: 0 is used"]

@@ -6,7 +6,7 @@ use magician_formats::{Action, Format, Tool};
 use magician_motion::{Geometry, JointAngles, ToolBias};
 
 use super::blockly::{block, chain, field, number, steps, value, wait, workspace};
-use super::machine::{plan, run, told};
+use super::machine::{plan, run, plan_text};
 
 fn place(kind: &str, [x, y, z]: [f64; 3]) -> String {
     let inputs = [number("xBias", x), number("yBias", y), number("zBias", z)];
@@ -131,7 +131,7 @@ fn known_arm_position_is_readable() {
             .iter()
             .any(|step| step.action.command() == Some(rail)),
         "{}",
-        told(&plan)
+        plan_text(&plan)
     );
 }
 

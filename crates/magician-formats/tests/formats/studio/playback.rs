@@ -3,7 +3,7 @@
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, told};
+use super::machine::{plan, run, sample, plan_text};
 
 #[test]
 fn suction_cup_points_are_played_in_order() {
@@ -15,7 +15,7 @@ fn suction_cup_points_are_played_in_order() {
         row2: joints 157.6585 163.1732 112.7849 45.9847
         row3: joints 217.7928 63.6237 112.7849 16.2846
         row4: joints 127.2309 37.1679 -27.9548 16.2846";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(plan.tool, Some(Tool::Suction));
     assert_eq!(
@@ -41,7 +41,7 @@ fn jumps_names_and_pauses_are_those_of_the_file() {
         row3: suction off
         row3: wait 250
         Home2: joints 220 0 60 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(run(&plan, Tool::None), [220.0, 0.0, 60.0, 0.0]);
 }
@@ -72,7 +72,7 @@ fn gripper_command_is_sent_only_on_change() {
         row15: joints 183.3615 -12.1413 35.359 -148.0683
         row16: joints 166.5096 -8.6768 -50.3821 37.917
         row16: gripper Off";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(plan.tool, Some(Tool::Gripper));
     assert_eq!(
@@ -100,7 +100,7 @@ fn degenerate_arcs_become_straight_lines() {
         row11: line 250 120 -60 0
         row12: arc 250 140 -60 0 to 220 140 -60 0
         Init: line 250 0 0 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     let why = "two of its three points are the same, so it is not an arc: it is played as a straight line to its end";
     let rows = ["line 1, column 2288 (row10)", "line 1, column 2525 (row11)"];
     assert_eq!(notes, rows.map(|row| format!("{row}: {why}")));
@@ -141,7 +141,7 @@ fn points_on_a_line_are_lines_through_all_of_them() {
                 .min(1)
         );
         run(&plan, Tool::Suction);
-        told(&plan)
+        plan_text(&plan)
             .lines()
             .skip(2)
             .map(str::trim)
@@ -207,7 +207,7 @@ fn item_order_whitespace_and_unknown_items_are_ignored() {
 "#;
     let (plan, notes) = plan(Format::Playback, file.as_bytes());
     assert_eq!(
-        told(&plan),
+        plan_text(&plan),
         "
         row0: line 220 10 50 0
         row0: suction on"

@@ -161,7 +161,7 @@ fn skipped_items_are_noted() {
     assert_eq!(playback.rows[0].number(), 1, "the order of the file");
 }
 
-fn survives(bytes: &[u8]) {
+fn assert_read_or_refused(bytes: &[u8]) {
     if read(Format::Playback, bytes, &ReadOptions::default()).is_ok() {
         let playback = Playback::read(bytes).unwrap();
         let again = Playback::read(playback.to_xml().as_bytes()).unwrap();
@@ -172,7 +172,7 @@ fn survives(bytes: &[u8]) {
 proptest! {
     #[test]
     fn arbitrary_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        survives(&bytes);
+        assert_read_or_refused(&bytes);
     }
 
     #[test]
@@ -187,6 +187,6 @@ proptest! {
         let at = at.index(bytes.len());
         let end = (at + length).min(bytes.len());
         bytes.splice(at..end, other.bytes());
-        survives(&bytes);
+        assert_read_or_refused(&bytes);
     }
 }

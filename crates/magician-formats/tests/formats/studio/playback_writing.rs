@@ -5,7 +5,7 @@ use magician_formats::formats::playback::Playback;
 use magician_formats::{Action, Format, Grip, Origin, Plan, Tool, Travel};
 use proptest::prelude::*;
 
-use super::machine::{plan, sample, told};
+use super::machine::{plan, sample, plan_text};
 
 /// Unchanged files are written byte for byte as the studio wrote them.
 #[test]
@@ -34,7 +34,7 @@ fn plan_round_trips_through_its_file() {
         let written = Playback::from_plan(&read).unwrap();
         assert!(written.notes().is_empty(), "{:?}", written.notes());
         let (again, _) = plan(Format::Playback, written.to_xml().as_bytes());
-        assert_eq!(told(&again), told(&read), "{name}");
+        assert_eq!(plan_text(&again), plan_text(&read), "{name}");
         assert_eq!(again.tool, read.tool);
     }
 }
@@ -91,7 +91,7 @@ fn a_tool_after_a_pause_has_a_row_of_its_own() {
         row1: gripper Close
         row1: wait 500
         row2: line 220 0 50.5 -7.25";
-    assert_eq!(told(&written.to_plan().content), expected);
+    assert_eq!(plan_text(&written.to_plan().content), expected);
 }
 
 #[test]
@@ -201,7 +201,7 @@ fn action() -> impl Strategy<Value = Action> {
 
 /// Returns the states of the suction cup and the arm with the time spent in each, however they are
 /// divided into rows.
-fn story(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
+fn suction_timeline(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
     let (mut at, mut sucks) = (None, false);
     let mut story: Vec<(_, _, u64)> = Vec::new();
     for step in &plan.steps {
@@ -228,6 +228,6 @@ proptest! {
         let playback = Playback::from_plan(&plan).unwrap();
         let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
         prop_assert_eq!(&read, &playback);
-        prop_assert_eq!(story(&read.to_plan().content), story(&plan));
+        prop_assert_eq!(suction_timeline(&read.to_plan().content), suction_timeline(&plan));
     }
 }

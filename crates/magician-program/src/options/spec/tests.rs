@@ -140,7 +140,7 @@ fn image_styles_depend_on_the_work_draw() {
 }
 
 /// Result of the options.
-fn made(options: &SetupOptions) -> (Setup, ReadOptions) {
+fn setup_and_reading(options: &SetupOptions) -> (Setup, ReadOptions) {
     let setup = options.setup(&SetupDefaults::default());
     let reading = options.reading(&setup);
     (setup, reading)
@@ -173,7 +173,7 @@ fn omitted_option_equals_its_default() {
                 let Ok(open) = taken(&with) else {
                     panic!("{option:?}");
                 };
-                let [said, open] = [said, open].map(|options| made(&options));
+                let [said, open] = [said, open].map(|options| setup_and_reading(&options));
                 // Images have a separate tolerance, used only for drawing them.
                 let [said, open] = [said, open].map(|(setup, reading)| match option.name {
                     "tolerance" if format == Format::Image => String::new(),

@@ -37,7 +37,7 @@ impl Paper {
         for y in span(1, self.height) {
             for x in span(0, self.width) {
                 let at = [x, y].map(|cell| (cell as f64 + 0.5) / self.fine);
-                if off(at, from, to) <= radius {
+                if distance_to_segment(at, from, to) <= radius {
                     self.ink[y * self.width + x] = true;
                 }
             }
@@ -69,7 +69,7 @@ fn pieces(strokes: &[Stroke]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     })
 }
 
-fn off(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+fn distance_to_segment(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = (way[0] * way[0] + way[1] * way[1]).max(1e-12);
     let along = ((at[0] - from[0]) * way[0] + (at[1] - from[1]) * way[1]) / length;
@@ -177,7 +177,7 @@ fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
         for step in 0..=steps as usize {
             let share = step as f64 / steps;
             let at = [0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis]));
-            let near = pieces(from).map(|[from, to]| off(at, from, to));
+            let near = pieces(from).map(|[from, to]| distance_to_segment(at, from, to));
             let near = near.fold(f64::INFINITY, f64::min);
             if near > far.0 {
                 far = (near, at);

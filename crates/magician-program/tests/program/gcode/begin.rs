@@ -279,7 +279,7 @@ fn setup(placed: bool) -> Setup {
     setup
 }
 
-fn made(
+fn placed_plan(
     text: &str,
     start: Option<[f64; 3]>,
     placed: bool,
@@ -345,14 +345,14 @@ fn lowest(done: &Rehearsal) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
+fn assert_drawn_as_programmed(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     let text = program(first, lines);
     let by = match first {
         First::AllRelative => [0, 1].map(|axis| START[axis] - lines[0][0][axis]),
         _ => [0.0; 2],
     };
     for start in [Some(START), None] {
-        let made = made(&text, start, false);
+        let made = placed_plan(&text, start, false);
         let (plan, _) = match (made, start) {
             (Err(diagnostic), None) => {
                 prop_assert_eq!(diagnostic.missing, Some(Missing::Start), "{}", text);
@@ -383,7 +383,7 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     if first == First::AllRelative {
         return Ok(());
     }
-    let (plan, _) = made(&text, None, true)
+    let (plan, _) = placed_plan(&text, None, true)
         .map_err(|diagnostic| TestCaseError::fail(format!("{text}{diagnostic}")))?;
     let done = drawn(&plan, SURFACE);
     prop_assert!(done.is_good(), "{text}{:?}", done.log);
@@ -431,7 +431,7 @@ proptest! {
         first in prop::sample::select(FIRST_MOVES.to_vec()),
         lines in lines(),
     ) {
-        holds(first, &lines)?;
+        assert_drawn_as_programmed(first, &lines)?;
     }
 }
 
@@ -442,6 +442,6 @@ fn every_kind_of_beginning_is_generated() {
         vec![[200.0, 30.0], [230.0, 40.0]],
     ];
     for first in FIRST_MOVES {
-        holds(first, &lines).unwrap_or_else(|error| panic!("{first:?}: {error}"));
+        assert_drawn_as_programmed(first, &lines).unwrap_or_else(|error| panic!("{first:?}: {error}"));
     }
 }

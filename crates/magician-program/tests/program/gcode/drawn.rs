@@ -35,7 +35,7 @@ fn run(text: &str, tool: &str, bias: ToolBias) -> Drawing {
 }
 
 /// Distance of a point from a polyline.
-fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
+fn distance_to_line(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
     let sides = line.iter().zip(line.iter().skip(1));
     let distances = sides.map(|(a, b)| {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -52,7 +52,7 @@ fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
 }
 
 /// Largest distance of a point of either line from the other.
-fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
+fn largest_distance(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
     let finely = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let sides = line.windows(2);
         let points = sides.flat_map(|side| {
@@ -65,7 +65,7 @@ fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
         points.collect()
     };
     let one_way = |from: &[[f64; 2]], to: &[[f64; 2]]| {
-        let distances = finely(from).into_iter().map(|point| off(point, to));
+        let distances = finely(from).into_iter().map(|point| distance_to_line(point, to));
         distances.fold(0.0, f64::max)
     };
     f64::max(one_way(one, other), one_way(other, one))
@@ -89,7 +89,7 @@ fn pen_sample_leaves_its_outline() {
     outline.extend(round([240.0, 20.0], 20.0, 0.0, -0.75));
     outline.push([220.0, 40.0]);
     outline.extend(round([220.0, 10.0], 30.0, 0.25, 0.75));
-    let apart = apart(&stroke.points, &outline);
+    let apart = largest_distance(&stroke.points, &outline);
     println!("the pen sample: {apart:.4} mm");
     assert!(apart < TOLERANCE, "{apart}");
     assert!((stroke.points[0][0] - 220.0).hypot(stroke.points[0][1] + 20.0) < TOLERANCE);
@@ -117,7 +117,7 @@ fn laser_sample_leaves_its_pattern() {
     assert_eq!(drawing.strokes().len(), expected.len());
     for (stroke, line) in drawing.strokes().iter().zip(&expected) {
         assert!((stroke.power - 100.0).abs() < 1e-9);
-        let apart = apart(&stroke.points, line);
+        let apart = largest_distance(&stroke.points, line);
         assert!(apart < TOLERANCE, "{line:?}: {:?}, {apart}", stroke.points);
     }
 }
@@ -132,7 +132,7 @@ fn arcs_of_a_laser_are_as_round_as_those_of_a_pen() {
         .flat_map(|stroke| stroke.points.clone())
         .collect();
     let circle: Vec<_> = round([230.0, 0.0], 20.0, 0.0, -1.0).collect();
-    let apart = apart(&burnt, &circle);
+    let apart = largest_distance(&burnt, &circle);
     println!("a circle of the laser: {apart:.4} mm");
     assert!(apart < TOLERANCE + 0.01, "{apart}");
 }

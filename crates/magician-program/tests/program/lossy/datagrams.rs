@@ -21,7 +21,7 @@ const MAX_RESUMES: usize = 50;
 
 /// Result of the run.
 #[derive(Debug)]
-pub(crate) struct Came {
+pub(crate) struct StreamOutcome {
     pub(crate) drawing: Drawing,
     /// Cause of the stop, and the number of commands taken by then; `None` at a normal end.
     pub(crate) stopped: Option<(StreamFailure, u64)>,
@@ -53,10 +53,10 @@ fn items(plan: &Plan) -> Result<Vec<Item>, magician::Error> {
 }
 
 /// Runs a plan over this line.
-pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error> {
+pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<StreamOutcome, magician::Error> {
     let mut pair = Pair::new(Settings::DATAGRAMS, faults, faults.seed);
     pair.arm = stage(plan, &RehearseOptions::default())?;
-    greet(&mut pair);
+    connect(&mut pair);
     let mut items = items(plan)?.into_iter().peekable();
     let mut stream = Stream::new(StreamSettings::default());
     let (mut resumed, mut taken, mut stopped) = (0, 0, None);
@@ -71,7 +71,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
         if items.peek().is_none() {
             stream.finish();
         }
-        turn(&mut pair, &mut stream);
+        exchange(&mut pair, &mut stream);
         while let Some(event) = stream.poll_event() {
             match event {
                 StreamEvent::Sent { accepted, .. } => taken = accepted,
@@ -95,7 +95,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     pair.set_faults(Faults::NONE);
     let later = pair.now + 60 * MICROS_PER_SECOND;
     pair.run_until(later);
-    Ok(Came {
+    Ok(StreamOutcome {
         drawing: pair.arm.drawing(),
         stopped,
         resumed,
@@ -106,7 +106,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
 }
 
 /// Reads the state of the arm at rest, as every new connection does; a missing reply is tolerated.
-fn greet(pair: &mut Pair) {
+fn connect(pair: &mut Pair) {
     let looks = [
         Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
@@ -117,7 +117,7 @@ fn greet(pair: &mut Pair) {
 }
 
 /// Processes everything up to the next event.
-fn turn(pair: &mut Pair, stream: &mut Stream) {
+fn exchange(pair: &mut Pair, stream: &mut Stream) {
     stream.advance(pair.now, &mut pair.host);
     let end = pair.now + 10 * MICROS_PER_SECOND;
     let due = stream.poll_timeout().unwrap_or(end);

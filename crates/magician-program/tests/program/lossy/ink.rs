@@ -28,7 +28,7 @@ struct Piece {
 
 impl Piece {
     fn length(&self) -> f64 {
-        apart(self.from, self.to)
+        distance(self.from, self.to)
     }
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Ink {
     upto: Vec<f64>,
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
@@ -82,9 +82,9 @@ impl Ink {
 
     /// True if both have the same strokes to the millionth of a millimetre, however often they were
     /// interrupted and continued at the same place.
-    pub(crate) fn is_the_same(&self, other: &Self) -> bool {
+    pub(crate) fn equals(&self, other: &Self) -> bool {
         let (one, two) = (self.joined(), other.joined());
-        let same = |a: [f64; 2], b: [f64; 2]| apart(a, b) <= POINT_TOLERANCE;
+        let same = |a: [f64; 2], b: [f64; 2]| distance(a, b) <= POINT_TOLERANCE;
         one.len() == two.len()
             && one.iter().zip(&two).all(|(one, two)| {
                 one.kind == two.kind
@@ -120,7 +120,7 @@ impl Ink {
         let mut joined: Vec<Piece> = Vec::new();
         for piece in self.pieces.iter().filter(|piece| piece.length() > POINT_TOLERANCE) {
             match joined.last_mut() {
-                Some(last) if last.goes_on_with(piece) => last.to = piece.to,
+                Some(last) if last.continues_in(piece) => last.to = piece.to,
                 _ => joined.push(*piece),
             }
         }
@@ -129,7 +129,7 @@ impl Ink {
 
     /// Largest distance from the beginning of another drawing, mm; `None` if it is longer than
     /// that.
-    pub(crate) fn off_the_beginning_of(&self, whole: &Self) -> Option<f64> {
+    pub(crate) fn distance_from_beginning_of(&self, whole: &Self) -> Option<f64> {
         if self.length() > whole.length() + CORNER_ACCURACY {
             return None;
         }
@@ -140,7 +140,7 @@ impl Ink {
             let at = self.at(length)?;
             let near =
                 (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * CORNER_ACCURACY / 2.0));
-            near.map(|there| apart(at, there)).min_by(f64::total_cmp)
+            near.map(|there| distance(at, there)).min_by(f64::total_cmp)
         });
         Some(off.fold(0.0, f64::max))
     }
@@ -202,14 +202,14 @@ impl Piece {
         let way = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let along = (at[0] - self.from[0]) * way[0] + (at[1] - self.from[1]) * way[1];
         let share = along / self.length().powi(2).max(POINT_TOLERANCE * POINT_TOLERANCE);
-        apart(at, self.at(share.clamp(0.0, 1.0)))
+        distance(at, self.at(share.clamp(0.0, 1.0)))
     }
 
-    fn goes_on_with(&self, next: &Self) -> bool {
+    fn continues_in(&self, next: &Self) -> bool {
         let way = self.length() + next.length();
         self.kind == next.kind
             && self.power == next.power
-            && apart(self.to, next.from) <= POINT_TOLERANCE
-            && way - apart(self.from, next.to) <= POINT_TOLERANCE * way.max(1.0)
+            && distance(self.to, next.from) <= POINT_TOLERANCE
+            && way - distance(self.from, next.to) <= POINT_TOLERANCE * way.max(1.0)
     }
 }

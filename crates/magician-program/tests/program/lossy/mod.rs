@@ -17,9 +17,9 @@ use ink::Ink;
 use magician::faults::Faults;
 use magician_program::Plan;
 use programs::PROGRAMS;
-use rig::{Outcome, Trouble, draw, draw_at, on_a_jumping_clock};
+use rig::{Outcome, FaultSetup, draw, draw_at, on_a_jumping_clock};
 use sheet::{Passage, Row};
-use verdict::{Came, drawn, judge};
+use verdict::{Verdict, drawn, judge};
 
 fn plan(name: &str) -> Plan {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
@@ -31,10 +31,10 @@ fn faults(text: &str, seed: u64) -> Faults {
 }
 
 /// Runs a plan through faults; returns the outcome and its class.
-fn ride(plan: &Plan, trouble: Trouble) -> (Outcome, Came) {
+fn run_and_judge(plan: &Plan, trouble: FaultSetup) -> (Outcome, Verdict) {
     let right = drawn(plan, None);
     assert!(!right.is_empty(), "{}", plan.title);
-    let outcome = on_a_jumping_clock(draw(plan, trouble)).unwrap();
+    let outcome = on_virtual_clock(draw(plan, trouble)).unwrap();
     match judge(plan, &right, trouble, &outcome) {
         Ok(came) => (outcome, came),
         Err(why) => panic!("{trouble:?}: {why}; {:?}", outcome.end),
@@ -43,7 +43,7 @@ fn ride(plan: &Plan, trouble: Trouble) -> (Outcome, Came) {
 
 /// Runs a program through every kind of fault, each with its own seeds; mostly at window 1, some at
 /// 4.
-fn through_all_trouble(program: usize) {
+fn run_under_all_faults(program: usize) {
     let name = PROGRAMS[program];
     let plan = plan(name);
     let mut whole = 0;
@@ -54,11 +54,11 @@ fn through_all_trouble(program: usize) {
         } else {
             1
         };
-        let trouble = Trouble {
+        let trouble = FaultSetup {
             faults: faults(text, seed),
             window,
         };
-        let (outcome, came) = ride(&plan, trouble);
+        let (outcome, came) = run_and_judge(&plan, trouble);
         println!(
             "{name}, {text}, seed {seed}, window {window}: {came:?}, interrupted {} times, {:?} requests and sent again{}",
             outcome.between.len(),
@@ -68,34 +68,34 @@ fn through_all_trouble(program: usize) {
                 .err()
                 .map_or_else(String::new, |error| format!("; {error}"))
         );
-        whole += usize::from(came != Came::Stopped);
+        whole += usize::from(came != Verdict::Stopped);
     }
     assert!(whole >= 3, "{name}: only {whole} of 6 whole");
 }
 
 #[test]
 fn shapes_survive_faults() {
-    through_all_trouble(0);
+    run_under_all_faults(0);
 }
 
 #[test]
 fn curves_survive_faults() {
-    through_all_trouble(1);
+    run_under_all_faults(1);
 }
 
 #[test]
 fn g_code_survives_faults() {
-    through_all_trouble(2);
+    run_under_all_faults(2);
 }
 
 #[test]
 fn laser_program_survives_faults() {
-    through_all_trouble(3);
+    run_under_all_faults(3);
 }
 
 #[test]
 fn image_survives_faults() {
-    through_all_trouble(4);
+    run_under_all_faults(4);
 }
 
 #[test]
@@ -104,12 +104,12 @@ fn pulled_cable_does_not_change_the_drawing() {
     let all = Ink::of(&drawn(&plan, None)).length();
     let mut in_the_middle = 0;
     for seed in 0..6 {
-        let trouble = Trouble {
+        let trouble = FaultSetup {
             faults: faults("unplug=2e-3,unplug-ms=900", seed),
             window: 1,
         };
-        let (outcome, came) = ride(&plan, trouble);
-        assert_eq!(came, Came::Same, "seed {seed}");
+        let (outcome, came) = run_and_judge(&plan, trouble);
+        assert_eq!(came, Verdict::Same, "seed {seed}");
         let begun = outcome.between.iter().map(|part| Ink::of(part).length());
         in_the_middle += begun.filter(|ink| *ink > 1.0 && *ink < all - 1.0).count();
     }
@@ -121,13 +121,13 @@ fn restart_of_the_arm_is_reported_with_the_steps_in_doubt() {
     let plan = plan("curves.svg");
     let mut stopped = 0;
     for seed in 0..4 {
-        let trouble = Trouble {
+        let trouble = FaultSetup {
             faults: faults("reset=4e-3", seed),
             window: 1,
         };
-        let (outcome, came) = ride(&plan, trouble);
+        let (outcome, came) = run_and_judge(&plan, trouble);
         let Err(error) = outcome.end else { continue };
-        assert_eq!(came, Came::Stopped, "seed {seed}");
+        assert_eq!(came, Verdict::Stopped, "seed {seed}");
         assert_eq!(error.kind(), magician::ErrorKind::Uncertain, "{error}");
         assert!(error.from_index() <= error.to_index(), "{error}");
         stopped += 1;
@@ -138,11 +138,11 @@ fn restart_of_the_arm_is_reported_with_the_steps_in_doubt() {
 #[test]
 fn same_seed_gives_the_same_faults() {
     let plan = plan("pen_outline.gcode");
-    let trouble = Trouble {
+    let trouble = FaultSetup {
         faults: faults(troubles::SERIAL_FAULTS[2], 7),
         window: 4,
     };
-    let [one, two] = [(); 2].map(|()| on_a_jumping_clock(draw(&plan, trouble)).unwrap());
+    let [one, two] = [(); 2].map(|()| on_virtual_clock(draw(&plan, trouble)).unwrap());
     assert_eq!(one.drawing, two.drawing);
     assert_eq!(one.requests, two.requests);
     assert!(one.requests[1] > 0);
@@ -159,7 +159,7 @@ fn run_hard_drawing(windows: &[usize], text: &str, pace: f64, runs: u64) -> Row 
         .flat_map(|window| (0..runs).map(move |seed| (*window, seed)))
     {
         let faults = faults(text, seed);
-        let outcome = on_a_jumping_clock(draw_at(&plan, Trouble { faults, window }, pace)).unwrap();
+        let outcome = on_virtual_clock(draw_at(&plan, FaultSetup { faults, window }, pace)).unwrap();
         let wrong = row.add(&Passage {
             right: &right,
             drawn: &outcome.drawing,
@@ -215,7 +215,7 @@ fn over_a_network(name: &str, text: &str, seed: u64) -> bool {
         all.length()
     );
     println!("{said}");
-    let off = ink.off_the_beginning_of(&all);
+    let off = ink.distance_from_beginning_of(&all);
     assert!(off.is_some_and(|off| off <= ink::CORNER_ACCURACY), "{said}: {off:?}");
     // A run stops at a command that was duplicated or is in doubt; earlier ones are done.
     let most = came.stopped.as_ref().map(|(_, taken)| taken + 1);
@@ -250,7 +250,7 @@ fn few_lost_or_duplicated_datagrams_cost_only_time() {
         // 100 mm/s) on its line: at 150 mm from the base that is 2 * 2 / (8 * 150) = 0.004 mm
         // beside it.
         let ink = Ink::of(&came.drawing);
-        let off = ink.off_the_beginning_of(&all);
+        let off = ink.distance_from_beginning_of(&all);
         assert!(
             off.is_some_and(|off| off <= ink::CORNER_ACCURACY)
                 && (ink.length() - all.length()).abs() <= ink::CORNER_ACCURACY,
