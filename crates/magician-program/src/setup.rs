@@ -532,8 +532,8 @@ struct LaidPlan {
     misfit: Option<FitFailure>,
 }
 
-/// Middle of the drawn or burnt part of a plan, and its lowest point; of all targets if it draws
-/// nothing.
+/// Middle of the drawn or burnt part of a plan in x and y, and its lowest z. A plan that draws
+/// nothing is measured by its targets.
 pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     let drawn = extent_of_marks(plan).or_else(|| plan.extent());
     let [least, most] = drawn.unwrap_or_default();

@@ -1,4 +1,5 @@
-//! Frames: tracing the outline of a job to see where it will lie, with the laser off or the pen up.
+//! Frames: outlines of a job, traced with the laser off or the pen up to show where the job will
+//! lie.
 
 mod outline;
 

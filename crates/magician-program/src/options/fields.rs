@@ -83,8 +83,8 @@ impl SetupOptions {
         Ok(options)
     }
 
-    /// Like [`from_fields`](Self::from_fields), for options that others will complete
-    /// ([`or`](Self::or)). Contradictions are not checked yet; [`check`](Self::check) does that
+    /// Like [`from_fields`](Self::from_fields), for options that are completed later by
+    /// [`or`](Self::or). Contradictions are not checked yet; [`check`](Self::check) does that
     /// later.
     ///
     /// # Errors
@@ -178,9 +178,9 @@ impl SetupOptions {
             .collect()
     }
 
-    /// Returns these options without any that `over` effectively replaces: options of the other
-    /// kind of work, options that contradict one in `over`, and options whose partner `over`
-    /// changes or drops.
+    /// Returns these options without those that `over` replaces: options of the other kind of work,
+    /// options that contradict one in `over`, and options whose required partner `over` changes or
+    /// drops.
     pub(super) fn without_replaced_by(&self, over: &Self) -> Self {
         let mut left = self.clone();
         let (given, work) = (over.to_fields(), over.work);

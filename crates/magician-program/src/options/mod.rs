@@ -338,7 +338,8 @@ impl SetupOptions {
         lift.unwrap_or(Marking::pen().lift)
     }
 
-    /// Commands to send before those of the plan. `taught` is true for a plan in arm coordinates.
+    /// Settings to send before the commands of the plan. `taught` is true for a plan in arm
+    /// coordinates.
     pub(crate) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
         let mut settings = Vec::new();
         if let Some(ratio) = self.speed_ratio {

@@ -35,8 +35,9 @@ pub struct OptionSpec {
     pub above: Option<f64>,
     /// Inclusive upper bound of the numbers.
     pub most: Option<f64>,
-    /// Other option without which this one has no effect; `None` if it always applies. `work` need
-    /// not be given: the tool decides, since a laser engraves and every other tool draws.
+    /// Other option without which this one has no effect; `None` if it always applies. The option
+    /// `work` may be unset: then the tool decides, since a laser engraves and every other tool
+    /// draws.
     pub with: Option<&'static str>,
     /// Values of the other option with which this one applies; if empty, the other must be on.
     pub when: &'static [&'static str],
@@ -46,13 +47,14 @@ pub struct OptionSpec {
     pub usual: bool,
     /// Purpose, in one sentence.
     pub about: &'static str,
-    /// Further sentences, where there is room for them; may be empty.
+    /// Further sentences for help with enough room; may be empty.
     #[serde(skip)]
     pub detail: &'static str,
     /// Purpose of switching the option off; empty unless it is a switch that is on by default.
     #[serde(skip)]
     pub off: &'static str,
-    /// Default as part of a sentence, where it depends on something else; empty if it does not.
+    /// Description of a default that depends on something else, as part of a sentence; otherwise
+    /// empty.
     #[serde(skip)]
     pub usually: &'static str,
     /// Accepted values as part of a sentence, if kind and range do not suffice.

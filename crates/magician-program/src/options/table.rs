@@ -1,10 +1,9 @@
 //! Table of all options, deliberately in one file: one row each. To add an option, add its row here
 //! and use its value.
 //!
-//! A row has its help sentence (with further text for where there is room), its member of
-//! [`SetupOptions`] with its type, and its facts. Everything else is derived from it: parsing of
-//! JSON, command lines, presets and keywords, checks, the form of the page, and the tables in the
-//! docs.
+//! A row has its help sentence (and further text for longer help), its member of [`SetupOptions`]
+//! with its type, and its facts. Everything else is derived from it: parsing of JSON, command
+//! lines, presets and keywords, checks, the form of the page, and the tables in the docs.
 
 use serde_json::Value;
 
@@ -32,7 +31,7 @@ use WorkOption::{Draw, Engrave};
 /// Largest length and coordinate, mm: far beyond every sheet and arm, while an `f32` of this size,
 /// as the arm uses, still resolves micrometres.
 const MAX_LENGTH: f64 = 10_000.0;
-/// Smallest speed, mm/s: a slower arm looks like one at rest.
+/// Smallest speed, mm/s: a slower arm seems to stand still.
 const MIN_SPEED: f64 = 0.01;
 /// Largest angle, degrees: a hundred turns.
 const MAX_DEGREES: f64 = 36_000.0;

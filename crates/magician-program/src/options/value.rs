@@ -15,8 +15,8 @@ const MAX_TEXT_LENGTH: usize = 1000;
 
 /// Type of an option's value.
 ///
-/// The row of the option describes wrong values. A type returns its own message only for values
-/// with parts.
+/// Messages about wrong values come from the row of the option. A type returns its own message only
+/// for composite values, such as lists.
 pub(super) trait OptionValue: Sized {
     /// Parses a JSON value.
     ///

@@ -116,8 +116,7 @@ impl OpenedFile {
         }
     }
 
-    /// Reads the file unless that is done already; `None` if the caller has to give a start
-    /// position.
+    /// Reads the file unless it was read already. `None` if the caller must give a start position.
     fn read(
         &mut self,
         options: &SetupOptions,

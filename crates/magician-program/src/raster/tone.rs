@@ -50,7 +50,8 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
         let dark = (255 - *cell).min(opaque(at));
         *cell = if engrave.invert {
             match (opaque(at) - dark, opaque(at)) {
-                // A difference of 1 is rounding of the two in a translucent cell.
+                // A difference of 1 in a translucent cell comes from rounding grey and opacity
+                // separately.
                 (1, opaque) if opaque < u8::MAX => 0,
                 (light, _) => light,
             }

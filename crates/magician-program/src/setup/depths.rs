@@ -109,7 +109,7 @@ impl DepthSurvey {
 /// Heights at which a program feeds and travels.
 #[derive(Default)]
 struct Levels {
-    /// Lowest Z of a horizontal feed move, or of any feed move without a horizontal one.
+    /// Lowest Z of the horizontal feed moves; if there are none, of all feed moves.
     lowest: Option<f64>,
     /// Levels by height in thousandths of a millimetre.
     levels: BTreeMap<i64, Level>,
@@ -128,7 +128,7 @@ struct Level {
     travelled: f64,
     /// Number of times that feed moves at this height began after a move straight down to it.
     from_above: u32,
-    /// Number of times that they began after a move straight up to it.
+    /// Number of times that feed moves at this height began after a move straight up to it.
     from_below: u32,
 }
 

@@ -20,8 +20,8 @@ const ESTIMATE_ACCURACY: f64 = 0.1;
 const MAX_READINGS: usize = 4;
 
 impl Setup {
-    /// Setup with the requested width or height as a scale. An image already has the requested
-    /// size.
+    /// Returns the setup with the requested width or height converted to a scale. An image already
+    /// has the requested size.
     pub(super) fn with_size_as_scale(&self, content: &Content) -> Result<Self, Diagnostic> {
         let mut setup = self.clone();
         let (axis, wanted) = match self.size {
@@ -103,7 +103,8 @@ impl Setup {
                 let lines_for = |scale| self.trace(trace, scale).lines(&image);
                 let mut lines = lines_for(self.placement.scale)?;
                 let scale = self.fitted_scale(&lines.artwork);
-                // Specks and tolerance refer to the drawn size, so trace again at the smaller one.
+                // Specks and tolerance refer to the drawn size, so trace again at the smaller
+                // scale.
                 if scale < self.placement.scale {
                     lines = lines_for(scale)?;
                 }
@@ -172,7 +173,7 @@ impl Setup {
         }
     }
 
-    /// Tidies a program at its place, if requested.
+    /// Tidies the lines of a placed program, if requested.
     pub(super) fn tidied_program(&self, mut plan: Plan, notes: &mut Vec<Diagnostic>) -> Plan {
         if self.tidy_programs {
             notes.extend(duplicates_note(plan.tidy(&self.tidy).repeated));
@@ -180,7 +181,8 @@ impl Setup {
         plan
     }
 
-    /// Draws an image in a shaded style, made for its drawn size: the pen width does not scale.
+    /// Draws an image in a shaded style. The lines are made for the drawn size, because the pen
+    /// width does not scale.
     pub(super) fn draw_shaded(
         &self,
         image: &Raster,

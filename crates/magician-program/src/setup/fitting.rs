@@ -46,8 +46,8 @@ pub struct Prepared {
     pub placed: Option<AppliedPlacement>,
     /// Reason why the check will refuse the plan at its place, if known before the check.
     pub misfit: Option<Diagnostic>,
-    /// Size and rotation in which the plan would fit at its place. `None` if it fits, or does not
-    /// fit in any.
+    /// Size and rotation in which the plan would fit at its place. `None` if the plan fits already,
+    /// or fits in no size.
     pub would_fit: Option<WouldFit>,
 }
 
@@ -65,8 +65,8 @@ pub struct AppliedPlacement {
     /// the lower left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<[[f64; 2]; 4]>,
-    /// Side of the arm on which the drawing lies, if fitting chose its place and it does not fit in
-    /// front. A note reports this.
+    /// Side of the arm on which the drawing lies, if fitting chose the place and the drawing does
+    /// not fit in front of the arm. A note reports this.
     #[serde(skip)]
     pub beside: Option<Side>,
 }
@@ -172,14 +172,14 @@ pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
 impl Setup {
     /// Makes a plan from the content of a file of this format.
     ///
-    /// A fitted plan passes the check if any size of it does: if travel between its lines, arcs or
-    /// turns of the tool leave the reach, it becomes smaller. A plan that cannot be moved stays at
-    /// its place.
+    /// A fitted plan passes the check if it does so at any size: it is reduced as long as travel
+    /// between lines, arcs or turns of the tool leave the reach. A plan that cannot be moved stays
+    /// at its place.
     ///
     /// # Errors
-    /// [`Diagnostic`] if there is nothing to place, no place, or a surface is needed and unknown. A
-    /// drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so
-    /// that the plan can still be previewed.
+    /// [`Diagnostic`] if the content is empty, no place is within reach, or the needed surface is
+    /// unknown. A drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the
+    /// reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut content = self.with_adequate_curves(format, content)?;
         let file = content.take_curves();
@@ -229,7 +229,7 @@ impl Setup {
                 made.misfit = None;
             }
         }
-        // Free it before the copies below.
+        // Freed before the copies below, to limit the memory for large drawings.
         drop(whole);
         let PlacedPlan {
             plan,
@@ -248,7 +248,7 @@ impl Setup {
         if let Some(page) = &page {
             notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
         }
-        // Free the copy: a large drawing is in memory twice by now.
+        // Freed here, because a large drawing is in memory twice by now.
         drop(content);
         let placed = at.map(|[x, y, _]| {
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
@@ -310,7 +310,8 @@ impl Setup {
             }
         }
         let ShrinkResult { made, passes } = straight?;
-        // Plans and points may be within reach where they are; G-code has its own zero.
+        // Plans and points may be within reach in their own arm coordinates; G-code has its own
+        // zero.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made

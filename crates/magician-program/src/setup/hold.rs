@@ -55,10 +55,11 @@ pub(super) fn handles_objects(plan: &Plan) -> bool {
     plan.steps.iter().any(holds)
 }
 
-/// Raises all motion of a plan below a surface onto it. `None` if nothing is below, or hardly.
+/// Raises all motion of a plan below a surface onto the surface. `None` if nothing lies below it by
+/// at least [`MIN_REPORTED_DEPTH`].
 ///
 /// # Errors
-/// [`Diagnostic`] for the first step that leads below it by joint angles.
+/// [`Diagnostic`] for the first step whose joint angles lead below the surface.
 pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<RaisedDepth>, Diagnostic> {
     let mut holder = Holder {
         surface,
@@ -252,7 +253,7 @@ impl Holder {
         Ok(())
     }
 
-    /// Splits a line where it crosses the surface: the part below lies on it.
+    /// Splits a line where it crosses the surface; the part below is moved onto the surface.
     fn path(&mut self, to: &mut [f32; 3]) -> Option<Action> {
         let before = self.at;
         self.point(to);
@@ -271,7 +272,7 @@ impl Holder {
     /// Moves an arc that leads below the surface onto it as a whole.
     fn arc(&mut self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Option<Action> {
         let from = self.at;
-        // An arc is judged by its points; its plane cannot be split like a line.
+        // Only the three points of an arc are tested, because an arc cannot be split like a line.
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends

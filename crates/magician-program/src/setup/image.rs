@@ -42,7 +42,7 @@ impl Setup {
         })
     }
 
-    /// Place of an image: as requested, on the sheet, or where there is room.
+    /// Place of an image: the requested place, else on the sheet, else where the reach has room.
     pub(super) fn grid(
         &self,
         size: [f64; 2],

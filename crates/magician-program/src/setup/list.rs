@@ -23,7 +23,7 @@ pub struct PartSummary {
     pub strokes: usize,
     /// Length of its lines, mm.
     pub drawn_mm: f64,
-    /// Duration, s, if known: of all passes, or of one in a list for selection.
+    /// Duration of all passes, s, or of one pass in a list for selection; `None` if unknown.
     pub seconds: Option<f64>,
     /// True if it is left out.
     pub skipped: bool,

@@ -103,8 +103,8 @@ impl LaidPage {
         }))
     }
 
-    /// Bounds of the drawn or burnt part of a plan, from the middle of the page along its edges; of
-    /// all targets if it draws nothing.
+    /// Bounds of the drawn or burnt part of a plan, measured from the middle of the page along its
+    /// edges. A plan that draws nothing has the bounds of its targets.
     fn bounds(&self, plan: &Plan) -> Option<[[f64; 2]; 2]> {
         let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL);
         let lines = DrawnLine::of(plan, &start);
@@ -133,8 +133,8 @@ impl LaidPage {
         }))
     }
 
-    /// Notes on the place of the page, and on the parts of a plan (repeated on a grid) that lie off
-    /// it.
+    /// Notes on the position of the page, and on content that reaches beyond the page; `grid`
+    /// repeats the content.
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
@@ -201,7 +201,7 @@ impl LaidPage {
             return None;
         };
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
-        // Fitting has been done already and cannot help any more.
+        // With `fit` the content is fitted already, so that remedy would not help.
         Some(if fit {
             note
         } else {
@@ -216,7 +216,8 @@ fn tenths_up(length: f64) -> f64 {
 }
 
 impl Setup {
-    /// Setup centred on its page, and the page; unchanged without one.
+    /// Returns the setup with its position on the page, and the page. Without a page the setup is
+    /// unchanged.
     pub(super) fn on_page(
         &self,
         format: Format,

@@ -61,7 +61,7 @@ impl PartMatch {
     }
 }
 
-/// Plotter commands in a layer's name.
+/// Plotter commands at the start of a layer's name: `%` skips the layer, `!` pauses before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct LayerCommands {
     skips: bool,
@@ -252,7 +252,7 @@ impl Setup {
                 "all parts of the drawing are left out"
             )));
         }
-        // No note if the user chose the parts: the others are left out on purpose.
+        // No note if the user chose the parts: the user left out the others on purpose.
         let is_noted = self.only.is_empty();
         let left_out = |part: &&DrawingPart| is_noted && part.skipped && part.passes > 0;
         for part in parts.iter().filter(left_out) {
@@ -302,7 +302,7 @@ impl Setup {
         Ok(plan)
     }
 
-    /// Keeps the tools of a program as its parts, or drops them.
+    /// Keeps the tool changes of a program as parts, or drops them.
     fn convert_tools(&self, plan: &mut Plan) {
         if self.parts != Some(PartMode::Layer) {
             plan.steps
@@ -347,7 +347,7 @@ fn unknown_part(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     )
 }
 
-/// Note that several pens of a plot draw alike.
+/// Note that all pens of a plot are drawn with the arm's one pen.
 fn pens_draw_alike_note(artwork: &Artwork) -> Option<Diagnostic> {
     let pens = artwork.layers.iter();
     let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));

@@ -1,5 +1,5 @@
-//! Placement of a program in its own coordinates: size, middle and height are those of its drawn
-//! lines.
+//! Placement of a program in its own coordinates. Its drawn lines determine its size, middle and
+//! height.
 //!
 //! Coordinates of such a program count from the program's own zero, often the corner of a machine.
 //! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
@@ -27,8 +27,8 @@ pub(super) const SHEET_TOLERANCE: f64 = 1.0;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Frame {
-    /// The program's own frame if it is drawn or engraved, or if any option about its place was
-    /// given (a middle, a page, a surface, fitting); otherwise the arm's frame.
+    /// The program's own frame if the program is drawn or engraved, or if any placement option (a
+    /// middle, a page, a surface, fitting) is set; otherwise the arm's frame.
     #[default]
     Default,
     /// The program's own frame: the program is placed.
@@ -168,8 +168,8 @@ impl Setup {
         (setup, flat)
     }
 
-    /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given one, is
-    /// on the surface.
+    /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given Z, is
+    /// placed on the surface.
     pub(super) fn place_program(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<LaidPlan, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
@@ -282,7 +282,7 @@ impl Setup {
             .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
     }
 
-    /// Centres a plan in arm coordinates: on the sheet, or where there is room.
+    /// Centres a plan in arm coordinates on the sheet, or moves it within reach without one.
     pub(super) fn centre_plan(&self, plan: Plan) -> Result<Plan, Diagnostic> {
         match self.sheet.and_then(middle_of_sheet) {
             Some([x, y]) => {

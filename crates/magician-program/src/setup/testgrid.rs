@@ -48,7 +48,7 @@ impl Setup {
         })
     }
 
-    /// Refuses power and speed: those of the grid apply.
+    /// Refuses the options for power and speed, because the grid sets both.
     fn check_no_power_or_speed(&self) -> Result<(), Diagnostic> {
         let said = [
             (Setting::Power, self.power.is_some()),
@@ -87,7 +87,7 @@ fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, t
     PlacedArtwork::at(artwork, surface).plan(&marking)
 }
 
-/// Cell, as an image of one black pixel.
+/// Plan of a cell, which is engraved as an image of one black pixel.
 fn cell_plan(
     wanted: &TestGrid,
     cell: &TestCell,

@@ -116,7 +116,7 @@ impl Segment {
         self.from[2].min(self.to[2])
     }
 
-    /// A line touches if both ends do, a vertical move if its end does.
+    /// True if both ends of a line touch the surface, or the end of a vertical move does.
     fn touches(&self, touch: f64) -> bool {
         let touches = |z: f64| z <= touch + TOUCH_HEIGHT;
         touches(self.to[2]) && (touches(self.from[2]) || !self.moves_horizontally())

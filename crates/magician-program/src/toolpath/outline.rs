@@ -139,7 +139,8 @@ impl Outlines {
     ) {
         let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
-        // A descending pen already draws slightly above the height of its line.
+        // A descending pen starts to draw slightly above the surface, which is not the height of
+        // its line.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
         self.ends_at_line = true;

@@ -19,7 +19,7 @@ pub enum PlanPurpose {
 }
 
 impl PlanPurpose {
-    /// Purpose of a plan, from its tool or else its steps.
+    /// Determines the purpose of a plan from its tool, or from its steps if it has no tool.
     pub(super) fn of(plan: &Plan) -> Self {
         let lowest = || {
             let steps = plan.steps.iter().map(|step| &step.action);
@@ -72,7 +72,7 @@ impl PlanPurpose {
         matches!(self, Self::Carries(_))
     }
 
-    /// Surface on which it works.
+    /// Surface on which the tool draws or burns.
     #[must_use]
     pub fn surface(&self) -> Option<Surface> {
         match self {

@@ -16,7 +16,8 @@ use crate::{Action, Color, Grip, Plan, Report, Travel};
 const MERGE_TOLERANCE: f64 = 0.02;
 /// Length below which a pen has drawn a dot, mm.
 const MAX_DOT_LENGTH: f64 = 0.05;
-/// Largest number of distinguished colours; further ones are drawn as if without colour.
+/// Largest number of distinguished colours; lines in further colours are drawn in the default
+/// colour.
 const MAX_COLORS: usize = 48;
 /// Largest number of markers.
 const MAX_MARKERS: usize = 400;
@@ -58,7 +59,8 @@ pub(super) struct PathTracer {
     refused_ahead: Vec<usize>,
     /// Point where the pen came down but has not drawn a line yet, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
-    /// Length drawn since the pen came down, mm; the end of a descent draws a little.
+    /// Length drawn since the pen came down, mm. Not zero at once, because the end of a descent
+    /// draws a short line.
     inked: f64,
     /// True once the plan's first position is reached: motion before it leaves no mark.
     begun: bool,

@@ -111,7 +111,8 @@ impl Track {
 }
 
 impl Cone {
-    /// Narrows the cone by a point; false if no straight line passes it and the earlier ones.
+    /// Narrows the cone by a point. False if no straight line passes this point and all earlier
+    /// ones within the tolerance.
     fn narrow(&mut self, offset: [f64; 2], tolerance: f64) -> bool {
         let distance = libm::hypot(offset[0], offset[1]);
         if distance < self.reach - tolerance {

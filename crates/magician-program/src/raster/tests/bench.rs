@@ -68,17 +68,17 @@ impl EngravingArm {
         assert!(report.is_good(), "{:?}", report.refused_steps);
         for command in plan.commands() {
             while self.0.state().queue.waiting > 30 {
-                self.go_on(&mut look);
+                self.advance(&mut look);
             }
             self.send(&command, Ctrl::QUEUED);
         }
         while self.0.busy() {
-            self.go_on(&mut look);
+            self.advance(&mut look);
         }
         assert!(self.0.state().alarms.is_empty());
     }
 
-    fn go_on(&mut self, look: &mut impl FnMut(&ControllerState)) {
+    fn advance(&mut self, look: &mut impl FnMut(&ControllerState)) {
         let next = self.0.poll_timeout().unwrap();
         let soon = self.0.now() + SAMPLE_INTERVAL;
         self.0.advance(next.min(soon));

@@ -19,8 +19,8 @@ const MAX_GAP: i64 = 20;
 pub(super) struct CutRecord {
     /// Scale of the drawing. The tolerances apply at this scale.
     scale: f64,
-    /// By direction and offset of the line, then by the start of a piece on it, micrometres: its
-    /// end, and Z.
+    /// Pieces by direction and offset of their line, then by their start on it, micrometres. The
+    /// value is the end of the piece and its Z.
     lines: BTreeMap<[i64; 2], BTreeMap<i64, (i64, f64)>>,
     arcs: BTreeMap<[i64; 6], f64>,
     dots: BTreeSet<[i64; 2]>,

@@ -1,4 +1,4 @@
-//! Writer of a flattened program: all lines lie at one height, and all travel above it.
+//! Writer of a flattened program: all lines lie at one height, and all travel is above it.
 
 use magician_protocol::Set;
 
