@@ -4,7 +4,7 @@
 use std::future::Future;
 
 use magician::Error;
-use magician_program::turns::Yield;
+use magician_program::yielding::Yield;
 
 /// Yield points of a computation that runs [`beside`] the tasks.
 #[derive(Clone, Copy, Debug)]

@@ -11,7 +11,7 @@ use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::preflight::{Guards, Preflight};
 use magician::{Arm, Error, Set};
 use magician_program::resume::{DoubtReason, ObservedProgress, ResumePoint, StepRange};
-use magician_program::turns::Yield;
+use magician_program::yielding::Yield;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
@@ -59,7 +59,7 @@ impl Work {
                 .filter_map(|step| step.action.command())
                 .collect();
             arm.permission().check(&commands)?;
-            BesideTurns.give().await;
+            BesideTurns.yield_now().await;
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {

@@ -2,7 +2,7 @@
 
 use magician_host::{ArmState, PtpMove, Set};
 
-use crate::rehearse::{RehearseOptions, kind_of, tool_of};
+use crate::rehearse::{RehearseOptions, tool_kind, tool_of};
 use crate::{Plan, Surface, Tool};
 
 /// Height above the surface up to which a pen is taken to draw, mm. A choice, far below the default

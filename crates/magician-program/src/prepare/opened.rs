@@ -6,7 +6,7 @@ use magician_host::{Error, JointAngles};
 
 use super::{
     Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram, StartPosition,
-    begins_at,
+    start_note,
 };
 use crate::formats::GcodeOptions;
 use crate::rehearse::{RehearseOptions, start_of_stage};

@@ -4,7 +4,7 @@ use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::resample::resample;
-use super::shade::{Shade, nothing};
+use super::shade::{Shade, nothing_to_draw};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
 use crate::{Artwork, Diagnostic};
 use magician_formats::keywords::keywords;

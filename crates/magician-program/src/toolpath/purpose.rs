@@ -1,7 +1,7 @@
 //! Purpose of a plan, which decides the marks its motion leaves.
 
 use super::{POWER_SHADES, StrokeKind};
-use crate::rehearse::{RehearseOptions, kind_of, tool_of};
+use crate::rehearse::{RehearseOptions, tool_kind, tool_of};
 use crate::{Plan, Surface, Tool};
 
 /// Height above the surface that still counts as on it, mm.

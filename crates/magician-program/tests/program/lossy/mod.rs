@@ -17,7 +17,7 @@ use ink::Ink;
 use magician::faults::Faults;
 use magician_program::Plan;
 use programs::PROGRAMS;
-use rig::{Outcome, FaultSetup, draw, draw_at, on_a_jumping_clock};
+use rig::{Outcome, FaultSetup, draw, draw_at, on_virtual_clock};
 use sheet::{Passage, Row};
 use verdict::{Verdict, drawn, judge};
 
