@@ -88,7 +88,11 @@ pub(crate) fn head(bytes: &[u8]) -> Option<Cow<'_, str>> {
         _ => bytes,
     };
     let even = bytes.get(..bytes.len() & !1)?;
-    source_text(if utf16_order(bytes).is_some() { even } else { bytes })
+    source_text(if utf16_order(bytes).is_some() {
+        even
+    } else {
+        bytes
+    })
 }
 
 /// Byte order of UTF-16.
@@ -115,7 +119,10 @@ fn utf16_order(bytes: &[u8]) -> Option<(Utf16Order, usize)> {
 ///
 /// # Errors
 /// Same as [`decode`].
-pub(crate) fn decode_characters(bytes: &[u8], fallback: Fallback) -> Result<Decoded<'_>, Diagnostic> {
+pub(crate) fn decode_characters(
+    bytes: &[u8],
+    fallback: Fallback,
+) -> Result<Decoded<'_>, Diagnostic> {
     if let Some((order, mark)) = utf16_order(bytes) {
         let text = decode_utf16(bytes.get(mark..).unwrap_or_default(), order)?;
         return Ok(Decoded {

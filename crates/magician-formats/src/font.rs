@@ -77,7 +77,9 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     let (from, to) = (place(0)?, place(1)?);
     let glyphs = table(font, b"glyf")?;
     let glyph = font.get_mut(glyphs + from..glyphs + to)?;
-    glyph.get_mut(..SPECK_GLYPH.len())?.copy_from_slice(&SPECK_GLYPH);
+    glyph
+        .get_mut(..SPECK_GLYPH.len())?
+        .copy_from_slice(&SPECK_GLYPH);
     Some(())
 }
 

@@ -174,7 +174,12 @@ mod tests {
 
     #[test]
     fn columns_of_long_lines_are_counted_in_characters() {
-        for length in [INDEX_INTERVAL - 1, INDEX_INTERVAL, 2 * INDEX_INTERVAL, 5 * INDEX_INTERVAL + 3] {
+        for length in [
+            INDEX_INTERVAL - 1,
+            INDEX_INTERVAL,
+            2 * INDEX_INTERVAL,
+            5 * INDEX_INTERVAL + 3,
+        ] {
             let text: String = "ab\u{e9}\u{4f60}\u{1f600}"
                 .chars()
                 .cycle()

@@ -119,7 +119,9 @@ impl Recording {
         if reading.t <= seen {
             return;
         }
-        if pose_distance(&at, &reading) < STANDSTILL_TOLERANCE && (reading.pose[3] - at.pose[3]).abs() < STANDSTILL_TOLERANCE {
+        if pose_distance(&at, &reading) < STANDSTILL_TOLERANCE
+            && (reading.pose[3] - at.pose[3]).abs() < STANDSTILL_TOLERANCE
+        {
             self.last = Some((at, reading.t));
             // Slow drift below the threshold still counts: the motion ends where the arm came to
             // rest.
@@ -222,7 +224,8 @@ impl Stretch {
         commanded: &mut Option<CommandedSpeed>,
     ) {
         let lines = follow == CaptureMode::Lines || self.rotates_j4();
-        let velocity = (self.length / (self.ended - self.begun)).clamp(SPEED_RANGE[0], SPEED_RANGE[1]);
+        let velocity =
+            (self.length / (self.ended - self.begun)).clamp(SPEED_RANGE[0], SPEED_RANGE[1]);
         let velocity = (velocity * 10.0).round() / 10.0;
         // A choice: the ramp to full speed takes a quarter of a second.
         let acceleration = (4.0 * velocity).clamp(ACCELERATION_RANGE[0], ACCELERATION_RANGE[1]);
@@ -238,7 +241,10 @@ impl Stretch {
             *commanded = Some(speed);
         }
         let (done, rest) = self.readings.split_at(self.thinned);
-        let readings = done.iter().copied().chain(thinned_readings(rest, tolerance));
+        let readings = done
+            .iter()
+            .copied()
+            .chain(thinned_readings(rest, tolerance));
         for reading in readings.skip(1) {
             let [x, y, z, r] = reading.pose.map(|number| number as f32);
             let action = if lines {

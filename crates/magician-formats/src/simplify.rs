@@ -55,7 +55,11 @@ pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     let far = farthest(&points, [0, last], |point| length(minus(point, *first)));
     let middle = far.map_or(last, |(at, _)| at);
     let mut stays = kept_points(&points[..=middle], tolerance);
-    stays.extend(kept_points(&points[middle..], tolerance).into_iter().skip(1));
+    stays.extend(
+        kept_points(&points[middle..], tolerance)
+            .into_iter()
+            .skip(1),
+    );
     let kept = points.iter().zip(stays).filter(|(_, stays)| *stays);
     kept.map(|(point, _)| *point).collect()
 }
@@ -90,7 +94,11 @@ fn farthest<P: Copy>(
 }
 
 /// Distance of a point from the segment between two others.
-pub(crate) fn distance_to_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
+pub(crate) fn distance_to_chord<const N: usize>(
+    point: [f64; N],
+    from: [f64; N],
+    to: [f64; N],
+) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
     let share = if square > 0.0 {

@@ -53,7 +53,11 @@ pub(super) fn draw_outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
 pub(super) fn draw_keep_out(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.group(
         "g",
-        &[("class", "keep-out"), ("stroke", EDGE_COLOR), ("fill", "none")],
+        &[
+            ("class", "keep-out"),
+            ("stroke", EDGE_COLOR),
+            ("fill", "none"),
+        ],
     );
     svg.rectangle(corners, &[("stroke-width", "0.4")]);
     svg.path(&segments(hatch_lines(corners)), &[("stroke-width", "0.2")]);

@@ -30,7 +30,10 @@ pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
 
 /// Draws the base's footprint and its axis.
 pub(super) fn base(svg: &mut Svg, panel: &Panel) {
-    let corners = [[-BASE_HALF_SIDE, -BASE_HALF_SIDE], [BASE_HALF_SIDE, BASE_HALF_SIDE]];
+    let corners = [
+        [-BASE_HALF_SIDE, -BASE_HALF_SIDE],
+        [BASE_HALF_SIDE, BASE_HALF_SIDE],
+    ];
     let round = Number(6.0 * panel.scale).to_string();
     let look = [
         ("fill", BASE),

@@ -20,7 +20,12 @@ pub(super) enum PathStyle {
 }
 
 /// Draws the layers, marks on top; `data` returns the path data of a layer.
-pub(super) fn draw(svg: &mut Svg, layers: &[Layer], path_style: PathStyle, data: impl Fn(&Layer) -> String) {
+pub(super) fn draw(
+    svg: &mut Svg,
+    layers: &[Layer],
+    path_style: PathStyle,
+    data: impl Fn(&Layer) -> String,
+) {
     let burns = |layer: &Layer| matches!(layer.mark, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();

@@ -87,7 +87,11 @@ impl Legend {
         for ([x, y], sign, label) in &self.entries {
             let at = [left + x, top + y + ROW_HEIGHT / 2.0];
             sign.draw(svg, at);
-            svg.text([at[0] + sign.width() + LABEL_GAP, at[1] + 1.1], label, &text);
+            svg.text(
+                [at[0] + sign.width() + LABEL_GAP, at[1] + 1.1],
+                label,
+                &text,
+            );
         }
         let errors = TextStyle {
             colour: WRONG,

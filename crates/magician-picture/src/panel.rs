@@ -150,7 +150,8 @@ impl Extent {
         for axis in 0..2 {
             let missing = Self::MIN_SIZE[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
             let room = Self::MARGIN + missing.max(0.0) / 2.0;
-            let fit = |value: f64| (value * FINE_GRID).clamp(-Self::MAX_DISTANCE, Self::MAX_DISTANCE);
+            let fit =
+                |value: f64| (value * FINE_GRID).clamp(-Self::MAX_DISTANCE, Self::MAX_DISTANCE);
             low[axis] = fit(((low[axis] - room) / FINE_GRID).floor());
             high[axis] = fit(((high[axis] + room) / FINE_GRID).ceil()).max(low[axis] + FINE_GRID);
         }

@@ -7,8 +7,8 @@
 
 mod beyond;
 mod foreign;
-mod pen;
 mod motion;
+mod pen;
 mod would_fit;
 
 use std::collections::BTreeMap;
@@ -23,9 +23,9 @@ use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub use foreign::foreign_coordinates;
-use pen::Pen;
 use motion::{corners, length, point};
-pub use would_fit::{would_fit_at, would_fit, would_fit_turned};
+use pen::Pen;
+pub use would_fit::{would_fit, would_fit_at, would_fit_turned};
 
 /// Largest number of refused steps listed in a report; further ones are only counted. Bounds the
 /// memory of a report.
@@ -373,7 +373,8 @@ impl CheckRun {
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
         // Segments of a path are planned together, so a single segment has no duration to report.
         if !is_path {
-            self.report.add_time(step, done.time.saturating_sub(done.path));
+            self.report
+                .add_time(step, done.time.saturating_sub(done.path));
         }
         self.pen.note(command);
         match command {

@@ -7,8 +7,8 @@
 //! place where a burn ended.
 
 pub(crate) mod laser_off;
-mod settings;
 pub(crate) mod partial_step;
+mod settings;
 
 use magician_host::build;
 use magician_host::message;
@@ -314,7 +314,9 @@ impl<'p> LeadIn<'p> {
         {
             return Ok(());
         }
-        let height = begun.map_or(self.height, |from| self.height.max(from.z + CROSSING_CLEARANCE));
+        let height = begun.map_or(self.height, |from| {
+            self.height.max(from.z + CROSSING_CLEARANCE)
+        });
         if let Some(from) = begun {
             // Rising is optional: if the arm cannot rise, the move across starts at this height.
             let _ = rise(&from, height, |pose| {
@@ -411,7 +413,8 @@ fn rise(
     height: f64,
     mut go: impl FnMut(Pose) -> Result<(), Error>,
 ) -> Option<Result<(), Error>> {
-    let heights = (0..MAX_HEIGHTS).map(|down| height.min(MAX_HEIGHT) - HEIGHT_STEP * f64::from(down));
+    let heights =
+        (0..MAX_HEIGHTS).map(|down| height.min(MAX_HEIGHT) - HEIGHT_STEP * f64::from(down));
     let mut refusal = None;
     for z in heights.take_while(|z| *z > place.z + MIN_MOVE) {
         match go(Pose { z, ..*place }) {

@@ -430,7 +430,8 @@ impl Checkpoint {
             None => {
                 let (why, StepRange { least, most }) =
                     self.in_commands(numbering).finished_range(seen).err()?;
-                let [least, most] = [least, most].map(|commands| self.steps_after(commands, numbering));
+                let [least, most] =
+                    [least, most].map(|commands| self.steps_after(commands, numbering));
                 let span = StepRange { least, most };
                 Some(Doubt { span, why })
             }
@@ -496,7 +497,9 @@ impl Checkpoint {
             }
             // No index at all: the arm was not at rest, and no reply arrived.
             None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
-            None => self.range_since_rest(seen).ok_or((DoubtReason::Reset, all))?,
+            None => self
+                .range_since_rest(seen)
+                .ok_or((DoubtReason::Reset, all))?,
         };
         // More than this run sent: another client has used the arm since.
         if span.most > all.most {
@@ -536,7 +539,8 @@ impl Checkpoint {
     /// Range for a run without a reply, on an arm that was at rest before: each command that the
     /// arm has done since then has raised its index by one.
     fn range_since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
-        let raised = first_counted_index(seen.current).checked_sub(first_counted_index(self.rest?))?;
+        let raised =
+            first_counted_index(seen.current).checked_sub(first_counted_index(self.rest?))?;
         let most = self.finished.saturating_add(raised);
         (seen.clock >= self.clock).then_some(StepRange {
             least: self.finished,

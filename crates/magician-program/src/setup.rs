@@ -363,7 +363,8 @@ impl Setup {
     /// Surface that a plan in arm coordinates must not go below, because it draws with a pen.
     pub(crate) fn lower_bound(&self, format: Format, plan: &Plan) -> Option<Surface> {
         let drawing = format.is_drawing() || self.work != Work::Default;
-        let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !handles_objects(plan);
+        let is_held =
+            self.depths == Depths::Flatten && plan.draws(drawing) && !handles_objects(plan);
         self.measured_surface().filter(|_| is_held)
     }
 

@@ -254,7 +254,11 @@ impl StepWriter<'_> {
     fn dot_line(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         let by = |from: f64, to: f64| [[x + from, y], [x + to, y]];
         let about = by(-DOT_HALF_LENGTH, DOT_HALF_LENGTH);
-        let ways = [about, by(0.0, -2.0 * DOT_HALF_LENGTH), by(0.0, 2.0 * DOT_HALF_LENGTH)];
+        let ways = [
+            about,
+            by(0.0, -2.0 * DOT_HALF_LENGTH),
+            by(0.0, 2.0 * DOT_HALF_LENGTH),
+        ];
         let mut reached = ways
             .into_iter()
             .filter(|ends| ends.iter().all(|end| self.reach.has(*end)));
@@ -354,7 +358,9 @@ impl StepWriter<'_> {
                     self.travel_straight_or_by_joints(to, origin);
                 }
             }
-            Some((from, _)) if self.reach.is_lifted_line_possible(from.0, to.0, to.1) => self.travel_straight_or_by_joints(to, origin),
+            Some((from, _)) if self.reach.is_lifted_line_possible(from.0, to.0, to.1) => {
+                self.travel_straight_or_by_joints(to, origin)
+            }
             Some((from, _)) => self.travel_around_base(from, to, origin),
             None => self.approach(to, origin),
         }

@@ -597,7 +597,9 @@ impl<'a> Placer<'a> {
             ..self.layout.clone()
         };
         let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.reach);
-        placer.largest().map(|(scale, _)| placer.scale_in_room(scale))
+        placer
+            .largest()
+            .map(|(scale, _)| placer.scale_in_room(scale))
     }
 
     /// Returns the origin of the first stroke that is out of reach.

@@ -25,7 +25,9 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         }
         for part in layer.parts() {
             // In a thin part the ring of a hole would repeat the middle line.
-            let mut inner = THIN_INSETS.iter().map(|share| part.offset(-spacing * share));
+            let mut inner = THIN_INSETS
+                .iter()
+                .map(|share| part.offset(-spacing * share));
             let middle = match inner.next() {
                 Some(inner) if !inner.is_empty() => None,
                 _ => inner.find(|inner| !inner.is_empty()),
@@ -69,7 +71,8 @@ fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     match near {
         Some((which, _, begun)) => lines[which].extend(begun),
         // At a sharp corner the next ring is too far to be joined.
-        None => lines.extend(rotated_to_start_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
+        None => lines
+            .extend(rotated_to_start_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
     }
 }
 

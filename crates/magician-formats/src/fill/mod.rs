@@ -78,7 +78,11 @@ impl Filling {
     /// Returns the complete options, with defaults for a laser if `burns`, else for a pen.
     #[must_use]
     pub fn fill(&self, burns: bool) -> Fill {
-        let usual = if burns { Self::BEAM_WIDTH } else { Self::PEN_WIDTH };
+        let usual = if burns {
+            Self::BEAM_WIDTH
+        } else {
+            Self::PEN_WIDTH
+        };
         let spacing = self.spacing.unwrap_or(usual);
         Fill {
             mode: self.mode,

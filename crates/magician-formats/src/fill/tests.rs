@@ -96,11 +96,14 @@ fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
     let mut marked = vec![false; columns * rows];
     for line in lines {
         for pair in line.windows(2) {
-            let steps = (distance(pair[0], pair[1]) / (CELL_SIDE / 2.0)).ceil().max(1.0) as usize;
+            let steps = (distance(pair[0], pair[1]) / (CELL_SIDE / 2.0))
+                .ceil()
+                .max(1.0) as usize;
             for step in 0..=steps {
                 let share = step as f64 / steps as f64;
                 let at = [0, 1].map(|side| pair[0][side] + (pair[1][side] - pair[0][side]) * share);
-                let index = |from: f64, value: f64| ((value - from) / CELL_SIDE + 9.5).max(0.0) as usize;
+                let index =
+                    |from: f64, value: f64| ((value - from) / CELL_SIDE + 9.5).max(0.0) as usize;
                 let (column, row) = (index(x.0, at[0]), index(y.0, at[1]));
                 let reach = (pen / 2.0 / CELL_SIDE) as usize + 1;
                 for row in row.saturating_sub(reach)..(row + reach + 1).min(rows) {

@@ -156,8 +156,11 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
 pub fn foreign(name: &str, bytes: &[u8]) -> Option<Diagnostic> {
     let name = name.to_ascii_lowercase();
     let by_name = || {
-        let ends = |kind: &&&ForeignFormat| kind.endings.iter().any(|ending| name.ends_with(ending));
+        let ends =
+            |kind: &&&ForeignFormat| kind.endings.iter().any(|ending| name.ends_with(ending));
         FOREIGN_FORMATS.iter().find(ends).copied()
     };
-    by_content(bytes).or_else(by_name).map(ForeignFormat::diagnostic)
+    by_content(bytes)
+        .or_else(by_name)
+        .map(ForeignFormat::diagnostic)
 }

@@ -21,6 +21,8 @@ mod image;
 mod kind;
 #[cfg(any(feature = "programs", feature = "drawings"))]
 mod notes;
+#[cfg(feature = "lettering")]
+mod plain_text;
 pub mod playback;
 #[cfg(feature = "programs")]
 mod points;
@@ -31,8 +33,6 @@ mod span;
 mod svg;
 #[cfg(feature = "lettering")]
 mod testgrid;
-#[cfg(feature = "lettering")]
-mod plain_text;
 #[cfg(feature = "programs")]
 mod xml;
 
@@ -44,9 +44,9 @@ pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 use magician_host::message;
 use magician_host::{Remedy, Setting};
 
+use crate::keywords::keywords;
 use crate::lettering::TextOptions;
 use crate::raster::Raster;
-use crate::keywords::keywords;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
 
 /// Format of a file.

@@ -90,7 +90,10 @@ fn marked(font: &Hershey, letter: Glyph, mark: Mark) -> Glyph {
     let lines = mark.lines().mapped(|[x, y]| [x + slant * y, y]);
     let mut advance = letter.advance;
     let at = match mark.position() {
-        Position::Above => [top(&letter, least, most) + slant * MARK_GAP, most[1] + MARK_GAP],
+        Position::Above => [
+            top(&letter, least, most) + slant * MARK_GAP,
+            most[1] + MARK_GAP,
+        ],
         Position::Below => [
             letter.middle_at(least[1].max(0.0) + 1.0),
             least[1].min(0.0) - MARK_GAP,

@@ -60,7 +60,10 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
         'ł' | 'Ł' => {
             let letter = plain(if character == 'ł' { 'l' } else { 'L' })?;
             let at = stem(&letter, CAP_HEIGHT / 2.0);
-            letter.line(&[[at - 3.5, CAP_HEIGHT / 2.0 - 2.5], [at + 4.0, CAP_HEIGHT / 2.0 + 3.0]])
+            letter.line(&[
+                [at - 3.5, CAP_HEIGHT / 2.0 - 2.5],
+                [at + 4.0, CAP_HEIGHT / 2.0 + 3.0],
+            ])
         }
         'đ' | 'ħ' => {
             let letter = plain(if character == 'đ' { 'd' } else { 'h' })?;
@@ -272,7 +275,13 @@ fn sign(font: &Hershey, character: char) -> Option<Glyph> {
             ring.with(letter).widened(26.0)
         }
         '™' => {
-            let raised = |letter| Some(plain(letter)?.scaled([0.45; 2]).moved([0.0, 0.55 * CAP_HEIGHT]));
+            let raised = |letter| {
+                Some(
+                    plain(letter)?
+                        .scaled([0.45; 2])
+                        .moved([0.0, 0.55 * CAP_HEIGHT]),
+                )
+            };
             raised('T')?.then(raised('M')?, 0.0)
         }
         'ª' | 'º' => {
@@ -455,7 +464,10 @@ fn thorn(font: &Hershey) -> Option<Glyph> {
         BundledFont::Sans => Some(letter.line(&[[at, font.x_height()], [at, CAP_HEIGHT]])),
         BundledFont::Script => {
             let lean = |y: f64| at + font.slant() * y;
-            Some(letter.line(&[[lean(foot / 2.0), foot / 2.0], [lean(CAP_HEIGHT), CAP_HEIGHT]]))
+            Some(letter.line(&[
+                [lean(foot / 2.0), foot / 2.0],
+                [lean(CAP_HEIGHT), CAP_HEIGHT],
+            ]))
         }
         BundledFont::Gothic => {
             let tall = font.plain('b')?;
@@ -474,13 +486,17 @@ const fn digit(character: char) -> Option<char> {
 }
 
 fn raised(digit: Glyph) -> Glyph {
-    digit.scaled([SUPERSCRIPT_SCALE; 2]).moved([0.0, CAP_HEIGHT * (1.0 - SUPERSCRIPT_SCALE)])
+    digit
+        .scaled([SUPERSCRIPT_SCALE; 2])
+        .moved([0.0, CAP_HEIGHT * (1.0 - SUPERSCRIPT_SCALE)])
 }
 
 fn fraction(upper: Glyph, lower: Glyph) -> Glyph {
     let upper = raised(upper);
     let slash = Glyph::new(8.0, &[&[[-1.0, 0.0], [9.0, CAP_HEIGHT]]]);
-    upper.then(slash, 0.0).then(lower.scaled([SUPERSCRIPT_SCALE; 2]), 0.0)
+    upper
+        .then(slash, 0.0)
+        .then(lower.scaled([SUPERSCRIPT_SCALE; 2]), 0.0)
 }
 
 fn quotes(character: char, count: u8) -> Glyph {

@@ -217,7 +217,8 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     let mut last = 0.0;
     times.retain(|time| {
-        let fits = time - last >= LONG_ENOUGH_SHARE * least && end - time >= LONG_ENOUGH_SHARE * least;
+        let fits =
+            time - last >= LONG_ENOUGH_SHARE * least && end - time >= LONG_ENOUGH_SHARE * least;
         if fits {
             last = *time;
         }
@@ -401,7 +402,10 @@ mod tests {
                 is_right(&made, feed.into());
                 let steps = made.content.steps.len() - 3;
                 assert!(steps > lines || lines == 200, "{steps}");
-                assert!(steps <= lines * (1 + MAX_EXTRA_PIECES), "{steps} of {lines}");
+                assert!(
+                    steps <= lines * (1 + MAX_EXTRA_PIECES),
+                    "{steps} of {lines}"
+                );
                 let profiles = made.content.path_laws();
                 // A segment between two segments at the feed may be slowed down to whole periods.
                 let speeds = profiles.iter().flatten().map(|profile| {

@@ -88,7 +88,12 @@ impl Plan {
             let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
             let alike = line.scope == next.scope
                 && line.last_burn(self, &traced) == next.first_burn(self, &traced)
-                && gap <= if bends { merge.min(POSITION_TOLERANCE) } else { merge };
+                && gap
+                    <= if bends {
+                        merge.min(POSITION_TOLERANCE)
+                    } else {
+                        merge
+                    };
             let near = |step: &Step| match step.action.target().map(wide) {
                 // A zero-length burn is not a line, yet it marks the work.
                 Some(_) if step.action.burns() => false,
@@ -327,7 +332,9 @@ impl Traced {
         loop {
             let step = plan.steps.get(down.checked_sub(1)?)?;
             match (step.action.target().map(wide), sets_speed(&step.action)) {
-                (Some(to), _) if horizontal_distance(to, line.start) > POSITION_TOLERANCE => return None,
+                (Some(to), _) if horizontal_distance(to, line.start) > POSITION_TOLERANCE => {
+                    return None;
+                }
                 (Some(to), _) if to[2] >= high => break,
                 (Some(_), _) | (None, true) => down -= 1,
                 (None, false) => return None,
@@ -341,7 +348,9 @@ impl Traced {
             match (&step.action, step.action.target().map(wide)) {
                 // A curve could dip down between its ends.
                 (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
-                (_, Some(to)) if horizontal_distance(to, line.end) > POSITION_TOLERANCE => return None,
+                (_, Some(to)) if horizontal_distance(to, line.end) > POSITION_TOLERANCE => {
+                    return None;
+                }
                 (_, Some(to)) if to[2] >= high => break,
                 (action, None) if !sets_speed(action) => return None,
                 _ => up += 1,

@@ -78,7 +78,9 @@ impl Reach {
         if shape.is_a_point() {
             return Ok(shape.placed(search.preferred, 1.0));
         }
-        let largest = search.largest().and_then(|best| search.shrunk_to_hold(best));
+        let largest = search
+            .largest()
+            .and_then(|best| search.shrunk_to_hold(best));
         let (at, scale) = largest.ok_or_else(|| self.nothing_in_reach())?;
         if fit == Fit::TrueSize {
             return Err(self.too_large(&shape, scale));
@@ -253,10 +255,16 @@ impl Search<'_> {
         let ahead = self.preferred[0];
         let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
         let mut places: Vec<[f64; 2]> = grid
-            .map(|(x, y)| [ahead + f64::from(x) * GRID_SPACING, f64::from(y) * GRID_SPACING])
+            .map(|(x, y)| {
+                [
+                    ahead + f64::from(x) * GRID_SPACING,
+                    f64::from(y) * GRID_SPACING,
+                ]
+            })
             .filter(|at| self.reach.has(*at))
             .collect();
-        places.sort_by(|a, b| distance(*a, self.preferred).total_cmp(&distance(*b, self.preferred)));
+        places
+            .sort_by(|a, b| distance(*a, self.preferred).total_cmp(&distance(*b, self.preferred)));
         places
     }
 
@@ -284,8 +292,9 @@ impl Search<'_> {
         let places = self.places();
         let front = self.largest_in(Area::Front, &places);
         let anywhere = self.largest_in(Area::Anywhere, &places);
-        let is_larger =
-            |(_, beside): &([f64; 2], f64)| front.is_none_or(|(_, ahead)| *beside > MIN_SIDE_GAIN * ahead);
+        let is_larger = |(_, beside): &([f64; 2], f64)| {
+            front.is_none_or(|(_, ahead)| *beside > MIN_SIDE_GAIN * ahead)
+        };
         anywhere.filter(is_larger).or(front)
     }
 

@@ -68,7 +68,10 @@ impl Reach {
             return false;
         };
         let lower = from.1.min(to.1);
-        let (most, least) = (MAX_DEVIATION.max(MAX_DEVIATION_SHARE * lower), (1.0 - MAX_DEVIATION_SHARE) * lower - HEIGHT_TOLERANCE);
+        let (most, least) = (
+            MAX_DEVIATION.max(MAX_DEVIATION_SHARE * lower),
+            (1.0 - MAX_DEVIATION_SHARE) * lower - HEIGHT_TOLERANCE,
+        );
         let is_close = |at: Pose| {
             let above = at.z - self.surface.at([at.x, at.y]);
             above >= least && deviation([start.pose, end.pose], at) <= most
@@ -116,7 +119,11 @@ impl Travelling {
 }
 
 fn sampled_poses(trajectory: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
-    (1..MOVE_SAMPLES).map(|nth| trajectory.curve(trajectory.duration_us() * nth / MOVE_SAMPLES).pose)
+    (1..MOVE_SAMPLES).map(|nth| {
+        trajectory
+            .curve(trajectory.duration_us() * nth / MOVE_SAMPLES)
+            .pose
+    })
 }
 
 /// Distance of a point from a straight line.

@@ -49,7 +49,9 @@ impl Reach {
         let tenths = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
         let heights = tenths.map(|share| above + share * (height - above));
         let mut places = heights.map(|height| ([x, y], height));
-        places.find(|place| self.is_straight_move_possible(*place, end)).unwrap_or(end)
+        places
+            .find(|place| self.is_straight_move_possible(*place, end))
+            .unwrap_or(end)
     }
 
     /// True if a straight move between two positions is within reach.
@@ -81,11 +83,18 @@ impl Reach {
     /// Returns the corners of a way around the base, `lift` mm above the surface, with straight
     /// moves between them. `None` if no such way is within reach.
     #[must_use]
-    pub fn corners_around_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
+    pub fn corners_around_base(
+        &self,
+        from: [f64; 2],
+        to: [f64; 2],
+        lift: f64,
+    ) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
         let radius = f64::midpoint(near, far);
         let [begin, end] = [from, to].map(|[x, y]| libm::atan2(y, x));
-        let count = ((end - begin).abs().to_degrees() / MAX_TURN_PER_PIECE).ceil().max(1.0);
+        let count = ((end - begin).abs().to_degrees() / MAX_TURN_PER_PIECE)
+            .ceil()
+            .max(1.0);
         let corners: Vec<_> = (0..=count as u32)
             .map(|nth| {
                 let (sin, cos) = libm::sincos(begin + (end - begin) * f64::from(nth) / count);
@@ -95,8 +104,9 @@ impl Reach {
         let ends = [from].into_iter().chain(corners.iter().copied());
         let mut ways = ends.zip(corners.iter().copied().chain([to]));
         let reached = |corner: &[f64; 2]| self.joints(*corner, lift).is_some();
-        (corners.iter().all(reached) && ways.all(|(from, to)| self.is_lifted_line_possible(from, to, lift)))
-            .then_some(corners)
+        (corners.iter().all(reached)
+            && ways.all(|(from, to)| self.is_lifted_line_possible(from, to, lift)))
+        .then_some(corners)
     }
 
     /// True if a straight move between two points, `lift` mm above the surface, is within reach.
@@ -130,7 +140,9 @@ impl Reach {
 
 /// Iterates over samples along a segment, the last of which is its end.
 fn pieces(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
-    let count = (distance(from, to) / SAMPLE_DISTANCE).ceil().clamp(1.0, MAX_PIECES);
+    let count = (distance(from, to) / SAMPLE_DISTANCE)
+        .ceil()
+        .clamp(1.0, MAX_PIECES);
     (1..=count as u32).map(move |nth| between(from, to, f64::from(nth) / count))
 }
 

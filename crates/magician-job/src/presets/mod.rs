@@ -96,7 +96,11 @@ impl Preset {
             );
             error
         })?;
-        let unused: Vec<_> = own.not_applicable_to(given.work).iter().map(|row| row.name).collect();
+        let unused: Vec<_> = own
+            .not_applicable_to(given.work)
+            .iter()
+            .map(|row| row.name)
+            .collect();
         let tool = match given.work {
             Some(WorkOption::Draw) => "laser",
             _ => "pen",

@@ -20,7 +20,8 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
         size: [width, height],
         pixels: vec![255; width * height * 3],
     };
-    let [thick, thin] = LINE_WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
+    let [thick, thin] =
+        LINE_WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
     let to_source = distance::transform(source);
     let to_drawn = distance::transform(drawn);
     let mut paint = |picture: &Picture, field: &[f32], far: bool, half: i64, colour| {

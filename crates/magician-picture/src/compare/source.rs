@@ -94,7 +94,9 @@ fn flatten_curve(line: &mut Vec<[f64; 2]>, corners: &[Point]) {
     let hull: f64 = sides
         .map(|(a, b)| libm::hypot(b[0] - a[0], b[1] - a[1]))
         .sum();
-    let pieces = (MIN_PIECES + hull / PIXELS_PER_MM / PIECE_LENGTH).min(MAX_PIECES).ceil();
+    let pieces = (MIN_PIECES + hull / PIXELS_PER_MM / PIECE_LENGTH)
+        .min(MAX_PIECES)
+        .ceil();
     for nth in 1..=pieces as u64 {
         let share = nth as f64 / pieces;
         let mut points = corners.clone();

@@ -119,7 +119,10 @@ impl Tones {
 
 /// Mean darkness of an image between shares of its width and height.
 fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
-    let (columns, rows) = (covered_pixels(across, image.width), covered_pixels(down, image.height));
+    let (columns, rows) = (
+        covered_pixels(across, image.width),
+        covered_pixels(down, image.height),
+    );
     let (mut sum, mut weights) = (0.0, 0.0);
     for (row, high) in &rows {
         for (column, wide) in &columns {

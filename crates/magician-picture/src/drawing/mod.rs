@@ -150,7 +150,12 @@ fn seen(place: [f64; 2]) -> [f64; 2] {
 /// Marks the axis of the base with a circle and a cross.
 fn mark(svg: &mut Svg) {
     let look = [("stroke", EDGE), ("stroke-width", "0.3")];
-    svg.path(&format!("M-{BASE_MARK_RADIUS} 0H{BASE_MARK_RADIUS}M0 -{BASE_MARK_RADIUS}V{BASE_MARK_RADIUS}"), &look);
+    svg.path(
+        &format!(
+            "M-{BASE_MARK_RADIUS} 0H{BASE_MARK_RADIUS}M0 -{BASE_MARK_RADIUS}V{BASE_MARK_RADIUS}"
+        ),
+        &look,
+    );
     let radius = Fine(BASE_MARK_RADIUS).to_string();
     let look = [("r", radius.as_str()), ("fill", "none")]
         .into_iter()

@@ -5,7 +5,10 @@ use resvg::tiny_skia::{
     self, Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Transform,
 };
 
-use super::{BURN_WIDTH, DrawingOptions, INK_WIDTH, BASE_MARK_RADIUS, frame, has_round_ends, seen, shows_base};
+use super::{
+    BASE_MARK_RADIUS, BURN_WIDTH, DrawingOptions, INK_WIDTH, frame, has_round_ends, seen,
+    shows_base,
+};
 use crate::png::{MAX_PIXELS, PictureError};
 
 /// Returns the picture of a drawing as PNG: the content of [`drawing_svg`](crate::drawing_svg), on

@@ -1,7 +1,9 @@
 //! Entries of a preview's legend.
 
 use magician_motion::Fence;
-use magician_program::toolpath::{MAX_MARKED_REFUSALS, MarkerKind, PlanPurpose, StrokeKind, Toolpath};
+use magician_program::toolpath::{
+    MAX_MARKED_REFUSALS, MarkerKind, PlanPurpose, StrokeKind, Toolpath,
+};
 use magician_program::{Diagnostic, Report};
 
 use super::PreviewOptions;

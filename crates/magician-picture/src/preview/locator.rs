@@ -25,7 +25,11 @@ pub(super) fn width(view: &Panel) -> f64 {
 
 fn part(view: &Panel) -> [[f64; 2]; 2] {
     let [[left, bottom], end] = SHOWN_PART;
-    let left = if view.part[0][0] < left { WIDE_LEFT_EDGE } else { left };
+    let left = if view.part[0][0] < left {
+        WIDE_LEFT_EDGE
+    } else {
+        left
+    };
     [[left, bottom], end]
 }
 

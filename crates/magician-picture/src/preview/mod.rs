@@ -186,9 +186,10 @@ impl Page {
         }
         let views = [Some(above), side].into_iter().flatten();
         let ends = views.map(|view| [0, 1].map(|axis| view.corner[axis] + view.size()[axis]));
-        let [right, bottom] = ends.fold([left, top + locator::HEIGHT - TICK_SPACE[1]], |end, view| {
-            [end[0].max(view[0]), end[1].max(view[1])]
-        });
+        let [right, bottom] = ends.fold(
+            [left, top + locator::HEIGHT - TICK_SPACE[1]],
+            |end, view| [end[0].max(view[0]), end[1].max(view[1])],
+        );
         let locator = right + MARGIN;
         let right = locator + locator::width(&above);
         let legend = entries::legend(toolpath, report, options, right - left);

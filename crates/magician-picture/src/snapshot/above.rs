@@ -4,7 +4,10 @@ use magician_host::{Geometry, JointAngles};
 use magician_program::{Reach, Surface};
 use magician_sim::world::StrokeKind;
 
-use super::{ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex, links_from_above};
+use super::{
+    ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex,
+    links_from_above,
+};
 use crate::ground;
 use crate::panel::Panel;
 use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};

@@ -10,8 +10,8 @@ use resvg::tiny_skia::{
 };
 
 use super::{
-    ABOVE_PART, BELT_COLOR, BASE_BODY, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART, Snapshot, Surroundings, TABLE_COLOR, base, links_from_above,
-    links_from_side,
+    ABOVE_PART, BASE_BODY, BELT_COLOR, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART,
+    Snapshot, Surroundings, TABLE_COLOR, base, links_from_above, links_from_side,
 };
 use crate::svg::palette::{BASE, DRAWN, INK};
 
@@ -166,7 +166,10 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
 fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
     canvas.rectangle(base(), shade(BASE));
     if let Some((height, [[_, far], _])) = around.table {
-        canvas.rectangle([[BASE_BODY[0], height - PLATE_THICKNESS], [far, height]], shade(TABLE_COLOR));
+        canvas.rectangle(
+            [[BASE_BODY[0], height - PLATE_THICKNESS], [far, height]],
+            shade(TABLE_COLOR),
+        );
     }
     if let Some(belt) = &around.belt {
         canvas.rectangle(belt.side_corners(), shade(BELT_COLOR));
@@ -175,7 +178,11 @@ fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surr
         canvas.rectangle(body.side_corners(), body.color);
     }
     let [shoulder, elbow, wrist, tip] = links_from_side(arm, joints);
-    canvas.line(&[shoulder, elbow, wrist], LINK_THICKNESS[1], shade(LINK_COLOR));
+    canvas.line(
+        &[shoulder, elbow, wrist],
+        LINK_THICKNESS[1],
+        shade(LINK_COLOR),
+    );
     canvas.line(&[wrist, tip], LINK_THICKNESS[1] / 2.0, shade(LINK_COLOR));
     canvas.dot(tip, 5.0, shade(INK));
 }

@@ -81,7 +81,10 @@ impl MovedObject {
 
 /// Draws the picture.
 pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
-    let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT + VIEW_NAME_HEIGHT];
+    let [left, top] = [
+        MARGIN + TICK_SPACE[0],
+        MARGIN + HEAD_HEIGHT + VIEW_NAME_HEIGHT,
+    ];
     let panel = |part, corner, id| Panel {
         part,
         corner,

@@ -3,8 +3,8 @@
 use magician_host::{Geometry, JointAngles};
 
 use super::{
-    BELT_COLOR, BASE_BODY, Body, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SCALE, SIDE_PART, Surroundings, TABLE_COLOR, above, base, hex,
-    links_from_side,
+    BASE_BODY, BELT_COLOR, Body, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SCALE, SIDE_PART,
+    Surroundings, TABLE_COLOR, above, base, hex, links_from_side,
 };
 use crate::panel::Panel;
 use crate::section;

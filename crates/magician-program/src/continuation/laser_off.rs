@@ -137,7 +137,9 @@ impl Lines {
         let first = last.saturating_sub(MAX_BRAKING_SLOTS).max(lead);
         let near = last.saturating_sub(2 * SLOTS_BEFORE);
         let mut lines = Vec::new();
-        let slots: Vec<_> = slots.take(last.saturating_add(1 + LOOKAHEAD_SLOTS)).collect();
+        let slots: Vec<_> = slots
+            .take(last.saturating_add(1 + LOOKAHEAD_SLOTS))
+            .collect();
         let commands: Vec<Set> = slots.iter().flatten().copied().collect();
         let mut profiles = course.path_profiles(&commands).into_iter();
         for (nth, slot) in slots.into_iter().enumerate().take(last.saturating_add(1)) {

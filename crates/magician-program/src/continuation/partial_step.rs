@@ -102,7 +102,11 @@ pub(crate) fn place_on(
             best = Some((away, (passed, at)));
         }
         let ran_on = (share - 1.0) * line.length();
-        if passed == 0 && off <= PEN_TOLERANCE && (0.0..=MAX_OVERRUN).contains(&ran_on) && best.is_none() {
+        if passed == 0
+            && off <= PEN_TOLERANCE
+            && (0.0..=MAX_OVERRUN).contains(&ran_on)
+            && best.is_none()
+        {
             // A nearer match on a later line takes precedence, so this one counts as if at the
             // largest distance.
             best = Some((PEN_TOLERANCE, (passed, line.at(1.0))));

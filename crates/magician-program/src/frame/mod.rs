@@ -10,8 +10,8 @@ use magician_motion::Fence;
 use crate::artwork::{Marking, PlacedArtwork};
 use crate::setup::{POWER_UP_TOOL, WorkLines, report};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
-use magician_formats::reach::hull;
 use magician_formats::keywords::keywords;
+use magician_formats::reach::hull;
 
 /// Speed ratio of the arm at power-up (model section 6): travel moves run at half the set speed.
 const POWER_UP_SPEED_RATIO: f32 = 0.5;

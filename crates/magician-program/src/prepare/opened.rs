@@ -303,7 +303,9 @@ impl Start {
     fn leading_steps(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
-        anywhere.map_or(plan.steps.len(), |anywhere| leading_steps(plan, &anywhere.plan))
+        anywhere.map_or(plan.steps.len(), |anywhere| {
+            leading_steps(plan, &anywhere.plan)
+        })
     }
 }
 

@@ -80,7 +80,9 @@ impl RemainingProgram {
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             // At the first step of an iteration the plan itself begins: no approach is needed.
             0 if at.is_none() => Arc::clone(&program.plan),
-            step => Arc::new(Continuation::within_step(&program.plan, step, at, &start_with_settings)?.plan),
+            step => Arc::new(
+                Continuation::within_step(&program.plan, step, at, &start_with_settings)?.plan,
+            ),
         };
         let approach_steps = match step {
             0 if at.is_none() => 0,
@@ -225,16 +227,19 @@ impl RemainingProgram {
     /// First step that waits for a person, counted over all iterations.
     #[must_use]
     pub fn pause(&self) -> Option<(u64, &Pause)> {
-        self.upcoming_steps().find_map(|(nth, step)| match &step.action {
-            Action::Pause(pause) => Some((nth, &**pause)),
-            _ => None,
-        })
+        self.upcoming_steps()
+            .find_map(|(nth, step)| match &step.action {
+                Action::Pause(pause) => Some((nth, &**pause)),
+                _ => None,
+            })
     }
 
     /// True if a pause comes before any command.
     #[must_use]
     pub fn begins_with_pause(&self) -> bool {
-        let mut silent = self.upcoming_steps().take_while(|(_, step)| step.action.is_silent());
+        let mut silent = self
+            .upcoming_steps()
+            .take_while(|(_, step)| step.action.is_silent());
         silent.any(|(_, step)| matches!(step.action, Action::Pause(_)))
     }
 
@@ -262,7 +267,11 @@ impl RemainingProgram {
     /// State of the arm after the last step, as far as known.
     #[must_use]
     pub fn end(&self) -> Preflight {
-        let mut course = self.start_with_settings.clone().guards(Guards::NONE).summing();
+        let mut course = self
+            .start_with_settings
+            .clone()
+            .guards(Guards::NONE)
+            .summing();
         let later = Some(&self.whole).filter(|_| self.following != Some(0));
         for plan in iter::once(&self.first).chain(later) {
             for command in plan.commands() {
@@ -355,7 +364,10 @@ impl RemainingProgram {
         if let Some(following @ 1..) = self.following {
             let steps = self.whole.steps.iter();
             let commands = steps.map(|step| step.action.command().map(&change));
-            (iteration, iterations) = (cumulative_times(&mut course, commands, yields).await, following);
+            (iteration, iterations) = (
+                cumulative_times(&mut course, commands, yields).await,
+                following,
+            );
         }
         let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
         let all = last(&sooner) + last(&first) + iterations as f64 * last(&iteration);
@@ -415,7 +427,9 @@ impl RemainingProgram {
         let under_way = least.checked_sub(1).filter(|step| *step >= self.from);
         let under_way = self.slots_before(under_way.unwrap_or(self.from))?;
         let last = self.slots_before(most.max(self.from))?;
-        let place = self.lines(last).laser_off_place(under_way, pose, late, until)?;
+        let place = self
+            .lines(last)
+            .laser_off_place(under_way, pose, late, until)?;
         Some(self.burn_place(place))
     }
 
@@ -435,7 +449,9 @@ impl RemainingProgram {
             (Some(within), _) => within,
             (None, ResumePoint::After(steps)) if steps > self.from => {
                 // A step that ends by itself ends exactly at its target.
-                self.distance_to_end(steps, pose).1.filter(|off| *off > REST_TOLERANCE)?;
+                self.distance_to_end(steps, pose)
+                    .1
+                    .filter(|off| *off > REST_TOLERANCE)?;
                 (steps - 1, [pose.x, pose.y, pose.z].map(f64::from))
             }
             _ => return None,

@@ -47,7 +47,8 @@ impl Timetable {
         let total = sum_of_first(&self.first, self.first.len());
         let length = self.iteration.len().max(1) as u64;
         let within = usize::try_from(later % length).unwrap_or(usize::MAX);
-        let iterations = (later / length) as f64 * sum_of_first(&self.iteration, self.iteration.len());
+        let iterations =
+            (later / length) as f64 * sum_of_first(&self.iteration, self.iteration.len());
         total + iterations + sum_of_first(&self.iteration, within)
     }
 }

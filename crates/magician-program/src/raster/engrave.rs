@@ -154,7 +154,11 @@ impl Engrave {
         };
         let mut best = fits(1.0)?;
         let (mut least, mut most) = (0.0, 1.0);
-        let tries = if best.is_some() { 0 } else { Self::BISECTION_STEPS };
+        let tries = if best.is_some() {
+            0
+        } else {
+            Self::BISECTION_STEPS
+        };
         for _ in 0..tries {
             let share = f64::midpoint(least, most);
             match fits(share)? {

@@ -81,7 +81,10 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
                 map(cells, |level| if level == 1 { 0 } else { level });
             }
         }
-        Tone::Threshold(level) => map(cells, |dark| if 255 - dark < level { FULL_LEVEL } else { 0 }),
+        Tone::Threshold(level) => map(
+            cells,
+            |dark| if 255 - dark < level { FULL_LEVEL } else { 0 },
+        ),
         Tone::Dither => {
             let dots = |share: f64| (share * 255.0).round() as u8;
             let table = table(|dark| dots(share(dark, u8::MAX)));

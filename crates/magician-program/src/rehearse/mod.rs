@@ -17,9 +17,9 @@ use magician_sim::world::Drawing;
 use magician_sim::{ArmInstant, Controller, Event, LinkId};
 
 use crate::Plan;
-pub(crate) use stage::tool_kind;
 use stage::send;
-pub use stage::{RehearseOptions, stage, start_of_stage, start_of, tool_of};
+pub(crate) use stage::tool_kind;
+pub use stage::{RehearseOptions, stage, start_of, start_of_stage, tool_of};
 
 /// The host's link.
 const HOST_LINK: LinkId = LinkId(0);

@@ -167,7 +167,10 @@ pub(super) fn send(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<()
 /// Tool for the rehearsal of a plan.
 #[must_use]
 pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
-    options.tool.or(plan.tool).unwrap_or_else(|| needed_tool(plan))
+    options
+        .tool
+        .or(plan.tool)
+        .unwrap_or_else(|| needed_tool(plan))
 }
 
 /// Kind of tool for a bias, derived from the plan; a named tool is returned unchanged.

@@ -225,8 +225,9 @@ impl Levels {
         };
         let mut ceiling = if has_surface_at_0 { 0.0 } else { below_travel };
         let top = ceiling;
-        let is_candidate =
-            |(z, _): &(f64, &Level)| *z < below_travel - HEIGHT_TOLERANCE && *z <= top + HEIGHT_TOLERANCE && *z > near;
+        let is_candidate = |(z, _): &(f64, &Level)| {
+            *z < below_travel - HEIGHT_TOLERANCE && *z <= top + HEIGHT_TOLERANCE && *z > near
+        };
         let mut first = None;
         let fed = all.clone().rev().filter(|(_, level)| level.fed > 0.0);
         for (z, level) in fed.filter(is_candidate) {
@@ -290,7 +291,9 @@ impl FlatProgram {
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
         let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
         let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
-        walk(plan, survey.threshold, |event| flattener.handle_event(event));
+        walk(plan, survey.threshold, |event| {
+            flattener.handle_event(event)
+        });
         let (plan, tally) = flattener.done();
         Some(Self {
             plan,

@@ -13,7 +13,7 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, LaidPage, Placement, Setup, POWER_UP_TOOL, extent_of_marks, middle};
+use super::{Frame, LaidPage, POWER_UP_TOOL, Placement, Setup, extent_of_marks, middle};
 use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
@@ -362,7 +362,8 @@ impl Setup {
     }
 
     fn is_in_front(&self, made: &PlacedPlan) -> bool {
-        self.location(&made.plan).is_none_or(|lies| lies.side.is_none())
+        self.location(&made.plan)
+            .is_none_or(|lies| lies.side.is_none())
     }
 
     /// Bounds and side of a plan, before the final offset.
@@ -384,7 +385,11 @@ impl Setup {
         setup
     }
 
-    fn shrink_to_pass(&self, format: Format, content: &Content) -> Result<ShrinkResult, Diagnostic> {
+    fn shrink_to_pass(
+        &self,
+        format: Format,
+        content: &Content,
+    ) -> Result<ShrinkResult, Diagnostic> {
         let first = self.make_plan(format, content)?;
         let passing = |made| ShrinkResult { made, passes: true };
         if first.passes() {
@@ -418,7 +423,10 @@ impl Setup {
             frame: Frame::Arm,
             ..self.placement
         };
-        setup.make_plan(format, content).ok().filter(PlacedPlan::passes)
+        setup
+            .make_plan(format, content)
+            .ok()
+            .filter(PlacedPlan::passes)
     }
 }
 

@@ -60,7 +60,10 @@ pub(super) fn handles_objects(plan: &Plan) -> bool {
 ///
 /// # Errors
 /// [`Diagnostic`] for the first step whose joint angles lead below the surface.
-pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<RaisedDepth>, Diagnostic> {
+pub(crate) fn hold_above(
+    plan: &mut Plan,
+    surface: Surface,
+) -> Result<Option<RaisedDepth>, Diagnostic> {
     let mut holder = Holder {
         surface,
         geometry: Geometry::magician(plan.tool.map_or(POWER_UP_TOOL, Tool::bias)),

@@ -6,7 +6,7 @@ use magician_host::JointAngles;
 use magician_host::preflight::{Guards, Preflight};
 use serde::Serialize;
 
-use super::{PartMode, PartRule, Setup, POWER_UP_TOOL};
+use super::{POWER_UP_TOOL, PartMode, PartRule, Setup};
 use crate::{Action, Artwork, Content, Diagnostic, Format, Part, Plan, Report, check};
 
 /// Part of a file, with its figures.

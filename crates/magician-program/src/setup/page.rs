@@ -6,7 +6,7 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, POWER_UP_TOOL, Work, WorkLines, moved_within_reach};
+use super::{Frame, POWER_UP_TOOL, Setup, Work, WorkLines, moved_within_reach};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::raster::Engrave;
 use crate::toolpath::DrawnLine;

@@ -170,7 +170,11 @@ impl Setup {
 
     /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given Z, is
     /// placed on the surface.
-    pub(super) fn place_program(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<LaidPlan, Diagnostic> {
+    pub(super) fn place_program(
+        &self,
+        plan: Plan,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<LaidPlan, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
         let surface = self.needed_surface()?;

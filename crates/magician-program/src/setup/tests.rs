@@ -29,7 +29,9 @@ fn line() -> Artwork {
 #[test]
 fn taught_program_gets_the_named_tool() {
     let tool = |format, setup: &Setup| {
-        let made = setup.plan(format, Content::Plan(taught_plan())).expect("a plan");
+        let made = setup
+            .plan(format, Content::Plan(taught_plan()))
+            .expect("a plan");
         (made.plan.tool, made.notes.len())
     };
     let mut setup = Setup::default();

@@ -28,7 +28,8 @@ pub struct Marker {
 impl Marker {
     /// Adds an event at a place.
     pub(super) fn add(markers: &mut Vec<Self>, at: [f64; 3], kind: MarkerKind, name: Option<&str>) {
-        let near = |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < MERGE_DISTANCE);
+        let near =
+            |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < MERGE_DISTANCE);
         let name = name.map(str::to_owned);
         match markers.iter_mut().find(near) {
             Some(mark) => {

@@ -41,12 +41,7 @@ impl PlanPurpose {
     }
 
     /// Mark left by a straight motion.
-    pub(super) fn mark(
-        &self,
-        ends: [[f64; 3]; 2],
-        power: Option<f64>,
-        holds: bool,
-    ) -> StrokeKind {
+    pub(super) fn mark(&self, ends: [[f64; 3]; 2], power: Option<f64>, holds: bool) -> StrokeKind {
         let power = power.unwrap_or(0.0);
         if power > 0.0 {
             // The conversion from float saturates.

@@ -7,7 +7,8 @@ use magician_protocol::{CpMode, PtpMode};
 
 use super::outline::Outlines;
 use super::{
-    DrawnLine, Layer, MAX_MARKED_REFUSALS, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
+    DrawnLine, Layer, MAX_MARKED_REFUSALS, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath,
+    Track,
 };
 use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
@@ -488,7 +489,10 @@ impl PathTracer {
     }
 
     fn mark(&mut self, kind: MarkerKind, name: Option<&str>) {
-        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MAX_MARKERS) {
+        if let Some(at) = self
+            .at
+            .filter(|_| self.toolpath.markers.len() < MAX_MARKERS)
+        {
             Marker::add(&mut self.toolpath.markers, at, kind, name);
         }
     }

@@ -41,11 +41,15 @@ fn runs_if_accepted(plan: &Plan) -> Result<bool, TestCaseError> {
     let begins = start.arm().map(|at| [at.pose.x, at.pose.y, at.pose.z]);
     // If the stage leaves the tool inside a slope, it must first get out of it.
     if let (Some(surface), Some(begins)) = (plan.surface, begins)
-        && over(surface, begins) >= CLEAR_HEIGHT + MAX_OUTWARD_LEAD * surface.slope[0].hypot(surface.slope[1])
+        && over(surface, begins)
+            >= CLEAR_HEIGHT + MAX_OUTWARD_LEAD * surface.slope[0].hypot(surface.slope[1])
     {
         for at in &done.way {
             let above = over(surface, *at);
-            prop_assert!(above > -DEPTH_TOLERANCE, "{above} mm above the surface at {at:?}");
+            prop_assert!(
+                above > -DEPTH_TOLERANCE,
+                "{above} mm above the surface at {at:?}"
+            );
         }
     }
     Ok(true)

@@ -359,7 +359,13 @@ enum RequestedSize {
 }
 
 /// Plan of a file that is larger than drawn by this factor.
-fn enlarged_plan(format: Format, text: &str, laser: bool, said: RequestedSize, larger: f64) -> Plan {
+fn enlarged_plan(
+    format: Format,
+    text: &str,
+    laser: bool,
+    said: RequestedSize,
+    larger: f64,
+) -> Plan {
     let mut options = SetupOptions::default();
     options.work = Some(if laser {
         WorkOption::Engrave
@@ -528,7 +534,10 @@ fn distance_to_segment(at: Point, from: Point, to: Point) -> f64 {
 fn deviations(exact: &[Line], plan: &Plan) -> [f64; 2] {
     let drawn = lines(plan);
     let exact = placed(exact, &drawn);
-    [largest_distance(&drawn, &exact), largest_distance(&exact, &drawn)]
+    [
+        largest_distance(&drawn, &exact),
+        largest_distance(&exact, &drawn),
+    ]
 }
 
 const FORMATS: [Format; 4] = [Format::Svg, Format::Dxf, Format::Hpgl, Format::Gcode];
@@ -540,7 +549,9 @@ fn assert_curves_within_tolerance(format: Format, laser: bool, said: RequestedSi
     let plan = enlarged_plan(format, &text, laser, said, larger);
     let strays = deviations(&exact, &plan);
     assert!(
-        strays.iter().all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
+        strays
+            .iter()
+            .all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{format} {said:?} {larger} times as large, laser {laser}: {strays:.3?} mm off"
     );
     // Chords finer than the thinning would be wasted.
@@ -557,7 +568,11 @@ fn curves_are_within_tolerance_at_every_scale_width_and_height_with_pen_and_lase
         for laser in [false, true] {
             for nth in -4..=4 {
                 let larger = 10.0_f64.powf(f64::from(nth) / 2.0);
-                let all = [RequestedSize::Scale, RequestedSize::Width, RequestedSize::Height];
+                let all = [
+                    RequestedSize::Scale,
+                    RequestedSize::Width,
+                    RequestedSize::Height,
+                ];
                 for said in if nth % 2 == 0 { &all[..] } else { &all[..1] } {
                     assert_curves_within_tolerance(format, laser, *said, larger);
                 }
@@ -602,7 +617,9 @@ fn tolerant_lines(format: Format, text: &str, mut options: SetupOptions) -> Vec<
 fn assert_within_tolerance(exact: &[Line], plan: &Plan, what: &str) {
     let strays = deviations(exact, plan);
     assert!(
-        strays.iter().all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
+        strays
+            .iter()
+            .all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{what}: {strays:.3?} mm off"
     );
 }

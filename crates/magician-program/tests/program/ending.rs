@@ -118,7 +118,10 @@ async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
         // The ink up to the arm's position is part of the drawing.
-        assert!(largest_distance(&drawn, &right) < LINE_TOLERANCE, "{stop:?}");
+        assert!(
+            largest_distance(&drawn, &right) < LINE_TOLERANCE,
+            "{stop:?}"
+        );
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
         let took = cell.state().now - since;
@@ -143,8 +146,14 @@ async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn, "{stop:?}");
         assert_eq!(run(&arm, &program, steps, None).await, None);
         let done = lines(&cell.with(|arm| arm.drawing()));
-        assert!(largest_distance(&right, &done) < LINE_TOLERANCE, "a gap after {stop:?}");
-        assert!(largest_distance(&done, &right) < LINE_TOLERANCE, "a stray line after {stop:?}");
+        assert!(
+            largest_distance(&right, &done) < LINE_TOLERANCE,
+            "a gap after {stop:?}"
+        );
+        assert!(
+            largest_distance(&done, &right) < LINE_TOLERANCE,
+            "a stray line after {stop:?}"
+        );
     }
     assert!((5..20).contains(&on_paper), "{on_paper}");
 }

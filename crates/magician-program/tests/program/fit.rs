@@ -205,7 +205,9 @@ impl Case {
 #[test]
 fn fitted_program_passes_the_check_and_runs() {
     let cases = std::env::var("FIT_CASES").ok();
-    let cases = cases.map_or(DEFAULT_CASES, |cases| cases.parse().expect("a number of cases"));
+    let cases = cases.map_or(DEFAULT_CASES, |cases| {
+        cases.parse().expect("a number of cases")
+    });
     let mut runner = TestRunner::new(ProptestConfig {
         cases,
         rng_seed: RngSeed::Fixed(15),

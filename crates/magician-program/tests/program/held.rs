@@ -199,7 +199,8 @@ fn kept_depths_take_the_pen_below_the_surface() {
         let mut fields = fields.as_object().unwrap().clone();
         let case = |fields: &Map<String, Value>| {
             let case = case(nth, fields, false).unwrap();
-            let (program, _) = prepared_program(&case).unwrap_or_else(|| panic!("{nth} {fields:?}"));
+            let (program, _) =
+                prepared_program(&case).unwrap_or_else(|| panic!("{nth} {fields:?}"));
             lowest(&program, case.surface)
         };
         assert!(case(&fields) > -2e-3, "{nth} {fields:?}");

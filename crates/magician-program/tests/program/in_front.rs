@@ -162,7 +162,11 @@ fn given_place_is_kept_without_a_note() {
         (placed.at, placed.turn, placed.beside),
         ([150.0, -180.0], 0.0, None)
     );
-    assert!(!note_text(&laid).contains("in front"), "{}", note_text(&laid));
+    assert!(
+        !note_text(&laid).contains("in front"),
+        "{}",
+        note_text(&laid)
+    );
 }
 
 /// `fit`, the size named by a refusal, and `would_fit` agree: that size passes, and no larger one

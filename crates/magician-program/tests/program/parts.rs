@@ -37,7 +37,11 @@ fn prepared(format: Format, text: &str, fields: Value) -> Result<Prepared, Diagn
     setup.plan(format, parsed.content)
 }
 
-fn prepared_plan(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+fn prepared_plan(
+    format: Format,
+    text: &str,
+    fields: Value,
+) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let made = prepared(format, text, fields)?;
     Ok((made.plan, made.notes))
 }
@@ -358,7 +362,9 @@ fn part_uses_its_matching_pen() {
         Some(PAPER + 1.5)
     );
     let burnt = json!({"work": "engrave", "power": 80, "parts": "layer", "pens": [{"match": "fine", "power": 30}]});
-    let plan = prepared_plan(Format::Svg, &three(), burnt).expect("a plan").0;
+    let plan = prepared_plan(Format::Svg, &three(), burnt)
+        .expect("a plan")
+        .0;
     let powers: Vec<f32> = { plan.steps.iter() }
         .filter_map(|step| match step.action {
             Action::Burn { power, .. } => Some(power),
@@ -421,7 +427,10 @@ fn pens_of_plots_and_layers_of_dxf_are_parts() {
     )
     .expect("a plan")
     .0;
-    assert_eq!(step_texts(&layers), ["1, cut (#ff0000)", "2, mark (#0000ff)"]);
+    assert_eq!(
+        step_texts(&layers),
+        ["1, cut (#ff0000)", "2, mark (#0000ff)"]
+    );
 }
 
 const TOOLS: &str = "T1\nG0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nM0 (turn the paper)\nG1 Y10\nG0 Z20\n\

@@ -307,9 +307,15 @@ fn large_files_run_or_are_refused() {
         "G21 G90\nG0 X220 Y0 Z5\nG1 Z0 F3000\n{}",
         rows.collect::<String>()
     );
-    assert_eq!(fate(Format::Gcode, &program, false).unwrap(), FileOutcome::Done);
+    assert_eq!(
+        fate(Format::Gcode, &program, false).unwrap(),
+        FileOutcome::Done
+    );
     let far = format!("{program}G1 X900\n");
-    assert_eq!(fate(Format::Gcode, &far, false).unwrap(), FileOutcome::Refused);
+    assert_eq!(
+        fate(Format::Gcode, &far, false).unwrap(),
+        FileOutcome::Refused
+    );
 }
 
 /// Any bytes are read or refused, and a reported place is within the file.

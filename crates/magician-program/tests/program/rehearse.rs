@@ -1,7 +1,7 @@
 //! Plans on the virtual arm.
 
 use magician::{Options, VirtualArm, blocking::Arm, build};
-use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of_stage, start_of};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of, start_of_stage};
 use magician_program::{
     Action, Format, Grip, Origin, Plan, Preparation, PrepareRequest, StartPosition, Surface, Tool,
     Travel, check,

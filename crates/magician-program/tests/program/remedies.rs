@@ -192,7 +192,10 @@ fn misplaced_drawing_gets_a_position_and_a_size() {
     let Act::Give(Setting::Fit, Given::On) = refused.remedies[0].act else {
         panic!("{refused:?}")
     };
-    assert_has(&remedy_texts(&[refused]), &["rotate 90 may leave it larger"]);
+    assert_has(
+        &remedy_texts(&[refused]),
+        &["rotate 90 may leave it larger"],
+    );
 }
 
 #[test]

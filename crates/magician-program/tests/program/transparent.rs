@@ -272,7 +272,8 @@ fn large_image_keeps_its_opacity() {
         let bytes = encoded(image.clone(), format);
         let size = Cursor::new(&bytes).get_ref().len();
         let said = json!({"work": "engrave", "invert": true, "width": 100.0});
-        let plan = prepared_plan(&bytes, said).unwrap_or_else(|error| panic!("{format:?} {size}: {error}"));
+        let plan = prepared_plan(&bytes, said)
+            .unwrap_or_else(|error| panic!("{format:?} {size}: {error}"));
         let marks = marks(&plan);
         assert!(!marks.is_empty(), "{format:?}");
         for (from, to, _) in marks {

@@ -162,7 +162,8 @@ impl LocalSearch {
             let near = self.near.get(stroke).and_then(|near| near.get(nth));
             // A new gap gains nothing unless it is shorter than the gap it replaces. Neighbours are
             // sorted, so no later neighbour gains anything either.
-            let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + MIN_GAIN) else {
+            let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + MIN_GAIN)
+            else {
                 return false;
             };
             self.effort = self.effort.saturating_sub(PAIR_EFFORT);

@@ -233,7 +233,9 @@ fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
         pairs.find(|pair| (pair.code, pair.value) == (9, name))?;
         Some(pairs.next()?.number())
     };
-    let size = value("$DIMASZ").transpose()?.unwrap_or(DEFAULT_ARROW_LENGTH);
+    let size = value("$DIMASZ")
+        .transpose()?
+        .unwrap_or(DEFAULT_ARROW_LENGTH);
     let scale = value("$DIMSCALE").transpose()?.filter(|scale| *scale > 0.0);
     Ok(size * scale.unwrap_or(1.0))
 }

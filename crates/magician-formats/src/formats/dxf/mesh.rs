@@ -49,7 +49,11 @@ pub(super) fn draw<'p>(
             count => Ok(count),
         };
         let counts = [count(71, 73)?, count(72, 74)?];
-        grid(counts, CLOSED_FLAGS.map(|flag| flags & flag != 0), places.len())
+        grid(
+            counts,
+            CLOSED_FLAGS.map(|flag| flags & flag != 0),
+            places.len(),
+        )
     };
     let mut drawn = HashSet::new();
     for [from, to] in pairs {

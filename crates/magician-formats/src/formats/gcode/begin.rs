@@ -178,7 +178,10 @@ impl Machine<'_> {
     /// would depend on it.
     pub(super) fn check_defined_start(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         let about = self.absolute_centres && block.has_any(b"IJK") && !self.begin.is_own();
-        if self.at[0].is_none() || self.at[1].is_none() || !(self.moves_before_definition(block) || about) {
+        if self.at[0].is_none()
+            || self.at[1].is_none()
+            || !(self.moves_before_definition(block) || about)
+        {
             return Ok(());
         }
         let message = "this arc begins at the arm's position, which the program does not give";

@@ -169,7 +169,9 @@ impl Words<'_> {
             return Err(SpanDiagnostic::new(start..start + 1, message));
         };
         let whole = number.round();
-        if (number - whole).abs() < WHOLE_TOLERANCE && (1.0..=f64::from(LAST_PARAMETER)).contains(&whole) {
+        if (number - whole).abs() < WHOLE_TOLERANCE
+            && (1.0..=f64::from(LAST_PARAMETER)).contains(&whole)
+        {
             return Ok(Key::Number(whole as u16));
         }
         let message = format!("unknown parameter #{number}; they are #1 to #{LAST_PARAMETER}");

@@ -1,7 +1,7 @@
 //! Control flow by O-words: branches, loops and subroutines.
 
 use super::SourceLine;
-use super::interpreter::{CallFrame, CallKind, MAX_CALL_DEPTH, CALLED_FILE_ADVICE, Interpreter};
+use super::interpreter::{CALLED_FILE_ADVICE, CallFrame, CallKind, Interpreter, MAX_CALL_DEPTH};
 use super::lexer::Words;
 use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
 use crate::formats::span::SpanDiagnostic;

@@ -159,8 +159,9 @@ impl<'p, 't> Interpreter<'p, 't> {
     ) -> Result<LineOutcome, SpanDiagnostic> {
         self.done += 1 + (line.text.len() / BYTES_PER_LINE) as u64;
         if self.done > self.program.allowed {
-            let message =
-                format!("the program repeats more than {MAX_REPEATED_LINES} lines: it seems endless");
+            let message = format!(
+                "the program repeats more than {MAX_REPEATED_LINES} lines: it seems endless"
+            );
             let help = "end its loops, or export the file without loops";
             return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
@@ -225,7 +226,9 @@ impl<'p, 't> Interpreter<'p, 't> {
             let found = programs.get(&(number as u32));
             let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
                 let message = format!("M98 calls program O{number}, which is not in this file");
-                return Err(SpanDiagnostic::new(block.range.clone(), message).help(CALLED_FILE_ADVICE));
+                return Err(
+                    SpanDiagnostic::new(block.range.clone(), message).help(CALLED_FILE_ADVICE)
+                );
             };
             if times > 0.0 {
                 let of = CallKind::Numbered(number as u32, times as u64 - 1);

@@ -200,7 +200,9 @@ impl Owords {
         let error = |message: String| SpanDiagnostic::new(word.clone(), message);
         let own = self.all.len();
         if own == MAX_O_WORDS {
-            return Err(error(format!("the program has more than {MAX_O_WORDS} O-words")));
+            return Err(error(format!(
+                "the program has more than {MAX_O_WORDS} O-words"
+            )));
         }
         if head.label == Label::Computed && keyword != Call {
             return Err(error(format!(

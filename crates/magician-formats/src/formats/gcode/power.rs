@@ -119,7 +119,10 @@ impl Powers {
         if let Some(cut) = self.cut {
             // Not below the default and the largest S, so that no burn exceeds 100 %.
             let greatest = self.greatest.unwrap_or(0.0);
-            return of(cut.full.max(DEFAULT_FULL_POWER).max(greatest), Rule::Cut(cut));
+            return of(
+                cut.full.max(DEFAULT_FULL_POWER).max(greatest),
+                Rule::Cut(cut),
+            );
         }
         if fan {
             return of(FAN_FULL_POWER, Rule::Fan);

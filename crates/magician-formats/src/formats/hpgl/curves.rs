@@ -17,7 +17,10 @@ pub(super) fn arc(centre: [f64; 2], from: [f64; 2], sweep: f64, tolerance: f64) 
         sweep_angle: sweep.to_radians(),
         x_rotation: 0.0,
     };
-    corners(&arc.to_path(tolerance * TOLERANCE_SHARE), tolerance * TOLERANCE_SHARE)
+    corners(
+        &arc.to_path(tolerance * TOLERANCE_SHARE),
+        tolerance * TOLERANCE_SHARE,
+    )
 }
 
 /// Returns points along a cubic Bézier curve without the first.

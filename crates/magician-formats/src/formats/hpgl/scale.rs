@@ -123,7 +123,8 @@ impl Scale {
 
     /// Returns the page size given by the file (PS), mm.
     pub(super) fn page(&self) -> Option<[f64; 2]> {
-        self.sized.then(|| self.sheet().map(|side| side / UNITS_PER_MM))
+        self.sized
+            .then(|| self.sheet().map(|side| side / UNITS_PER_MM))
     }
 
     /// Frame along the rotated axes.
@@ -197,7 +198,10 @@ impl Scale {
     }
 
     /// Handles IR: position of P1 and P2 in percent of the sheet.
-    pub(super) fn relative_corners(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    pub(super) fn relative_corners(
+        &mut self,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.turned_frame();
         let at = |x: f64, y: f64| [px + (qx - px) * x / 100.0, py + (qy - py) * y / 100.0];
         let numbers: Vec<f64> = instruction

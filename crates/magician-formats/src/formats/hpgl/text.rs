@@ -337,7 +337,11 @@ impl Plotter<'_> {
         self.draw_character(symbol, from, &cell, instruction)
     }
 
-    fn note_missing_character(&mut self, sign: char, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    fn note_missing_character(
+        &mut self,
+        sign: char,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let origin = self.lines.origin(instruction.range.clone());
         match self.lettering()?.lacks(sign, origin) {
             Ok(note) => {

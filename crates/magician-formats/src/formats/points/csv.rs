@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::row::{Row, plan};
 use super::{only_recordings, recording};
-use crate::formats::content::points::{Field, separator, cells, lines};
+use crate::formats::content::points::{Field, cells, lines, separator};
 use crate::{Diagnostic, DiagnosticCode, Lines, Parsed, Plan};
 
 pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {

@@ -133,7 +133,12 @@ impl Graph {
 }
 
 /// Depth-first search: appends all reachable unseen nodes in post-order.
-fn collector(edges: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mut Vec<usize>) {
+fn collector(
+    edges: &[Vec<usize>],
+    start: usize,
+    seen: &mut HashSet<usize>,
+    order: &mut Vec<usize>,
+) {
     if !seen.insert(start) {
         return;
     }

@@ -86,7 +86,9 @@ fn painted(
                 }
                 // Below a translucent or masked group black does not hide what is under it.
                 let how = MaskSettings {
-                    solid: how.solid && group.opacity().get() > OPAQUE_OPACITY && group.mask().is_none(),
+                    solid: how.solid
+                        && group.opacity().get() > OPAQUE_OPACITY
+                        && group.mask().is_none(),
                     ..how
                 };
                 painted(group, own, &inner, how, shapes)?;

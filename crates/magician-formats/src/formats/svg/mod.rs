@@ -12,11 +12,11 @@
 //! * Images and filters are left out with a note.
 
 mod area;
-mod cycles;
 mod clip;
 mod collector;
 mod cost;
 mod css;
+mod cycles;
 mod families;
 mod filled;
 mod lines;
@@ -263,7 +263,8 @@ fn nothing_visible([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
 fn note_beyond_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
     let within = |at: &[f64; 2]| {
         let [x, y] = *at;
-        (-PAGE_TOLERANCE..=width + PAGE_TOLERANCE).contains(&x) && (-PAGE_TOLERANCE..=height + PAGE_TOLERANCE).contains(&y)
+        (-PAGE_TOLERANCE..=width + PAGE_TOLERANCE).contains(&x)
+            && (-PAGE_TOLERANCE..=height + PAGE_TOLERANCE).contains(&y)
     };
     for stroke in strokes {
         if !stroke.points.iter().all(within) {

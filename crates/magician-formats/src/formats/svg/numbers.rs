@@ -32,7 +32,9 @@ const REFUSED_POWER_OF_TEN: i64 = 9;
 
 /// Returns the first such number of an element.
 pub(super) fn excessive_number<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
-    let measures = MEASURE_ATTRIBUTES.iter().filter_map(|name| node.attribute(*name));
+    let measures = MEASURE_ATTRIBUTES
+        .iter()
+        .filter_map(|name| node.attribute(*name));
     measures.into_iter().find_map(first_beyond)
 }
 

@@ -344,7 +344,9 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
 /// True for an SVG element with this tag.
 pub(super) fn is(node: &Node<'_, '_>, tag: &str) -> bool {
     let name = node.tag_name();
-    node.is_element() && name.name() == tag && matches!(name.namespace(), None | Some(SVG_NAMESPACE))
+    node.is_element()
+        && name.name() == tag
+        && matches!(name.namespace(), None | Some(SVG_NAMESPACE))
 }
 
 /// True if an element hides itself.

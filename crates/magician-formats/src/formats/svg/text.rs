@@ -89,7 +89,9 @@ impl StrokeCollector<'_> {
         }
         for character in missing(text).chars() {
             let help = message!("turn the text into paths in the program that it was drawn with");
-            self.lacks(character, font::BUNDLED_FAMILY, &place, |note| note.help(help))?;
+            self.lacks(character, font::BUNDLED_FAMILY, &place, |note| {
+                note.help(help)
+            })?;
         }
         let database = Arc::clone(&self.fonts.database);
         let spans = text.layouted().iter();

@@ -64,7 +64,14 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
     // A drawing declares the namespace prefix only in its document type, which the parser ignores.
     let text = text.replace("kvg:", "kvg-");
     let document = super::document(&text)?;
-    let to = Affine::new([1.0, 0.0, 0.0, -1.0, 0.0, KANJIVG_SQUARE * (1.0 - BASELINE_DEPTH_SHARE)]);
+    let to = Affine::new([
+        1.0,
+        0.0,
+        0.0,
+        -1.0,
+        0.0,
+        KANJIVG_SQUARE * (1.0 - BASELINE_DEPTH_SHARE),
+    ]);
     let mut strokes = HashMap::new();
     for node in document.descendants() {
         let id = node.attribute("id").unwrap_or_default();

@@ -74,7 +74,10 @@ fn reversed(line: &[[f32; 3]]) -> Vec<[f32; 3]> {
 #[test]
 fn duplicate_line_is_drawn_once_in_either_direction() {
     let back = reversed(L_SHAPE);
-    let (plan, found) = tidied(&pen(&[L_SHAPE, FAR_LINE, &back, L_SHAPE, FAR_LINE]), &once());
+    let (plan, found) = tidied(
+        &pen(&[L_SHAPE, FAR_LINE, &back, L_SHAPE, FAR_LINE]),
+        &once(),
+    );
     assert_eq!((found.repeated, found.joined), (3, 0));
     let marks = |plan: &Plan| {
         let marks = plan.steps.iter().filter(|step| step.action.marks());
@@ -189,7 +192,10 @@ fn lines_that_nearly_meet_are_joined() {
     };
     let (plan, found) = tidied(&pen(&[L_SHAPE, &on]), &merge);
     assert_eq!(found.joined, 1);
-    let (down, up) = ([200.0, 0.0, TRAVEL_HEIGHT, 0.0], [230.0, 10.0, TRAVEL_HEIGHT, 0.0]);
+    let (down, up) = (
+        [200.0, 0.0, TRAVEL_HEIGHT, 0.0],
+        [230.0, 10.0, TRAVEL_HEIGHT, 0.0],
+    );
     let moves: Vec<_> = { plan.steps.iter() }
         .filter_map(|step| match step.action {
             Action::Move { to, .. } => Some(to),

@@ -4,7 +4,9 @@ use magician::build;
 use magician_formats::Action;
 use magician_formats::formats::GcodeOptions;
 
-use super::{LASER_SAMPLE, PEN_SAMPLE, actions, arc, burn, notes, path, travel, try_read, try_with};
+use super::{
+    LASER_SAMPLE, PEN_SAMPLE, actions, arc, burn, notes, path, travel, try_read, try_with,
+};
 
 #[test]
 fn pen_sample_step_by_step() {

@@ -2,7 +2,7 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
-use super::{artwork, data, length, near, plan, note_text, utf16};
+use super::{artwork, data, length, near, note_text, plan, utf16};
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Content, String), Diagnostic> {
     let parsed = read(format, bytes, &ReadOptions::default())?;

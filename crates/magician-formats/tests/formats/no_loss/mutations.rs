@@ -175,7 +175,11 @@ fn elements_with_one_odd_attribute(tag: &str) -> Vec<String> {
     odd.push(tag_with_attribute(tag, "fill", "huh"));
     for width in ["0", "-1", "1furlong", "thin", "var(--no)", "var(--no, 0)"] {
         odd.push(tag_with_attribute(tag, "stroke-width", width));
-        odd.push(tag_with_attribute(tag, "style", &format!("stroke-width:{width}")));
+        odd.push(tag_with_attribute(
+            tag,
+            "style",
+            &format!("stroke-width:{width}"),
+        ));
     }
     odd.push(tag_with_attribute(tag, "transform", "twist(3)"));
     odd.push(tag_with_attribute(tag, "transform", "translate(1,2,3,4)"));

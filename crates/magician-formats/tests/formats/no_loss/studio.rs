@@ -3,7 +3,7 @@
 use magician_formats::{Action, Content, Format, Grip, ReadOptions, Tool, Travel, foreign, read};
 use magician_host::Set;
 
-use super::{content, data, plan, note_text};
+use super::{content, data, note_text, plan};
 
 #[test]
 fn rail_positions_of_a_playback_move_the_rail() {
@@ -16,7 +16,10 @@ fn rail_positions_of_a_playback_move_the_rail() {
         })
         .collect();
     assert_eq!(rails, [500.0, 0.0]);
-    assert!(note_text(&notes).contains("moves along the rail"), "{notes:?}");
+    assert!(
+        note_text(&notes).contains("moves along the rail"),
+        "{notes:?}"
+    );
 }
 
 fn list(entries: &str) -> Result<magician_formats::Parsed, magician_formats::Diagnostic> {
@@ -51,7 +54,8 @@ fn playback_of_dobotlab_is_played() {
         Format::of("a", &data("dobotlab.playback")),
         Some(Format::Playback)
     );
-    let moves = |way: &str, slide: &str| list(&MOVE_BLOCK.replace("WAY", way).replace("SLIDE", slide));
+    let moves =
+        |way: &str, slide: &str| list(&MOVE_BLOCK.replace("WAY", way).replace("SLIDE", slide));
     for (way, by) in [("moveL", Travel::Line), ("jump", Travel::Jump)] {
         let Content::Plan(plan) = moves(way, "false").unwrap().content else {
             panic!("{way}")
@@ -76,7 +80,8 @@ fn playback_of_dobotlab_is_played() {
 fn unsupported_entries_of_dobotlab_are_refused_by_name_and_line() {
     for (entries, says) in [
         (
-            MOVE_BLOCK.replace("WAY", "moveJ")
+            MOVE_BLOCK
+                .replace("WAY", "moveJ")
                 .replace("\"Magician\"", "\"MagicianLite\""),
             "taught on a MagicianLite",
         ),

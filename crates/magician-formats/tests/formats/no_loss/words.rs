@@ -2,7 +2,7 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, read};
 
-use super::{artwork, content, length, near, plan, note_text};
+use super::{artwork, content, length, near, note_text, plan};
 
 fn gcode(text: &str) -> Result<(Plan, String), Diagnostic> {
     match read(Format::Gcode, text.as_bytes(), &ReadOptions::default())? {

@@ -2,7 +2,7 @@
 
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, plan_text};
+use super::machine::{plan, plan_text, run, sample};
 
 /// Returns a workspace as text; tests write `<b>` for a block to stay readable.
 pub(crate) fn workspace(blocks: &str) -> Vec<u8> {

@@ -6,7 +6,7 @@ use magician_formats::{Action, Format, Tool};
 use magician_motion::{Geometry, JointAngles, ToolBias};
 
 use super::blockly::{block, chain, field, number, steps, value, wait, workspace};
-use super::machine::{plan, run, plan_text};
+use super::machine::{plan, plan_text, run};
 
 fn place(kind: &str, [x, y, z]: [f64; 3]) -> String {
     let inputs = [number("xBias", x), number("yBias", y), number("zBias", z)];

@@ -3,7 +3,7 @@
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, plan_text};
+use super::machine::{plan, plan_text, run, sample};
 
 #[test]
 fn suction_cup_points_are_played_in_order() {

@@ -5,7 +5,7 @@ use magician_formats::formats::playback::Playback;
 use magician_formats::{Action, Format, Grip, Origin, Plan, Tool, Travel};
 use proptest::prelude::*;
 
-use super::machine::{plan, sample, plan_text};
+use super::machine::{plan, plan_text, sample};
 
 /// Unchanged files are written byte for byte as the studio wrote them.
 #[test]
@@ -139,7 +139,11 @@ fn unstorable_steps_are_noted_or_refused() {
             "step 1 comes before the first move, which a playback file cannot store",
         ),
         (
-            of([MOVE_HERE, Action::Suction(true), Action::Gripper(Grip::Open)]),
+            of([
+                MOVE_HERE,
+                Action::Suction(true),
+                Action::Gripper(Grip::Open),
+            ]),
             "step 3 uses the gripper, an earlier one the suction cup, which a playback file cannot store",
         ),
         (

@@ -45,7 +45,11 @@ pub(in crate::options) fn shortened(value: &Value) -> String {
         other => other.to_string(),
     };
     match text.chars().nth(MAX_SHOWN_VALUE) {
-        Some(_) => text.chars().take(MAX_SHOWN_VALUE).chain("..".chars()).collect(),
+        Some(_) => text
+            .chars()
+            .take(MAX_SHOWN_VALUE)
+            .chain("..".chars())
+            .collect(),
         None => text,
     }
 }

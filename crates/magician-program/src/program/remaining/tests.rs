@@ -164,7 +164,8 @@ fn remaining_time_follows_slower_commands() {
         let table = rest.timetable(&rest.check());
         let same = run_to_end(rest.timetable_with(&table, &[], |command| command, &NeverYield));
         let slow = build::speed(5.0, 50.0);
-        let slower = run_to_end(rest.timetable_with(&table, &[slow], |command| command, &NeverYield));
+        let slower =
+            run_to_end(rest.timetable_with(&table, &[slow], |command| command, &NeverYield));
         for done in 0..=3 * iterations - from {
             let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
             assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");

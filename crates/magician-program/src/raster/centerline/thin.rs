@@ -115,7 +115,12 @@ impl Mask {
     /// at once.
     fn begins_block(&self, at: usize) -> bool {
         const RIGHT_AND_DOWN: [bool; 8] = [false, false, true, true, true, false, false, false];
-        let count = |at: usize| self.dark_neighbours(at).iter().filter(|dark| **dark).count();
+        let count = |at: usize| {
+            self.dark_neighbours(at)
+                .iter()
+                .filter(|dark| **dark)
+                .count()
+        };
         let others = [at + 1, at + self.stride, at + self.stride + 1];
         self.dark_neighbours(at) == RIGHT_AND_DOWN && others.iter().all(|at| count(*at) == 3)
     }

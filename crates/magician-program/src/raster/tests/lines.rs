@@ -154,7 +154,12 @@ fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     let [width, height] = page.map(|side| (side * fine) as usize);
     let grey = (0..width * height).map(|at| {
         let [x, y] = [at % width, height - 1 - at / width];
-        let cells = (0..OVERSAMPLING * OVERSAMPLING).map(|nth| [x * OVERSAMPLING + nth % OVERSAMPLING, y * OVERSAMPLING + nth / OVERSAMPLING]);
+        let cells = (0..OVERSAMPLING * OVERSAMPLING).map(|nth| {
+            [
+                x * OVERSAMPLING + nth % OVERSAMPLING,
+                y * OVERSAMPLING + nth / OVERSAMPLING,
+            ]
+        });
         let inked = cells
             .filter(|[x, y]| paper.ink[y * paper.width + x])
             .count();

@@ -138,7 +138,8 @@ impl<'a> Guide<'a> {
     }
 
     fn is_straight_reachable(&self, to: Above) -> bool {
-        self.at.is_some_and(|from| self.reach.is_straight_move_possible(from, to))
+        self.at
+            .is_some_and(|from| self.reach.is_straight_move_possible(from, to))
     }
 
     /// Travels to a position: straight if possible, else lower, else around the base. If none
@@ -153,7 +154,10 @@ impl<'a> Guide<'a> {
         let lowest = self.lift.min(to.1);
         let heights = (0..=10).map(|nth| to.1 + (lowest - to.1) * f64::from(nth) / 10.0);
         let places: Vec<Above> = heights.map(|height| (to.0, height)).collect();
-        if let Some(place) = places.iter().find(|place| self.reach.is_straight_move_possible(from, **place)) {
+        if let Some(place) = places
+            .iter()
+            .find(|place| self.reach.is_straight_move_possible(from, **place))
+        {
             return self.push_move(*place, Travel::Line, origin);
         }
         let is_reached = |place: &&Above| self.reach.joints(place.0, place.1).is_some();

@@ -442,6 +442,7 @@ fn every_kind_of_beginning_is_generated() {
         vec![[200.0, 30.0], [230.0, 40.0]],
     ];
     for first in FIRST_MOVES {
-        assert_drawn_as_programmed(first, &lines).unwrap_or_else(|error| panic!("{first:?}: {error}"));
+        assert_drawn_as_programmed(first, &lines)
+            .unwrap_or_else(|error| panic!("{first:?}: {error}"));
     }
 }

@@ -65,7 +65,9 @@ fn largest_distance(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
         points.collect()
     };
     let one_way = |from: &[[f64; 2]], to: &[[f64; 2]]| {
-        let distances = finely(from).into_iter().map(|point| distance_to_line(point, to));
+        let distances = finely(from)
+            .into_iter()
+            .map(|point| distance_to_line(point, to));
         distances.fold(0.0, f64::max)
     };
     f64::max(one_way(one, other), one_way(other, one))

@@ -99,7 +99,11 @@ impl Ink {
     pub(crate) fn beyond(&self, other: &Self, within: f64) -> (f64, f64) {
         let cells = Cells::of(other);
         let (mut length, mut worst) = (0.0, 0.0_f64);
-        for piece in self.pieces.iter().filter(|piece| piece.length() > POINT_TOLERANCE) {
+        for piece in self
+            .pieces
+            .iter()
+            .filter(|piece| piece.length() > POINT_TOLERANCE)
+        {
             let looks = (piece.length() / SAMPLE_STEP).ceil();
             for nth in 0..looks as u64 {
                 let share = (nth as f64 + 0.5) / looks;
@@ -118,7 +122,11 @@ impl Ink {
     /// Pieces, with those on a straight line merged.
     fn joined(&self) -> Vec<Piece> {
         let mut joined: Vec<Piece> = Vec::new();
-        for piece in self.pieces.iter().filter(|piece| piece.length() > POINT_TOLERANCE) {
+        for piece in self
+            .pieces
+            .iter()
+            .filter(|piece| piece.length() > POINT_TOLERANCE)
+        {
             match joined.last_mut() {
                 Some(last) if last.continues_in(piece) => last.to = piece.to,
                 _ => joined.push(*piece),
@@ -138,8 +146,8 @@ impl Ink {
             let length = (nth as f64 * SAMPLE_STEP).min(self.length());
             // Rounding adds up along a curve, so the nearest position around there counts.
             let at = self.at(length)?;
-            let near =
-                (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * CORNER_ACCURACY / 2.0));
+            let near = (-4..=4)
+                .filter_map(|shift| whole.at(length + f64::from(shift) * CORNER_ACCURACY / 2.0));
             near.map(|there| distance(at, there)).min_by(f64::total_cmp)
         });
         Some(off.fold(0.0, f64::max))

@@ -17,7 +17,7 @@ use ink::Ink;
 use magician::faults::Faults;
 use magician_program::Plan;
 use programs::PROGRAMS;
-use rig::{Outcome, FaultSetup, draw, draw_at, on_virtual_clock};
+use rig::{FaultSetup, Outcome, draw, draw_at, on_virtual_clock};
 use sheet::{Passage, Row};
 use verdict::{Verdict, drawn, judge};
 
@@ -159,7 +159,8 @@ fn run_hard_drawing(windows: &[usize], text: &str, pace: f64, runs: u64) -> Row 
         .flat_map(|window| (0..runs).map(move |seed| (*window, seed)))
     {
         let faults = faults(text, seed);
-        let outcome = on_virtual_clock(draw_at(&plan, FaultSetup { faults, window }, pace)).unwrap();
+        let outcome =
+            on_virtual_clock(draw_at(&plan, FaultSetup { faults, window }, pace)).unwrap();
         let wrong = row.add(&Passage {
             right: &right,
             drawn: &outcome.drawing,
@@ -216,13 +217,22 @@ fn over_a_network(name: &str, text: &str, seed: u64) -> bool {
     );
     println!("{said}");
     let off = ink.distance_from_beginning_of(&all);
-    assert!(off.is_some_and(|off| off <= ink::CORNER_ACCURACY), "{said}: {off:?}");
+    assert!(
+        off.is_some_and(|off| off <= ink::CORNER_ACCURACY),
+        "{said}: {off:?}"
+    );
     // A run stops at a command that was duplicated or is in doubt; earlier ones are done.
     let most = came.stopped.as_ref().map(|(_, taken)| taken + 1);
     let most = Ink::of(&drawn(&plan, most)).length();
-    assert!(ink.length() <= most + ink::CORNER_ACCURACY, "{said}: {most}");
+    assert!(
+        ink.length() <= most + ink::CORNER_ACCURACY,
+        "{said}: {most}"
+    );
     let ended = came.stopped.is_none();
-    assert!(!ended || ink.length() >= most - ink::CORNER_ACCURACY, "{said}");
+    assert!(
+        !ended || ink.length() >= most - ink::CORNER_ACCURACY,
+        "{said}"
+    );
     ended
 }
 

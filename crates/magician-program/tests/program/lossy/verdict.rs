@@ -7,8 +7,8 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use super::ink::{Ink, CORNER_ACCURACY};
-use super::rig::{Outcome, FaultSetup};
+use super::ink::{CORNER_ACCURACY, Ink};
+use super::rig::{FaultSetup, Outcome};
 
 /// Largest distance of matching lines in two pictures, mm: accuracy of drawings, and a pixel's
 /// diagonal.
@@ -110,7 +110,12 @@ fn judge_success(
     if ink.equals(all) {
         return Ok(Verdict::Same);
     }
-    let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCH_TOLERANCE).matched;
+    let matched = compare(
+        &lines_of(whole),
+        &lines_of(&outcome.drawing),
+        MATCH_TOLERANCE,
+    )
+    .matched;
     let more = ink.length() - all.length();
     let most = tolerance_at(trouble.window);
     let off = ink.distance_from_beginning_of(all).unwrap_or(f64::INFINITY);

@@ -49,7 +49,10 @@ impl FileFonts {
         let document = source::parse(text)?;
         let lines = Lines::new(text);
         let elements = document.descendants();
-        for node in elements.filter(|node| source::is(node, "font")).take(MAX_FONTS) {
+        for node in elements
+            .filter(|node| source::is(node, "font"))
+            .take(MAX_FONTS)
+        {
             let face = node.children().find(|node| source::is(node, "font-face"));
             let Some(face) = face else { continue };
             let family = face.attribute("font-family").unwrap_or_default();

@@ -53,7 +53,11 @@ pub(super) fn of(font: &SvgFont) -> Option<Vec<u8>> {
 
     let mut head = Table::default();
     head.long(0x1_0000).long(0x1_0000).long(0).long(0x5F0F_3CF5);
-    head.words(&[0, UNITS_PER_EM as u16]).long(0).long(0).long(0).long(0);
+    head.words(&[0, UNITS_PER_EM as u16])
+        .long(0)
+        .long(0)
+        .long(0)
+        .long(0);
     head.words(&[0, 0, 1, 1, 0, 8, 2, 1, 0]);
 
     let mut hhea = Table::default();
