@@ -63,7 +63,7 @@ impl Raster {
                 return check_positive([self.width as f64 * pitch, self.height as f64 * pitch]);
             }
         };
-        positive(natural.map(|side| side * scale))
+        check_positive(natural.map(|side| side * scale))
     }
 
     /// Checks that the numbers of pixels and opacities match width and height, and that the image

@@ -201,7 +201,7 @@ impl Report {
         }
     }
 
-    fn travel(&mut self, step: usize, way: f64, draws: bool) {
+    fn add_motion(&mut self, step: usize, way: f64, draws: bool) {
         if draws {
             self.drawn += way;
         } else {
@@ -212,7 +212,7 @@ impl Report {
         }
     }
 
-    fn take(&mut self, step: usize, time: Duration) {
+    fn add_time(&mut self, step: usize, time: Duration) {
         if time < Duration::MAX && self.longest_time.is_none_or(|(_, longest)| time > longest) {
             self.longest_time = Some((step, time));
         }

@@ -94,7 +94,7 @@ impl StepCounter {
     /// first command.
     #[must_use]
     pub fn from_rest(mut self, index: Option<u64>) -> Self {
-        self.rest = index.map(counts_from);
+        self.rest = index.map(first_counted_index);
         self
     }
 
@@ -319,16 +319,16 @@ pub enum ResumePoint {
 #[non_exhaustive]
 pub enum DoubtReason {
     /// The run itself ended in doubt, as recorded in its checkpoint.
-    Ended,
+    Recorded,
     /// The arm's progress cannot be read.
-    NotAsked,
+    NotReadable,
     /// Commands waited in the arm's queue when the run began, so its index says nothing about the
     /// run.
     NotAtRest,
     /// The arm's clock or index has restarted.
     Reset,
     /// The arm has finished more commands than the run sent.
-    Others,
+    ForeignCommands,
     /// The arm also counts commands outside the plan, so its index is ambiguous.
     Mixed,
 }
@@ -398,18 +398,18 @@ impl Checkpoint {
         let after = |commands: u64| self.steps_after(commands, numbering);
         // The arm counts commands; steps without one follow from the numbering.
         let point = match self.in_commands(numbering).finished_range(seen) {
-            Ok(span) => resume_point_at(span.least, |commands| stands_after(steps_after(commands))),
+            Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
             Err((_, span)) => resume_in_doubt(span),
         };
         match point {
-            ResumePoint::After(commands) => ResumePoint::After(steps_after(commands)),
+            ResumePoint::After(commands) => ResumePoint::After(after(commands)),
             ResumePoint::Again(commands) => {
                 let next = numbering.steps(commands.saturating_add(1));
                 ResumePoint::Again(next.saturating_sub(1).max(self.finished))
             }
             ResumePoint::Doubt(StepRange { least, most }) => ResumePoint::Doubt(StepRange {
-                least: steps_after(least),
-                most: steps_after(most),
+                least: after(least),
+                most: after(most),
             }),
         }
     }

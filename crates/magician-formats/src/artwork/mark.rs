@@ -137,7 +137,7 @@ impl PlacedArtwork {
             }
             begun = true;
         }
-        writer.leave();
+        writer.rise_from_last_stroke();
         let (mut plan, travel) = (writer.plan, [marking.travel; 4]);
         if writer.by_joints {
             let told = build::joint_speed(travel, travel);

@@ -176,7 +176,7 @@ fn around_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
     let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
     for &to in ring {
         if let Some(&from) = round.last()
-            && !reach.leads(from, to, 0.0)
+            && !reach.is_lifted_line_possible(from, to, 0.0)
         {
             round.extend(reach.corners_around_base(from, to, 0.0).unwrap_or_default());
         }

@@ -237,7 +237,7 @@ impl OpenedFile {
             unsaid.map(|start| start.at),
             unsaid.and_then(|start| start.staged_joints),
         );
-        notes.extend(at.map(begins_at));
+        notes.extend(at.map(start_note));
         notes.extend(parsed.notes);
         let is_taught = matches!(parsed.content, Content::Plan(_));
         let refused = |problem| (PrepareStage::Place, problem);

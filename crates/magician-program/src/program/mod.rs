@@ -55,7 +55,7 @@ pub struct Program {
     pub(crate) settings: Vec<Set>,
     pub(crate) iterations: Option<u64>,
     /// True if the program ends with the pen down.
-    pub(crate) stays: bool,
+    pub(crate) pen_stays_down: bool,
     pub(crate) leading: u64,
     pub(crate) numbering: StepNumbering,
 }
@@ -70,7 +70,7 @@ impl Program {
             plan,
             settings: Vec::new(),
             iterations,
-            stays: false,
+            pen_stays_down: false,
             leading: 0,
         }
     }
@@ -92,7 +92,7 @@ impl Program {
     /// Leaves the pen down at the end: omits the lift after the last line of a drawing.
     #[must_use]
     pub fn pen_stays_down(mut self, stays: bool) -> Self {
-        self.stays = stays && self.plan.ends_with_lift();
+        self.pen_stays_down = stays && self.plan.ends_with_lift();
         self
     }
 
@@ -166,7 +166,7 @@ impl Program {
     #[must_use]
     pub fn steps(&self) -> Option<u64> {
         let all = self.iterations?.saturating_mul(self.steps_per_iteration());
-        Some(all.saturating_sub(u64::from(self.stays)))
+        Some(all.saturating_sub(u64::from(self.pen_stays_down)))
     }
 
     /// Numbering of the steps, some of which send nothing.

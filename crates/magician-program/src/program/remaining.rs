@@ -44,7 +44,7 @@ pub struct RemainingProgram {
     /// Number of iterations after the first part; `None` is endless.
     pub(super) following: Option<u64>,
     /// True if the last step is left out so that the pen stays down.
-    stays: bool,
+    pen_stays_down: bool,
     numbering: StepNumbering,
     start: Preflight,
     /// Start state after the settings are sent.
@@ -97,7 +97,7 @@ impl RemainingProgram {
             whole: Arc::clone(&program.plan),
             following: (program.iterations)
                 .map(|iterations| iterations.saturating_sub(done.saturating_add(1))),
-            stays: program.stays,
+            pen_stays_down: program.stays,
             numbering: program.numbering.clone(),
             start,
             start_with_settings,
@@ -189,7 +189,7 @@ impl RemainingProgram {
     fn slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
         let later = self.later_steps().map(|step| step.action.command());
         let slots = self.first_slots().chain(later);
-        slots.take(if self.stays { self.count() } else { usize::MAX })
+        slots.take(if self.pen_stays_down { self.count() } else { usize::MAX })
     }
 
     /// All commands in order.

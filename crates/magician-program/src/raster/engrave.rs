@@ -258,7 +258,7 @@ impl Engrave {
 fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let corners = grid.corners();
     let finite = corners.as_flattened().iter().all(|value| value.is_finite());
-    let [width, height] = super::positive(grid.size())?;
+    let [width, height] = super::check_positive(grid.size())?;
     if !finite {
         return Err(Diagnostic::of_file(message!(
             "the position of the image is not a number"

@@ -51,7 +51,7 @@ impl<'t> Scanner<'t> {
     /// Moves to the next instruction and returns its first byte; `None` at the end.
     pub(in crate::formats) fn begin(&mut self) -> Option<u8> {
         loop {
-            self.skip(is_between);
+            self.skip(is_separator);
             match self.peek()? {
                 ESCAPE => self.escape(),
                 // Printer job language (PJL) around the plot.

@@ -63,7 +63,7 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
                     "" => origin,
                     _ => origin.named(plan.name(name)),
                 };
-                let along = course.lead(motion, rail);
+                let along = course.with_rail(motion, rail);
                 plan.push(along.map_err(|why| Diagnostic::new(origin, why))?, origin);
             }
             EntryKind::Tool(action) => {

@@ -35,7 +35,7 @@ pub(super) fn excessive_number<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
     let measures = MEASURE_ATTRIBUTES
         .iter()
         .filter_map(|name| node.attribute(*name));
-    measures.into_iter().find_map(first_beyond)
+    measures.into_iter().find_map(first_excessive_number)
 }
 
 fn first_excessive_number(text: &str) -> Option<&str> {

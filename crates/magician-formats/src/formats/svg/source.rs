@@ -39,7 +39,7 @@ const MAX_NODES: u32 = 2_000_000;
 /// Largest number of characters in all texts. Layout in usvg costs about 75 us and 5 kB for each.
 const MAX_CHARACTERS: usize = 50_000;
 const INKSCAPE_NAMESPACE: &str = "http://www.inkscape.org/namespaces/inkscape";
-const SVG: &str = "http://www.w3.org/2000/svg";
+const SVG_NAMESPACE: &str = "http://www.w3.org/2000/svg";
 
 /// A prepared text, and the places of its elements in the original.
 pub(super) struct Source {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::{Glyphs, svg_font};
 use crate::encoding::{Fallback, decode};
-use crate::{Diagnostic, packed};
+use crate::{Diagnostic, gzip};
 
 /// Largest size of an unpacked font file, bytes. A choice above any real font; it bounds memory.
 const MAX_FILE_SIZE: usize = 256 << 20;

@@ -295,7 +295,7 @@ fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
             _ => (!burns).then_some(0),
         };
         if let (Some(kind), Some(from)) = (kind, at) {
-            let count = (apart(from, to) / SAMPLE_DISTANCE).ceil().max(1.0);
+            let count = (distance(from, to) / SAMPLE_DISTANCE).ceil().max(1.0);
             for nth in 0..=count as u32 {
                 let share = f64::from(nth) / count;
                 let [x, y, z] =

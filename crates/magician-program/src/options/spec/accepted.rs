@@ -33,7 +33,7 @@ pub(in crate::options) fn shortened(value: &Value) -> String {
     let text = match value {
         // JSON stores NaN as null.
         Value::Null => "nan".to_owned(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), figure),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), format_number),
         Value::String(text) => match text.parse::<f64>() {
             Ok(number) if !number.is_finite() => format_number(number),
             _ => format!("{text:?}"),
@@ -74,7 +74,7 @@ impl OptionSpec {
     }
 
     fn range_message(&self, unit: Message) -> Message {
-        let bounds = [self.least, self.above, self.most].map(|bound| bound.map(figure));
+        let bounds = [self.least, self.above, self.most].map(|bound| bound.map(format_number));
         let range = match &bounds {
             [Some(least), _, Some(most)] => {
                 message!("from {least} to {most}{unit}", least, most, unit)
