@@ -34,7 +34,7 @@ const TRANSLATED: [&str; 14] = [
     "magician-formats/src/formats/image/mod.rs",
     "magician-formats/src/formats/svg",
     "magician-formats/src/lettering",
-    "magician-formats/src/packed.rs",
+    "magician-formats/src/gzip.rs",
     "magician-formats/src/raster.rs",
     "magician-formats/src/reach",
     "magician-host/src/preflight",

@@ -16,21 +16,21 @@ use crate::{Diagnostic, Surface};
 
 /// Smallest distance between touched points, mm. With an error of 0.5 mm per touch the direction
 /// found from points this far apart is about 1 deg off.
-const APART: f64 = 30.0;
+const MIN_POINT_DISTANCE: f64 = 30.0;
 /// Smallest height of the triangle of touched points, mm. Below it the points are nearly in line,
 /// and the error of one touch would appear as a slope.
-const LEAST_TRIANGLE: f64 = 15.0;
+const MIN_TRIANGLE_HEIGHT: f64 = 15.0;
 /// Largest deviation of a touched corner from a right angle, deg. Beyond it one of the points was
 /// not a corner of the sheet.
-const SKEW: f64 = 5.0;
+const MAX_SKEW: f64 = 5.0;
 /// Largest tilt of a surface, deg. A steeper result means that a touch missed the surface.
-const TILT: f64 = 15.0;
+const MAX_TILT: f64 = 15.0;
 /// Smallest turn of J4 between the two touches of a tip, deg. Closer orientations determine the tip
 /// poorly.
-const TURN: f64 = 30.0;
+const MIN_J4_TURN: f64 = 30.0;
 /// Largest distance between the tip found and that of the tool in force, mm. A choice: no usual
 /// tool sticks out that far, so a larger result means that two different points were touched.
-const FAR: f64 = 200.0;
+const MAX_TIP_CORRECTION: f64 = 200.0;
 
 /// Plane fitted to points where the tool touched a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,27 +101,27 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
         }
     }
     let help = message!("touch three places far apart, as at the corners of a triangle");
-    if longest < APART {
+    if longest < MIN_POINT_DISTANCE {
         let message = message!(
             "the touched points lie within {longest:.1} mm, at least {least} mm are needed to find \
                 a slope",
             longest,
-            least = APART
+            least = MIN_POINT_DISTANCE
         );
         return Err(Diagnostic::of_file(message).help(help));
     }
-    let along = minus(ends[1], ends[0]);
+    let along = difference(ends[1], ends[0]);
     let beside = |&at: &[f64; 3]| {
-        let to = minus(at, ends[0]);
+        let to = difference(at, ends[0]);
         (along[0] * to[1] - along[1] * to[0]).abs() / longest
     };
     let widest = points.iter().map(beside).fold(0.0, f64::max);
-    if widest < LEAST_TRIANGLE {
+    if widest < MIN_TRIANGLE_HEIGHT {
         let message = message!(
             "the touched points are nearly in line, {widest:.1} mm beside it at most: at least \
                 {least} mm are needed",
             widest,
-            least = LEAST_TRIANGLE
+            least = MIN_TRIANGLE_HEIGHT
         );
         return Err(Diagnostic::of_file(message).help(help));
     }
@@ -130,11 +130,11 @@ fn check_spread(points: &[[f64; 3]]) -> Result<(), Diagnostic> {
 
 fn check_tilt(surface: Surface) -> Result<(), Diagnostic> {
     let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
-    if tilt > TILT {
+    if tilt > MAX_TILT {
         let message = message!(
             "the surface is tilted by {tilt:.1} deg, limit {limit} deg",
             tilt,
-            limit = TILT
+            limit = MAX_TILT
         );
         return Err(Diagnostic::of_file(message)
             .help(message!("touch the paper each time, not the air above it")));
@@ -196,12 +196,12 @@ impl TouchedCorners {
                 continue;
             };
             let length = libm::hypot(to[0] - at[0], to[1] - at[1]);
-            if length < APART {
+            if length < MIN_POINT_DISTANCE {
                 let message = message!(
                     "this corner is {length:.1} mm from the one that was touched before, at least \
                         {least} mm are needed",
                     length,
-                    least = APART
+                    least = MIN_POINT_DISTANCE
                 );
                 return Err(Diagnostic::of_file(message).help(message!(
                     "bring the tip to the corner that the sketch shows, then take it"
@@ -248,21 +248,21 @@ impl Sheet {
         ];
         for (side, name) in sides {
             let length = libm::hypot(side[0], side[1]);
-            if length < APART {
+            if length < MIN_POINT_DISTANCE {
                 let message = message!(
                     "the {name} is {length:.1} mm long by the touched points, at least {least} mm \
                         are needed to find its direction",
                     name,
                     length,
-                    least = APART
+                    least = MIN_POINT_DISTANCE
                 );
                 return Err(Diagnostic::of_file(message)
                     .help(message!("touch corners that are farther apart")));
             }
         }
         let rotation = libm::atan2(along[1], along[0]).to_degrees();
-        let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
-        if (angle - 90.0).abs() > SKEW {
+        let angle = normalized_angle(libm::atan2(across[1], across[0]).to_degrees() - rotation);
+        if (angle - 90.0).abs() > MAX_SKEW {
             let message = message!(
                 "the corner at the first point has {angle:.1} deg, that of a sheet has 90",
                 angle
@@ -318,7 +318,7 @@ fn round(value: f64, parts: f64) -> f64 {
 
 /// Returns the plane through three non-collinear points.
 fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
-    let (u, v) = (minus(q, p), minus(s, p));
+    let (u, v) = (difference(q, p), difference(s, p));
     let det = u[0] * v[1] - u[1] * v[0];
     let slope = [
         (u[2] * v[1] - u[1] * v[2]) / det,
@@ -330,12 +330,12 @@ fn plane([p, q, s]: [[f64; 3]; 3]) -> Surface {
     }
 }
 
-fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 /// Normalises an angle to -180 to 180 deg.
-fn turn(degrees: f64) -> f64 {
+fn normalized_angle(degrees: f64) -> f64 {
     let turned = degrees.rem_euclid(360.0);
     if turned > 180.0 {
         turned - 360.0
@@ -368,13 +368,13 @@ impl Tip {
             return Err(not_finite());
         }
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
-        let turned = turn(r2 - r1).abs();
-        if turned < TURN {
+        let turned = normalized_angle(r2 - r1).abs();
+        if turned < MIN_J4_TURN {
             let message = message!(
                 "the tool was turned by {turned:.1} deg between the touches, at least {least} deg \
                     are needed",
                 turned,
-                least = TURN
+                least = MIN_J4_TURN
             );
             return Err(Diagnostic::of_file(message).help(message!(
                 "turn it by half a turn and touch the same point again"
@@ -388,11 +388,11 @@ impl Tip {
         let det = c * c + s * s;
         let offset = [(c * dx + s * dy) / det, (c * dy - s * dx) / det];
         let off = libm::hypot(offset[0], offset[1]);
-        if off > FAR {
+        if off > MAX_TIP_CORRECTION {
             let message = message!(
                 "the tip would be {off:.0} mm from that of the current tool, limit {limit} mm",
                 off,
-                limit = FAR
+                limit = MAX_TIP_CORRECTION
             );
             return Err(Diagnostic::of_file(message)
                 .help(message!("touch the same point with the tip both times")));
@@ -415,7 +415,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sheet_that_is_turned_and_tilted_is_found() {
+    fn rotated_and_tilted_sheet_is_found() {
         let (corner, rotation, size) = ([180.0, -60.0], 12.0_f64, [120.0, 90.0]);
         let surface = Surface {
             height: -61.0,
@@ -438,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_sheet_is_refused() {
+    fn impossible_sheet_is_refused() {
         let flat = |x: f64, y: f64| [x, y, -60.0];
         let near = Sheet::touched([flat(200.0, 0.0), flat(229.0, 0.0), flat(200.0, 80.0)]);
         assert!(near.unwrap_err().message.contains("29.0 mm"));
@@ -454,7 +454,7 @@ mod tests {
     }
 
     #[test]
-    fn reader_before_the_arm_has_the_sheet_upright() {
+    fn sheet_is_upright_for_a_reader_in_front_of_the_arm() {
         // The reader stands at +x and has +y to the right: the lower edge is the far one from the
         // base.
         let [left, right, top] = [
@@ -501,7 +501,7 @@ mod tests {
     }
 
     #[test]
-    fn touches_that_say_nothing_of_a_slope_are_refused() {
+    fn touches_that_do_not_determine_a_slope_are_refused() {
         let flat = |x: f64, y: f64| [x, y, -60.0];
         let refused = |points: &[[f64; 3]]| FittedSurface::touched(points).unwrap_err().message;
         let near = refused(&[flat(200.0, 0.0), flat(220.0, 0.0), flat(200.0, 20.0)]);

@@ -3,7 +3,7 @@
 use kurbo::{BezPath, PathEl};
 
 /// Vertices closer than this are merged, in the units of the curve.
-const SAME: f64 = 1e-6;
+const MERGE_DISTANCE: f64 = 1e-6;
 
 /// A polyline. A closed one ends with its first vertex.
 pub(crate) type Line = Vec<[f64; 2]>;
@@ -17,7 +17,7 @@ pub(crate) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line
     let finish = |line: &mut Line, lines: &mut Vec<Line>| {
         let mut done = std::mem::take(line);
         if close {
-            shut(&mut done);
+            close_line(&mut done);
         }
         if done.len() > 1 {
             lines.push(tidy(done));
@@ -30,7 +30,7 @@ pub(crate) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line
             line.push(begin);
         }
         PathEl::ClosePath => {
-            shut(&mut line);
+            close_line(&mut line);
             finish(&mut line, &mut lines);
             // A subpath after a close begins at the same point without a MoveTo.
             line.push(begin);
@@ -43,7 +43,7 @@ pub(crate) fn flatten(curves: &BezPath, tolerance: f64, close: bool) -> Vec<Line
     lines
 }
 
-fn shut(line: &mut Line) {
+fn close_line(line: &mut Line) {
     if let (Some(first), Some(last)) = (line.first().copied(), line.last())
         && first != *last
     {
@@ -58,7 +58,7 @@ pub(crate) fn tidy(line: Line) -> Line {
     for point in line {
         if tidy
             .last()
-            .is_none_or(|last| crate::artwork::distance(*last, point) > SAME)
+            .is_none_or(|last| crate::artwork::distance(*last, point) > MERGE_DISTANCE)
         {
             tidy.push(point);
         }

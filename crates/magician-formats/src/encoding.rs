@@ -5,7 +5,7 @@
 //! 1. the byte order mark,
 //! 2. the declaration in the file (`<?xml encoding=..?>`, `$DWGCODEPAGE` of DXF),
 //! 3. UTF-8, if the bytes are valid UTF-8,
-//! 4. a guess that depends on the format ([`Otherwise`]), reported as a note.
+//! 4. a guess that depends on the format ([`Fallback`]), reported as a note.
 //!
 //! A carriage return alone also ends a line. Places in a [`Diagnostic`] count in the decoded text,
 //! so a front end that shows a line of the file must take it from [`source_text`].
@@ -17,11 +17,11 @@ use crate::{Diagnostic, DiagnosticCode, Lines};
 
 /// Length of the head of a file in which an encoding may be declared, bytes. DXF declares its code
 /// page behind other header variables, so one line is not enough.
-const HEAD: usize = 4096;
+const DECLARATION_BYTES: usize = 4096;
 
 /// Handling of bytes that are neither UTF-8 nor in a declared encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Otherwise {
+pub(crate) enum Fallback {
     /// Decode as Windows-1252, the legacy encoding of Western Europe.
     #[cfg_attr(
         not(any(feature = "drawings", feature = "lettering", feature = "programs")),
@@ -52,8 +52,8 @@ pub(crate) struct Decoded<'b> {
 ///
 /// # Errors
 /// A [`Diagnostic`] if the encoding is unknown, the bytes are not text, or UTF-16 is cut off.
-pub(crate) fn decode(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
-    let decoded = characters(bytes, otherwise)?;
+pub(crate) fn decode(bytes: &[u8], fallback: Fallback) -> Result<Decoded<'_>, Diagnostic> {
+    let decoded = decode_characters(bytes, fallback)?;
     Ok(Decoded {
         text: with_line_feeds(decoded.text),
         ..decoded
@@ -72,11 +72,11 @@ pub(crate) fn decode(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, 
 /// ```
 #[must_use]
 pub fn source_text(bytes: &[u8]) -> Option<Cow<'_, str>> {
-    let is_wide = wide(bytes).is_some();
+    let is_wide = utf16_order(bytes).is_some();
     if !is_wide && std::str::from_utf8(bytes).is_err() && bytes.contains(&0) {
         return None;
     }
-    let decoded = decode(bytes, Otherwise::Western).ok()?;
+    let decoded = decode(bytes, Fallback::Western).ok()?;
     Some(decoded.text)
 }
 
@@ -88,24 +88,28 @@ pub(crate) fn head(bytes: &[u8]) -> Option<Cow<'_, str>> {
         _ => bytes,
     };
     let even = bytes.get(..bytes.len() & !1)?;
-    source_text(if wide(bytes).is_some() { even } else { bytes })
+    source_text(if utf16_order(bytes).is_some() {
+        even
+    } else {
+        bytes
+    })
 }
 
 /// Byte order of UTF-16.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Wide {
+enum Utf16Order {
     Little,
     Big,
 }
 
 /// Detects UTF-16 by its byte order mark, or by two ASCII characters at the start. Returns the byte
 /// order and the length of the mark.
-fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
+fn utf16_order(bytes: &[u8]) -> Option<(Utf16Order, usize)> {
     match bytes {
-        [0xFF, 0xFE, ..] => Some((Wide::Little, 2)),
-        [0xFE, 0xFF, ..] => Some((Wide::Big, 2)),
-        [9..=126, 0, 9..=126, 0, ..] => Some((Wide::Little, 0)),
-        [0, 9..=126, 0, 9..=126, ..] => Some((Wide::Big, 0)),
+        [0xFF, 0xFE, ..] => Some((Utf16Order::Little, 2)),
+        [0xFE, 0xFF, ..] => Some((Utf16Order::Big, 2)),
+        [9..=126, 0, 9..=126, 0, ..] => Some((Utf16Order::Little, 0)),
+        [0, 9..=126, 0, 9..=126, ..] => Some((Utf16Order::Big, 0)),
         _ => None,
     }
 }
@@ -115,9 +119,12 @@ fn wide(bytes: &[u8]) -> Option<(Wide, usize)> {
 ///
 /// # Errors
 /// Same as [`decode`].
-pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'_>, Diagnostic> {
-    if let Some((order, mark)) = wide(bytes) {
-        let text = of_wide(bytes.get(mark..).unwrap_or_default(), order)?;
+pub(crate) fn decode_characters(
+    bytes: &[u8],
+    fallback: Fallback,
+) -> Result<Decoded<'_>, Diagnostic> {
+    if let Some((order, mark)) = utf16_order(bytes) {
+        let text = decode_utf16(bytes.get(mark..).unwrap_or_default(), order)?;
         return Ok(Decoded {
             text: text.into(),
             note: None,
@@ -126,7 +133,7 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let is_utf8 = std::str::from_utf8(bytes);
     if let Some(declared) = declared(bytes, is_utf8.is_ok()).filter(|_| !bytes.is_ascii())
-        && let Some(decoded) = as_declared(bytes, declared)
+        && let Some(decoded) = decode_declared(bytes, declared)
     {
         return decoded;
     }
@@ -144,15 +151,15 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
         Lines::new(&good).origin(good.len()..good.len())
     };
     let refused = || Err(Diagnostic::new(place(), message!("this is not UTF-8 text")));
-    match otherwise {
-        Otherwise::Refused => refused(),
-        Otherwise::Bytes => Ok(Decoded {
+    match fallback {
+        Fallback::Refused => refused(),
+        Fallback::Bytes => Ok(Decoded {
             text: bytes.iter().map(|byte| char::from(*byte)).collect(),
             note: None,
         }),
         // No single-byte text contains a zero byte, so this is binary data.
-        Otherwise::Western if bytes.contains(&0) => refused(),
-        Otherwise::Western => {
+        Fallback::Western if bytes.contains(&0) => refused(),
+        Fallback::Western => {
             let message = message!(
                 "the file is not UTF-8 from here on, and names no encoding: it is read as Windows-1252"
             );
@@ -165,11 +172,11 @@ pub(crate) fn characters(bytes: &[u8], otherwise: Otherwise) -> Result<Decoded<'
     }
 }
 
-fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
+fn decode_utf16(bytes: &[u8], order: Utf16Order) -> Result<String, Diagnostic> {
     let (pairs, rest) = bytes.as_chunks::<2>();
     let units = pairs.iter().map(|pair| match order {
-        Wide::Little => u16::from_le_bytes(*pair),
-        Wide::Big => u16::from_be_bytes(*pair),
+        Utf16Order::Little => u16::from_le_bytes(*pair),
+        Utf16Order::Big => u16::from_be_bytes(*pair),
     });
     let text: Result<String, _> = char::decode_utf16(units).collect();
     match (text, rest) {
@@ -182,14 +189,14 @@ fn of_wide(bytes: &[u8], order: Wide) -> Result<String, Diagnostic> {
 }
 
 /// Windows-1252 from 0x80 to 0x9F. Its five undefined codes stay control characters.
-const WESTERN: [char; 32] = [
+const WINDOWS_1252: [char; 32] = [
     '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8D}', 'Ž', '\u{8F}',
     '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9D}', 'ž', 'Ÿ',
 ];
 
 fn western(bytes: &[u8]) -> String {
     let character = |byte: &u8| match byte {
-        0x80..=0x9F => WESTERN[usize::from(byte - 0x80)],
+        0x80..=0x9F => WINDOWS_1252[usize::from(byte - 0x80)],
         byte => char::from(*byte),
     };
     bytes.iter().map(character).collect()
@@ -197,7 +204,7 @@ fn western(bytes: &[u8]) -> String {
 
 /// Returns the encoding that a file declares, as the Encoding Standard names it.
 fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
-    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    let head = bytes.get(..DECLARATION_BYTES).unwrap_or(bytes);
     let head: String = head.iter().map(|byte| char::from(*byte)).collect();
     if head.starts_with("<?xml") {
         let declaration = head.split("?>").next()?;
@@ -229,7 +236,7 @@ fn declared(bytes: &[u8], is_utf8: bool) -> Option<String> {
 
 /// Decodes in the declared encoding. `None` if the declaration adds nothing to what the bytes show.
 #[cfg(any(feature = "drawings", feature = "programs"))]
-fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
+fn decode_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     let encoding = encoding_rs::Encoding::for_label_no_replacement(name.as_bytes());
     let Some(encoding) = encoding else {
         // Most files with an unknown declaration are in fact UTF-8.
@@ -260,7 +267,7 @@ fn as_declared<'b>(bytes: &'b [u8], name: String) -> Option<Result<Decoded<'b>, 
 }
 
 #[cfg(not(any(feature = "drawings", feature = "programs")))]
-fn as_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
+fn decode_declared<'b>(_: &'b [u8], _: String) -> Option<Result<Decoded<'b>, Diagnostic>> {
     None
 }
 
@@ -321,11 +328,11 @@ mod tests {
     use super::*;
 
     fn text(bytes: &[u8]) -> String {
-        decode(bytes, Otherwise::Western).unwrap().text.into_owned()
+        decode(bytes, Fallback::Western).unwrap().text.into_owned()
     }
 
     #[test]
-    fn byte_order_marks_and_zero_bytes_tell_utf_16() {
+    fn byte_order_marks_and_zero_bytes_identify_utf_16() {
         let wide = |text: &str, mark: bool, big: bool| -> Vec<u8> {
             let mark = mark.then_some('\u{FEFF}');
             let text: String = mark.into_iter().chain(text.chars()).collect();
@@ -346,7 +353,7 @@ mod tests {
             );
         }
         assert_eq!(text("\u{FEFF}G21".as_bytes()), "G21");
-        let cut = decode(&[0xFF, 0xFE, 0x3C], Otherwise::Western).unwrap_err();
+        let cut = decode(&[0xFF, 0xFE, 0x3C], Fallback::Western).unwrap_err();
         assert!(cut.message.contains("cut off"), "{cut}");
     }
 
@@ -365,24 +372,24 @@ mod tests {
         assert!(page("ANSI_936", b"\xB5\xE3").ends_with('点'));
         assert!(page("ANSI_1252", "Träger".as_bytes()).ends_with("Träger"));
         let unknown = b"<?xml encoding='EBCDIC-X'?><a b='\xE4'/>";
-        let refused = decode(unknown, Otherwise::Western).unwrap_err();
+        let refused = decode(unknown, Fallback::Western).unwrap_err();
         assert!(refused.message.contains("EBCDIC-X"), "{refused}");
     }
 
     #[test]
-    fn other_bytes_are_guessed_with_a_note_at_their_place() {
-        let decoded = decode(b"G21\n(\x80 Tr\xE4ger)", Otherwise::Western).unwrap();
+    fn undeclared_bytes_are_guessed_with_a_note_at_their_position() {
+        let decoded = decode(b"G21\n(\x80 Tr\xE4ger)", Fallback::Western).unwrap();
         assert_eq!(decoded.text, "G21\n(€ Träger)");
         let note = decoded.note.unwrap();
         assert_eq!((note.origin.line, note.origin.column), (2, 2));
-        let bytes = decode(b"PE\xBF\x80;", Otherwise::Bytes).unwrap();
+        let bytes = decode(b"PE\xBF\x80;", Fallback::Bytes).unwrap();
         assert_eq!(bytes.text, "PE\u{BF}\u{80};");
-        assert!(decode(b"{\xFF}", Otherwise::Refused).is_err());
-        assert!(decode(b"\x89PNG\0\xFF", Otherwise::Western).is_err());
+        assert!(decode(b"{\xFF}", Fallback::Refused).is_err());
+        assert!(decode(b"\x89PNG\0\xFF", Fallback::Western).is_err());
     }
 
     #[test]
-    fn carriage_returns_alone_end_lines_and_places_stay() {
+    fn lone_carriage_returns_end_lines_and_keep_positions() {
         for (from, to) in [
             ("a\rb\r\rc", "a\nb\n\nc"),
             ("a\r\nb", "a\r\nb"),
@@ -393,13 +400,13 @@ mod tests {
             assert_eq!(text(from.as_bytes()), to, "{from:?}");
         }
         assert!(matches!(
-            decode(b"a\r\nb", Otherwise::Refused).unwrap().text,
+            decode(b"a\r\nb", Fallback::Refused).unwrap().text,
             Cow::Borrowed(_)
         ));
     }
 
     #[test]
-    fn numbers_of_other_languages_are_read_where_there_is_one_reading() {
+    fn localised_numbers_are_read_if_unambiguous() {
         assert_eq!(number("0,5"), Some(0.5));
         assert_eq!(number("-2.0D+01"), Some(-20.0));
         assert_eq!(number("1,5d1"), Some(15.0));

@@ -13,13 +13,13 @@ use usvg::fontdb::{Database, ID};
 use usvg::fontdb::{Family, Query, Weight};
 
 /// Family of the bundled font.
-pub(crate) const NAME: &str = "Roboto";
-static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
+pub(crate) const BUNDLED_FAMILY: &str = "Roboto";
+static BUNDLED_FONT: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
-static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| Arc::new(bundled()));
+static BUNDLED_DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| Arc::new(bundled()));
 
 #[cfg(feature = "system-fonts")]
-static INSTALLED: LazyLock<Arc<Database>> = LazyLock::new(|| {
+static INSTALLED_DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
     let mut database = bundled();
     database.load_system_fonts();
     Arc::new(database)
@@ -28,7 +28,7 @@ static INSTALLED: LazyLock<Arc<Database>> = LazyLock::new(|| {
 /// Creates a database whose first and only font is ours.
 fn bundled() -> Database {
     let mut database = Database::new();
-    let mut font = ROBOTO.to_vec();
+    let mut font = BUNDLED_FONT.to_vec();
     let shrunk = shrink_notdef(&mut font);
     debug_assert!(shrunk.is_some(), "the tables of the font");
     database.load_font_data(font);
@@ -40,11 +40,11 @@ fn bundled() -> Database {
 ///
 /// The bytes are one contour, its bounding box, its last point, no instructions, and three on-curve
 /// points with positive one-byte steps.
-pub(crate) const SPECK: [u8; 23] = [
+pub(crate) const SPECK_GLYPH: [u8; 23] = [
     0, 1, 0, 0, 0, 0, 0, 1, 0, 1, 0, 2, 0, 0, 0x37, 0x37, 0x37, 0, 1, 0, 0, 0, 1,
 ];
 
-/// Replaces `.notdef` (glyph 0) by a [`SPECK`]. `None` if the font's tables are damaged.
+/// Replaces `.notdef` (glyph 0) by a [`SPECK_GLYPH`]. `None` if the font's tables are damaged.
 ///
 /// `.notdef` stands for every character that the font lacks, and Roboto draws it as a box. usvg's
 /// text layout cannot skip a glyph, and silently drops a text whose glyphs have no outline at all,
@@ -77,13 +77,15 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     let (from, to) = (place(0)?, place(1)?);
     let glyphs = table(font, b"glyf")?;
     let glyph = font.get_mut(glyphs + from..glyphs + to)?;
-    glyph.get_mut(..SPECK.len())?.copy_from_slice(&SPECK);
+    glyph
+        .get_mut(..SPECK_GLYPH.len())?
+        .copy_from_slice(&SPECK_GLYPH);
     Some(())
 }
 
 /// Database with only the bundled font.
 pub(crate) fn database() -> Arc<Database> {
-    Arc::clone(&DATABASE)
+    Arc::clone(&BUNDLED_DATABASE)
 }
 
 /// Returns the options for reading an SVG with usvg: only the bundled font, so that a picture is
@@ -91,7 +93,7 @@ pub(crate) fn database() -> Arc<Database> {
 #[must_use]
 pub fn svg_options() -> usvg::Options<'static> {
     usvg::Options {
-        font_family: NAME.to_owned(),
+        font_family: BUNDLED_FAMILY.to_owned(),
         font_resolver: resolver(),
         fontdb: database(),
         ..usvg::Options::default()
@@ -101,20 +103,20 @@ pub fn svg_options() -> usvg::Options<'static> {
 /// Creates a resolver that maps every family to the bundled font.
 pub(crate) fn resolver() -> FontResolver<'static> {
     FontResolver {
-        select_font: Box::new(|_, database| first(database)),
+        select_font: Box::new(|_, database| first_face(database)),
         select_fallback: Box::new(|_, _, _| None),
     }
 }
 
 /// The bundled font, which is the first face of every database here.
-pub(crate) fn first(database: &Database) -> Option<ID> {
+pub(crate) fn first_face(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
 }
 
 /// Database with the bundled font and the installed ones.
 #[cfg(feature = "system-fonts")]
 pub(crate) fn installed() -> Arc<Database> {
-    Arc::clone(&INSTALLED)
+    Arc::clone(&INSTALLED_DATABASE)
 }
 
 /// Creates a resolver that takes the first installed family. Generic families such as `sans-serif`
@@ -123,7 +125,7 @@ pub(crate) fn installed() -> Arc<Database> {
 pub(crate) fn installed_resolver() -> FontResolver<'static> {
     FontResolver {
         select_font: Box::new(|font, database| {
-            let ours = first(database);
+            let ours = first_face(database);
             for family in font.families() {
                 let FontFamily::Named(name) = family else {
                     return ours;
@@ -148,14 +150,14 @@ pub(crate) fn installed_resolver() -> FontResolver<'static> {
         // No search through all installed fonts for a missing character: with many fonts it takes
         // minutes.
         select_fallback: Box::new(|_, used, database| {
-            first(database).filter(|ours| !used.contains(ours))
+            first_face(database).filter(|ours| !used.contains(ours))
         }),
     }
 }
 
 /// True if a font of a database is the bundled one.
 pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
-    first(database) == Some(font)
+    first_face(database) == Some(font)
 }
 
 #[cfg(all(test, feature = "system-fonts"))]
@@ -190,9 +192,9 @@ mod tests {
     }
 
     #[test]
-    fn every_installed_family_is_written_in_single_lines_as_high_as_its_own_capitals() {
+    fn single_line_text_has_the_capital_height_of_its_installed_family() {
         let installed = super::installed();
-        let ours = super::first(&installed);
+        let ours = super::first_face(&installed);
         let mut files: HashMap<ID, f64> = HashMap::new();
         let mut families = BTreeSet::new();
         let faces = installed.faces().filter(|face| Some(face.id) != ours);
@@ -254,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_family_that_is_installed_is_used_and_others_are_ours() {
+    fn installed_family_is_used_and_others_fall_back_to_the_bundled_font() {
         let (ours, note) = written("No Such Family", "Rag", SystemFonts::On);
         assert!(note.contains("instead of No Such Family"), "{note}");
         assert_eq!(

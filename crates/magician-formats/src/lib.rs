@@ -47,10 +47,11 @@ pub mod fill;
 #[cfg(feature = "drawings")]
 mod font;
 pub mod formats;
+#[cfg(any(feature = "drawings", feature = "font-files"))]
+mod gzip;
+pub mod keywords;
 pub mod lettering;
 mod origin;
-#[cfg(any(feature = "drawings", feature = "font-files"))]
-mod packed;
 mod plan;
 mod power;
 pub mod raster;
@@ -59,7 +60,6 @@ mod recording;
 pub mod simplify;
 mod surface;
 mod testgrid;
-pub mod words;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{

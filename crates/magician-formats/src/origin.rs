@@ -52,7 +52,7 @@ impl Origin {
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
-    /// Number of characters that begin before each multiple of [`EACH`] bytes.
+    /// Number of characters that begin before each multiple of [`INDEX_INTERVAL`] bytes.
     ///
     /// A file may be one long line, and counting its columns from the beginning each time would be
     /// quadratic. Empty if the text is ASCII, where every byte is a character.
@@ -63,7 +63,7 @@ pub struct Lines<'t> {
 
 /// Distance between the precomputed character counts, bytes. A choice: a lookup counts at most this
 /// many bytes, and the index stays below 1 % of the text.
-const EACH: usize = 1024;
+const INDEX_INTERVAL: usize = 1024;
 
 impl<'t> Lines<'t> {
     /// Indexes a text.
@@ -72,7 +72,7 @@ impl<'t> Lines<'t> {
         let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         let starts = std::iter::once(0).chain(ends.map(|(at, _)| at + 1));
         let mut before = 0;
-        let pieces = text.as_bytes().chunks(EACH).map(|piece| {
+        let pieces = text.as_bytes().chunks(INDEX_INTERVAL).map(|piece| {
             let count = before;
             before += characters(piece);
             count
@@ -91,10 +91,10 @@ impl<'t> Lines<'t> {
     /// Number of characters that begin before a byte offset.
     fn characters_before(&self, at: usize) -> usize {
         // An offset at the very end of the text may lie behind the last piece.
-        let piece = (at / EACH).min(self.counts.len().saturating_sub(1));
+        let piece = (at / INDEX_INTERVAL).min(self.counts.len().saturating_sub(1));
         match self.counts.get(piece) {
             Some(count) => {
-                let rest = self.text.as_bytes().get(piece * EACH..at);
+                let rest = self.text.as_bytes().get(piece * INDEX_INTERVAL..at);
                 count + characters(rest.unwrap_or_default())
             }
             None => at,
@@ -105,8 +105,8 @@ impl<'t> Lines<'t> {
     /// moved to the nearest character boundary before it.
     #[must_use]
     pub fn origin(&self, range: Range<usize>) -> Origin {
-        let start = self.fit(range.start);
-        let end = self.fit(range.end).max(start);
+        let start = self.floor_char_boundary(range.start);
+        let end = self.floor_char_boundary(range.end).max(start);
         let line = self.starts.partition_point(|begin| *begin <= start).max(1);
         let begin = self.starts.get(line - 1).copied().unwrap_or(0);
         let count = |from, to| self.characters_before(to) - self.characters_before(from);
@@ -124,12 +124,12 @@ impl<'t> Lines<'t> {
     pub fn range(&self, origin: &Origin) -> Option<Range<usize>> {
         let begin = *self.starts.get((origin.line as usize).checked_sub(1)?)?;
         let column = (origin.column as usize).saturating_sub(1);
-        let start = begin + offset(self.text.get(begin..)?, column);
-        let end = start + offset(self.text.get(start..)?, origin.length as usize);
+        let start = begin + byte_offset(self.text.get(begin..)?, column);
+        let end = start + byte_offset(self.text.get(start..)?, origin.length as usize);
         Some(start..end)
     }
 
-    fn fit(&self, at: usize) -> usize {
+    fn floor_char_boundary(&self, at: usize) -> usize {
         let mut at = at.min(self.text.len());
         while !self.text.is_char_boundary(at) {
             at -= 1;
@@ -144,7 +144,7 @@ fn characters(piece: &[u8]) -> usize {
 }
 
 /// Number of bytes that the first `characters` characters take.
-fn offset(text: &str, characters: usize) -> usize {
+fn byte_offset(text: &str, characters: usize) -> usize {
     let nth = text.char_indices().nth(characters);
     nth.map_or(text.len(), |(at, _)| at)
 }
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn offsets_and_origins_are_each_others_inverse() {
+    fn offsets_and_origins_are_inverse() {
         let text = "G0 X1\nG1 Y2 ; größe\n\nM2";
         let lines = Lines::new(text);
         for start in 0..=text.len() {
@@ -174,7 +174,12 @@ mod tests {
 
     #[test]
     fn columns_of_long_lines_are_counted_in_characters() {
-        for length in [EACH - 1, EACH, 2 * EACH, 5 * EACH + 3] {
+        for length in [
+            INDEX_INTERVAL - 1,
+            INDEX_INTERVAL,
+            2 * INDEX_INTERVAL,
+            5 * INDEX_INTERVAL + 3,
+        ] {
             let text: String = "ab\u{e9}\u{4f60}\u{1f600}"
                 .chars()
                 .cycle()

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn powers_are_one_number_or_two() {
+    fn power_is_one_number_or_a_range() {
         for (text, range) in [
             ("80", [0.0, 80.0]),
             ("5..70%", [5.0, 70.0]),

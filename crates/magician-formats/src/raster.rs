@@ -11,7 +11,7 @@ use crate::Diagnostic;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
 pub enum Size {
-    /// The resolution in the file; without one [`Raster::PIXEL`] per pixel.
+    /// The resolution in the file; without one [`Raster::DEFAULT_PIXEL_SIZE`] per pixel.
     #[default]
     Natural,
     /// Width, mm.
@@ -45,7 +45,7 @@ pub struct Raster {
 
 impl Raster {
     /// Side of a pixel if the file has no resolution, mm (DobotStudio engraves at 0.1 to 0.2).
-    pub const PIXEL: f64 = 0.2;
+    pub const DEFAULT_PIXEL_SIZE: f64 = 0.2;
 
     /// Returns width and height, mm.
     ///
@@ -53,17 +53,17 @@ impl Raster {
     /// A [`Diagnostic`] if the image has no pixels, or the size is not positive and finite.
     pub fn size(&self, size: Size) -> Result<[f64; 2], Diagnostic> {
         self.validate()?;
-        let pixel = self.pixel.unwrap_or([Self::PIXEL; 2]);
+        let pixel = self.pixel.unwrap_or([Self::DEFAULT_PIXEL_SIZE; 2]);
         let natural = [self.width as f64 * pixel[0], self.height as f64 * pixel[1]];
         let scale = match size {
             Size::Natural => 1.0,
             Size::Width(width) => width / natural[0],
             Size::Height(height) => height / natural[1],
             Size::Pixel(pitch) => {
-                return positive([self.width as f64 * pitch, self.height as f64 * pitch]);
+                return check_positive([self.width as f64 * pitch, self.height as f64 * pitch]);
             }
         };
-        positive(natural.map(|side| side * scale))
+        check_positive(natural.map(|side| side * scale))
     }
 
     /// Checks that the numbers of pixels and opacities match width and height, and that the image
@@ -99,7 +99,7 @@ impl Raster {
 ///
 /// # Errors
 /// A [`Diagnostic`] if width or height is not positive and finite.
-pub fn positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
+pub fn check_positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
     if size.iter().all(|side| *side > 0.0 && side.is_finite()) {
         return Ok(size);
     }

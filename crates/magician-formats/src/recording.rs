@@ -1,33 +1,33 @@
 //! Recordings of a motion that a person led by hand, and the plan that repeats it.
 //!
 //! Poses arrive many times a second and are thinned while they arrive (Ramer, Douglas and Peucker),
-//! so that a recording of an hour stays small. Standstills of more than [`REST`] split the
+//! so that a recording of an hour stays small. Standstills of more than [`MIN_REST`] split the
 //! recording into stretches. [`Recording::plan`] repeats each stretch at its own average speed,
 //! with a wait between two of them, either as a continuous path or as straight lines.
 
 use magician_host::build;
 
-use crate::simplify::kept;
+use crate::simplify::kept_points;
 use crate::{Action, Origin, Plan, Tool, Travel};
 
 /// Motion below which the arm counts as standing still, mm and deg. A choice above the noise of the
 /// encoders and of a hand that only holds the arm.
-const STILL: f64 = 0.2;
+const STANDSTILL_TOLERANCE: f64 = 0.2;
 /// Shortest standstill that counts as a rest, s. Shorter pauses belong to the motion.
-const REST: f64 = 1.0;
+const MIN_REST: f64 = 1.0;
 /// Rotation of J4 below which it counts as not turned, deg. Its motor holds J4, so a smaller change
 /// is noise of the reading.
-pub(crate) const HELD: f64 = 0.5;
+pub(crate) const J4_TOLERANCE: f64 = 0.5;
 /// Number of readings to collect before thinning them. A choice: it bounds memory and keeps the
 /// cost linear in the length of the recording.
-const CHUNK: usize = 2048;
+const CHUNK_READINGS: usize = 2048;
 /// Range of speeds in a plan, mm/s. The lower bound is a choice that keeps the run short; the upper
 /// one is the arm's (model section 6).
-const SPEEDS: [f64; 2] = [1.0, 300.0];
+const SPEED_RANGE: [f64; 2] = [1.0, 300.0];
 /// Range of accelerations in a plan, mm/s2.
-const ACCELERATIONS: [f64; 2] = [50.0, 400.0];
+const ACCELERATION_RANGE: [f64; 2] = [50.0, 400.0];
 /// Longest rest that fits one step, ms: one day.
-pub(crate) const LONGEST: f64 = 86_400_000.0;
+pub(crate) const MAX_REST_MS: f64 = 86_400_000.0;
 
 /// Pose of the arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -119,7 +119,9 @@ impl Recording {
         if reading.t <= seen {
             return;
         }
-        if apart(&at, &reading) < STILL && (reading.pose[3] - at.pose[3]).abs() < STILL {
+        if pose_distance(&at, &reading) < STANDSTILL_TOLERANCE
+            && (reading.pose[3] - at.pose[3]).abs() < STANDSTILL_TOLERANCE
+        {
             self.last = Some((at, reading.t));
             // Slow drift below the threshold still counts: the motion ends where the arm came to
             // rest.
@@ -130,7 +132,7 @@ impl Recording {
             return;
         }
         let rest = seen - at.t;
-        if rest > REST || self.stretches.is_empty() {
+        if rest > MIN_REST || self.stretches.is_empty() {
             let end = self.stretches.last().and_then(|last| last.readings.last());
             let start = PoseReading {
                 t: seen,
@@ -194,13 +196,13 @@ impl Stretch {
 
     fn push(&mut self, reading: PoseReading, tolerance: f64) {
         if let Some(last) = self.readings.last() {
-            self.length += along(last, &reading);
+            self.length += path_distance(last, &reading);
         }
         self.ended = reading.t;
         self.j4 = [self.j4[0].min(reading.j4), self.j4[1].max(reading.j4)];
         self.readings.push(reading);
-        if self.readings.len() - self.thinned > CHUNK {
-            let tail = thin(&self.readings[self.thinned..], tolerance);
+        if self.readings.len() - self.thinned > CHUNK_READINGS {
+            let tail = thinned_readings(&self.readings[self.thinned..], tolerance);
             self.readings.truncate(self.thinned);
             self.readings.extend(tail);
             // The last reading kept is the start of the next chunk, so that chords join across
@@ -209,8 +211,8 @@ impl Stretch {
         }
     }
 
-    fn turns(&self) -> bool {
-        self.j4[1] - self.j4[0] > HELD
+    fn rotates_j4(&self) -> bool {
+        self.j4[1] - self.j4[0] > J4_TOLERANCE
     }
 
     /// Adds the steps of this stretch. The arm already stands at its first reading.
@@ -221,11 +223,12 @@ impl Stretch {
         follow: CaptureMode,
         commanded: &mut Option<CommandedSpeed>,
     ) {
-        let lines = follow == CaptureMode::Lines || self.turns();
-        let velocity = (self.length / (self.ended - self.begun)).clamp(SPEEDS[0], SPEEDS[1]);
+        let lines = follow == CaptureMode::Lines || self.rotates_j4();
+        let velocity =
+            (self.length / (self.ended - self.begun)).clamp(SPEED_RANGE[0], SPEED_RANGE[1]);
         let velocity = (velocity * 10.0).round() / 10.0;
         // A choice: the ramp to full speed takes a quarter of a second.
-        let acceleration = (4.0 * velocity).clamp(ACCELERATIONS[0], ACCELERATIONS[1]);
+        let acceleration = (4.0 * velocity).clamp(ACCELERATION_RANGE[0], ACCELERATION_RANGE[1]);
         let speed = CommandedSpeed { lines, velocity };
         if *commanded != Some(speed) {
             let word = if lines {
@@ -238,7 +241,10 @@ impl Stretch {
             *commanded = Some(speed);
         }
         let (done, rest) = self.readings.split_at(self.thinned);
-        let readings = done.iter().copied().chain(thin(rest, tolerance));
+        let readings = done
+            .iter()
+            .copied()
+            .chain(thinned_readings(rest, tolerance));
         for reading in readings.skip(1) {
             let [x, y, z, r] = reading.pose.map(|number| number as f32);
             let action = if lines {
@@ -262,27 +268,27 @@ struct CommandedSpeed {
 }
 
 fn rest(plan: &mut Plan, seconds: f64) {
-    if seconds > REST {
-        let milliseconds = (seconds * 1000.0).round().min(LONGEST);
+    if seconds > MIN_REST {
+        let milliseconds = (seconds * 1000.0).round().min(MAX_REST_MS);
         plan.push(Action::Wait(milliseconds as u32), Origin::NONE);
     }
 }
 
 /// Distance between two readings, mm.
-fn along(from: &PoseReading, to: &PoseReading) -> f64 {
+fn path_distance(from: &PoseReading, to: &PoseReading) -> f64 {
     let apart = from.pose.iter().zip(to.pose).take(3);
     apart.map(|(a, b)| (b - a) * (b - a)).sum::<f64>().sqrt()
 }
 
 /// Distance including J4, where a degree counts as a millimetre.
-fn apart(from: &PoseReading, to: &PoseReading) -> f64 {
-    libm::hypot(along(from, to), to.j4 - from.j4)
+fn pose_distance(from: &PoseReading, to: &PoseReading) -> f64 {
+    libm::hypot(path_distance(from, to), to.j4 - from.j4)
 }
 
 /// Returns the first reading, the last, and as few as keep all others within the tolerance.
-fn thin(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
+fn thinned_readings(readings: &[PoseReading], tolerance: f64) -> Vec<PoseReading> {
     let points: Vec<[f64; 4]> = readings.iter().map(point).collect();
-    let kept = readings.iter().zip(kept(&points, tolerance));
+    let kept = readings.iter().zip(kept_points(&points, tolerance));
     let kept = kept.filter(|(_, stays)| *stays);
     kept.map(|(reading, _)| *reading).collect()
 }
@@ -323,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_circle_is_a_path_within_the_tolerance_at_its_speed() {
+    fn circle_becomes_a_path_within_tolerance_at_its_speed() {
         let mut recording = Recording::new(0.5);
         led(&mut recording, 0.0, 10.0, circle);
         let plan = recording.plan("circle", Some(Tool::Pen), CaptureMode::Path);
@@ -342,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn rests_are_kept_and_parts_of_a_motion_are_not_torn_apart() {
+    fn rests_are_kept_and_motions_stay_in_one_piece() {
         let mut recording = Recording::new(0.5);
         let line = |t: f64| ([200.0 + 20.0 * t, 0.0, 0.0, 0.0], 0.0);
         led(&mut recording, 0.0, 2.0, |_| line(0.0));
@@ -371,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn where_j4_turns_the_way_is_of_lines() {
+    fn rotation_of_j4_gives_lines_instead_of_a_path() {
         let mut recording = Recording::new(0.5);
         led(&mut recording, 0.0, 2.0, |t| {
             ([200.0, 10.0 * t, 0.0, 20.0 * t], 20.0 * t)
@@ -393,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn long_motions_are_thinned_on_the_way() {
+    fn long_motions_are_thinned_while_recording() {
         let mut recording = Recording::new(0.5);
         led(&mut recording, 0.0, 1000.0, circle);
         let readings: usize = recording
@@ -401,12 +407,12 @@ mod tests {
             .iter()
             .map(|stretch| stretch.readings.len())
             .sum();
-        assert!(readings < CHUNK + 3000, "{readings}");
+        assert!(readings < CHUNK_READINGS + 3000, "{readings}");
         assert_eq!(recording.stretches.len(), 1);
     }
 
     #[test]
-    fn readings_without_numbers_or_in_the_past_are_left_out() {
+    fn readings_with_nan_or_earlier_times_are_dropped() {
         let mut recording = Recording::new(0.5);
         assert!(recording.plan("", None, CaptureMode::Path).steps.is_empty());
         let reading = PoseReading {

@@ -2,20 +2,21 @@
 
 /// Length of a run, points. The algorithm is quadratic in the worst case, so longer lines are cut
 /// into runs of this length, whose ends stay, and the cost stays linear.
-const MOST: usize = 1024;
+const MAX_RUN_POINTS: usize = 1024;
 /// Segments whose directions differ by no more than this are collinear, rad. It absorbs the
 /// rounding of points computed on one line.
-const STRAIGHT: f64 = 1e-12;
+const COLLINEAR_TOLERANCE: f64 = 1e-12;
 
 /// Returns true for each point to keep so that all others are within the tolerance of the remaining
 /// line (Ramer, Douglas and Peucker). The first and the last point are kept.
 #[must_use]
-pub fn kept<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
-    kept_where(points, tolerance, off_chord)
+pub fn kept_points<const N: usize>(points: &[[f64; N]], tolerance: f64) -> Vec<bool> {
+    kept_points_by(points, tolerance, distance_to_chord)
 }
 
-/// Simplifies as [`kept`] does with another measure of the distance between a point and a chord.
-pub(crate) fn kept_where<P: Copy>(
+/// Simplifies as [`kept_points`] does with another measure of the distance between a point and a
+/// chord.
+pub(crate) fn kept_points_by<P: Copy>(
     points: &[P],
     tolerance: f64,
     off: impl Fn(P, P, P) -> f64,
@@ -24,7 +25,7 @@ pub(crate) fn kept_where<P: Copy>(
     let Some(last) = points.len().checked_sub(1) else {
         return stays;
     };
-    let ends = (0..last).step_by(MOST).chain([last]);
+    let ends = (0..last).step_by(MAX_RUN_POINTS).chain([last]);
     let mut spans: Vec<[usize; 2]> = Vec::new();
     for end in ends {
         stays[end] = true;
@@ -53,8 +54,12 @@ pub fn simplified(points: &[[f64; 2]], tolerance: f64) -> Vec<[f64; 2]> {
     };
     let far = farthest(&points, [0, last], |point| length(minus(point, *first)));
     let middle = far.map_or(last, |(at, _)| at);
-    let mut stays = kept(&points[..=middle], tolerance);
-    stays.extend(kept(&points[middle..], tolerance).into_iter().skip(1));
+    let mut stays = kept_points(&points[..=middle], tolerance);
+    stays.extend(
+        kept_points(&points[middle..], tolerance)
+            .into_iter()
+            .skip(1),
+    );
     let kept = points.iter().zip(stays).filter(|(_, stays)| *stays);
     kept.map(|(point, _)| *point).collect()
 }
@@ -67,7 +72,7 @@ fn corners(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
             let (way, next) = (minus(*last, *before), minus(*point, *last));
             let turn = way[0] * next[1] - way[1] * next[0];
             let on = way[0] * next[0] + way[1] * next[1];
-            if on > 0.0 && turn.abs() <= STRAIGHT * on {
+            if on > 0.0 && turn.abs() <= COLLINEAR_TOLERANCE * on {
                 corners.pop();
             }
         }
@@ -89,7 +94,11 @@ fn farthest<P: Copy>(
 }
 
 /// Distance of a point from the segment between two others.
-pub(crate) fn off_chord<const N: usize>(point: [f64; N], from: [f64; N], to: [f64; N]) -> f64 {
+pub(crate) fn distance_to_chord<const N: usize>(
+    point: [f64; N],
+    from: [f64; N],
+    to: [f64; N],
+) -> f64 {
     let (chord, way) = (minus(to, from), minus(point, from));
     let square = dot(chord, chord);
     let share = if square > 0.0 {
@@ -121,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_point_is_farther_than_the_tolerance() {
+    fn dropped_points_are_within_the_tolerance() {
         // Teeth of all heights, with many points along each side.
         let mut points = Vec::new();
         for tooth in 0..300 {
@@ -134,11 +143,11 @@ mod tests {
             }
         }
         for tolerance in [0.0, 0.05, 0.3, 2.0] {
-            let stays = kept(&points, tolerance);
+            let stays = kept_points(&points, tolerance);
             let ends: Vec<usize> = (0..points.len()).filter(|at| stays[*at]).collect();
             for pair in ends.windows(2) {
                 for at in pair[0]..=pair[1] {
-                    let off = off_chord(points[at], points[pair[0]], points[pair[1]]);
+                    let off = distance_to_chord(points[at], points[pair[0]], points[pair[1]]);
                     assert!(off <= tolerance, "{off}");
                 }
             }
@@ -147,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_line_keeps_two_points_and_straight_ones_their_ends() {
+    fn closed_line_keeps_two_points_and_straight_line_its_ends() {
         let square = [
             [0.0, 0.0],
             [0.1, 0.0],

@@ -6,9 +6,9 @@ use std::str::FromStr;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// Largest number of powers or speeds.
-const MOST: u32 = 50;
+const MAX_VALUES: u32 = 50;
 /// Step to which the powers and speeds between both ends are rounded, so that labels stay short.
-const FINEST: f64 = 1e-3;
+const VALUE_STEP: f64 = 1e-3;
 
 /// Evenly spaced numbers: `10:100:5` is 10, 32.5, 55, 77.5, 100.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,8 +29,8 @@ impl Series {
         if !good(first) || !good(last) {
             return Err(format!("{first}:{last}: expected numbers above 0"));
         }
-        if count == 0 || count > MOST {
-            return Err(format!("{count} of them: expected 1 to {MOST}"));
+        if count == 0 || count > MAX_VALUES {
+            return Err(format!("{count} of them: expected 1 to {MAX_VALUES}"));
         }
         if count == 1 && first != last {
             return Err(format!("{first} and {last} are two numbers, not 1"));
@@ -55,7 +55,7 @@ impl Series {
             nth if nth + 1 == self.count => self.last,
             nth => {
                 let exact = self.first + f64::from(nth) * (self.last - self.first) / gaps;
-                (exact / FINEST).round() * FINEST
+                (exact / VALUE_STEP).round() * VALUE_STEP
             }
         };
         (0..self.count).map(number).collect()
@@ -162,11 +162,11 @@ impl Default for TestGridOptions {
 
 impl TestGridOptions {
     /// Smallest distance between lines, mm. The arm cannot resolve finer lines.
-    pub const LEAST_SPACING: f64 = 0.02;
+    pub const MIN_SPACING: f64 = 0.02;
     /// Smallest and largest side of a cell, mm.
-    pub const CELL: [f64; 2] = [1.0, 100.0];
+    pub const CELL_RANGE: [f64; 2] = [1.0, 100.0];
     /// Highest speed, mm/s.
-    pub const FASTEST: f64 = 500.0;
+    pub const MAX_SPEED: f64 = 500.0;
 
     /// Checks the values.
     ///
@@ -181,24 +181,24 @@ impl TestGridOptions {
             ));
         }
         let [_, fastest] = self.speed.ends();
-        if fastest > Self::FASTEST {
-            let most = Self::FASTEST;
+        if fastest > Self::MAX_SPEED {
+            let most = Self::MAX_SPEED;
             return Err((
                 "speed",
                 format!("speed is at most {most} mm/s, not {fastest}"),
             ));
         }
-        let [least, most] = Self::CELL;
+        let [least, most] = Self::CELL_RANGE;
         if !(least..=most).contains(&self.cell) {
             return Err((
                 "cell",
                 format!("cell is {least} to {most} mm, not {}", self.cell),
             ));
         }
-        if !(Self::LEAST_SPACING..=self.cell).contains(&self.spacing) {
+        if !(Self::MIN_SPACING..=self.cell).contains(&self.spacing) {
             let message = format!(
                 "spacing is {} mm to the side of a cell, not {}",
-                Self::LEAST_SPACING,
+                Self::MIN_SPACING,
                 self.spacing
             );
             return Err(("spacing", message));
@@ -287,7 +287,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_series_has_both_ends_and_even_steps() {
+    fn series_has_both_ends_and_even_steps() {
         let numbers = |text: &str| text.parse::<Series>().map(|series| series.numbers());
         assert_eq!(numbers("5:40:5"), Ok(vec![5.0, 13.75, 22.5, 31.25, 40.0]));
         assert_eq!(numbers("40:5:2"), Ok(vec![40.0, 5.0]));

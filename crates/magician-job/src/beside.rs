@@ -4,15 +4,15 @@
 use std::future::Future;
 
 use magician::Error;
-use magician_program::turns::Turns;
+use magician_program::yielding::Yield;
 
 /// Yield points of a computation that runs [`beside`] the tasks.
 #[derive(Clone, Copy, Debug)]
 pub struct BesideTurns;
 
 #[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
-impl Turns for BesideTurns {
-    async fn give(&self) {}
+impl Yield for BesideTurns {
+    async fn yield_now(&self) {}
 }
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
@@ -31,8 +31,8 @@ pub fn next_turn() {
 }
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
-impl Turns for BesideTurns {
-    async fn give(&self) {
+impl Yield for BesideTurns {
+    async fn yield_now(&self) {
         // A runtime driven by hand needs its own signal here. With a yield or a timer the runtime
         // would run as many slices between two checks for a stop as time has passed since the last
         // check, and that grows with every turn.
@@ -51,7 +51,7 @@ impl Turns for BesideTurns {
 pub async fn beside<T: Send + 'static>(
     computing: impl Future<Output = T> + Send + 'static,
 ) -> Result<T, Error> {
-    let at_once = || magician_program::turns::at_once(computing);
+    let at_once = || magician_program::yielding::run_to_end(computing);
     let computed = tokio::task::spawn_blocking(at_once).await;
     computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
 }

@@ -11,7 +11,7 @@ use magician::report::{ErrorFigures, FenceReport, SentenceReport, remedies};
 use magician::{Action, ArmOutputs, GripperState, Remedy, Voice};
 use magician_program::{
     AppliedPlacement, Diagnostic, DiagnosticCode, Format, PartSummary, PreparedProgram,
-    RefusedStep, RemainingProgram, Report, WouldFit, would_do_at, would_fit, would_fit_turned,
+    RefusedStep, RemainingProgram, Report, WouldFit, would_fit, would_fit_at, would_fit_turned,
 };
 use serde::Serialize;
 
@@ -301,7 +301,7 @@ impl WayOut {
         Self {
             straight,
             turned: would_fit_turned(plan, start, lies, straight),
-            at: moves.then(|| would_do_at(plan, start)).flatten(),
+            at: moves.then(|| would_fit_at(plan, start)).flatten(),
         }
     }
 

@@ -6,11 +6,11 @@ use crate::panel::{Extent, Panel};
 use crate::svg::{Svg, segments};
 
 /// Colour of the box's outline and of keep-outs.
-const EDGE: &str = "#8a5a00";
+const EDGE_COLOR: &str = "#8a5a00";
 /// Distance of hatch lines, mm on the sheet.
-const APART: f64 = 2.0;
+const HATCH_SPACING: f64 = 2.0;
 /// Largest number of hatch lines. Beyond it they are drawn farther apart.
-const MOST_LINES: f64 = 200.0;
+const MAX_HATCH_LINES: f64 = 200.0;
 
 /// Extends the view to the whole box, so that a path that leaves it is visible.
 pub(super) fn extend(extent: &mut Extent, fence: &Fence) {
@@ -30,19 +30,19 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, fence: &Fence) {
         [[x, y], [u, v]].map(|corner| panel.at(corner))
     };
     for keep_out in fence.keep_outs() {
-        hatched(svg, corners(keep_out));
+        draw_keep_out(svg, corners(keep_out));
     }
     if let Some(within) = fence.within() {
-        outline(svg, corners(&within));
+        draw_outline(svg, corners(&within));
     }
 }
 
 /// Draws the outline of a box.
-pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+pub(super) fn draw_outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     let look = [
         ("class", "fence"),
         ("fill", "none"),
-        ("stroke", EDGE),
+        ("stroke", EDGE_COLOR),
         ("stroke-width", "0.5"),
         ("stroke-dasharray", "3 1.5"),
     ];
@@ -50,22 +50,26 @@ pub(super) fn outline(svg: &mut Svg, corners: [[f64; 2]; 2]) {
 }
 
 /// Draws a keep-out.
-pub(super) fn hatched(svg: &mut Svg, corners: [[f64; 2]; 2]) {
+pub(super) fn draw_keep_out(svg: &mut Svg, corners: [[f64; 2]; 2]) {
     svg.group(
         "g",
-        &[("class", "keep-out"), ("stroke", EDGE), ("fill", "none")],
+        &[
+            ("class", "keep-out"),
+            ("stroke", EDGE_COLOR),
+            ("fill", "none"),
+        ],
     );
     svg.rectangle(corners, &[("stroke-width", "0.4")]);
-    svg.path(&segments(hatching(corners)), &[("stroke-width", "0.2")]);
+    svg.path(&segments(hatch_lines(corners)), &[("stroke-width", "0.2")]);
     svg.end();
 }
 
 /// Returns diagonal lines across a rectangle.
-fn hatching([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
+fn hatch_lines([a, b]: [[f64; 2]; 2]) -> Vec<[[f64; 2]; 2]> {
     let (left, right) = (a[0].min(b[0]), a[0].max(b[0]));
     let (top, bottom) = (a[1].min(b[1]), a[1].max(b[1]));
     let most = (right - left) + (bottom - top);
-    let apart = APART.max(most / MOST_LINES);
+    let apart = HATCH_SPACING.max(most / MAX_HATCH_LINES);
     let count = if most.is_finite() {
         (most / apart) as u32
     } else {
@@ -89,8 +93,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hatching_stays_within_its_rectangle() {
-        let lines = hatching([[10.0, 40.0], [30.0, 20.5]]);
+    fn hatching_stays_within_its_rectangle() {
+        let lines = hatch_lines([[10.0, 40.0], [30.0, 20.5]]);
         assert!(lines.len() > 10);
         for [x, y] in lines.into_iter().flatten() {
             assert!(

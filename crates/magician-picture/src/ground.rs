@@ -5,10 +5,10 @@ use crate::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
 use crate::svg::{Number, Svg, path};
 
 /// Half the side of the base, mm: it is 158 mm square.
-pub(super) const HALF_BASE: f64 = 79.0;
+pub(super) const BASE_HALF_SIDE: f64 = 79.0;
 
 /// Attributes of the outline of the reach at a second height.
-pub(super) const OUTLINE: [(&str, &str); 4] = [
+pub(super) const OUTLINE_ATTRIBUTES: [(&str, &str); 4] = [
     ("fill", "none"),
     ("stroke", REACH_EDGE),
     ("stroke-width", "0.35"),
@@ -30,7 +30,10 @@ pub(super) fn reach(svg: &mut Svg, panel: &Panel, rings: &[Vec<[f64; 2]>]) {
 
 /// Draws the base's footprint and its axis.
 pub(super) fn base(svg: &mut Svg, panel: &Panel) {
-    let corners = [[-HALF_BASE, -HALF_BASE], [HALF_BASE, HALF_BASE]];
+    let corners = [
+        [-BASE_HALF_SIDE, -BASE_HALF_SIDE],
+        [BASE_HALF_SIDE, BASE_HALF_SIDE],
+    ];
     let round = Number(6.0 * panel.scale).to_string();
     let look = [
         ("fill", BASE),

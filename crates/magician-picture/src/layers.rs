@@ -1,6 +1,6 @@
 //! Style of each kind of line.
 
-use magician_program::toolpath::{Layer, SHADES, StrokeKind};
+use magician_program::toolpath::{Layer, POWER_SHADES, StrokeKind};
 use std::borrow::Cow;
 
 use crate::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
@@ -8,34 +8,39 @@ use crate::svg::{Number, Svg};
 
 /// Number of vertices from which travel is drawn solid and thin instead of dashed. Many dashes, or
 /// dashes between the lines of an engraving, look like a cloud.
-const DASHED: usize = 600;
+const SOLID_FROM_VERTICES: usize = 600;
 
 /// Kind of picture in which paths are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ways {
+pub(super) enum PathStyle {
     /// A plan: travel is faint.
-    Planned,
+    Plan,
     /// A run: every path is prominent, because it shows where the tool was.
-    Taken,
+    Run,
 }
 
 /// Draws the layers, marks on top; `data` returns the path data of a layer.
-pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&Layer) -> String) {
-    let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
+pub(super) fn draw(
+    svg: &mut Svg,
+    layers: &[Layer],
+    path_style: PathStyle,
+    data: impl Fn(&Layer) -> String,
+) {
+    let burns = |layer: &Layer| matches!(layer.mark, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();
-    layers.sort_by_key(|layer| match layer.leaves {
+    layers.sort_by_key(|layer| match layer.mark {
         StrokeKind::Nothing => 0,
         StrokeKind::Carried => 1,
         StrokeKind::Burn(shade) => 1 + shade,
-        StrokeKind::Ink(_) => 2 + SHADES,
-        StrokeKind::Unreachable => 3 + SHADES,
+        StrokeKind::Ink(_) => 2 + POWER_SHADES,
+        StrokeKind::Unreachable => 3 + POWER_SHADES,
     });
     for layer in layers {
         let data = data(layer);
-        let (colour, width, opacity, dashes) = look(layer.leaves, ways);
-        let many = burns || layer.above.len() > DASHED;
-        let is_travel = layer.leaves == StrokeKind::Nothing && ways == Ways::Planned;
+        let (colour, width, opacity, dashes) = style_of(layer.mark, path_style);
+        let many = burns || layer.above.len() > SOLID_FROM_VERTICES;
+        let is_travel = layer.mark == StrokeKind::Nothing && path_style == PathStyle::Plan;
         let crowded = is_travel && many;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
@@ -43,15 +48,15 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
             (width, opacity)
         };
         let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
-        if layer.leaves == StrokeKind::Unreachable {
+        if layer.mark == StrokeKind::Unreachable {
             casing(svg, &data);
         }
         let mut attributes = vec![
-            ("class", class(layer.leaves)),
+            ("class", class(layer.mark)),
             ("fill", "none"),
             ("stroke", &*colour),
             ("stroke-width", &width),
-            ("stroke-linecap", cap(layer.leaves)),
+            ("stroke-linecap", cap(layer.mark)),
             ("stroke-linejoin", "round"),
         ];
         if opacity != "1" {
@@ -65,33 +70,33 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], ways: Ways, data: impl Fn(&L
 }
 
 /// Overlapping round caps would be darker where the power changes.
-fn cap(leaves: StrokeKind) -> &'static str {
-    match leaves {
+fn cap(mark: StrokeKind) -> &'static str {
+    match mark {
         StrokeKind::Burn(_) => "butt",
         _ => "round",
     }
 }
 
 /// Returns colour, width in mm, opacity and dashes.
-pub(super) fn look(
-    leaves: StrokeKind,
-    ways: Ways,
+pub(super) fn style_of(
+    mark: StrokeKind,
+    path_style: PathStyle,
 ) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
-    let (colour, width, opacity, dashes) = match leaves {
-        StrokeKind::Nothing if ways == Ways::Taken => (EMPTY, 0.6, 1.0, None),
+    let (colour, width, opacity, dashes) = match mark {
+        StrokeKind::Nothing if path_style == PathStyle::Run => (EMPTY, 0.6, 1.0, None),
         StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
         StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),
         StrokeKind::Ink(None) => (DRAWN, 0.5, 1.0, None),
-        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / POWER_SHADES as f64, None),
         StrokeKind::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
     };
     (colour.into(), width, opacity, dashes)
 }
 
 /// CSS class by which programs find the layer.
-fn class(leaves: StrokeKind) -> &'static str {
-    match leaves {
+fn class(mark: StrokeKind) -> &'static str {
+    match mark {
         StrokeKind::Nothing | StrokeKind::Carried => "travel",
         StrokeKind::Ink(_) => "drawn",
         StrokeKind::Burn(_) => "burnt",

@@ -1,31 +1,31 @@
 //! Legend of a picture: the meaning of lines and signs in rows, followed by errors.
 
-use magician_program::toolpath::{MarkerKind, SHADES, StrokeKind};
+use magician_program::toolpath::{MarkerKind, POWER_SHADES, StrokeKind};
 
-use crate::layers::{Ways, look};
+use crate::layers::{PathStyle, style_of};
 use crate::svg::palette::{FAINT, INK, REACH, REACH_EDGE, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 use crate::{fence, ground, symbols};
 
 /// Height of a row, mm.
-const ROW: f64 = 5.5;
+const ROW_HEIGHT: f64 = 5.5;
 /// Size of letters, mm.
-const LETTER: f64 = 3.0;
+const LETTER_SIZE: f64 = 3.0;
 /// Upper bound of the mean width of letters, as a share of their size.
-const WIDE: f64 = 0.54;
+const LETTER_WIDTH_SHARE: f64 = 0.54;
 /// Gap between a sign and its label, mm.
-const GAP: f64 = 1.8;
+const LABEL_GAP: f64 = 1.8;
 /// Gap between entries, mm.
-const APART: f64 = 6.5;
+const ENTRY_GAP: f64 = 6.5;
 
 /// Largest number of lines per error. Longer errors are cut off.
-const MOST_LINES: usize = 3;
+const MAX_LINES: usize = 3;
 /// Indentation of continuation lines.
 const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
 
 /// Sign of an entry.
 pub(super) enum Sign {
-    Line(StrokeKind, Ways),
+    Line(StrokeKind, PathStyle),
     Shades,
     /// Reach of the tool.
     Area,
@@ -44,58 +44,62 @@ pub(super) enum Sign {
 /// A legend after layout.
 pub(super) struct Legend {
     entries: Vec<([f64; 2], Sign, String)>,
-    wrong: Vec<String>,
+    errors: Vec<String>,
     rows: usize,
 }
 
 impl Legend {
     /// Lays out entries, and below them errors, for a width.
-    pub(super) fn new(entries: Vec<(Sign, String)>, wrong: &[String], width: f64) -> Self {
+    pub(super) fn new(entries: Vec<(Sign, String)>, errors: &[String], width: f64) -> Self {
         let mut at = [0.0, 0.0];
         let mut placed = Vec::new();
         for (sign, label) in entries {
-            let room = sign.width() + GAP + text_width(&label);
+            let room = sign.width() + LABEL_GAP + text_width(&label);
             if at[0] > 0.0 && at[0] + room > width {
-                at = [0.0, at[1] + ROW];
+                at = [0.0, at[1] + ROW_HEIGHT];
             }
             placed.push((at, sign, label));
-            at[0] += room + APART;
+            at[0] += room + ENTRY_GAP;
         }
-        let wrong = wrong.iter().flat_map(|text| wrapped(text, width));
-        let rows = (at[1] / ROW) as usize + 1;
+        let errors = errors.iter().flat_map(|text| wrapped(text, width));
+        let rows = (at[1] / ROW_HEIGHT) as usize + 1;
         Self {
             entries: placed,
-            wrong: wrong.collect(),
+            errors: errors.collect(),
             rows,
         }
     }
 
     /// Height, mm.
     pub(super) fn height(&self) -> f64 {
-        let rows = self.rows + self.wrong.len();
-        rows as f64 * ROW
+        let rows = self.rows + self.errors.len();
+        rows as f64 * ROW_HEIGHT
     }
 
     /// Draws it with its upper left corner at a point.
     pub(super) fn draw(&self, svg: &mut Svg, [left, top]: [f64; 2]) {
         let text = TextStyle {
-            size: LETTER,
+            size: LETTER_SIZE,
             colour: INK,
             anchor: Anchor::Start,
             rim: false,
         };
         for ([x, y], sign, label) in &self.entries {
-            let at = [left + x, top + y + ROW / 2.0];
+            let at = [left + x, top + y + ROW_HEIGHT / 2.0];
             sign.draw(svg, at);
-            svg.text([at[0] + sign.width() + GAP, at[1] + 1.1], label, &text);
+            svg.text(
+                [at[0] + sign.width() + LABEL_GAP, at[1] + 1.1],
+                label,
+                &text,
+            );
         }
-        let wrong = TextStyle {
+        let errors = TextStyle {
             colour: WRONG,
             ..text
         };
-        for (nth, line) in self.wrong.iter().enumerate() {
-            let y = top + (self.rows + nth) as f64 * ROW + ROW / 2.0 + 1.1;
-            svg.text([left, y], line, &wrong);
+        for (nth, line) in self.errors.iter().enumerate() {
+            let y = top + (self.rows + nth) as f64 * ROW_HEIGHT + ROW_HEIGHT / 2.0 + 1.1;
+            svg.text([left, y], line, &errors);
         }
     }
 }
@@ -115,12 +119,12 @@ impl Sign {
 
     fn draw(&self, svg: &mut Svg, [x, y]: [f64; 2]) {
         match self {
-            Self::Line(leaves, ways) => line(svg, [[x, y], [x + 7.0, y]], *leaves, *ways),
+            Self::Line(mark, path_style) => line(svg, [[x, y], [x + 7.0, y]], *mark, *path_style),
             Self::Shades => {
-                for shade in 1..=SHADES {
-                    let from = x + 7.0 * (shade - 1) as f64 / SHADES as f64;
+                for shade in 1..=POWER_SHADES {
+                    let from = x + 7.0 * (shade - 1) as f64 / POWER_SHADES as f64;
                     let ends = [[from, y - 1.2], [from, y + 1.2]];
-                    line(svg, ends, StrokeKind::Burn(shade), Ways::Planned);
+                    line(svg, ends, StrokeKind::Burn(shade), PathStyle::Plan);
                 }
             }
             Self::Area => {
@@ -137,14 +141,14 @@ impl Sign {
             }
             Self::Outline => {
                 let corners = [[x, y - 1.6], [x + 4.0, y + 1.6]];
-                svg.rectangle(corners, &ground::OUTLINE);
+                svg.rectangle(corners, &ground::OUTLINE_ATTRIBUTES);
             }
             Self::Object(fill, [edge, width]) => {
                 let look = [("fill", *fill), ("stroke", *edge), ("stroke-width", *width)];
                 svg.rectangle([[x + 0.4, y - 1.6], [x + 3.6, y + 1.6]], &look);
             }
-            Self::Fence => fence::outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
-            Self::KeepOut => fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::Fence => fence::draw_outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::KeepOut => fence::draw_keep_out(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
             Self::Begin => symbols::begin(svg, [x + 1.1, y]),
             Self::End => symbols::finish(svg, [x + 2.3, y]),
             Self::Marker(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
@@ -152,8 +156,8 @@ impl Sign {
     }
 }
 
-fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind, ways: Ways) {
-    let (colour, width, opacity, dashes) = look(leaves, ways);
+fn line(svg: &mut Svg, ends: [[f64; 2]; 2], mark: StrokeKind, path_style: PathStyle) {
+    let (colour, width, opacity, dashes) = style_of(mark, path_style);
     let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
     let mut attributes = vec![
         ("stroke", &*colour),
@@ -167,7 +171,7 @@ fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind, ways: Ways) {
 
 /// Wraps a text to lines that fit, and indents all but the first.
 fn wrapped(text: &str, width: f64) -> Vec<String> {
-    let most = ((width / (LETTER * WIDE)) as usize).max(20);
+    let most = ((width / (LETTER_SIZE * LETTER_WIDTH_SHARE)) as usize).max(20);
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let room = word.chars().count() + 1;
@@ -181,10 +185,10 @@ fn wrapped(text: &str, width: f64) -> Vec<String> {
             line.push_str(word);
         }
     }
-    lines.truncate(MOST_LINES);
+    lines.truncate(MAX_LINES);
     lines
 }
 
 fn text_width(text: &str) -> f64 {
-    text.chars().count() as f64 * LETTER * WIDE
+    text.chars().count() as f64 * LETTER_SIZE * LETTER_WIDTH_SHARE
 }

@@ -4,17 +4,17 @@ use crate::svg::palette::{FAINT, INK};
 use crate::svg::{Anchor, Svg, TextStyle, segments, signed};
 
 /// Spacing of the fine grid, mm.
-const FINE: f64 = 10.0;
+const FINE_GRID: f64 = 10.0;
 /// Spacing of the labelled grid, mm.
-const COARSE: f64 = 50.0;
+const LABELLED_GRID: f64 = 50.0;
 /// Spacing of the labelled grid in a small view, mm.
-const CLOSE: f64 = 20.0;
+const SMALL_VIEW_GRID: f64 = 20.0;
 /// Largest size of a small view, mm.
-const SMALL: f64 = 160.0;
+const SMALL_VIEW: f64 = 160.0;
 /// Margin around a picture and between its parts, mm.
 pub(super) const MARGIN: f64 = 6.0;
 /// Space for labels on the left and below, mm.
-pub(super) const TICKS: [f64; 2] = [9.0, 6.0];
+pub(super) const TICK_SPACE: [f64; 2] = [9.0, 6.0];
 
 /// A part of a plane, and its position in the picture.
 #[derive(Clone, Copy, Debug)]
@@ -55,10 +55,10 @@ impl Panel {
 
     /// Draws the grid.
     pub(super) fn grid(&self, svg: &mut Svg) {
-        for (step, opacity) in [(FINE, "0.06"), (self.coarse(), "0.14")] {
+        for (step, opacity) in [(FINE_GRID, "0.06"), (self.grid_spacing(), "0.14")] {
             let [low, high] = self.part;
-            let upright = lines(low[0], high[0], step).map(|x| [[x, low[1]], [x, high[1]]]);
-            let level = lines(low[1], high[1], step).map(|y| [[low[0], y], [high[0], y]]);
+            let upright = multiples(low[0], high[0], step).map(|x| [[x, low[1]], [x, high[1]]]);
+            let level = multiples(low[1], high[1], step).map(|y| [[low[0], y], [high[0], y]]);
             let all = upright.chain(level);
             let data = segments(all.map(|ends| ends.map(|end| self.at(end))));
             let look = [
@@ -78,7 +78,7 @@ impl Panel {
     }
 
     /// Draws the labels of the grid and of the axes.
-    pub(super) fn numbers(&self, svg: &mut Svg, across: &str, up: &str) {
+    pub(super) fn draw_labels(&self, svg: &mut Svg, across: &str, up: &str) {
         let number = |anchor| TextStyle {
             size: 2.8,
             colour: FAINT,
@@ -86,11 +86,11 @@ impl Panel {
             rim: false,
         };
         let [low, high] = self.part;
-        for x in lines(low[0], high[0], self.coarse()) {
+        for x in multiples(low[0], high[0], self.grid_spacing()) {
             let [x_at, y_at] = self.at([x, low[1]]);
             svg.text([x_at, y_at + 3.8], signed(x), &number(Anchor::Middle));
         }
-        for y in lines(low[1], high[1], self.coarse()) {
+        for y in multiples(low[1], high[1], self.grid_spacing()) {
             let [x_at, y_at] = self.at([low[0], y]);
             svg.text([x_at - 1.4, y_at + 1.0], signed(y), &number(Anchor::End));
         }
@@ -109,12 +109,12 @@ impl Panel {
         svg.text([left + 1.5, top + 3.6], up, &name);
     }
 
-    fn coarse(&self) -> f64 {
+    fn grid_spacing(&self) -> f64 {
         let [low, high] = self.part;
-        if (high[0] - low[0]).max(high[1] - low[1]) > SMALL {
-            COARSE
+        if (high[0] - low[0]).max(high[1] - low[1]) > SMALL_VIEW {
+            LABELLED_GRID
         } else {
-            CLOSE
+            SMALL_VIEW_GRID
         }
     }
 
@@ -131,10 +131,10 @@ impl Extent {
     /// Margin around it, mm.
     const MARGIN: f64 = 12.0;
     /// Smallest width and height of a view, mm.
-    const LEAST: [f64; 2] = [90.0, 70.0];
+    const MIN_SIZE: [f64; 2] = [90.0, 70.0];
     /// Largest distance from the base that a view covers, mm. It keeps the picture small if a step
     /// is far out of reach.
-    const FARTHEST: f64 = 420.0;
+    const MAX_DISTANCE: f64 = 420.0;
 
     pub(super) fn show(&mut self, point: [f64; 2]) {
         let [low, high] = self.0.get_or_insert([point, point]);
@@ -148,18 +148,19 @@ impl Extent {
     pub(super) fn part(self) -> [[f64; 2]; 2] {
         let [mut low, mut high] = self.0.unwrap_or([[200.0, 0.0]; 2]);
         for axis in 0..2 {
-            let missing = Self::LEAST[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
+            let missing = Self::MIN_SIZE[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
             let room = Self::MARGIN + missing.max(0.0) / 2.0;
-            let fit = |value: f64| (value * FINE).clamp(-Self::FARTHEST, Self::FARTHEST);
-            low[axis] = fit(((low[axis] - room) / FINE).floor());
-            high[axis] = fit(((high[axis] + room) / FINE).ceil()).max(low[axis] + FINE);
+            let fit =
+                |value: f64| (value * FINE_GRID).clamp(-Self::MAX_DISTANCE, Self::MAX_DISTANCE);
+            low[axis] = fit(((low[axis] - room) / FINE_GRID).floor());
+            high[axis] = fit(((high[axis] + room) / FINE_GRID).ceil()).max(low[axis] + FINE_GRID);
         }
         [low, high]
     }
 }
 
 /// Iterates over the multiples of a step strictly within a range.
-fn lines(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
+fn multiples(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let [first, last] = [
         (low / step).floor() as i64 + 1,
         (high / step).ceil() as i64 - 1,

@@ -7,11 +7,11 @@ use resvg::usvg;
 use crate::{Preview, Snapshot};
 
 /// Largest number of pixels of a picture. It bounds memory.
-pub(crate) const MOST_PIXELS: f64 = 64e6;
+pub(crate) const MAX_PIXELS: f64 = 64e6;
 /// Number of times a scale is halved for a picture that would be too large.
-const HALVINGS: usize = 4;
+const MAX_HALVINGS: usize = 4;
 /// Units of an SVG (96 per inch) per millimetre.
-const UNITS: f64 = 96.0 / 25.4;
+const UNITS_PER_MM: f64 = 96.0 / 25.4;
 
 /// Reason why a picture cannot be made.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +36,7 @@ impl std::fmt::Display for PictureError {
             }
             Self::Size([width, height]) => write!(
                 f,
-                "the picture would be {width:.0} by {height:.0} pixels, limit {MOST_PIXELS} \
+                "the picture would be {width:.0} by {height:.0} pixels, limit {MAX_PIXELS} \
                     pixels: use fewer pixels per millimetre"
             ),
             Self::Drawing(why) => write!(f, "the picture cannot be drawn: {why}"),
@@ -64,7 +64,7 @@ pub fn fitting<E>(
     draw: impl Fn(f64) -> Result<Vec<u8>, E>,
 ) -> Result<Vec<u8>, E> {
     let mut scale = pixels_per_mm;
-    for _ in 0..HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         match draw(scale) {
             Err(error) if too_large(&error) => scale /= 2.0,
             made => return made,
@@ -105,10 +105,10 @@ pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     let wrong = |why: String| PictureError::Drawing(why);
     let tree =
         usvg::Tree::from_str(svg, &svg_options()).map_err(|error| wrong(error.to_string()))?;
-    let scale = pixels_per_mm / UNITS;
+    let scale = pixels_per_mm / UNITS_PER_MM;
     let size = [tree.size().width(), tree.size().height()];
     let size = size.map(|side| (f64::from(side) * scale).ceil());
-    if size[0] * size[1] > MOST_PIXELS {
+    if size[0] * size[1] > MAX_PIXELS {
         return Err(PictureError::Size(size));
     }
     let pixels = Pixmap::new(size[0] as u32, size[1] as u32);
@@ -131,7 +131,7 @@ mod tests {
     use crate::ArmView;
 
     #[test]
-    fn what_is_too_large_becomes_smaller() {
+    fn oversize_picture_is_reduced() {
         let most = |most: f64| {
             move |scale: f64| {
                 if scale > most {
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn an_arm_is_a_picture_at_any_scale_above_nothing() {
+    fn arm_is_drawn_at_any_positive_scale() {
         let snapshot = Snapshot::of_arm(&ArmView::default());
         assert!(snapshot.to_png(2.0).unwrap().starts_with(b"\x89PNG"));
         assert!(snapshot.to_png(0.0).is_err());

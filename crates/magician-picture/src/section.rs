@@ -12,12 +12,12 @@ use crate::svg::palette::{REACH, REACH_EDGE};
 use crate::svg::{Svg, path};
 
 /// Largest step along a limit, degrees.
-const STEP: f64 = 2.0;
+const MAX_STEP: f64 = 2.0;
 
 /// Returns the boundary of the reach in a plane through the base axis, as distance of the tool from
 /// the axis and z, mm.
 pub(super) fn section(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
-    let corners = allowed(limits);
+    let corners = allowed_j2_j3(limits);
     let next = corners.iter().cycle().skip(1);
     let edges = corners.iter().zip(next);
     edges.flat_map(|(from, to)| edge(arm, *from, *to)).collect()
@@ -41,7 +41,7 @@ pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
     let [near, far] = radii.fold([f64::MAX, 0.0_f64], |[near, far], radius| {
         [near.min(radius), far.max(radius)]
     });
-    let steps = ((limits.j1.max - limits.j1.min) / STEP).ceil().max(1.0) as u32;
+    let steps = ((limits.j1.max - limits.j1.min) / MAX_STEP).ceil().max(1.0) as u32;
     let on = |radius: f64, step: u32| {
         let share = f64::from(step) / f64::from(steps);
         let j1 = limits.j1.min + (limits.j1.max - limits.j1.min) * share;
@@ -56,7 +56,7 @@ pub(super) fn sector(arm: &Geometry, limits: &Limits) -> Vec<[f64; 2]> {
 
 /// Allowed pairs of J2 and J3 as a convex polygon: both ranges, clipped by the range of their
 /// difference.
-fn allowed(limits: &Limits) -> Vec<[f64; 2]> {
+fn allowed_j2_j3(limits: &Limits) -> Vec<[f64; 2]> {
     let (j2, j3, both) = (limits.j2, limits.j3, limits.j2_minus_j3);
     let all = vec![
         [j2.min, j3.min],
@@ -87,7 +87,7 @@ fn clipped(polygon: &[[f64; 2]], inside: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 
 
 fn edge(arm: &Geometry, a: [f64; 2], b: [f64; 2]) -> Vec<[f64; 2]> {
     let length = (b[0] - a[0]).abs().max((b[1] - a[1]).abs());
-    let steps = (length / STEP).ceil().max(1.0) as u32;
+    let steps = (length / MAX_STEP).ceil().max(1.0) as u32;
     let at = |step: u32| {
         let share = f64::from(step) / f64::from(steps);
         let [j2, j3] = [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * share);
@@ -104,7 +104,7 @@ mod tests {
 
     /// Figures of model section 5.
     #[test]
-    fn the_section_has_the_known_extent() {
+    fn section_has_the_known_extent() {
         let section = section(
             &Geometry::magician(ToolBias::NONE),
             &ArmModel::MAGICIAN.certain,
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sector_goes_from_the_least_radius_to_the_largest_as_far_as_j1_turns() {
+    fn sector_spans_the_radius_range_over_the_range_of_j1() {
         let limits = ArmModel::MAGICIAN.certain;
         let sector = sector(&Geometry::magician(ToolBias::NONE), &limits);
         let radii = sector.iter().map(|[x, y]| libm::hypot(*x, *y));

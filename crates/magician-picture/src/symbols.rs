@@ -7,9 +7,9 @@ use crate::svg::palette::{CARRIED, FAINT, INK, PAPER, WRONG};
 use crate::svg::{Anchor, Svg, TextStyle, path, segments};
 
 /// Distance between signs, mm.
-const APART: f64 = 3.8;
+const SIGN_SPACING: f64 = 3.8;
 /// Offset of the first sign from its point, mm.
-const ASIDE: [f64; 2] = [2.8, -2.8];
+const FIRST_SIGN_OFFSET: [f64; 2] = [2.8, -2.8];
 
 /// Draws a dot at the start and a ring at the end.
 pub(super) fn ends(svg: &mut Svg, [start, end]: [[f64; 2]; 2]) {
@@ -33,10 +33,10 @@ pub(super) fn finish(svg: &mut Svg, at: [f64; 2]) {
 /// Draws the signs of a point side by side, and its name.
 pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
     spot(svg, [x, y]);
-    let mut x = x + ASIDE[0];
+    let mut x = x + FIRST_SIGN_OFFSET[0];
     for kind in &mark.kinds {
-        sign(svg, [x, y + ASIDE[1]], *kind);
-        x += APART;
+        sign(svg, [x, y + FIRST_SIGN_OFFSET[1]], *kind);
+        x += SIGN_SPACING;
     }
     if let Some(name) = &mark.name {
         let label = TextStyle {
@@ -45,7 +45,7 @@ pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
             anchor: Anchor::Start,
             rim: true,
         };
-        svg.text([x - 1.2, y + ASIDE[1] + 1.1], name, &label);
+        svg.text([x - 1.2, y + FIRST_SIGN_OFFSET[1] + 1.1], name, &label);
     }
 }
 

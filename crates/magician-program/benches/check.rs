@@ -12,9 +12,9 @@ fn main() {
 }
 
 /// Random numbers from a seed (xorshift64*), from 0 to 1.
-struct Chance(u64);
+struct RandomSource(u64);
 
-impl Chance {
+impl RandomSource {
     fn next(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -25,7 +25,7 @@ impl Chance {
 
 /// Drawing of `segments` segments of 0.2 to 1 mm: a random walk with bends, on a sheet of 100 mm.
 fn drawing(segments: usize) -> Plan {
-    let mut chance = Chance(20_260_801);
+    let mut chance = RandomSource(20_260_801);
     let mut plan = Plan::new("a walk");
     plan.tool = Some(Tool::Pen);
     plan.push(build::path_speed(100.0, 200.0), Origin::NONE);

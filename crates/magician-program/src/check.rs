@@ -2,13 +2,13 @@
 //! travels.
 //!
 //! The check follows the plan with a [`Preflight`], which plans each command as the arm would. A
-//! refused step is left out, and the next one is followed from where the refused one would have
-//! begun; so one run finds all mistakes. Times are those of the virtual arm, to the microsecond.
+//! refused step is skipped and leaves the state unchanged, so one run finds all mistakes. Times are
+//! those of the virtual arm, to the microsecond.
 
 mod beyond;
 mod foreign;
+mod motion;
 mod pen;
-mod way;
 mod would_fit;
 
 use std::collections::BTreeMap;
@@ -19,19 +19,20 @@ use magician_host::preflight::Preflight;
 use magician_host::{Action as Deed, Error, Geometry, Limits, PtpMove, Set};
 use magician_motion::MotionError;
 
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan};
 use beyond::beyond;
 pub use foreign::foreign_coordinates;
+use motion::{corners, length, point};
 use pen::Pen;
-use way::{corners, length, point};
-pub use would_fit::{would_do_at, would_fit, would_fit_turned};
+pub use would_fit::{would_fit, would_fit_at, would_fit_turned};
 
-/// Refused steps kept in a report; further ones are only counted, so that a plan refused in every
-/// step costs little memory.
-const MOST_REFUSED: usize = 100;
-/// Parts with figures of their own; further ones have none. Bounds the size of a report.
-const MOST_PARTS: usize = 4096;
+/// Largest number of refused steps listed in a report; further ones are only counted. Bounds the
+/// memory of a report.
+const MAX_REFUSED_STEPS: usize = 100;
+/// Largest number of parts with separate figures; further parts count only in the totals. Bounds
+/// the size of a report.
+const MAX_PARTS: usize = 4096;
 
 /// Figures of one part of a plan, over all its passes.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,7 +58,7 @@ pub struct RefusedStep {
     pub name: Option<String>,
     /// Reason, with value, limit and unit where there is a limit.
     pub error: Error,
-    /// Target of the step, with the tool and limits in force.
+    /// Target of the step, with the arm's geometry (tool included) and limits.
     pub(crate) target: Option<(Geometry, Limits, [f64; 3])>,
 }
 
@@ -86,7 +87,7 @@ impl From<&RefusedStep> for Diagnostic {
     }
 }
 
-/// Steps whose target is outside the bounds that every arm is certain to reach
+/// Steps whose target lies outside the bounds that every arm reaches for certain
 /// ([`Step::doubt`](magician_host::preflight::Step)): one arm may go there, another may stop with
 /// an alarm.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,7 +136,7 @@ pub struct Report {
     /// Bounds of all end points of steps.
     pub travel_bounds: Option<[[f64; 3]; 2]>,
     /// Step with the longest motion, from 0, and its length, mm.
-    pub longest_way: Option<(usize, f64)>,
+    pub longest_motion: Option<(usize, f64)>,
     /// Step with the longest duration, from 0, and that duration. Segments of continuous paths and
     /// steps without a known end do not count.
     pub longest_time: Option<(usize, Duration)>,
@@ -152,8 +153,8 @@ impl Report {
         self.refused == 0
     }
 
-    /// Number of a step for users: counted from 1, over the whole program if the check was of the
-    /// [rest](crate::RemainingProgram::check) of one.
+    /// Number of a step as shown to users, from 1. A check of a [remaining
+    /// program](crate::RemainingProgram::check) counts from the start of the whole program.
     #[must_use]
     pub fn number(&self, place: usize) -> u64 {
         let place = i64::try_from(place).unwrap_or(i64::MAX);
@@ -163,7 +164,7 @@ impl Report {
 
     fn refuse(&mut self, plan: &Plan, step: usize, error: Error, arm: &Preflight) {
         self.refused += 1;
-        if self.refused_steps.len() < MOST_REFUSED {
+        if self.refused_steps.len() < MAX_REFUSED_STEPS {
             let refused = plan.steps.get(step);
             let origin = refused.map_or(Origin::NONE, |step| step.origin);
             let target = refused.and_then(|step| step.action.target());
@@ -200,18 +201,18 @@ impl Report {
         }
     }
 
-    fn travel(&mut self, step: usize, way: f64, draws: bool) {
+    fn add_motion(&mut self, step: usize, way: f64, draws: bool) {
         if draws {
             self.drawn += way;
         } else {
             self.travelled += way;
         }
-        if self.longest_way.is_none_or(|(_, longest)| way > longest) {
-            self.longest_way = Some((step, way));
+        if self.longest_motion.is_none_or(|(_, longest)| way > longest) {
+            self.longest_motion = Some((step, way));
         }
     }
 
-    fn take(&mut self, step: usize, time: Duration) {
+    fn add_time(&mut self, step: usize, time: Duration) {
         if time < Duration::MAX && self.longest_time.is_none_or(|(_, longest)| time > longest) {
             self.longest_time = Some((step, time));
         }
@@ -220,15 +221,14 @@ impl Report {
 
 /// Checks a plan that begins with the pose and settings of `start`.
 ///
-/// A refused step is left out: the next one is followed from where the refused one would have
-/// begun.
+/// A refused step is skipped: the check continues from the state before it.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
-    at_once(check_in_turns(plan, start, &AtOnce))
+    run_to_end(check_yielding(plan, start, &NeverYield))
 }
 
 /// Like [`check`](fn@check), yielding to other tasks between slices.
-pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl Turns) -> Report {
+pub(crate) async fn check_yielding(plan: &Plan, start: &Preflight, yields: &impl Yield) -> Report {
     let mut course = CheckRun {
         arm: start.clone().summing(),
         pen: Pen::of(plan),
@@ -245,8 +245,8 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
         course.refuse(plan, 0, error);
     }
     let mut counts = [0; Action::NAMES.len()];
-    for (nth, slice) in plan.steps.chunks(SLICE).enumerate() {
-        for (at, step) in (nth * SLICE..).zip(slice) {
+    for (nth, slice) in plan.steps.chunks(STEPS_PER_SLICE).enumerate() {
+        for (at, step) in (nth * STEPS_PER_SLICE..).zip(slice) {
             if let Some(count) = counts.get_mut(step.action.kind()) {
                 *count += 1;
             }
@@ -261,10 +261,10 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
                 Err(error) => course.refuse(plan, at, error),
             }
         }
-        // A long plan takes seconds; let the arm be served in between.
-        turns.give().await;
+        // A long plan takes seconds: yield so that the arm is served meanwhile.
+        yields.yield_now().await;
     }
-    // The end of the last path is planned only when nothing follows it.
+    // The last path can be planned only now that nothing follows it.
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);
     }
@@ -297,7 +297,7 @@ struct CheckRun {
 
 impl CheckRun {
     /// Time so far, if the current path ended here.
-    fn until_here(&self) -> Option<Duration> {
+    fn elapsed(&self) -> Option<Duration> {
         self.time?.checked_add(self.arm.clone().rest())
     }
 
@@ -306,8 +306,8 @@ impl CheckRun {
         let parts = &mut self.report.parts;
         let known = parts.iter().position(|known| known.part.n == part.n);
         let nth = known.unwrap_or(parts.len());
-        // Beyond the limit a part still counts in the totals, only not by itself.
-        if nth == MOST_PARTS {
+        // Beyond the limit a part counts in the totals only.
+        if nth == MAX_PARTS {
             return;
         }
         if known.is_none() {
@@ -317,14 +317,14 @@ impl CheckRun {
                 time: Some(Duration::ZERO),
             });
         }
-        self.part = Some((nth, self.report.drawn, self.until_here()));
+        self.part = Some((nth, self.report.drawn, self.elapsed()));
     }
 
     fn end_part(&mut self) {
         let Some((nth, drawn, began)) = self.part.take() else {
             return;
         };
-        let ends = self.until_here();
+        let ends = self.elapsed();
         if let Some(figures) = self.report.parts.get_mut(nth) {
             figures.drawn += self.report.drawn - drawn;
             let took = ends
@@ -371,9 +371,10 @@ impl CheckRun {
         self.time = self.time.filter(|_| done.time < Duration::MAX);
         self.time = self.time.map(|time| time.saturating_add(done.time));
         let is_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
-        // Segments of a path are planned together, so their times are not their own.
+        // Segments of a path are planned together, so a single segment has no duration to report.
         if !is_path {
-            self.report.take(step, done.time.saturating_sub(done.path));
+            self.report
+                .add_time(step, done.time.saturating_sub(done.path));
         }
         self.pen.note(command);
         match command {
@@ -388,7 +389,7 @@ impl CheckRun {
             let way = length(command, &from, &to);
             if way > 0.0 {
                 let draws = self.pen.draws(command, &from, &to);
-                self.report.travel(step, way, draws);
+                self.report.add_motion(step, way, draws);
                 if draws {
                     for at in corners(command, &from, &to) {
                         widen(&mut self.report.bounds, at);

@@ -1,14 +1,14 @@
-//! Start of a plan in its middle: to begin at a later step, or to resume after a stop.
+//! Start in the middle of a plan: at a later step, or where an earlier run stopped.
 //!
-//! A step in the middle depends on all before it: settings, outputs, tool, and the pose. So the
-//! plan is first followed without sending anything. Then the settings in force are sent, and the
+//! A step depends on the settings, outputs, tool and pose that the earlier steps leave. These steps
+//! are therefore followed first, without sending them. Then the settings in force are sent, and the
 //! tool approaches the step's start: straight up, across, straight down, with the laser off until
-//! it arrives. `within` finds the place within a step that was cut short, `lights` the place where
-//! a burn ended.
+//! it arrives. `partial_step` finds the place within a step that was cut short, `laser_off` the
+//! place where a burn ended.
 
-pub(crate) mod lights;
+pub(crate) mod laser_off;
+pub(crate) mod partial_step;
 mod settings;
-pub(crate) mod within;
 
 use magician_host::build;
 use magician_host::message;
@@ -19,23 +19,24 @@ use magician_motion::Pose;
 use crate::{Action, Diagnostic, Origin, Plan, Step, Travel};
 use settings::Settings;
 
-/// Distance between the heights tried for the way across, mm, if the highest is out of reach.
-const LOWER: f64 = 5.0;
+/// Step between the heights tried for the move across, mm, if the highest is out of reach.
+const HEIGHT_STEP: f64 = 5.0;
 /// Moves shorter than this are left out, mm.
-const SHORT: f64 = 1e-3;
-/// Height of the way across above both of its ends, mm, if within reach.
-const LIFT: f64 = 10.0;
+const MIN_MOVE: f64 = 1e-3;
+/// Height of the move across above both of its ends, mm, if within reach.
+const CROSSING_CLEARANCE: f64 = 10.0;
 /// Largest joint error caused by 32-bit coordinates, deg: no more than the arm's own resolution.
-const CLOSE: f64 = 0.01;
+const JOINT_TOLERANCE: f64 = 0.01;
 /// Largest height of any tool of the arm, mm.
-const HIGHEST: f64 = 400.0;
-/// Sideways steps, as share of the distance from the base, if the way across cannot be high enough
-/// above the place itself.
-const ASIDE: f64 = 0.05;
+const MAX_HEIGHT: f64 = 400.0;
+/// Sideways step, as a share of the distance from the base, for a move across that cannot be high
+/// enough above the start position itself.
+const SIDEWAYS_STEP: f64 = 0.05;
 /// Number of sideways steps in each direction.
-const MOST_ASIDE: i32 = 8;
-/// Number of heights tried, down to as far below the place as above it.
-const MOST_TRIES: u32 = 160;
+const MAX_SIDEWAYS_STEPS: i32 = 8;
+/// Largest number of heights tried; the lowest is as far below the start position as the highest is
+/// above it.
+const MAX_HEIGHTS: u32 = 160;
 
 /// Plan that begins at a step of another plan and can be run on its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,14 +51,14 @@ pub struct Continuation {
 impl Continuation {
     /// Creates the plan from a step (from 0) on, for an arm in the state of `start`.
     ///
-    /// It first sends the settings that the earlier steps leave in force (speeds, tool, pins, pump,
-    /// running motors), and repeats nothing else of them. Then it goes straight up, across, and
-    /// straight down to where the step begins, with the laser off, and continues as the plan does.
-    /// A step of a continuous path begins at the start of its segment, from rest.
+    /// The new plan first sends the settings that the earlier steps leave in force (speeds, tool,
+    /// pins, pump, running motors). Then it moves straight up, across, and straight down to the
+    /// start of the step, with the laser off, and continues as the original plan. A step of a
+    /// continuous path begins at the start of its segment, from rest.
     ///
-    /// The way across is as high as the plan has been until then, jumps included, and 10 mm above
-    /// both of its ends, or as high as possible. Homing is not repeated: an arm that was switched
-    /// off in between must be homed first.
+    /// The move across is at the largest height of the earlier steps, jumps included, and at least
+    /// 10 mm above both of its ends, or as high as possible. Homing is not repeated: an arm that
+    /// was switched off in between must be homed first.
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, preflight::Preflight};
@@ -216,9 +217,9 @@ impl<'p> LeadIn<'p> {
                 "the position of the arm is unknown when step {step} begins",
                 step = step + 1
             );
-            return Err(diagnostic_at(plan, step, message).help(places_known_after(plan, step)));
+            return Err(diagnostic_at(plan, step, message).help(advice_on_known_steps(plan, step)));
         };
-        if settings.has_lost_the_rail() {
+        if settings.is_rail_unknown() {
             let message = message!(
                 "the position on the rail is unknown when step {step} begins",
                 step = step + 1
@@ -233,7 +234,7 @@ impl<'p> LeadIn<'p> {
         let action = plan.steps.get(step).map(|step| &step.action);
         let (at, left) = action
             .zip(within)
-            .and_then(|(action, place)| within::from_there(action, &arm, place))
+            .and_then(|(action, place)| partial_step::continue_from(action, &arm, place))
             .unwrap_or((*at, None));
         height.most = height.most.max(begins.z);
         Ok(Self {
@@ -243,7 +244,7 @@ impl<'p> LeadIn<'p> {
             place: at.pose,
             joints: at.joints,
             left,
-            height: height.most.max(at.pose.z + LIFT),
+            height: height.most.max(at.pose.z + CROSSING_CLEARANCE),
             steps: Vec::new(),
         })
     }
@@ -297,7 +298,7 @@ impl<'p> LeadIn<'p> {
         let place = self.joints.to_array();
         arm.arm().is_some_and(|at| {
             let mut pairs = at.joints.to_array().into_iter().zip(place);
-            pairs.all(|(is, wanted)| (is - wanted).abs() < CLOSE)
+            pairs.all(|(is, wanted)| (is - wanted).abs() < JOINT_TOLERANCE)
         })
     }
 
@@ -307,28 +308,30 @@ impl<'p> LeadIn<'p> {
         let begun = arm.arm().map(|at| at.pose);
         if let Some(from) = begun
             && rail.is_none()
-            && from.distance_to(&self.place) < SHORT
+            && from.distance_to(&self.place) < MIN_MOVE
             // A tool turned differently still needs a move, though its tip is in place.
-            && (from.r - self.place.r).abs() < SHORT
+            && (from.r - self.place.r).abs() < MIN_MOVE
         {
             return Ok(());
         }
-        let height = begun.map_or(self.height, |from| self.height.max(from.z + LIFT));
+        let height = begun.map_or(self.height, |from| {
+            self.height.max(from.z + CROSSING_CLEARANCE)
+        });
         if let Some(from) = begun {
-            // If the tool cannot go up, nothing above is in its way: continue.
-            let _ = highest(&from, height, |pose| {
+            // Rising is optional: if the arm cannot rise, the move across starts at this height.
+            let _ = rise(&from, height, |pose| {
                 go(arm, steps, pose, &[Travel::Line], None)
             });
         }
-        // From an unknown pose only a joint move has a known end.
+        // From an unknown pose only a joint move can be planned.
         let across: &[Travel] = match begun {
             Some(_) => &[Travel::Line, Travel::Joints],
             None => &[Travel::Joints],
         };
-        if self.come_down(height, across, arm, steps) {
+        if self.descend(height, across, arm, steps) {
             return Ok(());
         }
-        let over = highest(&self.place, height, |pose| {
+        let over = rise(&self.place, height, |pose| {
             go(arm, steps, pose, across, rail)
         });
         match over {
@@ -337,18 +340,18 @@ impl<'p> LeadIn<'p> {
         }
     }
 
-    /// Goes across at `height` and straight down. If that height is out of reach above the place,
-    /// tries places beside it, nearer to the base or farther away.
-    fn come_down(
+    /// Moves across at `height` and straight down. If that height is out of reach above the start
+    /// position, tries positions nearer to the base or farther away.
+    fn descend(
         &self,
         height: f64,
         across: &[Travel],
         arm: &mut Preflight,
         steps: &mut Vec<Action>,
     ) -> bool {
-        let z = height.min(HIGHEST);
-        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
-        for share in asides.map(|nth| 1.0 + ASIDE * f64::from(nth)) {
+        let z = height.min(MAX_HEIGHT);
+        let asides = (0..=MAX_SIDEWAYS_STEPS).flat_map(|nth| [-nth, nth]);
+        for share in asides.map(|nth| 1.0 + SIDEWAYS_STEP * f64::from(nth)) {
             let [x, y] = [self.place.x, self.place.y].map(|at| share * at);
             let over = Pose {
                 x,
@@ -358,7 +361,7 @@ impl<'p> LeadIn<'p> {
             };
             // Try on a copy: both moves must be possible, or neither is made.
             let (mut tried, mut added) = (arm.clone(), Vec::new());
-            if z > self.place.z + SHORT
+            if z > self.place.z + MIN_MOVE
                 && go(&mut tried, &mut added, over, across, self.settings.rail()).is_ok()
                 && go(&mut tried, &mut added, self.place, &[Travel::Line], None).is_ok()
             {
@@ -371,7 +374,7 @@ impl<'p> LeadIn<'p> {
     }
 }
 
-/// Goes to a pose by the first possible motion type; if none is possible, returns the error of the
+/// Moves to a pose by the first possible motion type; if none is possible, returns the error of the
 /// first.
 fn go(
     arm: &mut Preflight,
@@ -403,15 +406,17 @@ fn go(
     refusal.map_or(Ok(()), Err)
 }
 
-/// Goes above a place to `height`, or as high as possible. `None` if the tool is that high already.
-fn highest(
+/// Moves up to `height` above a position, or as high as possible. `None` if the tool is that high
+/// already.
+fn rise(
     place: &Pose,
     height: f64,
     mut go: impl FnMut(Pose) -> Result<(), Error>,
 ) -> Option<Result<(), Error>> {
-    let heights = (0..MOST_TRIES).map(|down| height.min(HIGHEST) - LOWER * f64::from(down));
+    let heights =
+        (0..MAX_HEIGHTS).map(|down| height.min(MAX_HEIGHT) - HEIGHT_STEP * f64::from(down));
     let mut refusal = None;
-    for z in heights.take_while(|z| *z > place.z + SHORT) {
+    for z in heights.take_while(|z| *z > place.z + MIN_MOVE) {
         match go(Pose { z, ..*place }) {
             Ok(()) => return Some(Ok(())),
             Err(error) => refusal = Some(Err(error)),
@@ -420,8 +425,8 @@ fn highest(
     refusal
 }
 
-/// Sentence that names the steps from which on the pose is known.
-fn places_known_after(plan: &Plan, step: usize) -> String {
+/// Advice that names the steps from which the pose is known.
+fn advice_on_known_steps(plan: &Plan, step: usize) -> String {
     let leads = |step: &Step| {
         let way = |by: Travel| by == Travel::Joints;
         matches!(step.action, Action::Move { by, .. } | Action::Joints { by, .. } if way(by))

@@ -50,9 +50,9 @@ impl Default for Ending {
 }
 
 impl Ending {
-    /// True if a plan draws with a pen: a plan for the pen does. A plan without a tool does if it
-    /// follows paths or arcs and is a [drawing](Self::drawing), or names its surface. Plans for a
-    /// laser, suction cup or gripper do not.
+    /// True if a plan draws with a pen: its tool is a pen, or it has no tool, follows paths or
+    /// arcs, and is a [drawing](Self::drawing) or names its surface. Plans for a laser, suction cup
+    /// or gripper do not draw.
     #[must_use]
     pub fn draws(&self, plan: &Plan) -> bool {
         plan.draws(self.drawing)
@@ -65,14 +65,15 @@ impl Ending {
         Some(self.lift).filter(|_| !self.stay && self.draws(plan))
     }
 
-    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm: a pen to
-    /// the lift above its paper, any other tool before parking. `None` if no lift is needed.
+    /// Height by which the tool at `at` (x, y, z) is lifted when the program is done, mm. A pen
+    /// gets the part of its lift that the plan has not done yet; any other tool is lifted only
+    /// before parking. `None` if no lift is needed.
     #[must_use]
     pub fn after_done(&self, plan: &Plan, at: [f64; 3]) -> Option<f64> {
         let up = if self.stay {
             None
         } else if self.draws(plan) {
-            Some(plan.lift_left(at, self.lift))
+            Some(plan.remaining_lift(at, self.lift))
         } else {
             self.park.map(|_| self.lift)
         };
@@ -100,7 +101,7 @@ impl Ending {
         };
         let whole = rest.whole();
         if let Some(surface) = whole.surface.filter(|_| self.is_held(whole)) {
-            above(place, surface).map_err(refused)?;
+            check_above(place, surface).map_err(refused)?;
         }
         let mut arm = rest.end();
         let Some(at) = arm.arm().map(|at| at.pose) else {
@@ -119,11 +120,11 @@ impl Ending {
 }
 
 /// Checks that a pen is not parked below its surface.
-fn above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
+fn check_above([x, y, z]: [f64; 3], surface: Surface) -> Result<()> {
     /// Depth that still counts as on the surface, mm: positions are rounded.
-    const ROUNDING: f64 = 0.01;
+    const DEPTH_TOLERANCE: f64 = 0.01;
     let deep = surface.at([x, y]) - z;
-    if deep <= ROUNDING {
+    if deep <= DEPTH_TOLERANCE {
         return Ok(());
     }
     Err(Error::invalid(message!(

@@ -49,12 +49,12 @@ pub mod rehearse;
 pub mod resume;
 mod setup;
 pub mod toolpath;
-pub mod turns;
 pub mod wire;
+pub mod yielding;
 
 pub use check::{
-    DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_do_at,
-    would_fit, would_fit_turned,
+    DoubtfulSteps, PartFigures, RefusedStep, Report, check, foreign_coordinates, would_fit,
+    would_fit_at, would_fit_turned,
 };
 pub use continuation::Continuation;
 pub use ending::Ending;

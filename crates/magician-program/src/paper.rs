@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Named sizes (ISO 216, and US Letter): width and height, mm.
-const NAMED: [(&str, [f64; 2]); 10] = [
+const NAMED_SIZES: [(&str, [f64; 2]); 10] = [
     ("a3", [297.0, 420.0]),
     ("a3-landscape", [420.0, 297.0]),
     ("a4", [210.0, 297.0]),
@@ -17,7 +17,7 @@ const NAMED: [(&str, [f64; 2]); 10] = [
     ("letter-landscape", [279.4, 215.9]),
 ];
 /// Longest side, mm.
-const LONGEST: f64 = 10_000.0;
+const MAX_SIDE: f64 = 10_000.0;
 
 /// Paper size: `a4` is portrait, `a4-landscape` is landscape, `200x150` is 200 mm wide and 150 mm
 /// high.
@@ -40,10 +40,10 @@ pub struct Paper {
 impl Paper {
     /// Names of the named sizes.
     pub const NAMES: &'static [&'static str] = &{
-        let mut names = [""; NAMED.len()];
+        let mut names = [""; NAMED_SIZES.len()];
         let mut nth = 0;
-        while nth < NAMED.len() {
-            names[nth] = NAMED[nth].0;
+        while nth < NAMED_SIZES.len() {
+            names[nth] = NAMED_SIZES[nth].0;
             nth += 1;
         }
         names
@@ -63,13 +63,13 @@ impl FromStr for Paper {
         let text = text.trim().to_ascii_lowercase();
         let side = |text: &str| {
             let side = text.trim().parse().ok();
-            side.filter(|side: &f64| *side > 0.0 && *side <= LONGEST)
+            side.filter(|side: &f64| *side > 0.0 && *side <= MAX_SIDE)
         };
         let sides = || {
             let (width, height) = text.split_once('x')?;
             Some([side(width)?, side(height)?])
         };
-        let named = NAMED.iter().find(|(name, _)| *name == text);
+        let named = NAMED_SIZES.iter().find(|(name, _)| *name == text);
         let size = named.map(|(_, size)| *size).or_else(sides);
         size.map(|size| Self { size }).ok_or_else(|| {
             "expected a3, a4, a5, a6 or letter, each also with -landscape, or WIDTHxHEIGHT in mm, such as 200x150".to_owned()
@@ -80,7 +80,7 @@ impl FromStr for Paper {
 impl fmt::Display for Paper {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [width, height] = self.size;
-        match NAMED.iter().find(|(_, size)| *size == self.size) {
+        match NAMED_SIZES.iter().find(|(_, size)| *size == self.size) {
             Some((name, _)) => f.write_str(name),
             None => write!(f, "{width}x{height}"),
         }

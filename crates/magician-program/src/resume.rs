@@ -2,8 +2,8 @@
 //!
 //! The arm counts finished commands (its current index). While a run lasts, a [`StepCounter`] maps
 //! an index to a step, and a [`Checkpoint`] is kept outside the process. However the run ends, the
-//! checkpoint and one more look at the arm give the place to resume at, or the steps in doubt:
-//! [`Checkpoint::resume_point`].
+//! checkpoint and one reading of the arm's index and clock give the place to resume at, or the
+//! range of steps in doubt: [`Checkpoint::resume_point`].
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::program::StepNumbering;
 
 /// Number of index and command pairs kept: more than any queue is long.
-const REMEMBERED: usize = 256;
+const MAX_INDEX_PAIRS: usize = 256;
 
 /// Maps a queue index to a step. A driver may insert commands between those of a plan and skip
 /// indices, so the difference is not constant.
@@ -30,7 +30,7 @@ pub struct StepCounter {
     /// Commands inserted by the driver, by their number among all commands taken.
     inserted: VecDeque<u64>,
     /// Number of inserted commands that are no longer listed.
-    forgotten: u64,
+    unlisted: u64,
     /// Numbering of the steps, some of which have no command.
     numbering: StepNumbering,
     /// Number of commands of the steps before the first.
@@ -60,7 +60,7 @@ impl StepCounter {
             pairs: VecDeque::new(),
             rest: None,
             inserted: VecDeque::new(),
-            forgotten: 0,
+            unlisted: 0,
             numbering: StepNumbering::default(),
             before: 0,
             from: 0,
@@ -94,16 +94,16 @@ impl StepCounter {
     /// first command.
     #[must_use]
     pub fn from_rest(mut self, index: Option<u64>) -> Self {
-        self.rest = index.map(counts_from);
+        self.rest = index.map(first_counted_index);
         self
     }
 
     /// Marks the command with this number (from 1) as inserted: it counts for no step. Call this
     /// before the arm takes the command, and in order.
     pub fn insert(&mut self, command: u64) {
-        if self.inserted.len() >= REMEMBERED {
+        if self.inserted.len() >= MAX_INDEX_PAIRS {
             self.inserted.pop_front();
-            self.forgotten += 1;
+            self.unlisted += 1;
         }
         self.inserted.push_back(command);
     }
@@ -116,10 +116,10 @@ impl StepCounter {
     }
 
     /// Number of commands without the inserted ones.
-    fn of_plan(&self, commands: u64) -> u64 {
+    fn plan_commands(&self, commands: u64) -> u64 {
         let later = self.inserted.iter().rev();
         let later = later.take_while(|inserted| **inserted > commands).count() as u64;
-        let earlier = self.forgotten + self.inserted.len() as u64 - later;
+        let earlier = self.unlisted + self.inserted.len() as u64 - later;
         commands.saturating_sub(earlier)
     }
 
@@ -147,7 +147,7 @@ impl StepCounter {
             self.pairs.pop_back();
         }
         // The oldest pair is far behind anything still in the queue.
-        if self.pairs.len() >= REMEMBERED {
+        if self.pairs.len() >= MAX_INDEX_PAIRS {
             self.pairs.pop_front();
         }
         self.pairs.push_back((index, commands));
@@ -175,8 +175,8 @@ impl StepCounter {
     pub(crate) fn commands(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.taken(current);
         StepRange {
-            least: self.of_plan(least),
-            most: self.of_plan(most),
+            least: self.plan_commands(least),
+            most: self.plan_commands(most),
         }
     }
 
@@ -200,8 +200,8 @@ impl StepCounter {
                 None => (most, most),
             };
         }
-        // Before the first reply nothing is known, except for what the arm may have taken without a
-        // reply arriving.
+        // Before the first reply the arm may have taken any number of commands, up to its progress
+        // since the run began.
         if self.pairs.is_empty() {
             (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
@@ -231,16 +231,16 @@ impl StepCounter {
     /// queue was empty at the start, so that index is known before the arm reports it.
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
-        let ahead = self.ahead();
+        let ahead = self.lead_commands();
         match self.pairs.back() {
             Some((index, commands)) if *commands < ahead => Some((index + (ahead - commands), 0)),
-            Some((index, commands)) => Some((*index, self.steps(self.of_plan(*commands)))),
+            Some((index, commands)) => Some((*index, self.steps(self.plan_commands(*commands)))),
             None => Some((self.rest?.saturating_add(ahead), 0)),
         }
     }
 
     /// Number of commands before the first step, including those inserted among them.
-    fn ahead(&self) -> u64 {
+    fn lead_commands(&self) -> u64 {
         let inserted = (0..).zip(&self.inserted);
         let ahead = inserted.take_while(|(nth, command)| **command <= self.lead + nth + 1);
         self.lead + ahead.count() as u64
@@ -319,16 +319,16 @@ pub enum ResumePoint {
 #[non_exhaustive]
 pub enum DoubtReason {
     /// The run itself ended in doubt, as recorded in its checkpoint.
-    Ended,
-    /// The arm cannot be asked.
-    NotAsked,
+    Recorded,
+    /// The arm's progress cannot be read.
+    NotReadable,
     /// Commands waited in the arm's queue when the run began, so its index says nothing about the
     /// run.
     NotAtRest,
     /// The arm's clock or index has restarted.
     Reset,
     /// The arm has finished more commands than the run sent.
-    Others,
+    ForeignCommands,
     /// The arm also counts commands outside the plan, so its index is ambiguous.
     Mixed,
 }
@@ -346,11 +346,11 @@ pub struct Doubt {
 impl fmt::Display for DoubtReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Ended => "it ended while an answer of the arm was missing",
-            Self::NotAsked => "the arm does not tell how far it came",
+            Self::Recorded => "it ended while an answer of the arm was missing",
+            Self::NotReadable => "the arm does not tell how far it came",
             Self::NotAtRest => "other commands waited in the arm's queue when it began",
             Self::Reset => "the arm was switched off or reset since",
-            Self::Others => {
+            Self::ForeignCommands => {
                 "the arm has done more than the run gave it, so another program used it since"
             }
             Self::Mixed => {
@@ -377,10 +377,10 @@ impl Checkpoint {
         }
     }
 
-    /// Place to resume at, once nothing of the run waits in the arm's queue.
+    /// Place to resume at. To be called once the arm's queue holds no command of the run.
     ///
-    /// `seen` is the arm's report, if it can be asked. `stands_after` returns true if the arm
-    /// stands where a number of finished steps leaves it, `None` if unknown. The arm counts
+    /// `seen` is the arm's report, if it can be read. `stands_after` returns true if the arm stands
+    /// where this number of finished steps leaves it, `None` if that is unknown. The arm counts
     /// commands, and `numbering` maps them to steps.
     #[must_use]
     pub fn resume_point(
@@ -392,14 +392,14 @@ impl Checkpoint {
         match self.ended {
             Some(RunEnd::Between) => return ResumePoint::After(self.finished),
             Some(RunEnd::Within) => return ResumePoint::Again(self.finished),
-            Some(RunEnd::Doubt) => return in_doubt(self.all()),
+            Some(RunEnd::Doubt) => return resume_in_doubt(self.bounds()),
             None => {}
         }
-        let after = |commands: u64| self.after(commands, numbering);
+        let after = |commands: u64| self.steps_after(commands, numbering);
         // The arm counts commands; steps without one follow from the numbering.
-        let point = match self.in_commands(numbering).counted(seen) {
+        let point = match self.in_commands(numbering).finished_range(seen) {
             Ok(span) => resume_point_at(span.least, |commands| stands_after(after(commands))),
-            Err((_, span)) => in_doubt(span),
+            Err((_, span)) => resume_in_doubt(span),
         };
         match point {
             ResumePoint::After(commands) => ResumePoint::After(after(commands)),
@@ -423,14 +423,15 @@ impl Checkpoint {
     ) -> Option<Doubt> {
         match self.ended {
             Some(RunEnd::Doubt) => Some(Doubt {
-                span: self.all(),
-                why: DoubtReason::Ended,
+                span: self.bounds(),
+                why: DoubtReason::Recorded,
             }),
             Some(RunEnd::Between | RunEnd::Within) => None,
             None => {
                 let (why, StepRange { least, most }) =
-                    self.in_commands(numbering).counted(seen).err()?;
-                let [least, most] = [least, most].map(|commands| self.after(commands, numbering));
+                    self.in_commands(numbering).finished_range(seen).err()?;
+                let [least, most] =
+                    [least, most].map(|commands| self.steps_after(commands, numbering));
                 let span = StepRange { least, most };
                 Some(Doubt { span, why })
             }
@@ -438,16 +439,16 @@ impl Checkpoint {
     }
 
     /// Bounds of the finished steps from the checkpoint alone.
-    fn all(&self) -> StepRange {
+    fn bounds(&self) -> StepRange {
         StepRange {
             least: self.finished,
             most: self.handed.max(self.finished),
         }
     }
 
-    /// Number of steps that this many commands complete. A pause or the beginning of a part after
-    /// them may be done already.
-    fn after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
+    /// Number of steps that this many commands complete, but not less than `finished`: a pause or
+    /// the beginning of a part after them may be done already.
+    fn steps_after(&self, commands: u64, numbering: &StepNumbering) -> u64 {
         numbering.steps(commands).max(self.finished)
     }
 
@@ -472,12 +473,12 @@ impl Checkpoint {
 
     /// Range of finished commands, for a checkpoint counted in commands
     /// ([`in_commands`](Self::in_commands)). The error has the bounds.
-    fn counted(
+    fn finished_range(
         &self,
         seen: Option<ObservedProgress>,
     ) -> Result<StepRange, (DoubtReason, StepRange)> {
-        let all = self.all();
-        let seen = seen.ok_or((DoubtReason::NotAsked, all))?;
+        let all = self.bounds();
+        let seen = seen.ok_or((DoubtReason::NotReadable, all))?;
         let span = match self.index {
             Some((index, steps)) => {
                 // A clock or index that runs behind means a power cycle. Until the first step is
@@ -492,15 +493,17 @@ impl Checkpoint {
                 if reset || seen.clock < self.clock {
                     return Err((DoubtReason::Reset, all));
                 }
-                self.count(seen.current, (index, steps))
+                self.range_from(seen.current, (index, steps))
             }
             // No index at all: the arm was not at rest, and no reply arrived.
             None if self.rest.is_none() => return Err((DoubtReason::NotAtRest, all)),
-            None => self.since_rest(seen).ok_or((DoubtReason::Reset, all))?,
+            None => self
+                .range_since_rest(seen)
+                .ok_or((DoubtReason::Reset, all))?,
         };
         // More than this run sent: another client has used the arm since.
         if span.most > all.most {
-            Err((DoubtReason::Others, all))
+            Err((DoubtReason::ForeignCommands, all))
         } else if span.least != span.most {
             Err((DoubtReason::Mixed, span))
         } else {
@@ -535,8 +538,9 @@ impl Checkpoint {
 
     /// Range for a run without a reply, on an arm that was at rest before: each command that the
     /// arm has done since then has raised its index by one.
-    fn since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
-        let raised = counts_from(seen.current).checked_sub(counts_from(self.rest?))?;
+    fn range_since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
+        let raised =
+            first_counted_index(seen.current).checked_sub(first_counted_index(self.rest?))?;
         let most = self.finished.saturating_add(raised);
         (seen.clock >= self.clock).then_some(StepRange {
             least: self.finished,
@@ -544,7 +548,7 @@ impl Checkpoint {
         })
     }
 
-    fn count(&self, current: u64, (index, steps): (u64, u64)) -> StepRange {
+    fn range_from(&self, current: u64, (index, steps): (u64, u64)) -> StepRange {
         if current <= index {
             let least = steps.saturating_sub(index - current).max(self.finished);
             let most = if self.mixed { steps } else { least };
@@ -559,15 +563,15 @@ impl Checkpoint {
     }
 }
 
-/// Index after which the commands of an arm at rest are numbered. Arms begin with 2 (model section
-/// 14), so 0, of an arm that has finished none, counts as 1. On an arm that begins with 1 the count
-/// is one command too low until its first reply.
-fn counts_from(current: u64) -> u64 {
+/// Index from which the commands of an arm at rest are counted. Arms number their first command 2
+/// (model section 14), so the index 0 of an arm that has finished none counts as 1. On an arm that
+/// begins with 1 the count is one command too low until its first reply.
+fn first_counted_index(current: u64) -> u64 {
     current.max(1)
 }
 
-/// Place to resume at for an exact count. The arm counts a step that was cut short as finished;
-/// only its pose shows the difference.
+/// Place to resume at for an exact count. The arm counts an interrupted step as finished; only its
+/// pose shows the difference.
 #[must_use]
 pub fn resume_point_at(
     finished: u64,
@@ -585,7 +589,7 @@ fn is_zero(mm: &f64) -> bool {
 }
 
 /// Repeats a single step in doubt. With more steps in doubt, a person has to decide.
-fn in_doubt(span: StepRange) -> ResumePoint {
+fn resume_in_doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
         0 => ResumePoint::After(span.least),
         1 => ResumePoint::Again(span.least),

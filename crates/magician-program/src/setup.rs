@@ -1,11 +1,10 @@
-//! Setup: from the content of a file to a plan for this arm, with its place, tool and speeds.
+//! Setup: makes a plan for this arm from the content of a file, with place, tool and speeds.
 //!
-//! The order of the work is fixed by what depends on what. Depths are flattened first, because the
-//! remaining lines decide the size. Then come the requested size, the page, tidying and order of
-//! the lines, the place (with `fitting` if the size is free), the final offset, and last the laser
-//! powers, which depend on the speeds.
-//! Programs in arm coordinates skip the placement, but a pen is still held above its surface
-//! (`hold`).
+//! Each stage depends on the earlier ones, which fixes their order. Depths are flattened first,
+//! because the remaining lines determine the size. Then come the requested size, the page, tidying
+//! and order of the lines, the place (with `fitting` if the size is free), the final offset, and
+//! last the laser powers, which depend on the speeds. Programs in arm coordinates skip the
+//! placement, but a pen is still held above its surface (`hold`).
 
 use magician_host::build;
 use magician_host::message;
@@ -22,16 +21,15 @@ use crate::{
 };
 
 /// Tool of an arm if a plan does not set one: the default at power-up.
-pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
+pub(crate) const POWER_UP_TOOL: ToolBias = ToolBias::SUCTION;
 
-/// Instructions for making a plan of a file. Whatever is left open comes from the file, or has a
-/// default.
+/// Options for making a plan from a file. Unset options come from the file or have a default.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Setup {
     /// Requested tool.
     pub tool: Option<Tool>,
-    /// Tool usually mounted: for files that name none, and for drawings and images if it can draw
+    /// Default tool: used for files that name no tool, and for drawings and images if it can draw
     /// or burn them.
     pub default_tool: Option<Tool>,
     /// Requested surface.
@@ -106,24 +104,24 @@ use fitting::PlacedPlan;
 pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared, Side};
 pub(crate) use hold::hold_above;
-use hold::{Raised, handles};
+use hold::{RaisedDepth, handles_objects};
 pub use list::PartSummary;
 use page::LaidPage;
 pub use page::Page;
-pub(crate) use parts::MOST_PASSES;
+pub(crate) use parts::MAX_PASSES;
 pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
 pub(crate) use work_lines::WorkLines;
 
-/// Position of the tool's tip for an arm in this state; without a tool, that of the arm's current
-/// one.
+/// Position of the tip of `tool` for an arm in this state. `None` for `tool` means the tool in
+/// force.
 #[must_use]
 pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
-    let mut told = start.clone();
+    let mut arm = start.clone();
     if let Some(tool) = tool {
-        told.check(&build::tool(tool.bias())).ok()?;
+        arm.check(&build::tool(tool.bias())).ok()?;
     }
-    let pose = told.arm()?.pose;
+    let pose = arm.arm()?.pose;
     Some([pose.x, pose.y, pose.z])
 }
 
@@ -148,7 +146,7 @@ pub struct Placement {
     pub frame: Frame,
     /// Z of placed G-code at which its pen touches, mm; by default the lowest at which it draws.
     pub pen_z: Option<f64>,
-    /// Position of its middle in x and y, mm.
+    /// Position of the middle of the content in x and y, mm.
     pub at: Option<[f64; 2]>,
     /// True to put the middle of the file's page there instead of the middle of the drawing.
     pub keeps_page: bool,
@@ -156,16 +154,16 @@ pub struct Placement {
     pub scale: f64,
     /// Rotation to the left, degrees.
     pub rotate: f64,
-    /// Page to place it on: middle on middle, or page on page if the file's page has the same size.
+    /// Page to place the content on: centred, or page on page if the file's page has the same size.
     pub page: Option<Page>,
     /// Grid of copies, applied last: the page holds all of them.
     pub grid: Option<Grid>,
-    /// True to scale it down until it is within reach and on the page.
+    /// True to scale the content down until it is within reach and on the page.
     pub fit: bool,
-    /// True if it may be turned by 90 degrees: with `fit` to become larger, otherwise to lie in
-    /// front of the arm.
+    /// True if the content may be turned by 90 degrees: with `fit` to become larger, otherwise to
+    /// lie in front of the arm.
     pub turn: bool,
-    /// True to mirror it left to right.
+    /// True to mirror the content left to right.
     pub mirror: bool,
     /// Final offset, mm.
     pub by: [f64; 3],
@@ -240,24 +238,24 @@ impl Setup {
     }
 
     /// Makes the plan with this scale and rotation.
-    fn made(&self, format: Format, content: &Content) -> Result<PlacedPlan, Diagnostic> {
+    fn make_plan(&self, format: Format, content: &Content) -> Result<PlacedPlan, Diagnostic> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
-        let Laid {
+        let LaidPlan {
             plan,
             scale,
             misfit,
         } = match content {
             Content::Plan(plan) if format == Format::Gcode && self.places() => {
-                self.laid(plan.clone(), &mut notes)?
+                self.place_program(plan.clone(), &mut notes)?
             }
-            Content::Plan(plan) => self.taught(format, plan.clone(), &mut notes)?,
-            Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
+            Content::Plan(plan) => self.taught_plan(format, plan.clone(), &mut notes)?,
+            Content::Artwork(artwork) => self.draw_lines(artwork, &mut notes)?,
             Content::Image(image) => match &self.work {
-                Work::Engrave(engrave) => self.engraved(image, engrave.clone(), &mut notes)?,
-                Work::Draw(trace) => self.shaded(image, trace, &mut notes)?,
-                Work::Default => self.engraved(image, self.engrave.clone(), &mut notes)?,
+                Work::Engrave(engrave) => self.engrave_image(image, engrave.clone(), &mut notes)?,
+                Work::Draw(trace) => self.draw_shaded(image, trace, &mut notes)?,
+                Work::Default => self.engrave_image(image, self.engrave.clone(), &mut notes)?,
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
             #[cfg(not(magician_workspace))]
@@ -317,12 +315,12 @@ impl Setup {
     }
 
     /// Makes the plan of a program in arm coordinates.
-    fn taught(
+    fn taught_plan(
         &self,
         format: Format,
         mut plan: Plan,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
+    ) -> Result<LaidPlan, Diagnostic> {
         if let Some(tool) = self.tool {
             plan.tool = Some(tool);
         } else if plan.tool.is_none() {
@@ -341,13 +339,12 @@ impl Setup {
             plan.path_at(speed);
         }
         if format == Format::Gcode {
-            placed::raised(&mut plan, self.pen.lift);
+            placed::add_entry(&mut plan, self.pen.lift);
         }
-        let (mut plan, scale) = self.placed(plan)?;
-        if let Some(surface) = self.bound_of(format, &plan) {
-            notes.extend(hold_above(&mut plan, surface)?.map(Raised::note));
-            // Moving a plan down also moves the surface it names; the real surface stays where it
-            // is.
+        let (mut plan, scale) = self.transformed(plan)?;
+        if let Some(surface) = self.lower_bound(format, &plan) {
+            notes.extend(hold_above(&mut plan, surface)?.map(RaisedDepth::note));
+            // Moving a plan down also moves the surface it names, but not the real surface.
             let first = plan.steps.iter().find_map(|step| step.action.target());
             if let (Some(named), Some([x, y, _])) = (&mut plan.surface, first) {
                 let at = [x, y].map(f64::from);
@@ -356,22 +353,23 @@ impl Setup {
                 }
             }
         }
-        Ok(Laid {
-            plan: self.powered(self.tidied_program(plan, notes), notes)?,
+        Ok(LaidPlan {
+            plan: self.with_powers(self.tidied_program(plan, notes), notes)?,
             scale,
             misfit: None,
         })
     }
 
     /// Surface that a plan in arm coordinates must not go below, because it draws with a pen.
-    pub(crate) fn bound_of(&self, format: Format, plan: &Plan) -> Option<Surface> {
+    pub(crate) fn lower_bound(&self, format: Format, plan: &Plan) -> Option<Surface> {
         let drawing = format.is_drawing() || self.work != Work::Default;
-        let is_held = self.depths == Depths::Flatten && plan.draws(drawing) && !handles(plan);
+        let is_held =
+            self.depths == Depths::Flatten && plan.draws(drawing) && !handles_objects(plan);
         self.measured_surface().filter(|_| is_held)
     }
 
     /// Applies the requested powers.
-    fn powered(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
+    fn with_powers(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
         // The arm is faster on longer lines, so powers that follow the speed are computed last.
         let plan = plan.powered_by_speed();
         notes.extend(plan.notes);
@@ -387,13 +385,13 @@ impl Setup {
     }
 
     /// Speed of the laser, mm/s, if given.
-    fn said_laser_speed(&self) -> Option<f64> {
+    fn given_laser_speed(&self) -> Option<f64> {
         self.speed.map(f64::from).or(self.laser_speed)
     }
 
     /// Engraving with the given speed and power.
-    fn engraving(&self, mut engrave: Engrave) -> Engrave {
-        engrave.speed = self.said_laser_speed().unwrap_or(engrave.speed);
+    fn with_given_speed(&self, mut engrave: Engrave) -> Engrave {
+        engrave.speed = self.given_laser_speed().unwrap_or(engrave.speed);
         if let Some(power) = self.full_power() {
             engrave.power = power.range();
         }
@@ -401,7 +399,7 @@ impl Setup {
     }
 
     /// Mirrors, scales, turns about the middle, and moves to the position.
-    fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Diagnostic> {
+    fn transformed(&self, mut plan: Plan) -> Result<(Plan, f64), Diagnostic> {
         let Placement {
             at,
             page,
@@ -429,13 +427,13 @@ impl Setup {
             plan = plan.moved([x - from_x, y - from_y, 0.0])?;
         }
         if let (true, Some(page), Some(at)) = (fit, page, at) {
-            let share = self.laid_page(page, at).share_of(&plan)?;
+            let share = self.laid_page(page, at).fitting_scale(&plan)?;
             (plan, scale) = (plan.scaled_xy(share, at)?, scale * share);
         } else if fit {
-            let (fitted, by) = fitted(plan, Fit::Shrink)?;
+            let (fitted, by) = moved_within_reach(plan, Fit::Shrink)?;
             (plan, scale) = (fitted, scale * by);
         } else if at.is_none() && self.places() {
-            plan = self.centred(plan)?;
+            plan = self.centre_plan(plan)?;
         }
         if by != [0.0, 0.0, 0.0] {
             plan = plan.moved(by)?;
@@ -443,8 +441,8 @@ impl Setup {
         Ok((plan, scale))
     }
 
-    /// Tool that draws or burns: the requested one, else the usual one if it can, else the tool
-    /// implied by the work. A measured bias counts as a pen.
+    /// Tool that draws or burns: the requested one, else the default tool if it can do the work,
+    /// else the tool implied by the work. A measured bias counts as a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
         let usual = self.default_tool.filter(|usual| match usual {
             Tool::Bias(_) => implied == Tool::Pen,
@@ -456,7 +454,7 @@ impl Setup {
     fn marking(&self) -> Marking {
         let marking = match &self.work {
             Work::Engrave(engrave) => {
-                let engrave = self.engraving(engrave.clone());
+                let engrave = self.with_given_speed(engrave.clone());
                 Marking {
                     tool: self.tool_for(Tool::Laser),
                     speed: engrave.speed as f32,
@@ -511,12 +509,12 @@ impl Setup {
     }
 
     /// Applies the final offset over the surface. A pen is not moved below it.
-    fn pushed(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
+    fn with_offset(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
         let [x, y, mut z] = self.placement.by;
         let slope = plan.surface.map_or([0.0; 2], |surface| surface.slope);
         let burns = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         if z < 0.0 && !burns && self.depths == Depths::Flatten {
-            notes.push(Raised::new(-z).note());
+            notes.push(RaisedDepth::new(-z).note());
             z = 0.0;
         }
         match [x, y, z + slope[0] * x + slope[1] * y] {
@@ -527,16 +525,16 @@ impl Setup {
 }
 
 /// Plan at its place.
-struct Laid {
+struct LaidPlan {
     plan: Plan,
     /// Scale; 1 is the true size.
     scale: f64,
-    /// Reason why it does not fit there, if known.
+    /// Reason why the plan does not fit there, if known.
     misfit: Option<FitFailure>,
 }
 
-/// Middle of the drawn or burnt part of a plan, and its lowest point; of all targets if it draws
-/// nothing.
+/// Middle of the drawn or burnt part of a plan in x and y, and its lowest z. A plan that draws
+/// nothing is measured by its targets.
 pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
     let drawn = extent_of_marks(plan).or_else(|| plan.extent());
     let [least, most] = drawn.unwrap_or_default();
@@ -552,8 +550,8 @@ pub(crate) fn extent_of_marks(plan: &Plan) -> Option<[[f64; 3]; 2]> {
 }
 
 /// Moves a plan within reach, and scales it down if allowed and necessary; returns the scale.
-fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
-    let Some(SheetTransform { scale, offset }) = place_of(&plan, fit)? else {
+fn moved_within_reach(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
+    let Some(SheetTransform { scale, offset }) = best_place_for_plan(&plan, fit)? else {
         return Ok((plan, 1.0));
     };
     let [x, y] = offset;
@@ -566,16 +564,16 @@ fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
 
 /// Offset that brings a plan within reach unchanged; `None` if no offset does.
 pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
-    let place = place_of(plan, Fit::TrueSize).ok()??;
+    let place = best_place_for_plan(plan, Fit::TrueSize).ok()??;
     Some(place.offset)
 }
 
 /// Best place for all targets of a plan; `None` if it has none.
-fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
+fn best_place_for_plan(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
     let Some([least, most]) = plan.extent() else {
         return Ok(None);
     };
-    let tool = plan.tool.map_or(UNSAID, Tool::bias);
+    let tool = plan.tool.map_or(POWER_UP_TOOL, Tool::bias);
     let reach = Reach::new(tool, Surface::level(least[2]), most[2] - least[2]);
     let points: Vec<[f64; 2]> = plan
         .steps

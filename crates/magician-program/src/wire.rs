@@ -1,9 +1,9 @@
 //! Serialisation of a request to prepare a file, and of its result, for another WebAssembly module
 //! that does the work.
 //!
-//! Both modules come from one build; the format is private to it. It begins with [`FORM`], which
-//! changes with these files and the version: data of another build is refused, never misread. No
-//! input panics, and none takes more memory than a small multiple of its length.
+//! Both modules come from one build; the format is private to it. It begins with [`FORMAT_ID`],
+//! which changes with these files and the version: data of another build is refused, never misread.
+//! No input panics, and none takes more memory than a small multiple of its length.
 #![allow(clippy::cast_possible_truncation)] // Lengths are below 2^32 on what this runs on, and are read back by their u64.
 
 mod codec;
@@ -17,7 +17,7 @@ use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
 use crate::artwork::Sheet;
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{
     Action, AppliedPlacement, Color, Diagnostic, DiagnosticCode, Format, Missing, Origin, Part,
     PartSummary, Pause, PauseCause, Plan, Power, Preparation, PrepareError, PrepareRequest,
@@ -53,9 +53,9 @@ impl fmt::Display for WireError {
 impl std::error::Error for WireError {}
 
 /// Identifier of the format: FNV-1a of this file, of the codec, and of the version.
-pub const FORM: [u8; 8] = form().to_le_bytes();
+pub const FORMAT_ID: [u8; 8] = format_id().to_le_bytes();
 
-const fn form() -> u64 {
+const fn format_id() -> u64 {
     // Offset basis of 64-bit FNV-1a; computed at compile time.
     let mut hash = 0xCBF2_9CE4_8422_2325;
     let mut part = 0;
@@ -94,7 +94,7 @@ impl PrepareRequest {
         } = self;
         // Room for the file and typical options, to avoid copying a large file.
         let mut out = Vec::with_capacity(bytes.len() + 1024);
-        out.extend(FORM);
+        out.extend(FORMAT_ID);
         format.put(&mut out);
         title.put(&mut out);
         options.put(&mut out);
@@ -112,7 +112,7 @@ impl PrepareRequest {
 
     fn from_bytes(bytes: &[u8]) -> Result<Self, WireError> {
         let mut input = Input(bytes);
-        input.form()?;
+        input.format_id()?;
         Self::take(&mut input).ok_or(WireError::Malformed)
     }
 
@@ -133,24 +133,24 @@ impl PrepareRequest {
     }
 }
 
-/// Prepares the file of a request and serialises the result. For anything but a request of this
-/// build it returns the identifier alone, from which the other side learns what this build expects.
+/// Prepares the file of a request and serialises the result. For bytes that are no request of this
+/// build it returns only the format's identifier, so that the other side detects the mismatch.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
     match PrepareRequest::from_bytes(request) {
         Ok(request) => answer_bytes(&request.prepare()),
-        Err(_) => FORM.to_vec(),
+        Err(_) => FORMAT_ID.to_vec(),
     }
 }
 
 /// Serialises the result of preparing a file.
 #[must_use]
 pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
-    let mut out = FORM.to_vec();
+    let mut out = FORMAT_ID.to_vec();
     match answer {
         Ok(Preparation::Done(prepared)) => {
             out.push(0);
-            Head::of(prepared).put(&mut out);
+            ProgramHead::of(prepared).put(&mut out);
             // Steps come last, so that they can be read in slices.
             prepared.program.plan.steps.put(&mut out);
         }
@@ -163,27 +163,27 @@ pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     out
 }
 
-/// Deserialises the result for a request, which need not hold its file any more.
+/// Deserialises the result for a request. The request need not hold its file any more.
 ///
 /// # Errors
 /// [`WireError`] if the bytes are not a result of this build.
 pub fn answer_from(request: &PrepareRequest, bytes: &[u8]) -> Result<FileAnswer, WireError> {
-    at_once(answer_in_turns(request, bytes, &AtOnce))
+    run_to_end(answer_yielding(request, bytes, &NeverYield))
 }
 
 /// Like [`answer_from`], yielding to other tasks between slices.
 ///
 /// # Errors
 /// Same as [`answer_from`].
-pub async fn answer_in_turns(
+pub async fn answer_yielding(
     request: &PrepareRequest,
     bytes: &[u8],
-    turns: &impl Turns,
+    yields: &impl Yield,
 ) -> Result<FileAnswer, WireError> {
     let mut input = Input(bytes);
-    input.form()?;
+    input.format_id()?;
     let answer = match u8::take(&mut input) {
-        Some(0) => prepared(request, &mut input, turns).await.map(Ok),
+        Some(0) => prepared(request, &mut input, yields).await.map(Ok),
         Some(1) => Some(Ok(Preparation::NeedsStart)),
         Some(2) => PrepareError::take(&mut input).map(Err),
         _ => None,
@@ -195,34 +195,34 @@ pub async fn answer_in_turns(
 async fn prepared(
     request: &PrepareRequest,
     input: &mut Input<'_>,
-    turns: &impl Turns,
+    yields: &impl Yield,
 ) -> Option<Preparation> {
-    let head = Head::take(input)?;
+    let head = ProgramHead::take(input)?;
     let mut left = input.count::<Step>()?;
     // Safe to allocate: `count` has checked that the input can hold this many.
     let mut steps = Vec::with_capacity(left);
     while left > 0 {
-        for _ in 0..left.min(SLICE) {
+        for _ in 0..left.min(STEPS_PER_SLICE) {
             steps.push(Step::take(input)?);
             left -= 1;
         }
-        turns.give().await;
+        yields.yield_now().await;
     }
     Some(Preparation::Done(Box::new(head.with(request, steps))))
 }
 
 /// Prepared program without its steps, and without what the request contains.
-struct Head {
+struct ProgramHead {
     title: String,
     tool: Option<Tool>,
     surface: Option<Surface>,
     names: Vec<String>,
     settings: Vec<Set>,
     iterations: Option<u64>,
-    stays: bool,
+    pen_stays_down: bool,
     leading: u64,
     start: Option<[f64; 3]>,
-    stands: Option<[f64; 4]>,
+    staged_joints: Option<[f64; 4]>,
     notes: Vec<Diagnostic>,
     placed: Option<AppliedPlacement>,
     misfit: Option<Diagnostic>,
@@ -230,7 +230,7 @@ struct Head {
     parts: Vec<PartSummary>,
 }
 
-impl Head {
+impl ProgramHead {
     fn of(prepared: &PreparedProgram) -> Self {
         let PreparedProgram {
             program,
@@ -238,7 +238,7 @@ impl Head {
             setup: _,
             ending: _,
             start,
-            stands,
+            staged_joints,
             notes,
             placed,
             misfit,
@@ -249,7 +249,7 @@ impl Head {
             plan,
             settings,
             iterations,
-            stays,
+            pen_stays_down,
             leading,
             ..
         } = program;
@@ -268,10 +268,10 @@ impl Head {
             names: names.clone(),
             settings: settings.clone(),
             iterations: *iterations,
-            stays: *stays,
+            pen_stays_down: *pen_stays_down,
             leading: *leading,
             start: *start,
-            stands: stands.map(JointAngles::to_array),
+            staged_joints: staged_joints.map(JointAngles::to_array),
             notes: notes.clone(),
             placed: *placed,
             misfit: misfit.clone(),
@@ -292,7 +292,7 @@ impl Head {
         };
         PreparedProgram {
             program: Program {
-                stays: self.stays,
+                pen_stays_down: self.pen_stays_down,
                 leading: self.leading,
                 ..Program::new(plan, self.iterations).with_settings(self.settings)
             },
@@ -300,7 +300,7 @@ impl Head {
             setup,
             ending,
             start: self.start,
-            stands: self.stands.map(JointAngles::from),
+            staged_joints: self.staged_joints.map(JointAngles::from),
             notes: self.notes,
             placed: self.placed,
             misfit: self.misfit,
@@ -311,9 +311,9 @@ impl Head {
 }
 
 impl Input<'_> {
-    fn form(&mut self) -> Result<(), WireError> {
-        match self.bytes(FORM.len()) {
-            Some(form) if form == FORM => Ok(()),
+    fn format_id(&mut self) -> Result<(), WireError> {
+        match self.bytes(FORMAT_ID.len()) {
+            Some(form) if form == FORMAT_ID => Ok(()),
             Some(_) => Err(WireError::OtherBuild),
             None => Err(WireError::Malformed),
         }
@@ -342,8 +342,8 @@ fields! {
     Step { action, origin, feed, follows_speed, color }
     Part { n, name, color, pass }
     Pause { text, cause }
-    Head {
-        title, tool, surface, names, settings, iterations, stays, leading, start, stands, notes, placed, misfit, would_fit, parts,
+    ProgramHead {
+        title, tool, surface, names, settings, iterations, pen_stays_down, leading, start, staged_joints, notes, placed, misfit, would_fit, parts,
     }
     PrepareError { stage, problem, notes }
     PartSummary { n, name, color, strokes, drawn_mm, seconds, skipped }
@@ -411,15 +411,15 @@ impl Wire for Fence {
 
 /// Largest nesting of messages that keep their templates. Deeper input is refused, so that no input
 /// exhausts the stack.
-const DEEPEST_MESSAGE: usize = 8;
+const MAX_MESSAGE_DEPTH: usize = 8;
 
 impl Wire for Message {
     fn put(&self, out: &mut Vec<u8>) {
-        put_message(self, DEEPEST_MESSAGE, out);
+        put_message(self, MAX_MESSAGE_DEPTH, out);
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        take_message(DEEPEST_MESSAGE, input)
+        take_message(MAX_MESSAGE_DEPTH, input)
     }
 }
 
@@ -515,7 +515,7 @@ macro_rules! kinds {
 kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
-    StartPosition { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = Staged }
+    StartPosition { 0 = Unread, 1 = At(at), 2 = Unknown, 3 = Staged }
     PrepareStage { 0 = Read, 1 = Place }
     Side { 0 = Left, 1 = Right }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line), 4 = SetPin(pin, function), 5 = UseStation(url) }
@@ -541,12 +541,12 @@ macro_rules! named {
 named!(PauseCause, Format, DiagnosticCode, Deed, Setting);
 
 /// Marker of a step that sends nothing, in place of the parameter count: more than any command has.
-const SILENT: u8 = u8::MAX;
-const PART: u8 = 0;
-const PAUSE: u8 = 1;
+const NO_COMMAND: u8 = u8::MAX;
+const PART_TAG: u8 = 0;
+const PAUSE_TAG: u8 = 1;
 
 impl Wire for Set {
-    const LEAST: usize = 2;
+    const MIN_SIZE: usize = 2;
 
     fn put(&self, out: &mut Vec<u8>) {
         let mut room = [0; MAX_PARAMS];
@@ -567,16 +567,16 @@ impl Wire for Set {
 /// An action is stored as its command, which restores it exactly. Actions without a command have a
 /// marker.
 impl Wire for Action {
-    const LEAST: usize = Set::LEAST;
+    const MIN_SIZE: usize = Set::MIN_SIZE;
 
     fn put(&self, out: &mut Vec<u8>) {
         match self {
             Self::Part(part) => {
-                out.extend([PART, SILENT]);
+                out.extend([PART_TAG, NO_COMMAND]);
                 part.put(out);
             }
             Self::Pause(pause) => {
-                out.extend([PAUSE, SILENT]);
+                out.extend([PAUSE_TAG, NO_COMMAND]);
                 pause.put(out);
             }
             _ => {
@@ -589,11 +589,11 @@ impl Wire for Action {
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
         match *input.0 {
-            [PART, SILENT, ref rest @ ..] => {
+            [PART_TAG, NO_COMMAND, ref rest @ ..] => {
                 input.0 = rest;
                 Wire::take(input).map(Box::new).map(Self::Part)
             }
-            [PAUSE, SILENT, ref rest @ ..] => {
+            [PAUSE_TAG, NO_COMMAND, ref rest @ ..] => {
                 input.0 = rest;
                 Wire::take(input).map(Box::new).map(Self::Pause)
             }

@@ -481,7 +481,7 @@ pub(crate) async fn check(
     start: Preflight,
 ) -> Result<CheckReport, RpcError> {
     let rest = program.program.remaining(0, start).map_err(refusal)?;
-    let report = rest.check_in_turns(&BesideTurns).await;
+    let report = rest.check_yielding(&BesideTurns).await;
     Ok(check_report(program, &rest, &report))
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::ErrorKind;
 use magician_job::beside::BesideTurns;
 use magician_program::PrepareRequest;
-use magician_program::wire::{WireError, answer_in_turns};
+use magician_program::wire::{WireError, answer_yielding};
 use magician_station::api::RpcError;
 use magician_station::{FilePreparation, FilePreparer};
 use tokio::sync::{Semaphore, oneshot};
@@ -119,7 +119,7 @@ impl FilePreparer for PageFiles {
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
                 Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
                 Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(Some(bytes))) => { answer_in_turns(&request, &bytes, &BesideTurns).await }
+                Ok(Ok(Some(bytes))) => { answer_yielding(&request, &bytes, &BesideTurns).await }
                     .or_else(|error| match error {
                         WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
                         _ => wrong(ErrorKind::Unexpected, &error.to_string()),

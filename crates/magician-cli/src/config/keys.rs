@@ -306,7 +306,7 @@ impl Key {
 fn check(option: &str, text: &str) -> Result<(), String> {
     let value = SetupOptions::option(option).map(|row| row.value_of(text));
     let fields = [(option.to_owned(), value.unwrap_or_default())];
-    let read = SetupOptions::from_fields_of_some(&fields.into_iter().collect());
+    let read = SetupOptions::from_partial_fields(&fields.into_iter().collect());
     read.map(|_| ()).map_err(|error| error.message.into())
 }
 

@@ -114,7 +114,10 @@ fn staged(format: Format, bytes: &[u8]) -> Preflight {
     match request.prepare() {
         Ok(Preparation::Done(program)) => {
             let tool = tool_of(program.program.plan(), &RehearseOptions::default());
-            Preflight::at(program.stands.expect("it depends on it"), tool.bias())
+            Preflight::at(
+                program.staged_joints.expect("it depends on it"),
+                tool.bias(),
+            )
         }
         other => panic!("{other:?}"),
     }

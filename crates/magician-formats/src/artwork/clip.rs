@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_end_at_the_edge_and_go_on_where_they_come_back() {
+    fn clipped_lines_end_at_the_edge_and_continue_on_reentry() {
         assert_eq!(
             pieces(&[[-5.0, 1.0], [5.0, 1.0], [5.0, 9.0], [7.0, 9.0], [7.0, 1.0]]),
             [
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_of_a_closed_line_is_one_piece_where_it_began() {
+    fn clipped_closed_line_stays_joined_at_its_start() {
         let round = [[5.0, 1.0], [5.0, 9.0], [8.0, 9.0], [8.0, 1.0], [5.0, 1.0]];
         assert_eq!(
             pieces(&round),

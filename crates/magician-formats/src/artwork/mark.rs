@@ -15,16 +15,16 @@ use magician_host::build;
 use magician_motion::Fence;
 
 use super::{DrawingPart, PartPen, PlacedArtwork, Stroke, distance};
-use crate::reach::{APPROACH, Above, Travelling};
+use crate::reach::{APPROACH_HEIGHT, Above, Travelling};
 use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Step, Surface, Tool, Travel};
 
 /// Time that a pen rests to leave a dot, ms.
-const DOT_REST: u32 = 100;
+const DOT_REST_MS: u32 = 100;
 /// Half the length of the line that a laser burns for a dot, mm. The laser burns only along a
 /// segment.
-const DOT_REACH: f64 = 0.05;
+const DOT_HALF_LENGTH: f64 = 0.05;
 /// Height of a pen during travel, as a share of the distance.
-const LIFTED: f64 = 0.5;
+const HOP_HEIGHT_SHARE: f64 = 0.5;
 
 /// Tool and parameters with which strokes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,7 +117,7 @@ impl PlacedArtwork {
         );
         let mut writer = StepWriter {
             plan,
-            usual: *marking,
+            default_marking: *marking,
             marking: *marking,
             placed: self,
             surface: self.surface,
@@ -137,7 +137,7 @@ impl PlacedArtwork {
             }
             begun = true;
         }
-        writer.leave();
+        writer.rise_from_last_stroke();
         let (mut plan, travel) = (writer.plan, [marking.travel; 4]);
         if writer.by_joints {
             let told = build::joint_speed(travel, travel);
@@ -160,7 +160,7 @@ impl PlacedArtwork {
 struct StepWriter<'a> {
     plan: Plan,
     /// Defaults for the drawing; `marking` has those of the current part.
-    usual: Marking,
+    default_marking: Marking,
     marking: Marking,
     placed: &'a PlacedArtwork,
     /// Surface of the current part.
@@ -186,7 +186,7 @@ impl StepWriter<'_> {
             self.plan
                 .push(Action::Pause(Box::new(Pause { text, cause })), origin);
         }
-        self.take(&drawn.pen, origin);
+        self.select_pen(&drawn.pen, origin);
         for pass in 1..=drawn.passes {
             let part = Part {
                 pass: (drawn.passes > 1).then_some(u64::from(pass)),
@@ -199,9 +199,9 @@ impl StepWriter<'_> {
     }
 
     /// Switches to the pen of another part.
-    fn take(&mut self, pen: &PartPen, origin: Origin) {
+    fn select_pen(&mut self, pen: &PartPen, origin: Origin) {
         let speed = self.marking.speed;
-        let usual = self.usual;
+        let usual = self.default_marking;
         self.marking = Marking {
             lift: pen.lift.unwrap_or(usual.lift),
             speed: pen.speed.map_or(usual.speed, |speed| speed as f32),
@@ -232,7 +232,7 @@ impl StepWriter<'_> {
         match (self.marking.power, dot) {
             (None, _) => self.write(stroke, dot),
             (Some(power), false) => self.burn(&stroke.points, power, stroke.origin),
-            (Some(power), true) => self.burn(&self.speck(*first), power, stroke.origin),
+            (Some(power), true) => self.burn(&self.dot_line(*first), power, stroke.origin),
         }
         let colors = &self.placed.artwork.colors;
         let color = (stroke.style.color as usize).checked_sub(1);
@@ -251,10 +251,14 @@ impl StepWriter<'_> {
 
     /// Returns the line that a laser burns for a dot: centred on it, or to one side where the
     /// centred line is out of reach.
-    fn speck(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
+    fn dot_line(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         let by = |from: f64, to: f64| [[x + from, y], [x + to, y]];
-        let about = by(-DOT_REACH, DOT_REACH);
-        let ways = [about, by(0.0, -2.0 * DOT_REACH), by(0.0, 2.0 * DOT_REACH)];
+        let about = by(-DOT_HALF_LENGTH, DOT_HALF_LENGTH);
+        let ways = [
+            about,
+            by(0.0, -2.0 * DOT_HALF_LENGTH),
+            by(0.0, 2.0 * DOT_HALF_LENGTH),
+        ];
         let mut reached = ways
             .into_iter()
             .filter(|ends| ends.iter().all(|end| self.reach.has(*end)));
@@ -269,7 +273,7 @@ impl StepWriter<'_> {
         let origin = stroke.origin;
         self.hop(*first, origin);
         if dot {
-            self.plan.push(Action::Wait(DOT_REST), origin);
+            self.plan.push(Action::Wait(DOT_REST_MS), origin);
         } else {
             self.along(*first, others, origin, |to| Action::Path { to });
         }
@@ -287,14 +291,14 @@ impl StepWriter<'_> {
                 if self.marking.hop.is_some() && self.point(from) == self.point((to, 0.0)) => {}
             Some(((from, above), last)) if above <= 0.0 => {
                 let low = self.height_over(distance(from, to));
-                let height = if self.reach.leads(from, to, low) {
+                let height = if self.reach.is_lifted_line_possible(from, to, low) {
                     low
                 } else {
                     lift
                 };
-                self.leg((from, height), last);
+                self.travel_straight_or_by_joints((from, height), last);
                 self.travel((to, height), origin);
-                self.leg((to, 0.0), origin);
+                self.travel_straight_or_by_joints((to, 0.0), origin);
             }
             // The pen is up already, or its position is unknown.
             _ => {
@@ -308,7 +312,7 @@ impl StepWriter<'_> {
     fn height_over(&self, way: f64) -> f64 {
         let lift = self.marking.lift;
         match self.marking.hop {
-            Some(least) => lift.min(least.max(LIFTED * way)),
+            Some(least) => lift.min(least.max(HOP_HEIGHT_SHARE * way)),
             None => lift,
         }
     }
@@ -351,24 +355,26 @@ impl StepWriter<'_> {
         match self.at {
             Some((from, _)) if from.0 == to.0 => {
                 if from.1 != to.1 {
-                    self.leg(to, origin);
+                    self.travel_straight_or_by_joints(to, origin);
                 }
             }
-            Some((from, _)) if self.reach.leads(from.0, to.0, to.1) => self.leg(to, origin),
-            Some((from, _)) => self.go_round(from, to, origin),
+            Some((from, _)) if self.reach.is_lifted_line_possible(from.0, to.0, to.1) => {
+                self.travel_straight_or_by_joints(to, origin)
+            }
+            Some((from, _)) => self.travel_around_base(from, to, origin),
             None => self.approach(to, origin),
         }
     }
 
     /// Moves around the base: a joint move high above both ends, or a chain of straight moves where
     /// the slope of the surface blocks the joint move.
-    fn go_round(&mut self, from: Above, to: Above, origin: Origin) {
-        let [high, over] = [from, to].map(|end| self.raised(end));
+    fn travel_around_base(&mut self, from: Above, to: Above, origin: Origin) {
+        let [high, over] = [from, to].map(|end| self.high_above(end));
         let lift = self.marking.lift;
         let corners = if self.reach.clears(high, over, lift / 2.0) {
             None
         } else {
-            self.reach.round_base(from.0, to.0, lift)
+            self.reach.corners_around_base(from.0, to.0, lift)
         };
         let Some(corners) = corners else {
             self.line(high, origin);
@@ -386,27 +392,27 @@ impl StepWriter<'_> {
 
     /// Moves above the target with all joints, then down to it.
     fn approach(&mut self, to: Above, origin: Origin) {
-        let over = self.raised(to);
-        self.go(over, Travel::Joints, origin);
+        let over = self.high_above(to);
+        self.push_move(over, Travel::Joints, origin);
         if over != to {
             self.line(to, origin);
         }
     }
 
     /// Raises a position well above the surface, as far as it stays within reach.
-    fn raised(&self, end: Above) -> Above {
-        self.reach.over(end, self.marking.lift + APPROACH)
+    fn high_above(&self, end: Above) -> Above {
+        self.reach.over(end, self.marking.lift + APPROACH_HEIGHT)
     }
 
     /// Lifts the pen unless it is already up. Has no effect on a laser.
     fn lift_pen(&mut self) {
         if self.marking.power.is_none() {
-            self.leave();
+            self.rise_from_last_stroke();
         }
     }
 
     /// Moves up from the last stroke unless the tool is already up.
-    fn leave(&mut self) {
+    fn rise_from_last_stroke(&mut self) {
         if let Some(((at, above), origin)) = self.at
             && above < self.marking.lift
         {
@@ -416,7 +422,7 @@ impl StepWriter<'_> {
 
     /// Moves between strokes: straight, or with all joints where that is quicker and close to
     /// straight.
-    fn leg(&mut self, to: Above, origin: Origin) {
+    fn travel_straight_or_by_joints(&mut self, to: Above, origin: Origin) {
         let travelling = Travelling {
             speed: self.marking.travel.into(),
             turns: self.marking.r.is_none(),
@@ -432,14 +438,14 @@ impl StepWriter<'_> {
         } else {
             Travel::Line
         };
-        self.go(to, by, origin);
+        self.push_move(to, by, origin);
     }
 
     fn line(&mut self, to: Above, origin: Origin) {
-        self.go(to, Travel::Line, origin);
+        self.push_move(to, Travel::Line, origin);
     }
 
-    fn go(&mut self, to: Above, by: Travel, origin: Origin) {
+    fn push_move(&mut self, to: Above, by: Travel, origin: Origin) {
         let [x, y, z] = self.point(to);
         let turned = || {
             self.reach

@@ -16,16 +16,16 @@ use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 
 /// Share of the size kept free at the edges of fitted artwork, because coordinates are rounded to
 /// 32 bits on their way to the arm.
-const MARGIN: f64 = 1e-4;
+const MARGIN_SHARE: f64 = 1e-4;
 
 /// Tolerance for fitting into a room, mm. It absorbs the rounding of coordinates in files.
-const ROUNDING: f64 = 1e-3;
+const SIZE_TOLERANCE: f64 = 1e-3;
 
 /// Bisection steps when fitting at a given position: they resolve 1/65,536 of the size.
-const HALVINGS: usize = 16;
+const BISECTION_STEPS: usize = 16;
 /// Bisection steps when growing artwork at a position found by [`Reach::best_place`]. Growing
 /// starts from a good size, so fewer steps are enough.
-const GROWING: usize = 10;
+const GROWTH_STEPS: usize = 10;
 
 /// A sheet of paper in front of the arm, as measured.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,7 +133,7 @@ impl Artwork {
     /// A [`Diagnostic`] if the drawing is empty, a number of the layout is not finite, or the
     /// drawing does not fit; the last one has its size, the size that would fit, and remedies.
     pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<PlacedArtwork, Diagnostic> {
-        match self.laid(layout, marking)? {
+        match self.placed_with_misfit(layout, marking)? {
             (placed, None) => Ok(placed),
             (_, Some(misfit)) => Err(misfit.diagnostic),
         }
@@ -154,7 +154,7 @@ impl Artwork {
     ///
     /// # Errors
     /// Same as [`placed`](Self::placed), except for artwork that does not fit.
-    pub fn laid(
+    pub fn placed_with_misfit(
         &self,
         layout: &Layout,
         marking: &Marking,
@@ -176,16 +176,16 @@ impl Artwork {
         let largest = placer.largest();
         match largest {
             Some((scale, at)) if layout.fit || scale == layout.scale => {
-                Ok((placer.put(scale, at), None))
+                Ok((placer.placed_at(scale, at), None))
             }
             // Place it anyway, as large as wanted, so that the caller can show what does not fit.
             _ => {
                 let middle = [f64::midpoint(near, far), 0.0];
                 let at = placer.middle(layout.scale);
                 let at = at.or(largest.map(|(_, at)| at)).unwrap_or(middle);
-                let most = largest.map(|(scale, _)| placer.in_room(scale));
+                let most = largest.map(|(scale, _)| placer.scale_in_room(scale));
                 let misfit = placer.misfit(most, [near, far]);
-                Ok((placer.put(layout.scale, at), Some(misfit)))
+                Ok((placer.placed_at(layout.scale, at), Some(misfit)))
             }
         }
     }
@@ -347,19 +347,19 @@ impl<'a> Placer<'a> {
     }
 
     /// Returns the wanted scale, limited by the room if the drawing is to fit.
-    fn wanted(&self) -> f64 {
+    fn requested_scale(&self) -> f64 {
         if self.layout.fit {
-            self.in_room(self.layout.scale)
+            self.scale_in_room(self.layout.scale)
         } else {
             self.layout.scale
         }
     }
 
     /// Returns the largest scale, at most the given one, that stays within the room.
-    fn in_room(&self, scale: f64) -> f64 {
+    fn scale_in_room(&self, scale: f64) -> f64 {
         let room = self.layout.room.iter().flatten().zip(self.size);
         room.fold(scale, |scale, (room, side)| {
-            if scale * side > *room + ROUNDING {
+            if scale * side > *room + SIZE_TOLERANCE {
                 room / side
             } else {
                 scale
@@ -369,7 +369,7 @@ impl<'a> Placer<'a> {
 
     /// Returns the largest scale that fits, at most the wanted one, and the position of the middle.
     fn largest(&self) -> Option<(f64, [f64; 2])> {
-        let wanted = self.wanted();
+        let wanted = self.requested_scale();
         if (self.layout.at, self.layout.sheet) == (None, None) {
             let corners = self.hull.iter();
             let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
@@ -377,13 +377,13 @@ impl<'a> Placer<'a> {
                 self.reach.best_place(&corners, Fit::Shrink).ok()?;
             // `best_place` keeps every straight way between two points within reach. The strokes
             // alone need less, so the drawing may grow.
-            return Some((self.grown(scale * wanted, offset), offset));
+            return Some((self.grown_scale(scale * wanted, offset), offset));
         }
         if let Some(at) = self.place(wanted) {
             return Some((wanted, at));
         }
-        let fits = |scale| self.place(scale * (1.0 + MARGIN)).is_some();
-        let scale = bisect(0.0, wanted, HALVINGS, fits);
+        let fits = |scale| self.place(scale * (1.0 + MARGIN_SHARE)).is_some();
+        let scale = bisect(0.0, wanted, BISECTION_STEPS, fits);
         self.middle(scale)
             .filter(|_| scale > 0.0)
             .map(|at| (scale, at))
@@ -391,13 +391,13 @@ impl<'a> Placer<'a> {
 
     /// Returns the largest scale up to the wanted one at which the strokes are within reach at this
     /// position. `fits` is a scale known to fit.
-    fn grown(&self, fits: f64, at: [f64; 2]) -> f64 {
-        let wanted = self.wanted();
+    fn grown_scale(&self, fits: f64, at: [f64; 2]) -> f64 {
+        let wanted = self.requested_scale();
         if fits >= wanted || self.is_within(at, wanted) {
             return wanted.max(fits);
         }
-        let is_within = |scale| self.is_within(at, scale * (1.0 + MARGIN));
-        bisect(fits, wanted, GROWING, is_within)
+        let is_within = |scale| self.is_within(at, scale * (1.0 + MARGIN_SHARE));
+        bisect(fits, wanted, GROWTH_STEPS, is_within)
     }
 
     /// Returns the position of the middle at a scale, if the layout determines it.
@@ -418,7 +418,7 @@ impl<'a> Placer<'a> {
     fn place(&self, scale: f64) -> Option<[f64; 2]> {
         let at = self.middle(scale)?;
         let on_sheet = match (self.layout.at, self.layout.sheet) {
-            (None, Some(sheet)) => self.is_on(&sheet, scale),
+            (None, Some(sheet)) => self.fits_sheet(&sheet, scale),
             _ => true,
         };
         (on_sheet && self.is_within(at, scale)).then_some(at)
@@ -437,12 +437,12 @@ impl<'a> Placer<'a> {
 
     /// True if the page fits the sheet. One millimetre is tolerated, because sheets are measured by
     /// hand.
-    fn is_on(&self, sheet: &Sheet, scale: f64) -> bool {
+    fn fits_sheet(&self, sheet: &Sheet, scale: f64) -> bool {
         let [width, height] = self.page.map(|side| scale * side - 1.0);
         (sheet.size).is_none_or(|size| width <= size[0] && height <= size[1])
     }
 
-    fn put(&self, scale: f64, at: [f64; 2]) -> PlacedArtwork {
+    fn placed_at(&self, scale: f64, at: [f64; 2]) -> PlacedArtwork {
         let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
         let put = |points: &Vec<[f64; 2]>| points.iter().map(put).collect();
         let mut lines = self.turned.iter();
@@ -483,7 +483,7 @@ impl<'a> Placer<'a> {
     /// Returns the reason why the drawing does not fit, and what would.
     fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> FitFailure {
         let turned = self.turned_by_90();
-        let elsewhere = self.elsewhere();
+        let elsewhere = self.fitting_position();
         let at = |[x, y]: [f64; 2]| (Setting::At, Given::Point(x, y));
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
@@ -555,7 +555,7 @@ impl<'a> Placer<'a> {
         };
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let scale = (Setting::Scale, Given::Number(would_fit.scale));
-        let mut diagnostic = Diagnostic::new(self.worst(), message)
+        let mut diagnostic = Diagnostic::new(self.origin_of_worst_point(), message)
             .remedy((Setting::Fit, Given::On), "shrinks it")
             .remedy(scale, "fits there");
         if let Some(place) = elsewhere {
@@ -577,7 +577,7 @@ impl<'a> Placer<'a> {
 
     /// Returns a place where the drawing would fit in this size and rotation. `None` if the layout
     /// leaves the place open, because then all places were tried already.
-    fn elsewhere(&self) -> Option<[f64; 2]> {
+    fn fitting_position(&self) -> Option<[f64; 2]> {
         if (self.layout.at, self.layout.sheet) == (None, None) {
             return None;
         }
@@ -597,11 +597,13 @@ impl<'a> Placer<'a> {
             ..self.layout.clone()
         };
         let placer = Placer::new(self.artwork, self.artwork.bounds()?, &layout, self.reach);
-        placer.largest().map(|(scale, _)| placer.in_room(scale))
+        placer
+            .largest()
+            .map(|(scale, _)| placer.scale_in_room(scale))
     }
 
     /// Returns the origin of the first stroke that is out of reach.
-    fn worst(&self) -> Origin {
+    fn origin_of_worst_point(&self) -> Origin {
         let Some(at) = self.middle(self.layout.scale) else {
             return Origin::NONE;
         };

@@ -10,7 +10,7 @@ use crate::fill::Area;
 use crate::simplify::simplified;
 
 /// Distance below which vertices of two strokes count as equal, mm.
-const SAME: f64 = 1e-4;
+const VERTEX_TOLERANCE: f64 = 1e-4;
 
 /// Options for cleaning up the strokes of a drawing before they are ordered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl Artwork {
             if dedupe {
                 let count = strokes.len();
                 let mut known = HashSet::new();
-                strokes.retain(|stroke| known.insert(shape(stroke, SAME / scale)));
+                strokes.retain(|stroke| known.insert(shape(stroke, VERTEX_TOLERANCE / scale)));
                 tidied.repeated += count - strokes.len();
             }
             if merge {

@@ -5,12 +5,12 @@ use crate::artwork::distance;
 
 /// Largest distance of rings that are joined, in spacings. The next ring is one spacing away along
 /// an edge, and farther at corners.
-const NEAR: f64 = 1.5;
+const MAX_JOIN_DISTANCE: f64 = 1.5;
 
 /// Insets at which a part narrower than twice the first is tested for its middle line, in spacings.
-const THIN: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
+const THIN_INSETS: [f64; 5] = [0.16, 0.12, 0.08, 0.04, 0.0];
 /// Insets at which the middle of the rest between two rings is searched, in spacings.
-const MIDDLE: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
+const MIDDLE_INSETS: [f64; 6] = [0.95, 0.85, 0.75, 0.65, 0.55, 0.5];
 
 /// Returns the rings of a region, from its edge inwards.
 pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
@@ -25,7 +25,9 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         }
         for part in layer.parts() {
             // In a thin part the ring of a hole would repeat the middle line.
-            let mut inner = THIN.iter().map(|share| part.offset(-spacing * share));
+            let mut inner = THIN_INSETS
+                .iter()
+                .map(|share| part.offset(-spacing * share));
             let middle = match inner.next() {
                 Some(inner) if !inner.is_empty() => None,
                 _ => inner.find(|inner| !inner.is_empty()),
@@ -43,7 +45,7 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
         // slivers that rounding leaves.
         let passed = next.offset(spacing * 1.02);
         let mut narrow = layer.without(&passed, spacing);
-        for share in MIDDLE {
+        for share in MIDDLE_INSETS {
             if narrow.is_empty() {
                 break;
             }
@@ -62,19 +64,20 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
 /// Appends a ring to the line that ends near it, or starts a new line.
 fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
     let ends = lines.iter().enumerate().filter_map(|(which, line)| {
-        let (far, begun) = begun_near(ring, *line.last()?)?;
-        (far <= NEAR * spacing).then_some((which, far, begun))
+        let (far, begun) = rotated_to_start_near(ring, *line.last()?)?;
+        (far <= MAX_JOIN_DISTANCE * spacing).then_some((which, far, begun))
     });
     let near = ends.min_by(|one, other| one.1.total_cmp(&other.1));
     match near {
         Some((which, _, begun)) => lines[which].extend(begun),
         // At a sharp corner the next ring is too far to be joined.
-        None => lines.extend(begun_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
+        None => lines
+            .extend(rotated_to_start_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
     }
 }
 
 /// Rotates a ring to start at its point nearest to `to`, and returns the distance.
-fn begun_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
+fn rotated_to_start_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
     let next = ring.iter().cycle().skip(1);
     let edges = ring.iter().zip(next).enumerate();
     let nearest = edges.map(|(which, (a, b))| {

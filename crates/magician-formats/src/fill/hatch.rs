@@ -9,18 +9,18 @@ use super::region::Region;
 
 /// Distance by which lines at the very edge are moved inwards, mm, so that they are not collinear
 /// with it.
-const IN: f64 = 1e-6;
+const EDGE_INSET: f64 = 1e-6;
 /// Longest piece of edge that may connect two lines, in spacings. A longer way costs more than
 /// lifting the pen.
-pub(super) const LONGEST: f64 = 25.0;
+pub(super) const MAX_CONNECTION: f64 = 25.0;
 
 /// Bare area beside a piece of edge above which the piece itself is drawn, in squares of the
 /// spacing. This happens where an edge runs along the lines.
-const BARE: f64 = 2.0;
+const MAX_BARE_AREA: f64 = 2.0;
 
 /// Returns lines that fill a shape in a direction (degrees), connected along its edge.
 pub(super) fn lines(shape: &Region, spacing: f64, angle: f64) -> Vec<Vec<[f64; 2]>> {
-    graph(shape, spacing, angle).paths(LONGEST * spacing, BARE * spacing * spacing)
+    graph(shape, spacing, angle).paths(MAX_CONNECTION * spacing, MAX_BARE_AREA * spacing * spacing)
 }
 
 /// Computes the lines that fill a shape, and the edge pieces between their ends.
@@ -78,7 +78,7 @@ struct Levels {
 
 impl Levels {
     fn new(least: f64, most: f64, spacing: f64) -> Self {
-        let inner = (most - least - 2.0 * IN).max(0.0);
+        let inner = (most - least - 2.0 * EDGE_INSET).max(0.0);
         if inner < spacing * 0.05 {
             return Self {
                 first: f64::midpoint(least, most),
@@ -88,7 +88,7 @@ impl Levels {
         }
         let gaps = (inner / spacing - 1e-3).ceil().max(1.0);
         Self {
-            first: least + IN,
+            first: least + EDGE_INSET,
             step: inner / gaps,
             count: gaps as usize + 1,
         }

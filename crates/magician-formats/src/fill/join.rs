@@ -64,8 +64,8 @@ impl Graph {
     /// Returns the paths, connected along pieces of edge of at most `longest`. Pieces that would
     /// leave more than `bare` uncovered are drawn in any case.
     pub(super) fn paths(&self, longest: f64, bare: f64) -> Vec<Vec<[f64; 2]>> {
-        let ways = Ways::new(self, longest);
-        let paths = ways.joined(ways.walked());
+        let ways = EdgeConnections::new(self, longest);
+        let paths = ways.joined(ways.greedy_paths());
         let mut wanted: Vec<bool> = self.pieces.iter().map(|piece| piece.bare > bare).collect();
         for path in &paths {
             let passed = path.iter().zip(path.iter().skip(1));
@@ -113,13 +113,13 @@ impl Graph {
 }
 
 /// Connections between ends along the edge.
-struct Ways<'a> {
+struct EdgeConnections<'a> {
     graph: &'a Graph,
     /// Length of the piece of edge behind each end; `None` if it is too long to use.
     lengths: Vec<Option<f64>>,
 }
 
-impl<'a> Ways<'a> {
+impl<'a> EdgeConnections<'a> {
     fn new(graph: &'a Graph, longest: f64) -> Self {
         let length = |(end, piece): (&End, &Piece)| {
             let next = graph.at(end.beside[1]);
@@ -188,7 +188,7 @@ impl<'a> Ways<'a> {
         ways.filter(|(to, _)| !seen[*to]).count()
     }
 
-    fn walked(&self) -> Vec<Path> {
+    fn greedy_paths(&self) -> Vec<Path> {
         let count = self.graph.ends.len();
         let mut seen = vec![false; count];
         let mut paths = Vec::new();
@@ -283,7 +283,7 @@ impl<'a> Ways<'a> {
 impl Graph {
     /// Smallest number of paths, found by exhaustive search; `None` if that would take too long.
     pub(super) fn fewest(&self, longest: f64) -> Option<usize> {
-        let ways = Ways::new(self, longest);
+        let ways = EdgeConnections::new(self, longest);
         let pieces: Vec<[usize; 2]> = { 0..self.ends.len() }
             .filter(|end| ways.lengths[*end].is_some())
             .map(|end| [end, self.ends[end].beside[1]])

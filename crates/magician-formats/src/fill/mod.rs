@@ -27,7 +27,7 @@ mod tests;
 pub(crate) use pattern::LineFamily;
 pub(crate) use region::Region;
 
-use crate::words::words;
+use crate::keywords::keywords;
 
 /// Fill pattern of an area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -44,7 +44,7 @@ pub enum FillMode {
     Contour,
 }
 
-words! {
+keywords! {
     FillMode, "fill":
     None = "none",
     Hatch = "hatch",
@@ -69,21 +69,25 @@ pub struct Filling {
 
 impl Filling {
     /// Width of a pen's line, mm.
-    const PEN: f64 = 0.8;
+    const PEN_WIDTH: f64 = 0.8;
     /// Width of a laser's beam, mm.
-    const BEAM: f64 = 0.2;
+    const BEAM_WIDTH: f64 = 0.2;
     /// Default direction of the lines, degrees: it avoids being parallel to the usual edges.
-    const ANGLE: f64 = 45.0;
+    const DEFAULT_ANGLE: f64 = 45.0;
 
     /// Returns the complete options, with defaults for a laser if `burns`, else for a pen.
     #[must_use]
     pub fn fill(&self, burns: bool) -> Fill {
-        let usual = if burns { Self::BEAM } else { Self::PEN };
+        let usual = if burns {
+            Self::BEAM_WIDTH
+        } else {
+            Self::PEN_WIDTH
+        };
         let spacing = self.spacing.unwrap_or(usual);
         Fill {
             mode: self.mode,
             spacing,
-            angle: self.angle.unwrap_or(Self::ANGLE),
+            angle: self.angle.unwrap_or(Self::DEFAULT_ANGLE),
             inset: self.inset.unwrap_or(spacing / 2.0),
         }
     }
@@ -138,26 +142,26 @@ pub struct Fill {
 }
 
 /// Smallest spacing, mm. The arm has no finer pen.
-pub const LEAST_SPACING: f64 = 0.02;
+pub const MIN_SPACING: f64 = 0.02;
 /// Largest number of lines across an area. A choice that bounds memory and time.
-const MOST_LINES: f64 = 20_000.0;
+const MAX_LINES: f64 = 20_000.0;
 
 impl Fill {
     /// Returns the lines that fill an area, each drawn without lifting the pen.
     ///
     /// Parts narrower than twice the inset get lines nearer to their edge, down to an eighth of the
     /// spacing. Anything narrower, or not larger than the spacing, gets one line. Empty if the
-    /// spacing is below [`LEAST_SPACING`] or a number is not finite.
+    /// spacing is below [`MIN_SPACING`] or a number is not finite.
     #[must_use]
     pub fn lines(&self, area: &Area) -> Vec<Vec<[f64; 2]>> {
         let numbers = [self.spacing, self.angle, self.inset];
         let finite = numbers.iter().all(|number| number.is_finite());
-        if !finite || self.spacing < LEAST_SPACING || self.inset < 0.0 {
+        if !finite || self.spacing < MIN_SPACING || self.inset < 0.0 {
             return Vec::new();
         }
         let region = Region::of(area);
         let size = region.size();
-        if !(size > 0.0 && size / self.spacing <= MOST_LINES) {
+        if !(size > 0.0 && size / self.spacing <= MAX_LINES) {
             return Vec::new();
         }
         let layers = self.layers(&region);

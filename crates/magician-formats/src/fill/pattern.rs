@@ -2,9 +2,9 @@
 
 /// Tolerance of a line at the very edge of an area, in distances between lines. Within it the line
 /// at the lower edge is drawn and that at the upper edge is not.
-const ROUNDED: f64 = 1e-9;
+const EDGE_TOLERANCE: f64 = 1e-9;
 /// Largest number of lines and dashes per area. It bounds memory for patterns with a tiny distance.
-const MOST: f64 = 100_000.0;
+const MAX_LINES: f64 = 100_000.0;
 
 /// A family of parallel lines.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +42,11 @@ impl LineFamily {
                 } else {
                     (to, from)
                 };
-                let level = |y: f64| ((y - base[1]) / step[1] - ROUNDED).ceil();
+                let level = |y: f64| ((y - base[1]) / step[1] - EDGE_TOLERANCE).ceil();
                 let (first, end) = (level(low[1]), level(high[1]));
                 // NaN and infinity fail the comparison too: lines without a distance are infinitely
                 // many.
-                let is_bounded = (end - first) + crossings.len() as f64 <= MOST;
+                let is_bounded = (end - first) + crossings.len() as f64 <= MAX_LINES;
                 if !is_bounded {
                     return None;
                 }
@@ -67,7 +67,7 @@ impl LineFamily {
                 for [from, to] in self.dashed([from, to], begin)? {
                     lines.push([back([from, y]), back([to, y])]);
                 }
-                if lines.len() as f64 > MOST {
+                if lines.len() as f64 > MAX_LINES {
                     return None;
                 }
             }
@@ -84,7 +84,7 @@ impl LineFamily {
         }
         let repeats = ((from - begin) / period).floor();
         let count = ((to - from) / period).ceil() + 1.0;
-        let is_bounded = count * self.dashes.len() as f64 <= MOST;
+        let is_bounded = count * self.dashes.len() as f64 <= MAX_LINES;
         if !is_bounded {
             return None;
         }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_lie_where_the_pattern_says_and_leave_holes_free() {
+    fn pattern_lines_follow_the_pattern_and_spare_holes() {
         let hole = vec![[2.0, 3.5], [6.0, 3.5], [6.0, 8.0], [2.0, 8.0]];
         let lines = family(0.0, [0.0, 3.0], &[]).within(&[SQUARE.to_vec(), hole]);
         let expected = [

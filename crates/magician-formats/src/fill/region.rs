@@ -12,13 +12,13 @@ use i_overlay::mesh::float::style::{LineJoin, OutlineStyle};
 
 use super::{Area, FillRule};
 use crate::artwork::distance;
-use crate::simplify::off_chord;
+use crate::simplify::distance_to_chord;
 
 /// Smallest angle of a mitre, radians. Sharper corners are bevelled when an edge is offset.
-const SHARPEST: f64 = 0.5;
+const MIN_MITRE_ANGLE: f64 = 0.5;
 
 /// Largest number of edges of a ring that is compared with itself, which takes quadratic time.
-const LONGEST_COMPARED: usize = 2_000;
+const MAX_COMPARED_EDGES: usize = 2_000;
 
 /// Shapes: the outline of each first, counter-clockwise, then its holes.
 #[derive(Clone, Debug, Default)]
@@ -90,7 +90,7 @@ impl Region {
         if by == 0.0 || self.is_empty() {
             return self.clone();
         }
-        let style = OutlineStyle::new(by).line_join(LineJoin::Miter(SHARPEST));
+        let style = OutlineStyle::new(by).line_join(LineJoin::Miter(MIN_MITRE_ANGLE));
         Self(self.0.outline_as::<i64>(&style))
     }
 
@@ -178,9 +178,9 @@ impl Region {
         let there_only = &there[..=last];
         let covered = |point: &[f64; 2]| {
             let edges = there_only.windows(2);
-            { edges }.any(|edge| off_chord(*point, edge[0], edge[1]) <= width / 2.0)
+            { edges }.any(|edge| distance_to_chord(*point, edge[0], edge[1]) <= width / 2.0)
         };
-        if ring.len() <= LONGEST_COMPARED && back.iter().all(covered) {
+        if ring.len() <= MAX_COMPARED_EDGES && back.iter().all(covered) {
             there_only.to_vec()
         } else {
             there

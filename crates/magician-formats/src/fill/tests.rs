@@ -3,7 +3,7 @@
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use super::hatch::{LONGEST, graph};
+use super::hatch::{MAX_CONNECTION, graph};
 use super::region::Region;
 use super::{Area, Fill, FillMode, FillRule};
 use crate::artwork::distance;
@@ -80,29 +80,32 @@ fn fill(mode: FillMode, angle: f64) -> Fill {
 
 /// Share of the shape that is bare, and share of the marks outside the shape, on a fine raster.
 fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
-    const CELL: f64 = 0.16;
+    const CELL_SIDE: f64 = 0.16;
     let region = Region::of(area);
     let [x, y] = [0, 1].map(|side| region.extent(|point| point[side]));
     let (columns, rows) = (
-        ((x.1 - x.0) / CELL) as usize + 20,
-        ((y.1 - y.0) / CELL) as usize + 20,
+        ((x.1 - x.0) / CELL_SIDE) as usize + 20,
+        ((y.1 - y.0) / CELL_SIDE) as usize + 20,
     );
     let centre = |column: usize, row: usize| {
         [
-            x.0 + (column as f64 - 9.5) * CELL,
-            y.0 + (row as f64 - 9.5) * CELL,
+            x.0 + (column as f64 - 9.5) * CELL_SIDE,
+            y.0 + (row as f64 - 9.5) * CELL_SIDE,
         ]
     };
     let mut marked = vec![false; columns * rows];
     for line in lines {
         for pair in line.windows(2) {
-            let steps = (distance(pair[0], pair[1]) / (CELL / 2.0)).ceil().max(1.0) as usize;
+            let steps = (distance(pair[0], pair[1]) / (CELL_SIDE / 2.0))
+                .ceil()
+                .max(1.0) as usize;
             for step in 0..=steps {
                 let share = step as f64 / steps as f64;
                 let at = [0, 1].map(|side| pair[0][side] + (pair[1][side] - pair[0][side]) * share);
-                let index = |from: f64, value: f64| ((value - from) / CELL + 9.5).max(0.0) as usize;
+                let index =
+                    |from: f64, value: f64| ((value - from) / CELL_SIDE + 9.5).max(0.0) as usize;
                 let (column, row) = (index(x.0, at[0]), index(y.0, at[1]));
-                let reach = (pen / 2.0 / CELL) as usize + 1;
+                let reach = (pen / 2.0 / CELL_SIDE) as usize + 1;
                 for row in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
                     for column in column.saturating_sub(reach)..(column + reach + 1).min(columns) {
                         if distance(centre(column, row), at) <= pen / 2.0 {
@@ -131,7 +134,7 @@ fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
 }
 
 #[test]
-fn hatches_cover_shapes_and_nothing_beside_them() {
+fn hatch_covers_shapes_only() {
     for (name, area) in shapes() {
         for angle in [0.0, 45.0, 110.0] {
             let lines = fill(FillMode::Hatch, angle).lines(&area);
@@ -145,7 +148,7 @@ fn hatches_cover_shapes_and_nothing_beside_them() {
 }
 
 #[test]
-fn rings_cover_shapes_and_nothing_beside_them() {
+fn rings_cover_shapes_only() {
     for (name, area) in shapes() {
         let lines = fill(FillMode::Contour, 0.0).lines(&area);
         let (bare, beside) = coverage(&area, &lines, SPACING);
@@ -155,7 +158,7 @@ fn rings_cover_shapes_and_nothing_beside_them() {
 
 /// Covers different widths between the last two rings.
 #[test]
-fn the_middle_of_a_band_is_drawn_once() {
+fn middle_of_a_band_is_drawn_once() {
     for inner in [15.0, 15.3, 15.6, 15.9, 16.2, 16.5] {
         let rings = [polygon(180, 30.0, 1), polygon(180, inner, 1)];
         let band = area(&[&rings[0], &rings[1]], FillRule::EvenOdd);
@@ -173,16 +176,16 @@ fn the_middle_of_a_band_is_drawn_once() {
 }
 
 #[test]
-fn the_pen_is_lifted_at_most_a_third_more_often_than_it_must_be() {
+fn pen_lifts_exceed_the_minimum_by_at_most_a_third() {
     let (mut lifts, mut least) = (0, 0);
     for (name, area) in shapes() {
         for angle in [0.0, 45.0, 110.0] {
             for part in Region::of(&area).offset(-2.0).parts() {
                 let graph = graph(&part, 6.0, angle);
-                let Some(fewest) = graph.fewest(LONGEST * 6.0) else {
+                let Some(fewest) = graph.fewest(MAX_CONNECTION * 6.0) else {
                     continue;
                 };
-                let found = graph.paths(LONGEST * 6.0, f64::INFINITY).len();
+                let found = graph.paths(MAX_CONNECTION * 6.0, f64::INFINITY).len();
                 assert!(found >= fewest, "{name}: {found} {fewest}");
                 lifts += found;
                 least += fewest;
@@ -208,7 +211,7 @@ fn a_simple_shape_is_hatched_without_lifting_the_pen() {
 }
 
 #[test]
-fn what_is_narrower_than_the_pen_gets_a_line() {
+fn part_narrower_than_the_pen_gets_a_line() {
     let strip = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.5], [0.0, 0.5]];
     let strip = area(&[&strip], FillRule::NonZero);
     for (mode, angle) in [
@@ -267,7 +270,7 @@ fn bars_beside_a_wider_part_are_drawn() {
                 let lines = fill(mode, 45.0).lines(&bar);
                 let end = [1.0 + length * 0.8, 6.0 + height / 2.0];
                 let off = (lines.iter().flat_map(|line| line.windows(2)))
-                    .map(|pair| crate::simplify::off_chord(end, pair[0], pair[1]))
+                    .map(|pair| crate::simplify::distance_to_chord(end, pair[0], pair[1]))
                     .fold(f64::INFINITY, f64::min);
                 assert!(off <= SPACING / 2.0, "{mode:?} {length} x {height}: {off}");
             }
@@ -276,7 +279,7 @@ fn bars_beside_a_wider_part_are_drawn() {
 }
 
 #[test]
-fn numbers_that_mean_nothing_fill_nothing() {
+fn invalid_numbers_fill_nothing() {
     let (_, square) = shapes().remove(0);
     for spacing in [0.0, -1.0, 1e-9, f64::NAN, f64::INFINITY] {
         let fill = Fill {

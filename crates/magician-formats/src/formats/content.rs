@@ -9,13 +9,13 @@ use crate::encoding;
 
 /// Bytes at the start of a file that are examined. A choice: headers and comments before the first
 /// characteristic line are shorter.
-const HEAD: usize = 4096;
+const EXAMINED_BYTES: usize = 4096;
 /// Magic number of gzip files (RFC 1952, section 2.3.1).
-pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
+pub(crate) const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
 
 /// Detects the format of a file from its bytes; `None` if they do not determine it.
 pub(super) fn of(bytes: &[u8]) -> Option<Format> {
-    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    let head = bytes.get(..EXAMINED_BYTES).unwrap_or(bytes);
     let begins = |with: &[u8]| head.starts_with(with);
     if begins(b"\x89PNG\r\n\x1A\n")
         || begins(b"\xFF\xD8\xFF")
@@ -32,7 +32,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         return Some(Format::Points);
     }
     // SVG is the only supported format that is commonly packed (`.svgz`).
-    if begins(&GZIP) {
+    if begins(&GZIP_MAGIC) {
         return Some(Format::Svg);
     }
     if begins(b"AutoCAD Binary DXF\r\n") {
@@ -49,7 +49,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
         },
         '{' if text.contains("\"magician-plan\"") => Some(Format::Plan),
         '{' if text.contains("\"magician-testgrid\"") => Some(Format::TestGrid),
-        _ if points::is_one(text) => Some(Format::Points),
+        _ if points::is_point_list(text) => Some(Format::Points),
         '{' => None,
         // A program of DobotLab is a JSON list.
         // DXF, HPGL and G-code come last because their tests are the weakest.
@@ -78,7 +78,7 @@ fn is_netpbm(head: &[u8]) -> bool {
 
 /// True if a file is XML whose root element has this name.
 pub(super) fn begins_with_element(bytes: &[u8], name: &str) -> bool {
-    let text = encoding::head(bytes.get(..HEAD).unwrap_or(bytes));
+    let text = encoding::head(bytes.get(..EXAMINED_BYTES).unwrap_or(bytes));
     text.is_some_and(|text| text.trim_start().starts_with('<') && root_element(&text) == Some(name))
 }
 
@@ -120,11 +120,11 @@ fn is_dxf(text: &str) -> bool {
 /// True if the text begins with a two-letter instruction that plots begin with and contains a
 /// terminator.
 fn is_hpgl(text: &str) -> bool {
-    const FIRST: [&str; 9] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS", "BP"];
+    const FIRST_INSTRUCTIONS: [&str; 9] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS", "BP"];
     let text = plot::without_escapes(text).trim_start_matches([';', ':']);
     let first = text.get(..2).map(str::to_ascii_uppercase);
     let rest = text.get(2..).unwrap_or_default();
-    first.is_some_and(|first| FIRST.contains(&first.as_str()))
+    first.is_some_and(|first| FIRST_INSTRUCTIONS.contains(&first.as_str()))
         && rest.starts_with(|next: char| !next.is_ascii_lowercase())
         && rest.contains(';')
 }

@@ -16,12 +16,12 @@ use super::{Content, Format, ReadOptions, lines};
 use crate::{Artwork, Diagnostic, Plan};
 
 /// Finest tolerance, mm. The arm cannot resolve less.
-const FINEST: f64 = 1e-4;
+const MIN_TOLERANCE: f64 = 1e-4;
 /// Ratio of scales up to which fine chords are kept. Their number grows with the square root of the
 /// scale, so at 16 they are four times as many as needed, which costs less than reading again.
-const COARSER: f64 = 16.0;
+const MAX_SCALE_RATIO: f64 = 16.0;
 /// Relative difference of scales that counts as rounding.
-const ROUNDING: f64 = 1e-6;
+const SCALE_ROUNDING: f64 = 1e-6;
 
 /// Tolerance of the chords of a file. `curved` becomes true once a curve has asked for it.
 #[derive(Debug)]
@@ -45,7 +45,7 @@ impl Chords {
     fn of(options: &ReadOptions) -> Self {
         let usual = ReadOptions::default();
         let drawn = match options.tolerance {
-            tolerance if tolerance.is_finite() => tolerance.max(FINEST),
+            tolerance if tolerance.is_finite() => tolerance.max(MIN_TOLERANCE),
             // NaN or infinity: use the default instead of refusing to draw.
             _ => usual.tolerance,
         };
@@ -126,7 +126,7 @@ impl CurvedFile {
     #[must_use]
     pub fn is_unfit_for(&self, scale: f64) -> bool {
         let made_for = usable(self.options.scale);
-        scale > made_for * (1.0 + ROUNDING) || scale * COARSER < made_for
+        scale > made_for * (1.0 + SCALE_ROUNDING) || scale * MAX_SCALE_RATIO < made_for
     }
 
     /// Reads the file again for drawing at this scale.

@@ -5,7 +5,7 @@ use crate::Diagnostic;
 use magician_host::message;
 
 /// A kind of unsupported file that people try.
-struct Kind {
+struct ForeignFormat {
     /// File name extensions.
     endings: &'static [&'static str],
     /// Name in a sentence.
@@ -18,53 +18,53 @@ const SAVE_AS_SVG: &str =
     "open it in Inkscape and save it as SVG, or export SVG from the program that made it";
 const SAVE_AS_DXF: &str = "save it as DXF in the program that made it";
 const SAVE_AS_JPEG: &str = "save it as JPEG or PNG, and draw or burn that";
-const MODEL: &str = "a model of three dimensions";
+const MODEL_KIND: &str = "a model of three dimensions";
 const EXPORT_MODEL: &str =
     "export a drawing or a section of it as DXF or SVG, or G-code from a slicer or CAM program";
 
-const PDF: Kind = Kind {
+const PDF: ForeignFormat = ForeignFormat {
     endings: &[".pdf"],
     what: "a PDF document",
     help: SAVE_AS_SVG,
 };
-const POSTSCRIPT: Kind = Kind {
+const POSTSCRIPT: ForeignFormat = ForeignFormat {
     endings: &[".eps", ".ps"],
     what: "a PostScript drawing",
     help: SAVE_AS_SVG,
 };
-const DWG: Kind = Kind {
+const DWG: ForeignFormat = ForeignFormat {
     endings: &[".dwg"],
     what: "a DWG drawing of AutoCAD",
     help: SAVE_AS_DXF,
 };
-const HEIC: Kind = Kind {
+const HEIC: ForeignFormat = ForeignFormat {
     endings: &[".heic", ".heif"],
     what: "a HEIC photo",
     help: SAVE_AS_JPEG,
 };
-const AVIF: Kind = Kind {
+const AVIF: ForeignFormat = ForeignFormat {
     endings: &[".avif"],
     what: "an AVIF image",
     help: SAVE_AS_JPEG,
 };
-const LIGHTBURN: Kind = Kind {
+const LIGHTBURN: ForeignFormat = ForeignFormat {
     endings: &[".lbrn", ".lbrn2"],
     what: "a project of LightBurn",
     help: "save G-code in LightBurn, for a GRBL laser, and burn that; or export SVG or DXF",
 };
-const STL: Kind = Kind {
+const STL: ForeignFormat = ForeignFormat {
     endings: &[".stl"],
-    what: MODEL,
+    what: MODEL_KIND,
     help: EXPORT_MODEL,
 };
-const SCRIPT: Kind = Kind {
+const SCRIPT: ForeignFormat = ForeignFormat {
     endings: &[".script", ".py"],
     what: "a program in Python, as the script editor of DobotStudio saves it",
     help: "run it with Python: the vendor's library and the Python package of this program both run it",
 };
 /// All kinds. Where the first bytes of a file identify a kind, they take precedence over its
 /// extension.
-const KINDS: [&Kind; 12] = [
+const FOREIGN_FORMATS: [&ForeignFormat; 12] = [
     &PDF,
     &POSTSCRIPT,
     &DWG,
@@ -73,24 +73,24 @@ const KINDS: [&Kind; 12] = [
     &LIGHTBURN,
     &STL,
     &SCRIPT,
-    &Kind {
+    &ForeignFormat {
         endings: &[".ai", ".cdr"],
         what: "a drawing of Illustrator or CorelDRAW",
         help: SAVE_AS_SVG,
     },
-    &Kind {
+    &ForeignFormat {
         endings: &[
             ".3mf", ".obj", ".step", ".stp", ".iges", ".igs", ".f3d", ".blend",
         ],
-        what: MODEL,
+        what: MODEL_KIND,
         help: EXPORT_MODEL,
     },
-    &Kind {
+    &ForeignFormat {
         endings: &[".psd", ".xcf", ".kra", ".jxl", ".jp2", ".ico"],
         what: "an image that is not read",
         help: SAVE_AS_JPEG,
     },
-    &Kind {
+    &ForeignFormat {
         endings: &[".docx", ".doc", ".odt", ".rtf"],
         what: "a document of a word processor",
         help: "save its text as a text file, and write that; or export a PDF and save that as SVG",
@@ -98,7 +98,7 @@ const KINDS: [&Kind; 12] = [
 ];
 
 /// Identifies a kind by the first bytes of a file, if they are unambiguous.
-fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
+fn by_content(bytes: &[u8]) -> Option<&'static ForeignFormat> {
     let brand = bytes.get(8..12).unwrap_or_default();
     let is_media = bytes.get(4..8) == Some(b"ftyp");
     let digits = |range| {
@@ -128,7 +128,7 @@ fn by_content(bytes: &[u8]) -> Option<&'static Kind> {
     }
 }
 
-impl Kind {
+impl ForeignFormat {
     fn diagnostic(&self) -> Diagnostic {
         Diagnostic::of_file(message!(
             "this is {what}, which is not read",
@@ -156,8 +156,11 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), Diagnostic> {
 pub fn foreign(name: &str, bytes: &[u8]) -> Option<Diagnostic> {
     let name = name.to_ascii_lowercase();
     let by_name = || {
-        let ends = |kind: &&&Kind| kind.endings.iter().any(|ending| name.ends_with(ending));
-        KINDS.iter().find(ends).copied()
+        let ends =
+            |kind: &&&ForeignFormat| kind.endings.iter().any(|ending| name.ends_with(ending));
+        FOREIGN_FORMATS.iter().find(ends).copied()
     };
-    by_content(bytes).or_else(by_name).map(Kind::diagnostic)
+    by_content(bytes)
+        .or_else(by_name)
+        .map(ForeignFormat::diagnostic)
 }

@@ -137,7 +137,7 @@ impl Format {
             Self::Blockly => behind!("programs", blockly),
             Self::Image => behind!("images", image),
             Self::Points => behind!("programs", points),
-            Self::Text => behind!("lettering", curved words),
+            Self::Text => behind!("lettering", curved plain_text),
             Self::TestGrid => behind!("lettering", testgrid),
         }
     }
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_sample_is_known_by_name_and_by_content() {
+    fn every_sample_is_detected_by_name_and_by_content() {
         let samples =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../magician-program/samples");
         let mut seen = 0;
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_built_in_is_known_and_refused_with_its_feature() {
+    fn format_that_is_not_built_in_is_refused_with_its_feature() {
         for format in Format::ALL {
             let read = crate::read(format, b"", &ReadOptions::default());
             let missing = read.err().and_then(|diagnostic| diagnostic.missing);
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn endings_count_first_and_content_decides_the_rest() {
+    fn extension_takes_precedence_over_content() {
         let is = |name: &str, text: &str| Format::of(name, text.as_bytes());
         assert_eq!(is("A.PLAYBACK", "<svg/>"), Some(Format::Playback));
         assert_eq!(is("dir.svg/a.nc", ""), Some(Format::Gcode));

@@ -21,6 +21,8 @@ mod image;
 mod kind;
 #[cfg(any(feature = "programs", feature = "drawings"))]
 mod notes;
+#[cfg(feature = "lettering")]
+mod plain_text;
 pub mod playback;
 #[cfg(feature = "programs")]
 mod points;
@@ -31,8 +33,6 @@ mod span;
 mod svg;
 #[cfg(feature = "lettering")]
 mod testgrid;
-#[cfg(feature = "lettering")]
-mod words;
 #[cfg(feature = "programs")]
 mod xml;
 
@@ -44,9 +44,9 @@ pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 use magician_host::message;
 use magician_host::{Remedy, Setting};
 
+use crate::keywords::keywords;
 use crate::lettering::TextOptions;
 use crate::raster::Raster;
-use crate::words::words;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
 
 /// Format of a file.
@@ -138,7 +138,7 @@ pub enum TextLines {
     Stroke,
 }
 
-words! {
+keywords! {
     TextLines, "text":
     Outline = "outline",
     Stroke = "stroke",
@@ -155,7 +155,7 @@ pub enum SystemFonts {
     On,
 }
 
-words! {
+keywords! {
     SystemFonts, "system_fonts":
     On = "on",
     Off = "off",
@@ -172,7 +172,7 @@ pub enum White {
     Draw,
 }
 
-words! {
+keywords! {
     White, "white":
     Skip = "skip",
     Draw = "draw",
@@ -280,7 +280,7 @@ fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
 }
 
 /// Tolerance of the page's edge, mm. It absorbs the rounding of coordinates in a file.
-const ON_THE_EDGE: f64 = 1e-3;
+const PAGE_EDGE_TOLERANCE: f64 = 1e-3;
 
 impl Parsed {
     /// Cuts off everything beyond the page and returns a note about it.
@@ -294,8 +294,8 @@ impl Parsed {
             return Some(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
         };
         let window = [
-            [-ON_THE_EDGE; 2],
-            [width + ON_THE_EDGE, height + ON_THE_EDGE],
+            [-PAGE_EDGE_TOLERANCE; 2],
+            [width + PAGE_EDGE_TOLERANCE, height + PAGE_EDGE_TOLERANCE],
         ];
         let mut cut = 0;
         for filled in &mut artwork.areas {

@@ -5,7 +5,7 @@ use magician_host::message;
 
 /// Largest number of distinct notes to keep. A choice that bounds memory and output for damaged
 /// files.
-const MOST_KINDS: usize = 200;
+const MAX_DISTINCT_NOTES: usize = 200;
 
 #[derive(Debug, Default)]
 pub(super) struct Notes {
@@ -18,7 +18,7 @@ impl Notes {
     pub(super) fn add(&mut self, code: DiagnosticCode, origin: Origin, message: &str) {
         if let Some((_, count)) = self.find(message) {
             *count += 1;
-        } else if self.found.len() < MOST_KINDS {
+        } else if self.found.len() < MAX_DISTINCT_NOTES {
             let diagnostic = Diagnostic::new(origin, message).coded(code);
             self.found.push((diagnostic, 1));
         } else {
@@ -34,7 +34,7 @@ impl Notes {
         message: &str,
         advised: impl FnOnce(Diagnostic) -> Diagnostic,
     ) {
-        if self.find(message).is_none() && self.found.len() < MOST_KINDS {
+        if self.find(message).is_none() && self.found.len() < MAX_DISTINCT_NOTES {
             let diagnostic = Diagnostic::new(origin, message).coded(code);
             self.found.push((advised(diagnostic), 1));
         } else {

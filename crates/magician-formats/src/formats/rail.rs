@@ -39,7 +39,7 @@ impl RailCourse {
     ///
     /// # Errors
     /// A sentence if the rail would have to move during an arc or a path, which the arm cannot do.
-    pub(super) fn lead(&mut self, motion: Action, l: Option<f32>) -> Result<Action, String> {
+    pub(super) fn with_rail(&mut self, motion: Action, l: Option<f32>) -> Result<Action, String> {
         let Some(l) = l.or(self.at).filter(|_| self.used) else {
             return Ok(motion);
         };

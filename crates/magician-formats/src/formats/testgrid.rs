@@ -1,24 +1,24 @@
 //! Reader of test grids: options as JSON, laid out as cells and labels.
 
 use super::{Content, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::lettering::lay_out;
 use crate::testgrid::{TestGrid, TestGridOptions};
 use crate::{BundledFont, Diagnostic, FontChoice, Origin, TextOptions};
 use magician_host::message;
 
 /// Height of a label, in sides of a cell.
-const LABEL: f64 = 0.25;
+const LABEL_HEIGHT: f64 = 0.25;
 /// Gap between labels and cells, in sides of a cell.
-const GAP: f64 = 0.2;
+const LABEL_GAP: f64 = 0.2;
 /// Largest width of a label, in sides of a cell. Wider labels are scaled down; at 1.1 neighbours
 /// still have a gap because cells are 1.25 sides apart ([`TestGrid::PITCH`]).
-const WIDEST: f64 = 1.1;
+const MAX_LABEL_WIDTH: f64 = 1.1;
 /// Flattening tolerance of the labels, mm.
-const TOLERANCE: f64 = 0.02;
+const LABEL_TOLERANCE: f64 = 0.02;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     let wanted: TestGridOptions = serde_json::from_str(&text).map_err(|error| {
         let number = |value: usize| u32::try_from(value).unwrap_or(u32::MAX);
         let origin = Origin {
@@ -28,7 +28,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         };
         Diagnostic::new(
             origin,
-            message!("this is no test grid: {error}", error = said(&error)),
+            message!("this is no test grid: {error}", error = error_text(&error)),
         )
     })?;
     wanted
@@ -45,7 +45,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 }
 
 /// Message of a serde error without the place, which the diagnostic carries itself.
-fn said(error: &serde_json::Error) -> String {
+fn error_text(error: &serde_json::Error) -> String {
     let text = error.to_string();
     text.split(" at line ").next().unwrap_or(&text).to_owned()
 }
@@ -86,7 +86,7 @@ fn laid_out(title: &str, options: TestGridOptions) -> Result<TestGrid, Diagnosti
         .chain([&unit])
         .map(|label| label.size[1])
         .fold(0.0, f64::max);
-    let [left, top] = [widest, highest].map(|side| side + GAP * cell);
+    let [left, top] = [widest, highest].map(|side| side + LABEL_GAP * cell);
     grid.corner = [left, top];
     // The label of the last column may be wider than its cell and stick out to the right.
     let last = power
@@ -129,10 +129,10 @@ impl Label {
     fn new(text: &str, cell: f64) -> Result<Self, Diagnostic> {
         let font = FontChoice::Bundled(BundledFont::Sans).load()?;
         let options = TextOptions {
-            size: LABEL * cell,
+            size: LABEL_HEIGHT * cell,
             ..TextOptions::default()
         };
-        let lines = lay_out(text, &font, &options, TOLERANCE)?.lines;
+        let lines = lay_out(text, &font, &options, LABEL_TOLERANCE)?.lines;
         let mut lines: Vec<_> = lines.into_iter().map(|line| line.points).collect();
         let points = || lines.iter().flatten();
         let bound = |axis: usize, pick: fn(f64, f64) -> f64| {
@@ -145,7 +145,7 @@ impl Label {
             [0, 1].map(|axis| bound(axis, f64::min)),
             [0, 1].map(|axis| bound(axis, f64::max)),
         );
-        let scale = (WIDEST * cell / (right - left)).min(1.0);
+        let scale = (MAX_LABEL_WIDTH * cell / (right - left)).min(1.0);
         for [x, y] in lines.iter_mut().flatten() {
             (*x, *y) = ((*x - left) * scale, (high - *y) * scale);
         }

@@ -7,12 +7,12 @@ use roxmltree::{Document, Node, ParsingOptions};
 use crate::{Diagnostic, Origin};
 
 /// Largest number of nodes. A choice above any real file; it bounds memory.
-const MOST_NODES: u32 = 8_000_000;
+const MAX_NODES: u32 = 8_000_000;
 
 /// Parses a document.
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
-        nodes_limit: MOST_NODES,
+        nodes_limit: MAX_NODES,
         ..ParsingOptions::default()
     };
     Document::parse_with_options(text, options).map_err(|error| {

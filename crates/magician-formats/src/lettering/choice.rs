@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
-use crate::words::words;
+use crate::keywords::keywords;
 
 /// Bundled single-line fonts, by A. V. Hershey.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -19,7 +19,7 @@ pub enum BundledFont {
     Gothic,
 }
 
-words! {
+keywords! {
     BundledFont, "font":
     Sans = "sans",
     Script = "script",

@@ -4,14 +4,14 @@
 //! which is centred on the top or foot of the base and leans with the font.
 
 use super::drawn;
-use super::hershey::{CAP, Hershey};
+use super::hershey::{CAP_HEIGHT, Hershey};
 use super::marks::{Mark, Position};
 use super::{BundledFont, Glyph};
 
 /// Gap between a letter and its mark, in units of the font.
-const GAP: f64 = 3.0;
+const MARK_GAP: f64 = 3.0;
 /// Letters by mark, and the base of each.
-const COMPOSED: [(Mark, &str, &str); 17] = [
+const COMPOSED_LETTERS: [(Mark, &str, &str); 17] = [
     (Mark::Grave, "ÀÈÌÒÙàèìòùǸǹ", "AEIOUaeıouNn"),
     (
         Mark::Acute,
@@ -41,7 +41,7 @@ const COMPOSED: [(Mark, &str, &str); 17] = [
 
 /// Returns the mark and the base of a letter.
 fn parts(character: char) -> Option<(Mark, char)> {
-    COMPOSED.iter().find_map(|(mark, letters, bases)| {
+    COMPOSED_LETTERS.iter().find_map(|(mark, letters, bases)| {
         let mut both = letters.chars().zip(bases.chars());
         let (_, base) = both.find(|(letter, _)| *letter == character)?;
         Some((*mark, base))
@@ -66,7 +66,7 @@ pub(super) fn glyph(font: &Hershey, character: char) -> Option<Glyph> {
 /// decomposed: `e` followed by U+0301.
 pub(super) fn precomposed(base: char, mark: char) -> Option<char> {
     let mark = Mark::combining(mark)?;
-    COMPOSED.iter().find_map(|(known, letters, bases)| {
+    COMPOSED_LETTERS.iter().find_map(|(known, letters, bases)| {
         let same = *known == mark
             || *known == Mark::CaronBeside && mark == Mark::Caron
             || matches!(*known, Mark::CommaBelow | Mark::CommaAbove) && mark == Mark::Cedilla;
@@ -90,21 +90,24 @@ fn marked(font: &Hershey, letter: Glyph, mark: Mark) -> Glyph {
     let lines = mark.lines().mapped(|[x, y]| [x + slant * y, y]);
     let mut advance = letter.advance;
     let at = match mark.position() {
-        Position::Above => [top(&letter, least, most) + slant * GAP, most[1] + GAP],
+        Position::Above => [
+            top(&letter, least, most) + slant * MARK_GAP,
+            most[1] + MARK_GAP,
+        ],
         Position::Below => [
             letter.middle_at(least[1].max(0.0) + 1.0),
-            least[1].min(0.0) - GAP,
+            least[1].min(0.0) - MARK_GAP,
         ],
         Position::Attached => {
             let (x, y) = foot(&letter, mark == Mark::Ogonek);
             [x, y]
         }
         Position::Beside => {
-            let heights = (0..=6).map(|down| CAP - f64::from(down));
+            let heights = (0..=6).map(|down| CAP_HEIGHT - f64::from(down));
             let right = heights.flat_map(|height| letter.crossings(height));
-            let x = right.fold(letter.middle(), f64::max) + GAP;
-            advance = advance.max(x + GAP);
-            [x, CAP]
+            let x = right.fold(letter.middle(), f64::max) + MARK_GAP;
+            advance = advance.max(x + MARK_GAP);
+            [x, CAP_HEIGHT]
         }
     };
     let glyph = letter.with(lines.moved(at));
@@ -148,8 +151,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_composed_letter_has_a_base() {
-        for (mark, letters, bases) in COMPOSED {
+    fn every_composed_letter_has_a_base() {
+        for (mark, letters, bases) in COMPOSED_LETTERS {
             assert_eq!(letters.chars().count(), bases.chars().count(), "{mark:?}");
         }
     }
@@ -180,7 +183,7 @@ mod tests {
     fn marks_keep_clear_of_their_letters_and_tails_grow_from_them() {
         for style in BundledFont::ALL {
             let font = Hershey::of(style);
-            for (mark, letters, bases) in COMPOSED {
+            for (mark, letters, bases) in COMPOSED_LETTERS {
                 for (letter, base) in letters.chars().zip(bases.chars()) {
                     let base = glyph(font, base).unwrap();
                     let whole = glyph(font, letter).unwrap();

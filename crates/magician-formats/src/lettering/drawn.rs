@@ -4,13 +4,13 @@
 
 use super::BundledFont;
 use super::glyph::Glyph;
-use super::hershey::{CAP, Hershey};
+use super::hershey::{CAP_HEIGHT, Hershey};
 use super::marks::{DOT, Mark, ellipse};
 
 /// Scale of superscripts.
-const RAISED: f64 = 0.55;
+const SUPERSCRIPT_SCALE: f64 = 0.55;
 /// Tail of an eng, relative to the end of its letter.
-const TAIL: [[f64; 2]; 5] = [
+const ENG_TAIL: [[f64; 2]; 5] = [
     [0.0, 0.0],
     [0.0, -3.5],
     [-1.0, -6.0],
@@ -59,12 +59,15 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
         }
         'ł' | 'Ł' => {
             let letter = plain(if character == 'ł' { 'l' } else { 'L' })?;
-            let at = stem(&letter, CAP / 2.0);
-            letter.line(&[[at - 3.5, CAP / 2.0 - 2.5], [at + 4.0, CAP / 2.0 + 3.0]])
+            let at = stem(&letter, CAP_HEIGHT / 2.0);
+            letter.line(&[
+                [at - 3.5, CAP_HEIGHT / 2.0 - 2.5],
+                [at + 4.0, CAP_HEIGHT / 2.0 + 3.0],
+            ])
         }
         'đ' | 'ħ' => {
             let letter = plain(if character == 'đ' { 'd' } else { 'h' })?;
-            let height = (x_height + CAP) / 2.0;
+            let height = (x_height + CAP_HEIGHT) / 2.0;
             let crossings = letter.crossings(height);
             let (left, right) = (crossings.first()?, crossings.last()?);
             let bar = [[left - 3.5, height], [right + 3.5, height]];
@@ -72,8 +75,8 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
         }
         'Đ' | 'Ð' => {
             let letter = plain('D')?;
-            let at = stem(&letter, CAP / 2.0);
-            letter.line(&[[at - 3.5, CAP / 2.0], [at + 5.0, CAP / 2.0]])
+            let at = stem(&letter, CAP_HEIGHT / 2.0);
+            letter.line(&[[at - 3.5, CAP_HEIGHT / 2.0], [at + 5.0, CAP_HEIGHT / 2.0]])
         }
         'Ħ' => {
             let letter = plain('H')?;
@@ -85,7 +88,7 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
         'ŧ' | 'Ŧ' => {
             let (letter, height) = match character {
                 'ŧ' => (plain('t')?, x_height / 2.0),
-                _ => (plain('T')?, CAP / 2.0),
+                _ => (plain('T')?, CAP_HEIGHT / 2.0),
             };
             let at = stem(&letter, height);
             letter.line(&[[at - 3.5, height], [at + 3.5, height]])
@@ -122,28 +125,28 @@ fn letter(font: &Hershey, character: char) -> Option<Glyph> {
         'Þ' => {
             let small = thorn(font)?;
             let [least, most] = small.bounds()?;
-            let scale = CAP / (most[1] - least[1]);
+            let scale = CAP_HEIGHT / (most[1] - least[1]);
             small
                 .moved([0.0, -least[1]])
                 .scaled([scale.max(0.8), scale])
         }
-        'ĸ' => plain('K')?.scaled([0.75, x_height / CAP]),
+        'ĸ' => plain('K')?.scaled([0.75, x_height / CAP_HEIGHT]),
         'ŋ' | 'Ŋ' => {
             let letter = plain(if character == 'ŋ' { 'n' } else { 'N' })?;
             let low = letter.lines.iter().flatten().filter(|[_, y]| *y <= 1.0);
             let end = low
                 .copied()
                 .max_by(|one, other| one[0].total_cmp(&other[0]))?;
-            letter.line(&TAIL.map(|[x, y]| [end[0] + x + slant * y, end[1] + y]))
+            letter.line(&ENG_TAIL.map(|[x, y]| [end[0] + x + slant * y, end[1] + y]))
         }
         'ŀ' | 'Ŀ' => {
             let letter = plain(if character == 'ŀ' { 'l' } else { 'L' })?;
             let at = match character {
                 'ŀ' => letter.advance + 1.0,
-                _ => stem(&letter, CAP / 2.0) + 6.0,
+                _ => stem(&letter, CAP_HEIGHT / 2.0) + 6.0,
             };
             let advance = letter.advance.max(at + 4.0);
-            let letter = letter.line(&DOT.map(|[x, y]| [x + at, y + CAP / 2.0 - 1.0]));
+            let letter = letter.line(&DOT.map(|[x, y]| [x + at, y + CAP_HEIGHT / 2.0 - 1.0]));
             Glyph { advance, ..letter }
         }
         _ => return None,
@@ -272,14 +275,20 @@ fn sign(font: &Hershey, character: char) -> Option<Glyph> {
             ring.with(letter).widened(26.0)
         }
         '™' => {
-            let raised = |letter| Some(plain(letter)?.scaled([0.45; 2]).moved([0.0, 0.55 * CAP]));
+            let raised = |letter| {
+                Some(
+                    plain(letter)?
+                        .scaled([0.45; 2])
+                        .moved([0.0, 0.55 * CAP_HEIGHT]),
+                )
+            };
             raised('T')?.then(raised('M')?, 0.0)
         }
         'ª' | 'º' => {
             let letter = plain(if character == 'ª' { 'a' } else { 'o' })?.scaled([0.65; 2]);
             let [least, most] = letter.bounds()?;
-            let raised = letter.moved([0.0, CAP - most[1]]);
-            let height = CAP - (most[1] - least[1]) - 3.0;
+            let raised = letter.moved([0.0, CAP_HEIGHT - most[1]]);
+            let height = CAP_HEIGHT - (most[1] - least[1]) - 3.0;
             raised.line(&[[least[0], height], [most[0], height]])
         }
         '«' | '‹' | '»' | '›' => {
@@ -452,10 +461,13 @@ fn thorn(font: &Hershey) -> Option<Glyph> {
     let at = *letter.crossings(0.0).first()?;
     let foot = letter.bounds()?[0][1];
     match font.style {
-        BundledFont::Sans => Some(letter.line(&[[at, font.x_height()], [at, CAP]])),
+        BundledFont::Sans => Some(letter.line(&[[at, font.x_height()], [at, CAP_HEIGHT]])),
         BundledFont::Script => {
             let lean = |y: f64| at + font.slant() * y;
-            Some(letter.line(&[[lean(foot / 2.0), foot / 2.0], [lean(CAP), CAP]]))
+            Some(letter.line(&[
+                [lean(foot / 2.0), foot / 2.0],
+                [lean(CAP_HEIGHT), CAP_HEIGHT],
+            ]))
         }
         BundledFont::Gothic => {
             let tall = font.plain('b')?;
@@ -474,13 +486,17 @@ const fn digit(character: char) -> Option<char> {
 }
 
 fn raised(digit: Glyph) -> Glyph {
-    digit.scaled([RAISED; 2]).moved([0.0, CAP * (1.0 - RAISED)])
+    digit
+        .scaled([SUPERSCRIPT_SCALE; 2])
+        .moved([0.0, CAP_HEIGHT * (1.0 - SUPERSCRIPT_SCALE)])
 }
 
 fn fraction(upper: Glyph, lower: Glyph) -> Glyph {
     let upper = raised(upper);
-    let slash = Glyph::new(8.0, &[&[[-1.0, 0.0], [9.0, CAP]]]);
-    upper.then(slash, 0.0).then(lower.scaled([RAISED; 2]), 0.0)
+    let slash = Glyph::new(8.0, &[&[[-1.0, 0.0], [9.0, CAP_HEIGHT]]]);
+    upper
+        .then(slash, 0.0)
+        .then(lower.scaled([SUPERSCRIPT_SCALE; 2]), 0.0)
 }
 
 fn quotes(character: char, count: u8) -> Glyph {

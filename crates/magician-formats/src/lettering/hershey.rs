@@ -13,7 +13,7 @@ use super::{BundledFont, Glyph, Glyphs, compose};
 /// Y of the baseline in the files.
 const BASELINE: f64 = 9.0;
 /// Height of a capital.
-pub(super) const CAP: f64 = 21.0;
+pub(super) const CAP_HEIGHT: f64 = 21.0;
 
 /// A Hershey font.
 pub(crate) struct Hershey {
@@ -75,7 +75,7 @@ impl Hershey {
 
 impl Glyphs for &Hershey {
     fn cap_height(&self) -> f64 {
-        CAP
+        CAP_HEIGHT
     }
 
     fn glyph(&self, character: char, _tolerance: f64) -> Option<Glyph> {

@@ -18,24 +18,24 @@ use crate::{Diagnostic, Lines};
 
 /// Tolerance of line widths, mm. It absorbs rounding, so that a row exactly as wide as the limit
 /// fits.
-const ROUNDED: f64 = 1e-9;
+const WIDTH_TOLERANCE: f64 = 1e-9;
 /// Width of a tab, in spaces.
-const TAB: u8 = 4;
+const TAB_SPACES: u8 = 4;
 /// Characters that must not begin a line in Chinese and Japanese.
-const NOT_FIRST: &str =
+const FORBIDDEN_FIRST: &str =
     "、。，．・：；？！）］｝」』】〉》”’ゝゞ々ーぁぃぅぇぉっゃゅょァィゥェォッャュョ";
 /// Characters that must not end a line in Chinese and Japanese.
-const NOT_LAST: &str = "（［｛「『【〈《“‘";
+const FORBIDDEN_LAST: &str = "（［｛「『【〈《“‘";
 
 /// A polyline of a character, and the bytes of the character in the text.
-pub(crate) struct Penned {
+pub(crate) struct LetterStroke {
     pub(crate) points: Vec<[f64; 2]>,
     pub(crate) range: Range<usize>,
 }
 
 /// Text after layout, mm: x to the right, y up, from the lower left corner of its bounding box.
 pub(crate) struct LaidText {
-    pub(crate) lines: Vec<Penned>,
+    pub(crate) lines: Vec<LetterStroke>,
     /// Characters that no font has, each once, with its first place.
     pub(crate) missing: Vec<(char, Range<usize>)>,
     /// Characters taken from the fallback font, each once.
@@ -66,14 +66,14 @@ pub(crate) fn lay_out(
     options: &TextOptions,
     tolerance: f64,
 ) -> Result<LaidText, Diagnostic> {
-    let mut setter = Setter::new(font, options.size, tolerance);
+    let mut setter = GlyphSetter::new(font, options.size, tolerance);
     let mut rows: Vec<Vec<Cell>> = Vec::new();
     let mut at = 0;
     for paragraph in text.split('\n') {
         let cells = setter.cells(paragraph, at);
         at += paragraph.len() + 1;
         match options.wrap {
-            Some(width) => broken(cells, width, text, &mut rows)?,
+            Some(width) => wrapped(cells, width, text, &mut rows)?,
             None => rows.push(cells),
         }
     }
@@ -90,7 +90,7 @@ pub(crate) fn lay_out(
         } - from;
         let y = -(nth as f64) * options.line_height * options.size;
         for cell in row {
-            lines.extend(cell.glyph.lines.iter().map(|line| Penned {
+            lines.extend(cell.glyph.lines.iter().map(|line| LetterStroke {
                 points: line.iter().map(|[dx, dy]| [x + dx, y + dy]).collect(),
                 range: cell.range.clone(),
             }));
@@ -123,7 +123,7 @@ impl LaidText {
 type SizedGlyph = (Rc<Glyph>, Option<Bounds>);
 
 /// Cache of scaled glyphs.
-struct Setter<'f> {
+struct GlyphSetter<'f> {
     font: &'f LoadedFont,
     size: f64,
     scale: f64,
@@ -133,7 +133,7 @@ struct Setter<'f> {
     substituted: Vec<(char, Range<usize>)>,
 }
 
-impl<'f> Setter<'f> {
+impl<'f> GlyphSetter<'f> {
     fn new(font: &'f LoadedFont, size: f64, tolerance: f64) -> Self {
         let scale = size / font.cap_height();
         Self {
@@ -164,7 +164,7 @@ impl<'f> Setter<'f> {
                 continue;
             }
             let (character, times) = match character {
-                '\t' => (' ', TAB),
+                '\t' => (' ', TAB_SPACES),
                 // Non-breaking spaces stay, because a row must not end at them.
                 '\u{A0}' | '\u{202F}' => (character, 1),
                 space if space.is_whitespace() => (' ', 1),
@@ -275,7 +275,7 @@ impl Measure {
 }
 
 /// Breaks a paragraph into rows at allowed positions, or anywhere if a row has none.
-fn broken(
+fn wrapped(
     cells: Vec<Cell>,
     width: f64,
     text: &str,
@@ -288,7 +288,7 @@ fn broken(
         let mut allowed = None;
         for (nth, cell) in rest.iter().enumerate() {
             measure.take(cell);
-            if measure.width() > width + ROUNDED {
+            if measure.width() > width + WIDTH_TOLERANCE {
                 break;
             }
             end = nth + 1;
@@ -304,7 +304,7 @@ fn broken(
             Some(end) => end,
             // No allowed position: break within the word.
             None if end > 0 => end,
-            None => return Err(too_wide(rest.first(), width, text)),
+            None => return Err(too_wide_error(rest.first(), width, text)),
         };
         let mut next = rest.split_off(end);
         // Blanks after a break do not begin the next row.
@@ -329,8 +329,8 @@ fn may_break(cell: &Cell, next: Option<&Cell>) -> bool {
         '-' | '‐' | '–' | '—' => next.is_alphabetic(),
         here => {
             (is_wide(here) || is_wide(next))
-                && !NOT_LAST.contains(here)
-                && !NOT_FIRST.contains(next)
+                && !FORBIDDEN_LAST.contains(here)
+                && !FORBIDDEN_FIRST.contains(next)
         }
     }
 }
@@ -340,7 +340,7 @@ const fn is_wide(character: char) -> bool {
     matches!(character, '\u{2E80}'..='\u{9FFF}' | '\u{F900}'..='\u{FAFF}' | '\u{FF00}'..='\u{FFEF}' | '\u{20000}'..='\u{3FFFF}')
 }
 
-fn too_wide(cell: Option<&Cell>, width: f64, text: &str) -> Diagnostic {
+fn too_wide_error(cell: Option<&Cell>, width: f64, text: &str) -> Diagnostic {
     let (range, [from, to], character) = cell.map_or((0..0, [0.0; 2], ' '), |cell| {
         (
             cell.range.clone(),

@@ -2,7 +2,7 @@
 
 use super::FontChoice;
 
-use crate::words::words;
+use crate::keywords::keywords;
 
 /// Options for text layout. Lengths are in mm.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub enum Align {
     Right,
 }
 
-words! {
+keywords! {
     Align, "align":
     Left = "left",
     Center = "center",

@@ -7,7 +7,7 @@ use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 /// Height of a capital if the font does not give it, as a share of its em. The usual ratio of Latin
 /// fonts.
-const USUAL_CAP: f64 = 0.7;
+const DEFAULT_CAP_SHARE: f64 = 0.7;
 
 /// Height of a capital, in units of the font: of the glyph H, else as stated in the font, else the
 /// usual ratio.
@@ -20,7 +20,7 @@ pub(crate) fn cap_height(font: &FontRef<'_>) -> f64 {
     match (of_h.map(|h| h.bounding_box().y1), metrics.cap_height) {
         (Some(height), _) if height > 0.0 => height,
         (_, Some(stated)) if stated > 0.0 => stated.into(),
-        _ => USUAL_CAP * f64::from(metrics.units_per_em),
+        _ => DEFAULT_CAP_SHARE * f64::from(metrics.units_per_em),
     }
 }
 

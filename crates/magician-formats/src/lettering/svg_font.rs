@@ -12,14 +12,14 @@ use crate::Diagnostic;
 use crate::curves::flatten;
 
 /// Units per em if the font does not give them (20.8.3).
-const USUAL_EM: f64 = 1000.0;
+const DEFAULT_EM: f64 = 1000.0;
 /// Smallest height of a capital, as a share of the em. Below it the font is unusable.
-const LEAST_CAP: f64 = 0.01;
+const MIN_CAP_SHARE: f64 = 0.01;
 /// Height of a capital if the font has no H and does not state it, as a share of the em.
-const USUAL_CAP: f64 = 0.7;
+const DEFAULT_CAP_SHARE: f64 = 0.7;
 
 /// Largest coordinate of a glyph, in squares of its font. A choice that rejects damaged files.
-const FARTHEST: f64 = 100.0;
+const MAX_COORDINATE: f64 = 100.0;
 
 #[cfg_attr(not(feature = "drawings"), allow(dead_code))]
 pub(crate) struct SvgFont {
@@ -49,7 +49,7 @@ impl SvgFont {
         let usual = number(font, "horiz-adv-x");
         let em = of_face("units-per-em")
             .filter(|em| *em > 0.0)
-            .unwrap_or(USUAL_EM);
+            .unwrap_or(DEFAULT_EM);
         let mut glyphs = HashMap::new();
         for node in font.children().filter(|node| is(node, "glyph")) {
             let mut characters = node.attribute("unicode").unwrap_or_default().chars();
@@ -59,7 +59,7 @@ impl SvgFont {
             };
             let path = path(node.attribute("d").unwrap_or_default(), character, em)?;
             let advance = number(&node, "horiz-adv-x").or(usual);
-            let advance = advance.filter(|advance| advance.abs() <= FARTHEST * em);
+            let advance = advance.filter(|advance| advance.abs() <= MAX_COORDINATE * em);
             let advance = advance.unwrap_or(em / 2.0);
             // If a character occurs twice, the first glyph counts (20.4).
             glyphs.entry(character).or_insert(Entry {
@@ -74,7 +74,7 @@ impl SvgFont {
         let mut font = Self {
             glyphs,
             em,
-            cap_height: of_face("cap-height").unwrap_or(USUAL_CAP * em),
+            cap_height: of_face("cap-height").unwrap_or(DEFAULT_CAP_SHARE * em),
             single_line: false,
         };
         let of_h = font
@@ -85,7 +85,7 @@ impl SvgFont {
         }
         let closed = |character: &char| font.is_closed(*character);
         font.single_line = !font.glyphs.keys().all(closed);
-        if font.cap_height > LEAST_CAP * em {
+        if font.cap_height > MIN_CAP_SHARE * em {
             Ok(font)
         } else {
             Err(Diagnostic::of_file(message!("the font has no height")))
@@ -189,7 +189,7 @@ pub(super) fn path(path: &str, character: char, square: f64) -> Result<BezPath, 
 pub(super) fn within(path: BezPath, character: char, square: f64) -> Result<BezPath, Diagnostic> {
     let bounds = path.control_box();
     let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
-    let is_near = |side: f64| side.is_finite() && side.abs() <= FARTHEST * square;
+    let is_near = |side: f64| side.is_finite() && side.abs() <= MAX_COORDINATE * square;
     if path.elements().is_empty() || sides.into_iter().all(is_near) {
         Ok(path)
     } else {

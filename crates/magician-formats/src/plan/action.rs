@@ -38,8 +38,8 @@ impl Travel {
     /// Returns the command that moves to joint angles J1 to J4.
     #[must_use]
     pub fn to_joints(self, to: [f32; 4]) -> Set {
-        let words = [build::move_joints, build::line_joints, build::jump_joints];
-        ptp(self, words, to)
+        let builders = [build::move_joints, build::line_joints, build::jump_joints];
+        ptp(self, builders, to)
     }
 }
 
@@ -241,10 +241,10 @@ impl Action {
 }
 
 /// Builder of a command from x, y, z, r or from four joint angles.
-type Word = fn(f32, f32, f32, f32) -> Set;
+type CommandBuilder = fn(f32, f32, f32, f32) -> Set;
 
-fn ptp(by: Travel, words: [Word; 3], to: [f32; 4]) -> Set {
-    let [joints, line, jump] = words;
+fn ptp(by: Travel, builders: [CommandBuilder; 3], to: [f32; 4]) -> Set {
+    let [joints, line, jump] = builders;
     match by {
         Travel::Joints => each(joints, to),
         Travel::Line => each(line, to),
@@ -252,8 +252,8 @@ fn ptp(by: Travel, words: [Word; 3], to: [f32; 4]) -> Set {
     }
 }
 
-fn each(word: Word, [a, b, c, d]: [f32; 4]) -> Set {
-    word(a, b, c, d)
+fn each(builder: CommandBuilder, [a, b, c, d]: [f32; 4]) -> Set {
+    builder(a, b, c, d)
 }
 
 impl From<Set> for Action {

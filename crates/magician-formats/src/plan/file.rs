@@ -15,9 +15,9 @@
 //! bit for bit, and NaN and infinities are strings. `plan.schema.json` beside the crate's manifest
 //! describes the format.
 //!
-//! The reader uses `serde_json`'s raw values instead of derived types for two reasons. An error of a
-//! derived type points to where the parser stopped, not to the value that is wrong. And the fields
-//! of a command are defined by the protocol's table, which no Rust type lists.
+//! The reader uses `serde_json`'s raw values instead of derived types for two reasons. An error of
+//! a derived type points to where the parser stopped, not to the value that is wrong. And the
+//! fields of a command are defined by the protocol's table, which no Rust type lists.
 
 mod read;
 mod write;
@@ -32,7 +32,7 @@ const FORMAT: &str = "magician-plan";
 const VERSION: u32 = 1;
 /// Version of plans with parts or pauses. A reader of version 1 must refuse them, because it would
 /// run on where the plan waits for a person.
-const WITH_PARTS: u32 = 2;
+const VERSION_WITH_PARTS: u32 = 2;
 
 /// JSON Schema of plan files.
 pub const PLAN_SCHEMA: &str = include_str!("../../plan.schema.json");

@@ -49,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn names_tools_and_surfaces_stay_what_they_were() {
+    fn joined_plans_keep_names_tools_and_surfaces() {
         let one = plan(Some(Tool::Pen), -50.0, "one");
         let both = one.joined(&plan(Some(Tool::Laser), -40.0, "two"));
         assert_eq!((both.title.as_str(), both.tool), ("one", Some(Tool::Pen)));
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn where_the_tool_is_the_same_nothing_is_told_in_between() {
+    fn plans_with_the_same_tool_are_joined_without_a_tool_command() {
         let one = plan(Some(Tool::Pen), -50.0, "one");
         for tool in [Some(Tool::Pen), None] {
             let both = one.joined(&plan(tool, -50.0, "two"));

@@ -19,7 +19,7 @@ use crate::{Diagnostic, Lines, Origin};
 
 /// Largest number of members. A choice above any object of our formats; the check for duplicates is
 /// quadratic.
-const MOST_MEMBERS: usize = 64;
+const MAX_MEMBERS: usize = 64;
 
 /// A JSON text. Values are slices of it.
 pub(crate) struct Json<'t> {
@@ -112,7 +112,7 @@ impl<'t> Json<'t> {
             fn visit_map<A: MapAccess<'t>>(self, mut map: A) -> Result<Self::Value, A::Error> {
                 let mut members = Vec::new();
                 while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
-                    if members.len() == MOST_MEMBERS {
+                    if members.len() == MAX_MEMBERS {
                         return Err(A::Error::custom("far too many members"));
                     }
                     let value = value.get();

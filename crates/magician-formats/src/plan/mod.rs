@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lights_the_laser_burns_in_whatever_form() {
+    fn any_command_that_lights_the_laser_burns() {
         for lit in [
             build::laser(true),
             burn(CpMode::Absolute, 1.0),
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn kinds_are_one_of_each() {
+    fn kinds_have_one_command_each() {
         let path = |x| build::path_to(x, 0.0, 0.0);
         let mut plan = of([path(200.0), path(210.0), build::laser(false)]);
         plan.tool = Some(Tool::Laser);

@@ -47,7 +47,7 @@ mod tests {
     use crate::Origin;
 
     #[test]
-    fn the_plans_own_speeds_give_way() {
+    fn new_speeds_replace_those_of_the_plan() {
         let mut plan = Plan::new("p");
         plan.push(build::speed(80.0, 80.0), Origin::NONE);
         plan.push(build::path_speed(60.0, 100.0), Origin::NONE);

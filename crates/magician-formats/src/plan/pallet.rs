@@ -61,7 +61,7 @@ impl Pallet {
 
     /// Offset from the first position to another, counted from 0, mm.
     #[must_use]
-    pub fn way_to(&self, place: usize) -> [f64; 3] {
+    pub fn offset_of(&self, place: usize) -> [f64; 3] {
         let columns = self.columns.max(1);
         let (row, column) = ((place / columns) as f64, (place % columns) as f64);
         let [[a, b, c], [d, e, f]] = self.steps;
@@ -107,10 +107,10 @@ impl Plan {
             Some(places) if places > 0 => {
                 let slope = self.surface.map_or([0.0; 2], |surface| surface.slope);
                 let way = |place: u32| {
-                    let [x, y, z] = pallet.way_to(place as usize);
+                    let [x, y, z] = pallet.offset_of(place as usize);
                     [x, y, z + slope[0] * x + slope[1] * y]
                 };
-                self.at_each(places as usize, (0..places).map(way))
+                self.repeated_at(places as usize, (0..places).map(way))
             }
             Some(_) => Err(Diagnostic::of_file(message!(
                 "a pallet of {rows} rows and {columns} columns has no positions",

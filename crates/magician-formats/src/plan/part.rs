@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Smallest channel value of a pale colour, 0 to 255. A choice: brighter lines are hardly visible
 /// on white paper.
-const PALE: u8 = 230;
+const MIN_PALE_CHANNEL: u8 = 230;
 
 /// A colour of a drawing.
 ///
@@ -26,7 +26,7 @@ impl Color {
     /// True if the colour is hardly visible on white paper.
     #[must_use]
     pub fn is_pale(self) -> bool {
-        self.0.iter().all(|channel| *channel >= PALE)
+        self.0.iter().all(|channel| *channel >= MIN_PALE_CHANNEL)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::Surface;
 
 /// Height difference that counts as none, mm. It covers the rounding of 32-bit coordinates and of
 /// the reported pose.
-const SAME: f64 = 0.05;
+const HEIGHT_TOLERANCE: f64 = 0.05;
 
 impl Plan {
     /// True if the plan draws with a pen.
@@ -49,14 +49,14 @@ impl Plan {
     /// The pen stands at the given point. The paper is at the surface, or at the plan's lowest
     /// point if that is higher or there is no surface.
     #[must_use]
-    pub fn lift_left(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
+    pub fn remaining_lift(&self, [x, y, z]: [f64; 3], lift: f64) -> f64 {
         let targets = self.steps.iter().filter_map(|step| step.action.target());
         let lowest = targets.map(|[_, _, z]| f64::from(z)).reduce(f64::min);
         let surface = self.surface.map(|surface| surface.at([x, y]));
         let paper = [lowest, surface].into_iter().flatten().reduce(f64::max);
         let above = paper.map_or(0.0, |paper| (z - paper).max(0.0));
         let left = lift - above;
-        if left > SAME { left } else { 0.0 }
+        if left > HEIGHT_TOLERANCE { left } else { 0.0 }
     }
 
     /// True if the last step, apart from waits, lifts the pen straight up.
@@ -74,7 +74,7 @@ impl Plan {
         let before = before.and_then(Action::target);
         before.is_some_and(|[from_x, from_y, from_z]| {
             let aside = libm::hypot(f64::from(x - from_x), f64::from(y - from_y));
-            aside < SAME && f64::from(z - from_z) > SAME
+            aside < HEIGHT_TOLERANCE && f64::from(z - from_z) > HEIGHT_TOLERANCE
         })
     }
 }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drawing_is_what_a_pen_does() {
+    fn drawing_is_detected_by_its_pen_actions() {
         let line = [go(200.0, 0.0, -50.0), along(240.0, 0.0, -50.0)];
         for tool in [None, Some(Tool::Pen), Some(Tool::Bias([70.0, 0.0, 1.0]))] {
             assert!(of(tool, &line).draws(true), "{tool:?}");
@@ -142,24 +142,24 @@ mod tests {
     }
 
     #[test]
-    fn a_pen_is_lifted_by_what_its_plan_has_left() {
+    fn pen_lift_is_the_remaining_lift_of_its_plan() {
         let at = |z: f64| [240.0, 0.0, z];
         let mut plan = of(None, &[go(200.0, 0.0, -40.0), along(240.0, 0.0, -50.0)]);
-        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
-        assert_eq!(plan.lift_left(at(-46.0), 10.0), 6.0);
-        assert_eq!(plan.lift_left(at(-40.0), 10.0), 0.0);
-        assert_eq!(plan.lift_left(at(20.0), 10.0), 0.0);
+        assert_eq!(plan.remaining_lift(at(-50.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-46.0), 10.0), 6.0);
+        assert_eq!(plan.remaining_lift(at(-40.0), 10.0), 0.0);
+        assert_eq!(plan.remaining_lift(at(20.0), 10.0), 0.0);
         // The pen is pressed into the paper.
-        assert_eq!(plan.lift_left(at(-51.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-51.0), 10.0), 10.0);
         plan.surface = Some(Surface::level(-45.0));
-        assert_eq!(plan.lift_left(at(-45.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-45.0), 10.0), 10.0);
         // A plan that draws above its named surface still touches something at its lowest point.
         plan.surface = Some(Surface::level(-90.0));
-        assert_eq!(plan.lift_left(at(-50.0), 10.0), 10.0);
+        assert_eq!(plan.remaining_lift(at(-50.0), 10.0), 10.0);
     }
 
     #[test]
-    fn the_last_lift_is_known() {
+    fn last_lift_is_detected() {
         let (pen, line) = (Some(Tool::Pen), along(240.0, 0.0, -50.0));
         let up = go(240.0, 0.0, -40.0);
         let plan = |last: &[Action]| of(pen, &[slice::from_ref(&line), last].concat());

@@ -16,19 +16,19 @@ use crate::{Diagnostic, DiagnosticCode, Parsed, Power};
 
 /// Largest deviation of a piece's speed from its mean, as a share of the feed: a tenth, minus a
 /// margin for rounding.
-const OFF: f64 = 0.099;
+const MAX_SPEED_DEVIATION: f64 = 0.099;
 /// Largest number of additional pieces per line. A choice between accuracy and the length of the
 /// queue.
-const MOST_PIECES: usize = 20;
+const MAX_EXTRA_PIECES: usize = 20;
 /// Smallest length of a piece, mm. The beam is 0.2 mm wide, so shorter pieces make no visible
 /// difference.
-const SHORTEST: f64 = 0.005;
+const MIN_PIECE_LENGTH: f64 = 0.005;
 /// Largest number of cutting rounds. Cutting may slow down the new pieces, which then need cutting
 /// themselves.
-const ROUNDS: usize = 3;
+const MAX_CUTTING_ROUNDS: usize = 3;
 /// Share of the feed from which it counts as reached. A choice that covers rounding and differences
 /// too small to be seen.
-const REACHED: f64 = 0.99;
+const REACHED_SHARE: f64 = 0.99;
 
 impl Plan {
     /// Sets the power of every burn that has a [feed](Step::feed) in proportion to the arm's actual
@@ -50,9 +50,9 @@ impl Plan {
             };
         }
         // Remaining number of pieces into which each step may be cut.
-        let mut room = vec![MOST_PIECES; self.steps.len()];
+        let mut room = vec![MAX_EXTRA_PIECES; self.steps.len()];
         let mut profiles = self.path_laws();
-        for _ in 0..ROUNDS {
+        for _ in 0..MAX_CUTTING_ROUNDS {
             let before = self.steps.len();
             (self.steps, room) = cut(&self.steps, &room, &profiles);
             if self.steps.len() == before {
@@ -185,9 +185,9 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
 
 /// Smallest duration of a piece, in periods of the arm. The arm rounds a segment to a whole number
 /// of periods, so one shorter than two may be faster by up to a half.
-const LEAST_PERIODS: f64 = 2.0;
+const MIN_PIECE_PERIODS: f64 = 2.0;
 /// Share of the smallest duration from which a piece counts as long enough, for rounding errors.
-const ROUNDED: f64 = 1.0 - 1e-6;
+const LONG_ENOUGH_SHARE: f64 = 1.0 - 1e-6;
 
 /// Returns the distances, mm, at which a segment is to be cut so that no piece deviates from its
 /// mean speed by more than a tenth of the feed. Speeds above the feed count as the feed.
@@ -197,16 +197,16 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let speed = |time: f64| profile.velocity(time).min(feed);
     let mut times = Vec::new();
     let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
-    let least = LEAST_PERIODS * period;
+    let least = MIN_PIECE_PERIODS * period;
     // Cut at whole periods from that end of the segment at which the ramp begins or ends. The
     // segment takes a whole number of periods, so the rest in its middle does too. A segment that
     // was slowed down to whole periods may be slowest in its middle.
     let mut ramp = |outer: f64, inner: f64| {
         let change = (speed(inner) - speed(outer)).abs();
-        if change > OFF * feed {
-            let ramp = when(profile, speed(inner), outer, inner) - outer;
-            let allowed = 2.0 * OFF * feed / change * ramp.abs() / period;
-            let piece = allowed.floor().max(LEAST_PERIODS) * period;
+        if change > MAX_SPEED_DEVIATION * feed {
+            let ramp = time_at_speed(profile, speed(inner), outer, inner) - outer;
+            let allowed = 2.0 * MAX_SPEED_DEVIATION * feed / change * ramp.abs() / period;
+            let piece = allowed.floor().max(MIN_PIECE_PERIODS) * period;
             let count = (ramp.abs() / piece).ceil();
             let cuts = (1..=count as u32).map(f64::from);
             times.extend(cuts.map(|nth| outer + nth * piece.copysign(ramp)));
@@ -217,7 +217,8 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     times.sort_by(f64::total_cmp);
     let mut last = 0.0;
     times.retain(|time| {
-        let fits = time - last >= ROUNDED * least && end - time >= ROUNDED * least;
+        let fits =
+            time - last >= LONG_ENOUGH_SHARE * least && end - time >= LONG_ENOUGH_SHARE * least;
         if fits {
             last = *time;
         }
@@ -227,7 +228,7 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
     let mut ways: Vec<f64> = ways.collect();
     let mut last = 0.0;
     ways.retain(|way| {
-        let fits = way - last >= SHORTEST && profile.length() - way >= SHORTEST;
+        let fits = way - last >= MIN_PIECE_LENGTH && profile.length() - way >= MIN_PIECE_LENGTH;
         if fits {
             last = *way;
         }
@@ -237,7 +238,7 @@ fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
 }
 
 /// Time at which a ramp between two times reaches a speed. For a falling ramp its end.
-fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
+fn time_at_speed(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (profile.velocity(from), profile.velocity(to));
     if fast > slow {
         from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0)
@@ -271,7 +272,7 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
             }
         } else if let Some((first, feed, speed)) = stroke.take() {
             strokes += 1;
-            if speed < REACHED * feed {
+            if speed < REACHED_SHARE * feed {
                 weak += 1;
                 let told = told.get_or_insert((first, feed, speed));
                 if speed / feed > told.2 / told.1 {
@@ -347,7 +348,7 @@ mod tests {
             };
             let mean = (profile.length() / profile.duration()).min(feed);
             assert!((f64::from(*power) - 60.0 * mean / feed).abs() < 1e-3);
-            if profile.length() < 4.0 * SHORTEST {
+            if profile.length() < 4.0 * MIN_PIECE_LENGTH {
                 continue;
             }
             let [start, end] = [0.0, profile.duration()].map(|time| profile.velocity(time));
@@ -355,7 +356,7 @@ mod tests {
             let lasts = (profile.duration() / period).round();
             let share = (lasts + 0.5) / lasts;
             let half_change = 0.5 * 100.0 * (lasts + 0.5) * period;
-            let hastened = if lasts <= LEAST_PERIODS + 1.0 {
+            let hastened = if lasts <= MIN_PIECE_PERIODS + 1.0 {
                 (share - 1.0) * slowest + share * half_change
             } else {
                 0.0
@@ -376,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn every_piece_is_right_within_a_tenth() {
+    fn power_of_each_piece_is_within_a_tenth() {
         let zigzag: Vec<[f32; 2]> = (0..12_u8)
             .map(|nth| [200.0 + f32::from(nth), 40.0 * f32::from(nth % 2)])
             .collect();
@@ -401,7 +402,10 @@ mod tests {
                 is_right(&made, feed.into());
                 let steps = made.content.steps.len() - 3;
                 assert!(steps > lines || lines == 200, "{steps}");
-                assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
+                assert!(
+                    steps <= lines * (1 + MAX_EXTRA_PIECES),
+                    "{steps} of {lines}"
+                );
                 let profiles = made.content.path_laws();
                 // A segment between two segments at the feed may be slowed down to whole periods.
                 let speeds = profiles.iter().flatten().map(|profile| {
@@ -416,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn one_line_gets_at_most_twenty_pieces_more_and_ends_where_it_did() {
+    fn line_gets_at_most_twenty_extra_pieces_and_keeps_its_end() {
         for feed in [5.0, 20.0, 100.0] {
             let made = plan(&[[180.0, -100.0], [260.0, 100.0]], feed, feed).powered_by_speed();
             let steps = &made.content.steps;
@@ -434,7 +438,7 @@ mod tests {
     }
 
     #[test]
-    fn what_never_reaches_its_feed_is_told() {
+    fn unreached_feed_is_noted() {
         // 4 mm at 100 mm/s2 allow 20 mm/s and back to rest.
         let made = plan(&[[200.0, 0.0], [204.0, 0.0]], 100.0, 100.0).powered_by_speed();
         let [note] = &made.notes[..] else {
@@ -457,7 +461,7 @@ mod tests {
     }
 
     #[test]
-    fn power_is_as_a_person_wants_it() {
+    fn power_option_scales_the_burns() {
         let mut plan = plan(&[[200.0, 0.0], [204.0, 0.0], [208.0, 0.0]], 20.0, 20.0);
         plan.steps.iter_mut().for_each(|step| step.feed = None);
         if let Action::Burn { power, .. } = &mut plan.steps[3].action {

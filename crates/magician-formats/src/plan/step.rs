@@ -82,7 +82,7 @@ pub enum Tool {
 
 impl Tool {
     /// The tools with a name.
-    pub const NAMED: [(&'static str, Self); 5] = [
+    pub const NAMED_TOOLS: [(&'static str, Self); 5] = [
         ("none", Self::None),
         ("suction", Self::Suction),
         ("gripper", Self::Gripper),
@@ -112,7 +112,7 @@ impl From<&EndEffectorParams> for Tool {
             let known = tool.bias();
             [known.x, known.y, known.z].map(|part| part as f32) == found
         };
-        let known = Self::NAMED.into_iter().map(|(_, tool)| tool).find(is);
+        let known = Self::NAMED_TOOLS.into_iter().map(|(_, tool)| tool).find(is);
         known.unwrap_or(Self::Bias(found))
     }
 }
@@ -123,7 +123,7 @@ impl fmt::Display for Tool {
         match self {
             Self::Bias([x, y, z]) => write!(f, "{x},{y},{z}"),
             named => {
-                let known = Self::NAMED.iter().find(|(_, tool)| tool == named);
+                let known = Self::NAMED_TOOLS.iter().find(|(_, tool)| tool == named);
                 f.write_str(known.map_or("none", |(name, _)| name))
             }
         }
@@ -133,7 +133,7 @@ impl fmt::Display for Tool {
 /// Translates a named tool as a word.
 impl ToMessageValue for Tool {
     fn to_message_value(&self, decimals: Option<usize>) -> MessageValue {
-        let known = Self::NAMED.iter().find(|(_, tool)| tool == self);
+        let known = Self::NAMED_TOOLS.iter().find(|(_, tool)| tool == self);
         match known {
             Some((name, _)) => Message::word(name).to_message_value(decimals),
             None => MessageValue::Text(self.to_string()),
@@ -145,7 +145,7 @@ impl FromStr for Tool {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let named = Self::NAMED.iter();
+        let named = Self::NAMED_TOOLS.iter();
         let mut named = named.filter(|(name, _)| name.eq_ignore_ascii_case(text.trim()));
         if let Some((_, tool)) = named.next() {
             return Ok(*tool);
@@ -157,7 +157,7 @@ impl FromStr for Tool {
                 Ok(Self::Bias([x, y, z]))
             }
             _ => {
-                let names = Self::NAMED.map(|(name, _)| name).join(", ");
+                let names = Self::NAMED_TOOLS.map(|(name, _)| name).join(", ");
                 Err(format!("expected X,Y,Z in mm, or one of {names}"))
             }
         }
@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tools_are_known_by_their_bias() {
+    fn tools_are_identified_by_their_bias() {
         let of = |x_bias, z_bias| {
             Tool::from(&EndEffectorParams {
                 x_bias,

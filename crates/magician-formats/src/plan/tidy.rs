@@ -12,13 +12,13 @@ use magician_protocol::Set;
 
 use super::{Action, Plan, Step, Travel};
 use crate::artwork::{Tidied, Tidy, from_the_least};
-use crate::simplify::{kept, length};
+use crate::simplify::{kept_points, length};
 
 /// Distance below which positions count as equal, mm. It absorbs the rounding of 32-bit
 /// coordinates.
-const SAME: f64 = 1e-3;
+const POSITION_TOLERANCE: f64 = 1e-3;
 /// Height above a line at which a pen no longer touches, mm. A choice.
-const CLEAR: f64 = 0.5;
+const CLEAR_HEIGHT: f64 = 0.5;
 
 type Point = [f64; 3];
 
@@ -57,20 +57,20 @@ impl Plan {
     fn without_repeated(&mut self) -> usize {
         let traced = Traced::of(self);
         let mut known = HashSet::new();
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         let mut repeated = 0;
         for line in &traced.lines {
             if known.insert((line.scope, line.shape(&traced, self))) {
                 continue;
             }
-            let Some((down, up)) = traced.ways_of(line, self) else {
+            let Some((down, up)) = traced.travel_around(line, self) else {
                 continue;
             };
             repeated += 1;
             let marks = line.steps.clone();
-            gone.where_led(self, marks.chain(down).chain(up));
+            removed.mark_motion(self, marks.chain(down).chain(up));
         }
-        gone.from(self);
+        removed.remove_from(self);
         repeated
     }
 
@@ -78,43 +78,48 @@ impl Plan {
     /// joins.
     fn without_gaps(&mut self, merge: f64) -> usize {
         let traced = Traced::of(self);
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         let mut joined = 0;
         for pair in traced.lines.windows(2) {
             let [line, next] = pair else { continue };
             let between = line.steps.end..next.steps.start;
-            let gap = apart(line.end, next.start);
+            let gap = distance(line.end, next.start);
             // An arc passes through three points; another start would change its circle.
             let bends = matches!(self.steps[next.steps.start].action, Action::Arc { .. });
             let alike = line.scope == next.scope
                 && line.last_burn(self, &traced) == next.first_burn(self, &traced)
-                && gap <= if bends { merge.min(SAME) } else { merge };
+                && gap
+                    <= if bends {
+                        merge.min(POSITION_TOLERANCE)
+                    } else {
+                        merge
+                    };
             let near = |step: &Step| match step.action.target().map(wide) {
                 // A zero-length burn is not a line, yet it marks the work.
                 Some(_) if step.action.burns() => false,
                 // A step at the gap itself, or high enough above both lines, touches nothing.
                 Some(to) => {
                     line.is_lit
-                        || across(line.end, to) <= SAME
-                        || across(next.start, to) <= SAME
-                        || to[2] >= line.end[2].max(next.start[2]) + CLEAR
+                        || horizontal_distance(line.end, to) <= POSITION_TOLERANCE
+                        || horizontal_distance(next.start, to) <= POSITION_TOLERANCE
+                        || to[2] >= line.end[2].max(next.start[2]) + CLEAR_HEIGHT
                 }
                 None => sets_speed(&step.action),
             };
             if alike && self.steps[between.clone()].iter().all(near) {
                 joined += 1;
-                gone.where_led(self, between.clone());
-                gone.settings_alike(self, &traced, between);
+                removed.mark_motion(self, between.clone());
+                removed.mark_repeated_settings(self, &traced, between);
             }
         }
-        gone.from(self);
+        removed.remove_from(self);
         joined
     }
 
     /// Removes points from which the line deviates by no more than the tolerance.
     fn thinned(&mut self, tolerance: f64) {
         let traced = Traced::of(self);
-        let mut gone = Gone::new(self.steps.len());
+        let mut removed = RemovedSteps::new(self.steps.len());
         for line in &traced.lines {
             let mut from = line.steps.start;
             while from < line.steps.end {
@@ -129,16 +134,16 @@ impl Plan {
                         .chain((from..to).map(|at| self.steps[at].action.target().map(wide)))
                         .flatten()
                         .collect();
-                    let stays = kept(&points, tolerance);
+                    let stays = kept_points(&points, tolerance);
                     // The first point is the start of the line, which belongs to the step before.
                     for (at, stays) in (from..to).zip(stays.into_iter().skip(1)) {
-                        gone.steps[at] |= !stays;
+                        removed.steps[at] |= !stays;
                     }
                 }
                 from = to;
             }
         }
-        gone.from(self);
+        removed.remove_from(self);
     }
 }
 
@@ -172,20 +177,20 @@ fn wide(point: [f32; 3]) -> Point {
     point.map(f64::from)
 }
 
-fn apart(a: Point, b: Point) -> f64 {
+fn distance(a: Point, b: Point) -> f64 {
     length([0, 1, 2].map(|axis: usize| a[axis] - b[axis]))
 }
 
-fn across(a: Point, b: Point) -> f64 {
+fn horizontal_distance(a: Point, b: Point) -> f64 {
     length([a[0] - b[0], a[1] - b[1]])
 }
 
 /// Steps to be removed.
-struct Gone {
+struct RemovedSteps {
     steps: Vec<bool>,
 }
 
-impl Gone {
+impl RemovedSteps {
     fn new(steps: usize) -> Self {
         Self {
             steps: vec![false; steps],
@@ -193,7 +198,7 @@ impl Gone {
     }
 
     /// Marks the steps that have a target.
-    fn where_led(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
+    fn mark_motion(&mut self, plan: &Plan, steps: impl IntoIterator<Item = usize>) {
         for at in steps {
             self.steps[at] |= plan.steps[at].action.target().is_some();
         }
@@ -201,7 +206,7 @@ impl Gone {
 
     /// Marks settings of the path speed whose effect is overridden, or that restore the speed in
     /// force before.
-    fn settings_alike(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
+    fn mark_repeated_settings(&mut self, plan: &Plan, traced: &Traced, between: Range<usize>) {
         let sets = |at: &usize| matches!(&plan.steps[*at].action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         let settings: Vec<usize> = between.clone().filter(sets).collect();
         let Some((last, others)) = settings.split_last() else {
@@ -213,9 +218,9 @@ impl Gone {
         }
     }
 
-    fn from(self, plan: &mut Plan) {
-        let mut gone = self.steps.into_iter();
-        plan.steps.retain(|_| !gone.next().unwrap_or(false));
+    fn remove_from(self, plan: &mut Plan) {
+        let mut removed = self.steps.into_iter();
+        plan.steps.retain(|_| !removed.next().unwrap_or(false));
     }
 }
 
@@ -305,7 +310,7 @@ impl Traced {
 
     /// Returns the steps that lead down to a line and up from it. `None` if anything else happens
     /// there. Once these steps and the line are removed, the tool passes above the line.
-    fn ways_of(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
+    fn travel_around(&self, line: &Line, plan: &Plan) -> Option<(Range<usize>, Range<usize>)> {
         let Range { start, end } = line.steps;
         let nothing = (start..start, end..end);
         let next = plan.steps.get(end..)?.iter();
@@ -320,14 +325,16 @@ impl Traced {
             });
             return goes_on.then_some(nothing);
         }
-        let high = line.height(plan) + CLEAR;
+        let high = line.height(plan) + CLEAR_HEIGHT;
         // Down: the steps straight above the start of the line, back to where the tool is clear of
         // it.
         let mut down = start;
         loop {
             let step = plan.steps.get(down.checked_sub(1)?)?;
             match (step.action.target().map(wide), sets_speed(&step.action)) {
-                (Some(to), _) if across(to, line.start) > SAME => return None,
+                (Some(to), _) if horizontal_distance(to, line.start) > POSITION_TOLERANCE => {
+                    return None;
+                }
                 (Some(to), _) if to[2] >= high => break,
                 (Some(_), _) | (None, true) => down -= 1,
                 (None, false) => return None,
@@ -341,7 +348,9 @@ impl Traced {
             match (&step.action, step.action.target().map(wide)) {
                 // A curve could dip down between its ends.
                 (Action::Move { by, .. }, _) if *by != Travel::Line => return None,
-                (_, Some(to)) if across(to, line.end) > SAME => return None,
+                (_, Some(to)) if horizontal_distance(to, line.end) > POSITION_TOLERANCE => {
+                    return None;
+                }
                 (_, Some(to)) if to[2] >= high => break,
                 (action, None) if !sets_speed(action) => return None,
                 _ => up += 1,
@@ -352,7 +361,7 @@ impl Traced {
 }
 
 fn goes_across(action: &Action, from: Point, to: Point) -> bool {
-    matches!(action, Action::Arc { .. }) || across(from, to) > SAME
+    matches!(action, Action::Arc { .. }) || horizontal_distance(from, to) > POSITION_TOLERANCE
 }
 
 impl Line {
@@ -385,7 +394,7 @@ impl Line {
     /// Returns a key that is equal for duplicates: independent of direction, and for closed lines
     /// of the start point.
     fn shape(&self, traced: &Traced, plan: &Plan) -> Vec<Piece> {
-        let near = |point: Point| point.map(|value| (value / SAME).round() as i64);
+        let near = |point: Point| point.map(|value| (value / POSITION_TOLERANCE).round() as i64);
         let mut forth = vec![Piece::At(near(self.start))];
         for at in self.steps.clone() {
             let action = &plan.steps[at].action;
@@ -399,7 +408,7 @@ impl Line {
             forth.push(Piece::By(via, burnt(plan, traced, at)));
             forth.push(Piece::At(near(wide(to))));
         }
-        if let Some(closed) = wherever_it_begins(&forth) {
+        if let Some(closed) = canonical_rotation(&forth) {
             return closed;
         }
         let back = forth.iter().rev().copied().collect();
@@ -416,7 +425,7 @@ enum Piece {
 
 /// Normalises a closed line to a canonical start and direction. `None` if it is open, or its
 /// segments differ.
-fn wherever_it_begins(line: &[Piece]) -> Option<Vec<Piece>> {
+fn canonical_rotation(line: &[Piece]) -> Option<Vec<Piece>> {
     let (first, rest) = line.split_first()?;
     let (by, _) = rest.split_first()?;
     let ways = line.iter().skip(1).step_by(2);

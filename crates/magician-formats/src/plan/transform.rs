@@ -39,10 +39,10 @@ enum Outcome {
     /// Ends at a transformed position.
     Placed,
     /// Relative move from the current position, with a transformed offset.
-    Onwards,
+    Relative,
     /// Curve from the current position through transformed points. Its shape is right only if the
     /// arm starts from a transformed position too.
-    Through,
+    FromCurrent,
     /// Ends at the arm's own homing point.
     Home,
     /// Cannot be transformed, with the reason.
@@ -161,9 +161,9 @@ impl Plan {
             match map.action(&mut changed.action) {
                 Outcome::Done => {}
                 Outcome::Placed => placed = true,
-                Outcome::Onwards if placed || map.by == [0.0; 3] => {}
-                Outcome::Through if placed => {}
-                Outcome::Onwards | Outcome::Through => {
+                Outcome::Relative if placed || map.by == [0.0; 3] => {}
+                Outcome::FromCurrent if placed => {}
+                Outcome::Relative | Outcome::FromCurrent => {
                     let why = "starts at the arm's position, which no earlier step gives";
                     return Err(self.refusal(at, map.done, why));
                 }
@@ -189,7 +189,7 @@ impl Plan {
     }
 
     /// Repeats the steps with a different offset each time.
-    pub(super) fn at_each(
+    pub(super) fn repeated_at(
         &self,
         count: usize,
         ways: impl Iterator<Item = [f64; 3]>,
@@ -211,17 +211,17 @@ impl Plan {
 
 /// Largest number of steps. More are a mistake: at 20 ms each they take half a day. All of them are
 /// in memory.
-const MOST_STEPS: usize = 2_000_000;
+const MAX_STEPS: usize = 2_000_000;
 
 /// Returns the number of steps after repeating.
 fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
     let count = plan.steps.len();
     let all = count
         .checked_mul(times)
-        .filter(|all| times <= 1 || times.max(*all) <= MOST_STEPS);
+        .filter(|all| times <= 1 || times.max(*all) <= MAX_STEPS);
     all.ok_or_else(|| {
         let message =
-            format!("{count} steps repeated {times} times are too many, limit {MOST_STEPS}");
+            format!("{count} steps repeated {times} times are too many, limit {MAX_STEPS}");
         Diagnostic::of_file(message)
     })
 }
@@ -263,7 +263,7 @@ impl Map {
         }
     }
 
-    fn way(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    fn rotated_offset(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [cos, sin] = self.turn;
         let x = if self.mirror { -x } else { x };
         let [x, y] = [x * cos - y * sin, x * sin + y * cos].map(|value| self.scale * value);
@@ -272,7 +272,7 @@ impl Map {
 
     fn place(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let ([ax, ay, az], [bx, by, bz]) = (self.about, self.by);
-        let [x, y, z] = self.way([x - ax, y - ay, z - az]);
+        let [x, y, z] = self.rotated_offset([x - ax, y - ay, z - az]);
         [x + ax + bx, y + ay + by, z + az + bz]
     }
 
@@ -337,25 +337,25 @@ impl Map {
     fn through(&self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Outcome {
         self.pose(via);
         self.pose(to);
-        Outcome::Through
+        Outcome::FromCurrent
     }
 
     /// Transforms an offset.
-    fn onwards(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
-        let way = self.way([f64::from(*x), f64::from(*y), f64::from(*z)]);
+    fn map_offset(&self, [x, y, z]: [&mut f32; 3]) -> Outcome {
+        let way = self.rotated_offset([f64::from(*x), f64::from(*y), f64::from(*z)]);
         [*x, *y, *z] = way.map(|value| value as f32);
-        Outcome::Onwards
+        Outcome::Relative
     }
 
     fn action(&self, action: &mut Action) -> Outcome {
         match action {
             Action::Move { to, .. } => self.pose(to),
-            Action::Joints { .. } => JOINTS,
+            Action::Joints { .. } => JOINTS_OUTCOME,
             Action::Shift {
                 by: [x, y, z, r], ..
             } => {
                 self.relative_rotation(r);
-                self.onwards([x, y, z])
+                self.map_offset([x, y, z])
             }
             Action::Arc { via, to } => self.through(via, to),
             Action::Path { to: [x, y, z] } | Action::Burn { to: [x, y, z], .. } => {
@@ -431,9 +431,9 @@ impl Map {
             }
             mode if mode.is_pose() => {
                 self.relative_rotation(r);
-                self.onwards([x, y, z])
+                self.map_offset([x, y, z])
             }
-            mode if mode.is_joint() => JOINTS,
+            mode if mode.is_joint() => JOINTS_OUTCOME,
             _ => Outcome::Refused("has a mode that does not exist"),
         }
     }
@@ -441,10 +441,10 @@ impl Map {
     fn cp(&self, mode: CpMode, point: [&mut f32; 3]) -> Outcome {
         match mode {
             CpMode::Absolute => self.point(point),
-            CpMode::Relative => self.onwards(point),
+            CpMode::Relative => self.map_offset(point),
             CpMode::Unknown(_) => Outcome::Refused("has a reference that does not exist"),
         }
     }
 }
 
-const JOINTS: Outcome = Outcome::Refused("goes by joint angles; use a pose");
+const JOINTS_OUTCOME: Outcome = Outcome::Refused("goes by joint angles; use a pose");

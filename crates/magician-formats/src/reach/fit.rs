@@ -14,21 +14,21 @@ use crate::artwork::distance;
 
 /// Spacing of the grid of first candidates, mm. A choice between time and the risk of missing a
 /// narrow place.
-const GRID: f64 = 10.0;
+const GRID_SPACING: f64 = 10.0;
 /// Share of the size kept free at the edges, because coordinates are rounded to 32 bits on their
 /// way to the arm.
-const MARGIN: f64 = 1e-4;
+const MARGIN_SHARE: f64 = 1e-4;
 /// Ratio of sizes from which a place beside the arm is preferred to one in front. A user expects
 /// the drawing in front, so a small gain is not enough.
-const BESIDE: f64 = 1.01;
+const MIN_SIDE_GAIN: f64 = 1.01;
 /// Tolerance for a drawing to count as in front of the arm: distance from the line straight ahead,
 /// mm. It absorbs rounding.
-const AHEAD: f64 = 0.01;
+const FRONT_TOLERANCE: f64 = 0.01;
 /// Sampling distance along edges during the search, mm. The place found is checked exactly
 /// afterwards.
-const PIECE: f64 = 15.0;
+const SAMPLE_DISTANCE: f64 = 15.0;
 /// Relative precision of the size. Far finer than a user can notice.
-const FINE: f64 = 1e-5;
+const SIZE_PRECISION: f64 = 1e-5;
 
 impl Reach {
     /// Finds the best place for a drawing with these points: all of it, and every straight way
@@ -63,12 +63,12 @@ impl Reach {
             )));
         }
         let Some([near, far]) = self.ahead() else {
-            return Err(self.nothing_here());
+            return Err(self.nothing_in_reach());
         };
         let search = Search {
             reach: self,
             shape: &shape,
-            wish: [0.5 * (near + far), 0.0],
+            preferred: [0.5 * (near + far), 0.0],
         };
         if fit != Fit::Fill
             && let Some(at) = search.true_size()
@@ -76,17 +76,19 @@ impl Reach {
             return Ok(shape.placed(at, 1.0));
         }
         if shape.is_a_point() {
-            return Ok(shape.placed(search.wish, 1.0));
+            return Ok(shape.placed(search.preferred, 1.0));
         }
-        let largest = search.largest().and_then(|best| search.settled(best));
-        let (at, scale) = largest.ok_or_else(|| self.nothing_here())?;
+        let largest = search
+            .largest()
+            .and_then(|best| search.shrunk_to_hold(best));
+        let (at, scale) = largest.ok_or_else(|| self.nothing_in_reach())?;
         if fit == Fit::TrueSize {
             return Err(self.too_large(&shape, scale));
         }
         Ok(shape.placed(at, scale))
     }
 
-    fn nothing_here(&self) -> Diagnostic {
+    fn nothing_in_reach(&self) -> Diagnostic {
         let (height, lift) = (self.surface.at([200.0, 0.0]), self.lift);
         let message = message!(
             "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm",
@@ -164,8 +166,8 @@ impl Shape {
     fn least_in_front(&self, [_, y]: [f64; 2]) -> f64 {
         let [least, most] = self.across;
         match y {
-            y if y > AHEAD => y / -least,
-            y if y < -AHEAD => -y / most,
+            y if y > FRONT_TOLERANCE => y / -least,
+            y if y < -FRONT_TOLERANCE => -y / most,
             _ => 0.0,
         }
     }
@@ -206,13 +208,13 @@ struct Search<'s> {
     reach: &'s Reach,
     shape: &'s Shape,
     /// Preferred position of the middle.
-    wish: [f64; 2],
+    preferred: [f64; 2],
 }
 
 impl Search<'_> {
     /// True if the shape fits at a place, judged by samples along its edges.
     fn fits(&self, at: [f64; 2], scale: f64) -> bool {
-        let scale = scale * (1.0 + MARGIN);
+        let scale = scale * (1.0 + MARGIN_SHARE);
         self.reach.has(at)
             && self
                 .shape
@@ -232,7 +234,7 @@ impl Search<'_> {
         let point = |share: f64| [a[0] + share * step[0], a[1] + share * step[1]];
         let square = step[0] * step[0] + step[1] * step[1];
         let nearest = -(a[0] * step[0] + a[1] * step[1]) / square;
-        let pieces = (square.sqrt() / PIECE).ceil().min(1e3) as u32;
+        let pieces = (square.sqrt() / SAMPLE_DISTANCE).ceil().min(1e3) as u32;
         !crosses_behind
             && (!(0.0..1.0).contains(&nearest) || self.reach.has(point(nearest)))
             && (1..pieces).all(|piece| self.reach.has(point(f64::from(piece) / f64::from(pieces))))
@@ -241,22 +243,28 @@ impl Search<'_> {
     /// True if every way along its edges is within reach, checked exactly. Checking the edges is
     /// enough: the unreachable area near the base is open to the rear, so it cannot be a hole
     /// inside the shape.
-    fn holds(&self, at: [f64; 2], scale: f64) -> bool {
-        let scale = scale * (1.0 + MARGIN);
+    fn holds_exactly(&self, at: [f64; 2], scale: f64) -> bool {
+        let scale = scale * (1.0 + MARGIN_SHARE);
         let mut edges = self.shape.edges_at(at, scale);
         edges.all(|[a, b]| self.reach.contains_line(a, b).is_ok())
     }
 
     /// Returns the points of a grid within the farthest reach, nearest to the preferred one first.
     fn places(&self) -> Vec<[f64; 2]> {
-        let most = (2.0 * self.wish[0] / GRID).ceil().min(60.0) as i32;
-        let ahead = self.wish[0];
+        let most = (2.0 * self.preferred[0] / GRID_SPACING).ceil().min(60.0) as i32;
+        let ahead = self.preferred[0];
         let grid = (-2 * most..=most).flat_map(|x| (-most..=most).map(move |y| (x, y)));
         let mut places: Vec<[f64; 2]> = grid
-            .map(|(x, y)| [ahead + f64::from(x) * GRID, f64::from(y) * GRID])
+            .map(|(x, y)| {
+                [
+                    ahead + f64::from(x) * GRID_SPACING,
+                    f64::from(y) * GRID_SPACING,
+                ]
+            })
             .filter(|at| self.reach.has(*at))
             .collect();
-        places.sort_by(|a, b| distance(*a, self.wish).total_cmp(&distance(*b, self.wish)));
+        places
+            .sort_by(|a, b| distance(*a, self.preferred).total_cmp(&distance(*b, self.preferred)));
         places
     }
 
@@ -264,7 +272,7 @@ impl Search<'_> {
     /// beside it.
     fn true_size(&self) -> Option<[f64; 2]> {
         let places = self.places();
-        let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds(*at, 1.0);
+        let fits = |at: &[f64; 2]| self.fits(*at, 1.0) && self.holds_exactly(*at, 1.0);
         let in_front = |at: &[f64; 2]| self.shape.least_in_front(*at) <= 1.0;
         let ahead = places.iter().find(|at| in_front(at) && fits(at)).copied();
         // A place with just enough room is unlikely to be on the grid, so search by size.
@@ -284,8 +292,9 @@ impl Search<'_> {
         let places = self.places();
         let front = self.largest_in(Area::Front, &places);
         let anywhere = self.largest_in(Area::Anywhere, &places);
-        let is_larger =
-            |(_, beside): &([f64; 2], f64)| front.is_none_or(|(_, ahead)| *beside > BESIDE * ahead);
+        let is_larger = |(_, beside): &([f64; 2], f64)| {
+            front.is_none_or(|(_, ahead)| *beside > MIN_SIDE_GAIN * ahead)
+        };
         anywhere.filter(is_larger).or(front)
     }
 
@@ -294,7 +303,7 @@ impl Search<'_> {
         for at in places {
             best = self.better(area, best, *at);
         }
-        let mut step = GRID;
+        let mut step = GRID_SPACING;
         while step > 0.01 {
             let (at, _) = best?;
             let round = [
@@ -325,7 +334,7 @@ impl Search<'_> {
         best: Option<([f64; 2], f64)>,
         at: [f64; 2],
     ) -> Option<([f64; 2], f64)> {
-        let least = best.map_or(0.0, |(_, scale)| scale * (1.0 + FINE));
+        let least = best.map_or(0.0, |(_, scale)| scale * (1.0 + SIZE_PRECISION));
         let least = match area {
             Area::Front => least.max(self.shape.least_in_front(at)),
             Area::Anywhere => least,
@@ -337,7 +346,7 @@ impl Search<'_> {
         while self.fits(at, high) && high < 1e9 {
             (low, high) = (high, 2.0 * high);
         }
-        while high - low > 0.1 * FINE * high {
+        while high - low > 0.1 * SIZE_PRECISION * high {
             let middle = 0.5 * (low + high);
             if self.fits(at, middle) {
                 low = middle;
@@ -350,9 +359,9 @@ impl Search<'_> {
 
     /// Shrinks the shape at a place until all of its ways pass the exact check. `None` after 500
     /// steps of 1 %.
-    fn settled(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
+    fn shrunk_to_hold(&self, (at, mut scale): ([f64; 2], f64)) -> Option<([f64; 2], f64)> {
         for _ in 0..500 {
-            if self.holds(at, scale) {
+            if self.holds_exactly(at, scale) {
                 return Some((at, scale));
             }
             scale *= 0.99;
@@ -385,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_is_placed_at_its_true_size_in_the_middle() {
+    fn fitting_shape_is_placed_at_true_size_in_the_middle() {
         let small = SHEET.map(|[x, y]| [0.2 * x, 0.2 * y]);
         for fit in [Fit::TrueSize, Fit::Shrink] {
             let place = reach().best_place(&small, fit).unwrap();
@@ -396,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused_with_both_sizes_or_shrunk() {
+    fn oversize_shape_is_refused_with_both_sizes_or_shrunk() {
         let diagnostic = reach().best_place(&SHEET, Fit::TrueSize).unwrap_err();
         assert!(
             diagnostic.message.contains("297.0 x 210.0 mm"),
@@ -460,7 +469,7 @@ mod tests {
             let search = Search {
                 reach: &reach(),
                 shape: &shape,
-                wish: [0.0, 0.0],
+                preferred: [0.0, 0.0],
             };
             for degrees in -90..=90 {
                 let (sin, cos) = libm::sincos(1.5 * f64::from(degrees).to_radians());
@@ -477,7 +486,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fills_touches_the_edge() {
+    fn filling_shape_touches_the_edge() {
         let small = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 1.2]];
         let place = reach().best_place(&small, Fit::Fill).unwrap();
         lies_within(&reach(), &small, &place);
@@ -492,7 +501,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_surface_a_turned_tool_and_a_sideways_bias_count() {
+    fn reach_follows_tilt_rotation_and_sideways_bias() {
         let tilted = Surface {
             height: -60.0,
             slope: [0.1, -0.05],
@@ -519,7 +528,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn invalid_values_are_refused() {
         assert!(reach().best_place(&[], Fit::Fill).is_err());
         assert!(reach().best_place(&[[f64::NAN, 0.0]], Fit::Fill).is_err());
         assert!(
@@ -537,7 +546,7 @@ mod tests {
     }
 
     #[test]
-    fn the_outline_is_one_area_as_wide_as_the_base_turns() {
+    fn outline_is_one_area_over_the_range_of_j1() {
         let outline = reach().outline();
         assert_eq!(outline.len(), 1);
         let headings = outline[0]
@@ -549,7 +558,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_where_the_tool_is() {
+    fn errors_state_the_tool_position() {
         let [_, far] = Reach::new(ToolBias::PEN, Surface::level(-60.0), 0.0)
             .ahead()
             .unwrap();

@@ -12,15 +12,15 @@ use super::{Above, Reach};
 
 /// Largest deviation from the straight line where the tool may touch something, mm. A choice well
 /// below the width of a pen's line.
-const ASIDE: f64 = 0.1;
+const MAX_DEVIATION: f64 = 0.1;
 /// Largest deviation as a share of the height above the surface. A choice: a higher tool may
 /// deviate further without touching the work.
-const SHARE: f64 = 0.25;
+const MAX_DEVIATION_SHARE: f64 = 0.25;
 /// Tolerance of heights, mm. It absorbs rounding.
-const ROUNDING: f64 = 1e-4;
+const HEIGHT_TOLERANCE: f64 = 1e-4;
 /// Number of points at which a move is sampled. A choice: moves between strokes are short and bend
 /// smoothly.
-const PLACES: u64 = 8;
+const MOVE_SAMPLES: u64 = 8;
 
 /// Parameters of travel.
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +47,8 @@ impl Reach {
         travelling: &Travelling,
     ) -> bool {
         let (Some(start), Some(end)) = (
-            self.stands(from, travelling.turns),
-            self.stands(to, travelling.turns),
+            self.state_at(from, travelling.turns),
+            self.state_at(to, travelling.turns),
         ) else {
             return false;
         };
@@ -68,17 +68,20 @@ impl Reach {
             return false;
         };
         let lower = from.1.min(to.1);
-        let (most, least) = (ASIDE.max(SHARE * lower), (1.0 - SHARE) * lower - ROUNDING);
+        let (most, least) = (
+            MAX_DEVIATION.max(MAX_DEVIATION_SHARE * lower),
+            (1.0 - MAX_DEVIATION_SHARE) * lower - HEIGHT_TOLERANCE,
+        );
         let is_close = |at: Pose| {
             let above = at.z - self.surface.at([at.x, at.y]);
-            above >= least && aside([start.pose, end.pose], at) <= most
+            above >= least && deviation([start.pose, end.pose], at) <= most
         };
         joints.duration_us() < line.duration_us()
             && travelling.allows(&joints)
-            && places(&joints).all(is_close)
+            && sampled_poses(&joints).all(is_close)
     }
 
-    fn stands(&self, (point, above): Above, turns: bool) -> Option<ArmState> {
+    fn state_at(&self, (point, above): Above, turns: bool) -> Option<ArmState> {
         let mut pose = self.pose(point, above);
         if turns {
             pose.r = self.joints(point, above)?.j1;
@@ -101,30 +104,34 @@ impl Travelling {
         }
     }
 
-    fn allows(&self, way: &Trajectory) -> bool {
+    fn allows(&self, trajectory: &Trajectory) -> bool {
         // Twice the mean speed is the peak of a triangular profile, and an upper bound for all
         // others.
-        let seconds = way.duration_us() as f64 / 1e6;
-        let peak = 2.0 * way.start().pose.distance_to(&way.end().pose) / seconds;
+        let seconds = trajectory.duration_us() as f64 / 1e6;
+        let peak = 2.0 * trajectory.start().pose.distance_to(&trajectory.end().pose) / seconds;
         let share = ArmModel::MAGICIAN.power_up.speeds().velocity_ratio / 100.0;
         let keeps = |fence: Fence| {
             let fence = fence.in_space();
-            fence.check_motion(way).is_ok()
+            fence.check_motion(trajectory).is_ok()
         };
         peak <= share * self.speed && self.fence.is_none_or(keeps)
     }
 }
 
-fn places(way: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
-    (1..PLACES).map(|nth| way.curve(way.duration_us() * nth / PLACES).pose)
+fn sampled_poses(trajectory: &Trajectory) -> impl Iterator<Item = Pose> + '_ {
+    (1..MOVE_SAMPLES).map(|nth| {
+        trajectory
+            .curve(trajectory.duration_us() * nth / MOVE_SAMPLES)
+            .pose
+    })
 }
 
 /// Distance of a point from a straight line.
-fn aside([from, to]: [Pose; 2], at: Pose) -> f64 {
-    let way = [to.x - from.x, to.y - from.y, to.z - from.z];
+fn deviation([from, to]: [Pose; 2], at: Pose) -> f64 {
+    let chord = [to.x - from.x, to.y - from.y, to.z - from.z];
     let off = [at.x - from.x, at.y - from.y, at.z - from.z];
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let share = (dot(off, way) / dot(way, way).max(1e-12)).clamp(0.0, 1.0);
-    let rest = [0, 1, 2].map(|axis: usize| off[axis] - share * way[axis]);
+    let share = (dot(off, chord) / dot(chord, chord).max(1e-12)).clamp(0.0, 1.0);
+    let rest = [0, 1, 2].map(|axis: usize| off[axis] - share * chord[axis]);
     dot(rest, rest).sqrt()
 }

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hull_has_the_corners_and_nothing_else() {
+    fn hull_consists_of_the_corners() {
         let square = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]];
         let mut points = square.to_vec();
         points.extend([[2.0, 2.0], [2.0, 0.0], [4.0, 4.0], [1.0, 3.0]]);

@@ -4,7 +4,7 @@ mod fit;
 mod hop;
 mod hull;
 mod outline;
-mod ways;
+mod travel;
 
 use magician_host::{Error, Geometry, JointAngles, Limits, ToolBias};
 use magician_motion::{ArmModel, ArmState, Ceilings, Move, MoveKind, Planner, Pose, Target};
@@ -12,7 +12,7 @@ use magician_motion::{ArmModel, ArmState, Ceilings, Move, MoveKind, Planner, Pos
 use crate::Surface;
 pub(crate) use hop::Travelling;
 pub use hull::of as hull;
-pub use ways::{APPROACH, Above};
+pub use travel::{APPROACH_HEIGHT, Above};
 
 /// Reach of a tool on a surface and, lifted, above it.
 ///

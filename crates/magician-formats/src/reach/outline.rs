@@ -7,13 +7,13 @@
 use super::Reach;
 
 /// Step of distances before bisection, mm. Smaller gaps could be missed.
-const STEP: f64 = 2.0;
+const DISTANCE_STEP: f64 = 2.0;
 /// Upper bound of the reach of any tool, mm.
-const FARTHEST: f64 = 600.0;
+const MAX_REACH: f64 = 600.0;
 /// Step of headings, degrees. A choice between a smooth outline and time.
-const TURN: i32 = 2;
+const HEADING_STEP: i32 = 2;
 /// Precision of the edge, mm or deg. Far finer than any picture shows.
-const FINE: f64 = 1e-6;
+const EDGE_PRECISION: f64 = 1e-6;
 
 impl Reach {
     /// Returns the outline of the reach on the surface and at the lift above it: closed polygons in
@@ -23,7 +23,7 @@ impl Reach {
         let mut rings: Vec<Ring> = Vec::new();
         let mut open: Vec<Ring> = Vec::new();
         let mut before: Option<(f64, Vec<[f64; 2]>)> = None;
-        for heading in (-180..=180).step_by(TURN as usize).map(f64::from) {
+        for heading in (-180..=180).step_by(HEADING_STEP as usize).map(f64::from) {
             let spans = self.spans(heading);
             if let Some((from, old)) = &before
                 && old.len() != spans.len()
@@ -55,8 +55,8 @@ impl Reach {
         let inside = |distance: f64| self.has([distance * cos, distance * sin]);
         let mut spans = Vec::new();
         let (mut at, mut was, mut begun) = (0.0, inside(0.0), 0.0);
-        while at < FARTHEST {
-            let next = at + STEP;
+        while at < MAX_REACH {
+            let next = at + DISTANCE_STEP;
             let is = inside(next);
             match (was, is) {
                 (false, true) => begun = edge(next, at, inside),
@@ -91,7 +91,7 @@ impl Reach {
 
 /// Bisects the edge between a reachable and an unreachable distance. The result is reachable.
 fn edge(mut inner: f64, mut outer: f64, inside: impl Fn(f64) -> bool) -> f64 {
-    while (outer - inner).abs() > FINE {
+    while (outer - inner).abs() > EDGE_PRECISION {
         let middle = 0.5 * (inner + outer);
         if inside(middle) {
             inner = middle;

@@ -27,7 +27,7 @@ fn diagnostic(text: &str) -> String {
 }
 
 #[test]
-fn the_sample_is_a_star_in_millimetres() {
+fn sample_is_a_star_in_millimetres() {
     let (artwork, notes) = try_read(STAR).expect("it is all right");
     let [stroke] = &artwork.strokes[..] else {
         panic!("{artwork:?}")
@@ -131,7 +131,7 @@ fn circles_and_arcs_are_within_the_tolerance() {
 }
 
 #[test]
-fn user_units_count_where_the_file_says_what_they_are() {
+fn user_units_apply_if_the_file_defines_them() {
     let scaled = "IN;IP400,800,4400,4800;SC0,100,0,200;PU0,0;PD100,200;";
     assert_eq!(strokes(scaled), [[[10.0, 20.0], [110.0, 120.0]]]);
     // A change of units does not move the pen.
@@ -149,7 +149,7 @@ fn user_units_count_where_the_file_says_what_they_are() {
 }
 
 #[test]
-fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
+fn user_units_without_a_frame_assume_a4_with_a_note() {
     let (artwork, notes) = try_read("IN;SC0,100,0,200;PU0,0;PD100,200;").expect("it is all right");
     assert_eq!(
         artwork.strokes[0].points,
@@ -184,7 +184,7 @@ fn p2_follows_p1_and_user_units_follow_both() {
 }
 
 #[test]
-fn square_units_lie_where_they_are_told_to() {
+fn isotropic_units_follow_their_alignment() {
     // The frame is 200 by 100 mm and the plot is square, which leaves 100 mm of the width.
     for (shares, left) in [("", 50.0), (",0,0", 0.0), (",100,50", 100.0)] {
         let plot = format!("IP0,0,8000,4000;SC0,10,0,10,1{shares};PU0,0;PD10,10;");
@@ -198,7 +198,7 @@ fn square_units_lie_where_they_are_told_to() {
 }
 
 #[test]
-fn the_coordinate_system_is_turned_and_the_pen_stays() {
+fn rotation_turns_the_coordinate_system_and_keeps_the_pen() {
     let shape = |turn: &str| strokes(&format!("PS4000,2000;{turn}PU400,0;PD800,0,800,400;"));
     for (turn, expected) in [
         ("RO0;", [[10.0, 0.0], [20.0, 0.0], [20.0, 10.0]]),
@@ -222,7 +222,7 @@ fn the_coordinate_system_is_turned_and_the_pen_stays() {
 }
 
 #[test]
-fn what_lies_outside_of_a_window_is_cut_off() {
+fn lines_outside_the_window_are_clipped() {
     assert_eq!(
         strokes("IW400,400,800,800;PU0,600;PD1200,600;IW;PD1200,0;"),
         [[[10.0, 15.0], [20.0, 15.0]], [[30.0, 15.0], [30.0, 0.0]]]
@@ -235,7 +235,7 @@ fn what_lies_outside_of_a_window_is_cut_off() {
 }
 
 #[test]
-fn encoded_polylines_are_the_lines_that_they_stand_for() {
+fn encoded_polylines_are_decoded() {
     let plain = strokes("IN;SP1;PU40,80;PD50,80,50,70;PU60,70;PD61,70;");
     // PE in base 64 with bytes beyond UTF-8, in base 32, and with a fractional bit; then the same
     // bytes as saved by a program that takes them for characters.
@@ -354,7 +354,7 @@ fn labels_stand_in_cells_of_one_width() {
 }
 
 #[test]
-fn what_is_filled_is_an_area_or_the_lines_of_the_files_own_hatch() {
+fn filled_shape_is_an_area_or_the_hatch_of_the_file() {
     let mut options = ReadOptions::default();
     options.fills = Fills::Areas;
     let filled = |text: &str| match read(Format::Hpgl, text.as_bytes(), &options) {
@@ -383,7 +383,7 @@ fn what_is_filled_is_an_area_or_the_lines_of_the_files_own_hatch() {
 }
 
 #[test]
-fn polygons_are_drawn_when_their_edge_is() {
+fn polygons_are_drawn_by_their_edge_instruction() {
     let triangle = "PU0,0;PM0;PD40,0,40,40;PU;PM2;";
     assert_eq!(strokes(triangle), Vec::<Vec<[f64; 2]>>::new());
     let (artwork, notes) = try_read(&format!("{triangle}FP;EP;")).expect("it is all right");
@@ -396,7 +396,7 @@ fn polygons_are_drawn_when_their_edge_is() {
 }
 
 #[test]
-fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
+fn omissions_are_noted_and_impossible_instructions_refused() {
     let (artwork, notes) = try_read("IN;SP1;LT2,1;PD40,40;SP2;LBhello PD1\u{3};PU;PD0,0;XX1;")
         .expect("it is all right");
     assert!(artwork.strokes.len() > 2);
@@ -423,7 +423,7 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
 }
 
 /// Returns a strategy for plots of instructions that are nearly valid.
-fn nearly() -> impl Strategy<Value = String> {
+fn malformed_plots() -> impl Strategy<Value = String> {
     let name = prop::sample::select(vec![
         "IN",
         "PA",
@@ -492,12 +492,12 @@ fn nearly() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn parser_survives_arbitrary_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = read(Format::Hpgl, &bytes, &ReadOptions::default());
     }
 
     #[test]
-    fn what_is_accepted_is_finite_and_says_where_it_came_from(text in nearly()) {
+    fn accepted_strokes_are_finite_and_have_origins(text in malformed_plots()) {
         if let Ok((artwork, _)) = try_read(&text) {
             for stroke in &artwork.strokes {
                 prop_assert!(!stroke.points.is_empty() && stroke.origin.is_known());
@@ -508,7 +508,7 @@ proptest! {
 }
 
 #[test]
-fn curves_end_where_they_say_and_stay_within_their_corners() {
+fn curves_reach_their_end_within_their_control_polygon() {
     let absolute = strokes("PU400,400;PD;BZ400,800,800,800,800,400;PU;");
     assert_eq!(absolute, strokes("PU400,400;PD;BR0,400,400,400,400,0;PU;"));
     let [curve] = &absolute[..] else {

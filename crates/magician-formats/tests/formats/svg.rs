@@ -85,15 +85,15 @@ fn quadratic(p: [[f64; 2]; 3]) -> impl Fn(f64) -> [f64; 2] {
     }
 }
 
-fn fine() -> ReadOptions {
+fn fine_options() -> ReadOptions {
     let mut options = ReadOptions::default();
     options.tolerance = 0.001;
     options
 }
 
 #[test]
-fn a_house_has_the_lines_that_it_is_drawn_with() {
-    let (house, notes) = reading_with(HOUSE, &fine()).unwrap();
+fn house_sample_has_its_lines() {
+    let (house, notes) = reading_with(HOUSE, &fine_options()).unwrap();
     assert_eq!(notes, []);
     let page = house.page.unwrap();
     near(page[0], 80.0, 1e-4);
@@ -128,7 +128,7 @@ fn a_house_has_the_lines_that_it_is_drawn_with() {
 }
 
 #[test]
-fn every_stroke_says_where_it_came_from() {
+fn every_stroke_has_its_origin() {
     let (house, _) = reading(HOUSE);
     let text = std::str::from_utf8(HOUSE).unwrap();
     let lines = Lines::new(text);
@@ -144,7 +144,7 @@ fn every_stroke_says_where_it_came_from() {
 }
 
 #[test]
-fn names_are_ids_and_what_is_used_points_to_the_use() {
+fn names_are_ids_and_used_elements_point_to_the_use() {
     let text = page(
         "\n<defs><path id='arrow' d='M0 0 L 5 0'/></defs>\n<!-- größer -->  <use href='#arrow' x='10' y='10'/>\n<g id='both'>\n <line id='low' x2='9' stroke='red'/>\n<line x2='8' stroke='red'/></g>",
     )
@@ -163,7 +163,7 @@ fn names_are_ids_and_what_is_used_points_to_the_use() {
 }
 
 #[test]
-fn ids_of_the_file_are_not_taken_for_others() {
+fn ids_of_the_file_do_not_collide_with_generated_ids() {
     let ids = ["element-0-3", "element-0-4", "element-1-4", "element-2x"];
     let lines: String = ids
         .iter()
@@ -177,8 +177,8 @@ fn ids_of_the_file_are_not_taken_for_others() {
 }
 
 #[test]
-fn curves_are_as_long_as_they_are() {
-    let (curves, notes) = reading_with(CURVES, &fine()).unwrap();
+fn curve_lengths_are_exact() {
+    let (curves, notes) = reading_with(CURVES, &fine_options()).unwrap();
     assert_eq!(notes, []);
     let lengths: Vec<f64> = curves.strokes.iter().map(Stroke::length).collect();
     // The unit is 1/100 mm, enlarged by 1.5.
@@ -218,7 +218,7 @@ fn curves_are_as_long_as_they_are() {
 }
 
 /// Distance from a point to a polyline.
-fn off(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_line(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
     let to = |pair: &[[f64; 2]]| {
         let [a, b] = [pair[0], pair[1]];
         let way = [b[0] - a[0], b[1] - a[1]];
@@ -231,7 +231,7 @@ fn off(line: &[[f64; 2]], [x, y]: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
+fn vertices_are_within_tolerance_of_the_curve() {
     let shape = [[5.0, 90.0], [80.0, 5.0], [-20.0, 0.0], [90.0, 60.0]];
     let text = page(r#"<path stroke="black" fill="none" d="M5,90 C80,5 -20,0 90,60"/>"#);
     let curve = cubic(shape);
@@ -242,7 +242,7 @@ fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
         let line = &artwork.strokes[0].points;
         let strays = (0..=5000).map(|nth| {
             let [x, y] = curve(f64::from(nth) / 5000.0);
-            off(line, [x, 100.0 - y])
+            distance_to_line(line, [x, 100.0 - y])
         });
         let worst = strays.fold(0.0, f64::max);
         assert!(worst <= tolerance, "{worst} of {tolerance}");
@@ -259,7 +259,7 @@ fn corners_are_never_farther_from_the_curve_than_the_tolerance() {
         let line = &artwork.strokes[0].points;
         let angles = (0..3600).map(|nth| f64::from(nth) / 3600.0 * std::f64::consts::TAU);
         let strays = angles.map(|angle| {
-            off(
+            distance_to_line(
                 line,
                 [50.0 + radius * angle.cos(), 50.0 + radius * angle.sin()],
             )
@@ -439,7 +439,7 @@ fn transforms_symbols_and_nested_drawings_are_followed() {
 }
 
 #[test]
-fn what_cannot_be_seen_is_not_drawn() {
+fn invisible_elements_are_not_drawn() {
     let line = r#"<path d="M0 0h9" "#;
     let unseen = [
         r#"fill="none"/>"#,
@@ -497,7 +497,7 @@ fn filled_shapes_are_outlined_or_left_out() {
 }
 
 #[test]
-fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
+fn elements_without_stroke_and_area_are_not_drawn() {
     for unseen in [
         r#"<line x1="10" y1="10" x2="90" y2="10"/>"#,
         r#"<line x1="10" y1="10" x2="90" y2="50" fill="red" transform="rotate(17)"/>"#,
@@ -546,7 +546,7 @@ fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
 }
 
 #[test]
-fn dashes_are_strokes_of_their_own() {
+fn dashes_are_separate_strokes() {
     let (artwork, _) = reading(page(
         r#"<g transform="scale(2)"><line x1="5" y1="5" x2="15" y2="5" stroke="black" stroke-dasharray="3 1" stroke-dashoffset="1"/></g>"#,
     ));
@@ -569,7 +569,7 @@ fn dashes_are_strokes_of_their_own() {
 }
 
 #[test]
-fn a_line_beside_the_page_is_told_of() {
+fn line_beside_the_page_is_noted() {
     let line = |x: u32| format!(r##"<path id="far" d="M10 10H{x}" stroke="black"/>"##);
     assert!(reading(page(&line(100))).1.is_empty());
     let (artwork, notes) = reading(page(&line(150)));
@@ -616,7 +616,7 @@ fn clip_paths_cut_lines_off() {
 }
 
 #[test]
-fn masks_cut_off_what_they_hide() {
+fn masks_clip_hidden_lines() {
     let masked = |mask: &str| {
         reading(page(&format!(
             r##"<mask id="m" maskUnits="userSpaceOnUse" x="0" y="0" width="80" height="100" {mask}</mask><line x1="0" y1="50" x2="100" y2="50" stroke="black" mask="url(#m)"/>"##
@@ -681,7 +681,7 @@ fn masks_cut_off_what_they_hide() {
 }
 
 #[test]
-fn white_is_drawn_where_it_is_seen() {
+fn white_is_drawn_where_visible() {
     let count = |inside: &str| {
         let (artwork, notes) = reading(page(inside));
         let told = notes.iter().filter(|note| note.message.contains("white"));
@@ -728,7 +728,7 @@ fn white_is_drawn_where_it_is_seen() {
 }
 
 #[test]
-fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
+fn lines_beyond_the_page_are_clipped_on_request() {
     let mut options = ReadOptions::default();
     options.clip_page = true;
     let text = page(
@@ -752,7 +752,7 @@ fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
 }
 
 #[test]
-fn packed_drawings_are_unpacked_as_far_as_that_is_bounded() {
+fn compressed_drawings_are_unpacked_up_to_a_limit() {
     let packed = |bytes: &[u8]| {
         let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         std::io::Write::write_all(&mut packer, bytes).unwrap();
@@ -839,7 +839,7 @@ fn characters_that_the_font_lacks_are_left_out_and_named() {
 }
 
 #[test]
-fn what_is_left_out_is_told() {
+fn omissions_are_noted() {
     let (artwork, notes) = reading(page(
         r##"<image href="/etc/passwd" width="9" height="9"/><image href="data:image/png;base64,AAAA" width="9" height="9"/><foreignObject/><filter id="f"/><line x2="5" stroke="red" style="filter:url(#f)"/>"##,
     ));
@@ -857,7 +857,7 @@ fn what_is_left_out_is_told() {
 }
 
 #[test]
-fn what_is_no_drawing_is_refused_with_its_place() {
+fn non_drawing_is_refused_with_its_origin() {
     let broken = diagnostic("<svg xmlns='http://www.w3.org/2000/svg'>\n  <g><rect></g></svg>");
     assert_eq!(broken.origin.line, 2, "{broken}");
     assert!(
@@ -894,7 +894,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
 }
 
 #[test]
-fn bombs_do_not_go_off() {
+fn expansion_bombs_are_refused() {
     // Each level uses the one below ten times.
     let mut bomb = String::from("<defs><path id='l0' d='M0 0h1' stroke='red'/>");
     for level in 1..12 {
@@ -951,7 +951,7 @@ fn bombs_do_not_go_off() {
 }
 
 #[test]
-fn an_entity_does_not_confuse_the_places() {
+fn entities_keep_origins_correct() {
     let text = "<!DOCTYPE svg [<!ENTITY line \"<line x2='9' stroke='red'/>\"><!ENTITY ns 'http://www.w3.org/2000/svg'>]>\n<svg xmlns='&ns;' width='10mm' height='10mm' viewBox='0 0 10 10'>&line;\n<path d='M1 1h3' stroke='red'/></svg>";
     let (artwork, _) = reading(text);
     assert_eq!(artwork.strokes.len(), 2);
@@ -966,7 +966,7 @@ fn an_entity_does_not_confuse_the_places() {
 
 /// usvg places letters along a path in an enlarged drawing, which is scaled back afterwards.
 #[test]
-fn text_along_a_path_leaves_the_size_of_the_drawing_as_it_is() {
+fn text_along_a_path_keeps_the_size_of_the_drawing() {
     let sizes = [
         r#"width="200mm" height="100mm" viewBox="0 0 400 200""#,
         r#"width="400" height="200""#,

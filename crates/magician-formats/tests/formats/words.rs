@@ -57,7 +57,7 @@ Příliš žluťoučký kůň; Straße, œuvre, Þórður.\n\n    Indented, and 
 Donaudampfschifffahrtselektrizitätenhauptbetriebswerkbauunterbeamtengesellschaft.";
 
 #[test]
-fn no_line_is_wider_than_the_wrap_and_nothing_is_lost() {
+fn wrapped_lines_fit_the_width_and_lose_nothing() {
     for font in BundledFont::ALL {
         let count = |text: &str, options: &ReadOptions| written(text, options).0.strokes.len();
         for align in [Align::Left, Align::Center, Align::Right] {
@@ -80,7 +80,7 @@ fn no_line_is_wider_than_the_wrap_and_nothing_is_lost() {
 }
 
 #[test]
-fn lines_lie_where_they_are_aligned() {
+fn lines_follow_their_alignment() {
     let middles = |align| {
         let mut options = options(BundledFont::Sans, 10.0);
         options.text.align = align;
@@ -110,7 +110,7 @@ fn lines_lie_where_they_are_aligned() {
 }
 
 #[test]
-fn characters_that_the_font_lacks_are_named_and_refused_if_that_is_wanted() {
+fn missing_characters_are_named_and_refused_in_strict_mode() {
     let mut options = options(BundledFont::Sans, 10.0);
     let (artwork, notes) = written("a中b\n中文", &options);
     let of_letters = written("ab", &options).0.strokes.len();
@@ -133,7 +133,7 @@ fn characters_that_the_font_lacks_are_named_and_refused_if_that_is_wanted() {
 }
 
 #[test]
-fn a_letter_and_its_mark_are_the_letter_with_the_mark() {
+fn combining_mark_equals_the_precomposed_letter() {
     let options = options(BundledFont::Script, 10.0);
     let lines = |text| -> Vec<_> {
         let strokes = written(text, &options).0.strokes.into_iter();
@@ -144,7 +144,7 @@ fn a_letter_and_its_mark_are_the_letter_with_the_mark() {
 }
 
 #[test]
-fn text_that_cannot_be_written_is_refused() {
+fn unwritable_text_is_refused() {
     let options = options(BundledFont::Sans, 10.0);
     let refused = |bytes: &[u8]| read(Format::Text, bytes, &options).unwrap_err().message;
     assert_eq!(refused(b" \n\t"), "there is no text");
@@ -162,7 +162,7 @@ fn every_stroke_has_its_character_as_origin() {
     assert_eq!(places, [(1, 1), (1, 2), (2, 1), (2, 2)]);
 }
 
-fn of_file(name: &str, bytes: &[u8]) -> ReadOptions {
+fn options_with_font(name: &str, bytes: &[u8]) -> ReadOptions {
     let mut options = ReadOptions::default();
     options.text.font = FontChoice::file(name, bytes);
     options
@@ -175,8 +175,8 @@ const SVG_FONT: &str = r#"<svg xmlns="http://www.w3.org/2000/svg"><defs>
 <glyph unicode="ffi" d="M0 0"/><glyph unicode="&#233;" d="M0 0H10"/></font></defs></svg>"#;
 
 #[test]
-fn an_svg_font_is_drawn_as_it_is() {
-    let options = of_file("one.svg", SVG_FONT.as_bytes());
+fn svg_font_is_drawn_unchanged() {
+    let options = options_with_font("one.svg", SVG_FONT.as_bytes());
     let (artwork, notes) = written("Ho", &options);
     assert_eq!(artwork.strokes.len(), 4);
     assert!(notes.is_empty() && !artwork.in_order);
@@ -203,7 +203,7 @@ fn an_svg_font_is_drawn_as_it_is() {
 fn an_outline_font_gives_the_edges_of_its_letters() {
     let roboto = include_bytes!("../../fonts/Roboto-Regular.ttf");
     for size in [4.0, 30.0] {
-        let mut options = of_file("Roboto.ttf", roboto);
+        let mut options = options_with_font("Roboto.ttf", roboto);
         options.text.size = size;
         let (artwork, notes) = written("HOé", &options);
         assert!(notes.is_empty(), "{notes:?}");
@@ -217,7 +217,7 @@ fn an_outline_font_gives_the_edges_of_its_letters() {
         let [least, most] = capital.bounds().unwrap();
         assert!((most[1] - least[1] - size).abs() < 1e-6);
     }
-    let mut strict = of_file("Roboto.ttf", roboto);
+    let mut strict = options_with_font("Roboto.ttf", roboto);
     strict.strict_text = true;
     assert!(read(Format::Text, "東".as_bytes(), &strict).is_err());
 }
@@ -254,7 +254,7 @@ fn strokes_of_characters_are_drawn_in_their_order() {
         ("all.json", &all),
         ("graphics.txt", &lines),
     ] {
-        let (artwork, notes) = written("二二", &of_file(name, file.as_bytes()));
+        let (artwork, notes) = written("二二", &options_with_font(name, file.as_bytes()));
         assert!(notes.is_empty(), "{name}: {notes:?}");
         assert!(artwork.in_order, "{name}");
         let strokes = &artwork.strokes;
@@ -270,7 +270,7 @@ fn strokes_of_characters_are_drawn_in_their_order() {
         let refused = read(
             Format::Text,
             "二".as_bytes(),
-            &of_file(name, text.as_bytes()),
+            &options_with_font(name, text.as_bytes()),
         );
         refused.unwrap_err().message
     };
@@ -297,7 +297,7 @@ fn svg(body: &str, options: &ReadOptions) -> (Artwork, Vec<Diagnostic>) {
 }
 
 #[test]
-fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() {
+fn texts_use_single_lines_by_font_or_option() {
     let usual = ReadOptions::default();
     let mut stroke = ReadOptions::default();
     stroke.text_lines = TextLines::Stroke;
@@ -343,7 +343,7 @@ fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() 
 }
 
 #[test]
-fn a_font_whose_name_lacks_quotes_is_found_as_browsers_find_it() {
+fn font_with_an_unquoted_name_is_found() {
     let usual = ReadOptions::default();
     for attribute in [
         r#"font-family="Hershey Sans 1-stroke""#,
@@ -385,7 +385,7 @@ fn single_lines_follow_anchors_tspans_and_transforms() {
 }
 
 #[test]
-fn characters_of_drawings_that_no_font_has_are_named_or_refused() {
+fn characters_missing_in_all_fonts_are_named_or_refused() {
     for family in ["Hershey", "Arial"] {
         let body = format!(r#"<text x="5" y="50" font-family="{family}">a中b</text>"#);
         let mut options = ReadOptions::default();

@@ -308,13 +308,13 @@ impl Work {
             .as_ref()
             .filter(|_| (least, most) == (from, from));
         if let (Some(rest), true, false) = (first, self.burns, track.at_first)
-            && let Some(place) = rest.from_its_beginning(&stood.pose)
+            && let Some(place) = rest.from_start_position(&stood.pose)
         {
             return track.ends_burning(place);
         }
         let is_within_first = track.at_first
             && first.is_some_and(|rest| {
-                let place = rest.goes_on(ResumePoint::Again(from), &stood.pose);
+                let place = rest.resume_place(ResumePoint::Again(from), &stood.pose);
                 place.is_some_and(|(_, at)| at.is_some())
             });
         let resume_point = if is_within_first {
@@ -328,7 +328,7 @@ impl Work {
             ResumePoint::Doubt(StepRange { least, most })
         };
         let goes_on =
-            (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
+            (track.rest.as_ref()).and_then(|rest| rest.resume_place(resume_point, &stood.pose));
         let (resume_point, within) = match goes_on {
             Some((steps, Some(place))) => (ResumePoint::Again(steps), Some((steps, place))),
             // No position within a step: resume at the beginning of one.

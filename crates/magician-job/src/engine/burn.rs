@@ -19,7 +19,7 @@ pub const NOTICEABLE: f64 = 0.05;
 /// The arm counts a step that a stop cut short as finished.
 pub(super) fn cut_short(rest: &RemainingProgram, least: u64, pose: &Pose) -> Option<Goes> {
     let resume_point = ResumePoint::Again(least.checked_sub(1)?);
-    let place = rest.goes_on(resume_point, pose)?;
+    let place = rest.resume_place(resume_point, pose)?;
     let (steps, _) = (place.0, place.1?);
     Some((ResumePoint::Again(steps), place))
 }
@@ -43,5 +43,5 @@ pub(super) fn goes_on_dark(
     let moved = off.iter().map(|off| off * off).sum::<f32>().sqrt() > MOVED;
     // An arm that was not stopped may have burnt on until it came to rest.
     let until = (!dark.stopped).then_some(stood);
-    moved.then(|| rest.dark_at((least, most), &dark.pose, dark.late, until))?
+    moved.then(|| rest.laser_off_place((least, most), &dark.pose, dark.late, until))?
 }

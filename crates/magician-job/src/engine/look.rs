@@ -11,7 +11,7 @@ use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::preflight::{Guards, Preflight};
 use magician::{Arm, Error, Set};
 use magician_program::resume::{DoubtReason, ObservedProgress, ResumePoint, StepRange};
-use magician_program::turns::Turns;
+use magician_program::yielding::Yield;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
@@ -59,7 +59,7 @@ impl Work {
                 .filter_map(|step| step.action.command())
                 .collect();
             arm.permission().check(&commands)?;
-            BesideTurns.give().await;
+            BesideTurns.yield_now().await;
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
@@ -215,7 +215,7 @@ impl Work {
             (true, "") => self.arm.name(),
             (true, serial) => serial,
         };
-        let program = self.spec.program.key_in_turns(&BesideTurns).await;
+        let program = self.spec.program.key_yielding(&BesideTurns).await;
         let mut key = JournalKey::new(program, arm);
         key.virtual_arm = self
             .arm
@@ -266,7 +266,7 @@ impl Work {
         // on that step's line, it continues from there.
         let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
-        let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
+        let standing = standing.and_then(|whole| whole.resume_place(resume_point, &pose));
         let standing = standing.and_then(|(steps, place)| Some((steps, place?)));
         let burns = program.plan().burns() && checkpoint.ended.is_none();
         let burn = whole.as_ref().filter(|_| burns);
@@ -352,8 +352,8 @@ async fn checked(
     start: Preflight,
 ) -> Result<(RemainingProgram, Report, Timetable), Diagnostic> {
     let rest = program.remaining_within(from, within, start)?;
-    let report = rest.check_in_turns(&BesideTurns).await;
-    let timetable = rest.timetable_in_turns(&report, &BesideTurns).await;
+    let report = rest.check_yielding(&BesideTurns).await;
+    let timetable = rest.timetable_yielding(&report, &BesideTurns).await;
     Ok((rest, report, timetable))
 }
 

@@ -300,13 +300,13 @@ impl Work {
             // The host splits burning lines into pieces: an unfinished step may be half done while
             // its last piece is complete.
             let half = self.burns && rest.stands_after(least, &stood.pose, false) != Some(true);
-            let half = half.then(|| rest.goes_on(ResumePoint::Again(least), &stood.pose));
+            let half = half.then(|| rest.resume_place(ResumePoint::Again(least), &stood.pose));
             if let Some(place @ (steps, Some(_))) = half.flatten() {
                 Some((ResumePoint::Again(steps), place))
             } else {
                 let resume_point =
                     resume_point_at(least, |steps| rest.stands_after(steps, &stood.pose, true));
-                rest.goes_on(resume_point, &stood.pose)
+                rest.resume_place(resume_point, &stood.pose)
                     .map(|place| (resume_point, place))
             }
         } else {
@@ -411,7 +411,7 @@ pub(super) fn by_pose(
     }
     let mut within = (least..=most).filter_map(|steps| {
         let resume_point = ResumePoint::Again(steps);
-        let place = rest.goes_on(resume_point, pose)?;
+        let place = rest.resume_place(resume_point, pose)?;
         place.1.map(|_| (ResumePoint::Again(place.0), place))
     });
     // Several candidates are acceptable if all of them give the same place.

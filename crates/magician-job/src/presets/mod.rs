@@ -96,7 +96,11 @@ impl Preset {
             );
             error
         })?;
-        let unused: Vec<_> = own.not_of(given.work).iter().map(|row| row.name).collect();
+        let unused: Vec<_> = own
+            .not_applicable_to(given.work)
+            .iter()
+            .map(|row| row.name)
+            .collect();
         let tool = match given.work {
             Some(WorkOption::Draw) => "laser",
             _ => "pen",
@@ -389,7 +393,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
         }
         let alone = Map::from_iter([(name.clone(), value.clone())]);
         // A single option may need others next to it: that is checked below, on all of them.
-        SetupOptions::from_fields_of_some(&alone)
+        SetupOptions::from_partial_fields(&alone)
             .map_err(|error| Diagnostic::new(at_value, error.message))?;
         places.push((name.clone(), at_value));
         if fields.insert(name, value).is_some() {

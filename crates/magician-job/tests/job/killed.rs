@@ -304,7 +304,7 @@ async fn killed_job_whose_arm_was_reset_or_used_says_so() {
         matches!(
             error.fault,
             Fault::Doubt {
-                why: DoubtReason::Others,
+                why: DoubtReason::ForeignCommands,
                 ..
             }
         ),

@@ -3,16 +3,16 @@
 use super::{Picture, distance};
 
 /// Colour of the source, below the drawing.
-const SOURCE: [u8; 3] = [190, 196, 203];
+const SOURCE_COLOR: [u8; 3] = [190, 196, 203];
 /// Colour of drawn lines that match the source.
-const DRAWN: [u8; 3] = [26, 26, 26];
+const DRAWN_COLOR: [u8; 3] = [26, 26, 26];
 /// Colour of lines of the source that are missing in the drawing.
-const MISSING: [u8; 3] = [209, 26, 33];
+const MISSING_COLOR: [u8; 3] = [209, 26, 33];
 /// Colour of drawn lines without a source.
-const EXTRA: [u8; 3] = [240, 140, 20];
+const EXTRA_COLOR: [u8; 3] = [240, 140, 20];
 /// Line widths of source and drawing, mm. The drawing is thinner, so that the source stays visible
 /// below.
-const WIDTHS: [f64; 2] = [0.5, 0.2];
+const LINE_WIDTHS: [f64; 2] = [0.5, 0.2];
 
 pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> {
     let [width, height] = source.frame().size();
@@ -20,9 +20,10 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
         size: [width, height],
         pixels: vec![255; width * height * 3],
     };
-    let [thick, thin] = WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
-    let to_source = distance::field(source);
-    let to_drawn = distance::field(drawn);
+    let [thick, thin] =
+        LINE_WIDTHS.map(|width| (width * source.frame().pixels_per_mm() / 2.0) as i64);
+    let to_source = distance::transform(source);
+    let to_drawn = distance::transform(drawn);
     let mut paint = |picture: &Picture, field: &[f32], far: bool, half: i64, colour| {
         let places = picture.inked().iter().zip(field).enumerate();
         for (at, (_, distance)) in places.filter(|(_, (inked, _))| **inked) {
@@ -31,10 +32,10 @@ pub(super) fn png(source: &Picture, drawn: &Picture, tolerance: f64) -> Vec<u8> 
             }
         }
     };
-    paint(source, &to_drawn, false, thick, SOURCE);
-    paint(drawn, &to_source, false, thin, DRAWN);
-    paint(source, &to_drawn, true, thick, MISSING);
-    paint(drawn, &to_source, true, thick, EXTRA);
+    paint(source, &to_drawn, false, thick, SOURCE_COLOR);
+    paint(drawn, &to_source, false, thin, DRAWN_COLOR);
+    paint(source, &to_drawn, true, thick, MISSING_COLOR);
+    paint(drawn, &to_source, true, thick, EXTRA_COLOR);
     // Writing to memory cannot fail, and the picture has pixels.
     image.png().unwrap_or_default()
 }

@@ -5,9 +5,9 @@ use super::Picture;
 
 /// Returns the distance of each pixel from the nearest inked one, mm, rows from the bottom. If
 /// nothing is inked, the length of the diagonal.
-pub(super) fn field(picture: &Picture) -> Vec<f32> {
+pub(super) fn transform(picture: &Picture) -> Vec<f32> {
     let [width, height] = picture.frame().size();
-    let columns = columns(picture.inked(), [width, height]);
+    let columns = column_distances(picture.inked(), [width, height]);
     let per_mm = picture.frame().pixels_per_mm();
     let farthest = libm::hypot(width as f64, height as f64);
     let mut field = Vec::with_capacity(columns.len());
@@ -24,7 +24,7 @@ pub(super) fn field(picture: &Picture) -> Vec<f32> {
 
 /// Returns the distance to the nearest inked pixel of the same column, or width plus height in a
 /// column without ink.
-fn columns(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
+fn column_distances(inked: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     let none = u32::try_from(width + height).unwrap_or(u32::MAX / 2);
     let mut distances = vec![none; inked.len()];
     let mut nearest = vec![none; width];
@@ -101,7 +101,7 @@ mod tests {
     use crate::compare::PixelGrid;
 
     #[test]
-    fn distances_are_those_to_the_nearest() {
+    fn distance_is_to_the_nearest_inked_pixel() {
         let lines = [
             vec![[0.0, 0.0]],
             vec![[4.0, 1.0], [4.0, 2.0]],
@@ -113,7 +113,7 @@ mod tests {
         let inked: Vec<_> = (0..width * height)
             .filter(|at| picture.inked()[*at])
             .collect();
-        for (at, distance) in field(&picture).into_iter().enumerate() {
+        for (at, distance) in transform(&picture).into_iter().enumerate() {
             let apart = |other: &usize| {
                 let [dx, dy] = [at % width, at / width].map(|value| value as f64);
                 let [x, y] = [other % width, other / width].map(|value| value as f64);
@@ -125,10 +125,10 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_as_far_as_the_diagonal() {
+    fn empty_picture_gives_the_diagonal() {
         let frame = PixelGrid::around([[0.0, 0.0], [3.0, 4.0]], 0.0, 10.0);
         let empty: [Vec<[f64; 2]>; 0] = [];
-        let field = field(&Picture::of_lines(frame, &empty));
+        let field = transform(&Picture::of_lines(frame, &empty));
         assert!(field.iter().all(|distance| (distance - 5.0).abs() < 1e-5));
     }
 }

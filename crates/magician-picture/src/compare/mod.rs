@@ -18,7 +18,7 @@ pub use source::svg_lines;
 pub use tones::{ToneMatch, Tones};
 
 /// Largest resolution, pixels per mm. The limit on the total number of pixels may reduce it.
-const FINEST: f64 = 20.0;
+const MAX_PIXELS_PER_MM: f64 = 20.0;
 /// Margin around the lines, mm.
 const MARGIN: f64 = 2.0;
 
@@ -120,7 +120,7 @@ impl Distances {
             sum: 0.0,
             worst: 0.0,
         };
-        let field = distance::field(to);
+        let field = distance::transform(to);
         let inked = of.inked().iter().zip(&field).filter(|(inked, _)| **inked);
         for distance in inked.map(|(_, distance)| f64::from(*distance)) {
             found.places += 1;
@@ -153,7 +153,7 @@ impl Distances {
 #[must_use]
 pub fn compare(source: &[Vec<[f64; 2]>], drawn: &[Vec<[f64; 2]>], tolerance: f64) -> Comparison {
     let points = source.iter().chain(drawn).flatten();
-    let frame = PixelGrid::around(points.copied(), MARGIN, FINEST);
+    let frame = PixelGrid::around(points.copied(), MARGIN, MAX_PIXELS_PER_MM);
     let [source, drawn] = [source, drawn].map(|lines| Picture::of_lines(frame, lines));
     Comparison::measured(source, drawn, tolerance)
 }

@@ -1,11 +1,11 @@
 //! Rasterised lines.
 
 /// Largest number of pixels of a picture. It bounds memory.
-const MOST_PIXELS: f64 = 16e6;
+const MAX_PIXELS: f64 = 16e6;
 /// Step along a line, pixels. Small enough that no pixel on the line is skipped.
-const STEP: f64 = 0.25;
+const LINE_STEP: f64 = 0.25;
 /// Largest side of a picture, mm. Points farther off are ignored.
-const LONGEST: f64 = 5000.0;
+const MAX_SIDE: f64 = 5000.0;
 
 /// Part of a plane shown by a picture, and its resolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +25,7 @@ impl PixelGrid {
         margin: f64,
         pixels_per_mm: f64,
     ) -> Self {
-        let near = |point: &[f64; 2]| point.iter().all(|value| value.abs() < LONGEST / 2.0);
+        let near = |point: &[f64; 2]| point.iter().all(|value| value.abs() < MAX_SIDE / 2.0);
         let mut points = points.into_iter().filter(near);
         let first = points.next().unwrap_or_default();
         let [low, high] = points.fold([first, first], |[low, high], [x, y]| {
@@ -36,7 +36,7 @@ impl PixelGrid {
         });
         let low = low.map(|value| value - margin);
         let size = [0, 1].map(|axis| high[axis] + margin - low[axis]);
-        let most = (MOST_PIXELS / (size[0] * size[1]).max(1.0)).sqrt();
+        let most = (MAX_PIXELS / (size[0] * size[1]).max(1.0)).sqrt();
         let pixels_per_mm = pixels_per_mm.min(most);
         // A cast from float saturates.
         let size = size.map(|side| (side * pixels_per_mm).ceil().max(1.0) as usize);
@@ -130,11 +130,11 @@ impl Picture {
         let way = [to[0] - from[0], to[1] - from[1]];
         let length = libm::hypot(way[0], way[1]);
         // NaN fails this comparison, too.
-        let near = length < LONGEST * self.frame.pixels_per_mm;
+        let near = length < MAX_SIDE * self.frame.pixels_per_mm;
         if !near {
             return;
         }
-        let steps = (length / STEP).ceil().max(1.0);
+        let steps = (length / LINE_STEP).ceil().max(1.0);
         for nth in 0..=steps as u64 {
             let share = nth as f64 / steps;
             self.ink([from[0] + share * way[0], from[1] + share * way[1]]);

@@ -5,9 +5,9 @@ use magician_sim::world::{Drawing, StrokeKind};
 use magician_program::Raster;
 
 /// Step along a line, as a share of a cell.
-const STEP: f64 = 1.0 / 32.0;
+const LINE_STEP: f64 = 1.0 / 32.0;
 /// Largest number of cells along a side.
-const MOST_CELLS: usize = 4096;
+const MAX_CELLS: usize = 4096;
 
 /// Darkness of the cells of a grid, 0 (nothing) to 1 (black).
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +90,7 @@ impl Tones {
             let cells = (corners[1][axis] - corners[0][axis]) / cell;
             // A cast from float saturates. The subtraction keeps rounding from adding a cell at the
             // edge.
-            ((cells - 1e-6).ceil().max(1.0) as usize).min(MOST_CELLS)
+            ((cells - 1e-6).ceil().max(1.0) as usize).min(MAX_CELLS)
         });
         Self {
             size,
@@ -102,7 +102,7 @@ impl Tones {
     fn burn(&mut self, from: [f64; 2], to: [f64; 2], darkness: f64) {
         let way = [to[0] - from[0], to[1] - from[1]];
         let length = libm::hypot(way[0], way[1]);
-        let steps = (length / STEP).ceil().clamp(1.0, 1e7);
+        let steps = (length / LINE_STEP).ceil().clamp(1.0, 1e7);
         for nth in 0..steps as u64 {
             let share = (nth as f64 + 0.5) / steps;
             let [x, y] = [0, 1].map(|axis| (from[axis] + share * way[axis]).floor());
@@ -119,7 +119,10 @@ impl Tones {
 
 /// Mean darkness of an image between shares of its width and height.
 fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
-    let (columns, rows) = (covered(across, image.width), covered(down, image.height));
+    let (columns, rows) = (
+        covered_pixels(across, image.width),
+        covered_pixels(down, image.height),
+    );
     let (mut sum, mut weights) = (0.0, 0.0);
     for (row, high) in &rows {
         for (column, wide) in &columns {
@@ -136,7 +139,7 @@ fn darkness(image: &Raster, across: [f64; 2], down: [f64; 2]) -> f64 {
 }
 
 /// Returns the pixels between two shares, each with the covered part of it.
-fn covered([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
+fn covered_pixels([from, to]: [f64; 2], pixels: usize) -> Vec<(usize, f64)> {
     let [from, to] = [from, to].map(|share| share.clamp(0.0, 1.0) * pixels as f64);
     let last = (to.ceil() as usize).min(pixels);
     let part = |pixel: usize| {

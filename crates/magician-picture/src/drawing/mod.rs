@@ -19,7 +19,7 @@ const BURN_WIDTH: f64 = 0.2;
 /// Margin, mm.
 const MARGIN: f64 = 5.0;
 /// Radius of the mark at the arm's base axis, mm.
-const MARK: f64 = 3.0;
+const BASE_MARK_RADIUS: f64 = 3.0;
 
 /// Additional contents of a picture of a drawing.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -120,7 +120,7 @@ fn shows_base(drawing: &Drawing, options: &DrawingOptions) -> bool {
 fn frame(drawing: &Drawing, options: &DrawingOptions) -> [[f64; 2]; 2] {
     let drawn = drawing.bounds().into_iter().flatten();
     let sheet = options.sheet.iter().flatten().copied();
-    let base = [[-MARK; 2], [MARK; 2]].into_iter();
+    let base = [[-BASE_MARK_RADIUS; 2], [BASE_MARK_RADIUS; 2]].into_iter();
     let base = base.filter(|_| shows_base(drawing, options));
     let shown = drawn.chain(sheet).chain(base).map(seen);
     let shown = shown.fold([[f64::MAX; 2], [f64::MIN; 2]], |[low, high], [x, y]| {
@@ -150,8 +150,13 @@ fn seen(place: [f64; 2]) -> [f64; 2] {
 /// Marks the axis of the base with a circle and a cross.
 fn mark(svg: &mut Svg) {
     let look = [("stroke", EDGE), ("stroke-width", "0.3")];
-    svg.path(&format!("M-{MARK} 0H{MARK}M0 -{MARK}V{MARK}"), &look);
-    let radius = Fine(MARK).to_string();
+    svg.path(
+        &format!(
+            "M-{BASE_MARK_RADIUS} 0H{BASE_MARK_RADIUS}M0 -{BASE_MARK_RADIUS}V{BASE_MARK_RADIUS}"
+        ),
+        &look,
+    );
+    let radius = Fine(BASE_MARK_RADIUS).to_string();
     let look = [("r", radius.as_str()), ("fill", "none")]
         .into_iter()
         .chain(look);

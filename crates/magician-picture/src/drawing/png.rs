@@ -5,8 +5,11 @@ use resvg::tiny_skia::{
     self, Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Transform,
 };
 
-use super::{BURN_WIDTH, DrawingOptions, INK_WIDTH, MARK, frame, has_round_ends, seen, shows_base};
-use crate::png::{MOST_PIXELS, PictureError};
+use super::{
+    BASE_MARK_RADIUS, BURN_WIDTH, DrawingOptions, INK_WIDTH, frame, has_round_ends, seen,
+    shows_base,
+};
+use crate::png::{MAX_PIXELS, PictureError};
 
 /// Returns the picture of a drawing as PNG: the content of [`drawing_svg`](crate::drawing_svg), on
 /// white, at this resolution.
@@ -26,7 +29,7 @@ pub fn drawing_png(
     let pixels = |mm: f64| (mm * pixels_per_mm).round().max(1.0);
     let [width, height] = [right - left, top - bottom].map(pixels);
     let size = PictureError::Size([width, height]);
-    if width * height > MOST_PIXELS {
+    if width * height > MAX_PIXELS {
         return Err(size);
     }
     let mut picture = Pixmap::new(width as u32, height as u32).ok_or(size)?;
@@ -102,7 +105,7 @@ fn outline(corners: &[[f64; 2]]) -> Option<Path> {
 }
 
 fn mark() -> Option<Path> {
-    let radius = MARK as f32;
+    let radius = BASE_MARK_RADIUS as f32;
     let mut path = PathBuilder::new();
     path.push_circle(0.0, 0.0, radius);
     path.move_to(-radius, 0.0);

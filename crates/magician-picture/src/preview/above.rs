@@ -5,7 +5,7 @@ use magician_program::toolpath::{Layer, MarkerKind, StrokeKind, Toolpath};
 
 use super::PreviewOptions;
 use crate::ground::{base, reach};
-use crate::layers::Ways;
+use crate::layers::PathStyle;
 use crate::panel::{Extent, Panel};
 use crate::svg::palette::{FAINT, PAPER};
 use crate::svg::{Svg, lines, path};
@@ -62,7 +62,7 @@ pub(super) fn draw(
         fence::draw(svg, panel, fence);
     }
     let look = |layer: &Layer| lines(layer.above.lines(), |point| panel.at(point));
-    layers::draw(svg, &toolpath.layers, Ways::Planned, look);
+    layers::draw(svg, &toolpath.layers, PathStyle::Plan, look);
     for mark in &toolpath.markers {
         let [x, y, _] = mark.at;
         symbols::markers(svg, panel.at([x, y]), mark);
@@ -76,7 +76,7 @@ pub(super) fn draw(
         }
     }
     panel.end(svg);
-    panel.numbers(svg, "X / mm", "Y / mm");
+    panel.draw_labels(svg, "X / mm", "Y / mm");
 }
 
 /// Returns the kinds of markers that occur, sorted.
@@ -96,5 +96,5 @@ pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> boo
     toolpath
         .layers
         .iter()
-        .any(|layer| sort(layer.leaves) && !layer.above.is_empty())
+        .any(|layer| sort(layer.mark) && !layer.above.is_empty())
 }

@@ -8,7 +8,7 @@ use crate::svg::palette::{FAINT, INK};
 use crate::svg::{Anchor, Svg, TextStyle};
 
 /// Mean width of a letter of the title, as a share of its size.
-const WIDE: f64 = 0.56;
+const LETTER_WIDTH_SHARE: f64 = 0.56;
 
 /// Draws them with their upper left corner at a point.
 pub(super) fn draw(
@@ -30,7 +30,7 @@ pub(super) fn draw(
     } else {
         plan.title.as_str()
     };
-    let most = (width / (title.size * WIDE)) as usize;
+    let most = (width / (title.size * LETTER_WIDTH_SHARE)) as usize;
     let short: String = name.chars().take(most).collect();
     svg.text([left, top + 4.6], short, &title);
     let text = TextStyle {

@@ -1,17 +1,19 @@
 //! Entries of a preview's legend.
 
 use magician_motion::Fence;
-use magician_program::toolpath::{MOST_REFUSED, MarkerKind, PlanPurpose, StrokeKind, Toolpath};
+use magician_program::toolpath::{
+    MAX_MARKED_REFUSALS, MarkerKind, PlanPurpose, StrokeKind, Toolpath,
+};
 use magician_program::{Diagnostic, Report};
 
 use super::PreviewOptions;
 use super::above::{has, kinds};
-use crate::layers::Ways;
+use crate::layers::PathStyle;
 use crate::legend::{Legend, Sign};
 use crate::svg::signed;
 
 /// Largest number of line colours to list.
-const MOST_INKS: usize = 8;
+const MAX_COLORS: usize = 8;
 
 /// Returns the legend of a preview for a width.
 pub(super) fn legend(
@@ -28,15 +30,15 @@ pub(super) fn legend(
 
 fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     let mut entries = vec![];
-    let burns = has(toolpath, |leaves| matches!(leaves, StrokeKind::Burn(_)));
-    let mut lines = |leaves, label: &str| {
-        if has(toolpath, |other| other == leaves) {
-            entries.push((Sign::Line(leaves, Ways::Planned), label.to_owned()));
+    let burns = has(toolpath, |mark| matches!(mark, StrokeKind::Burn(_)));
+    let mut lines = |mark, label: &str| {
+        if has(toolpath, |other| other == mark) {
+            entries.push((Sign::Line(mark, PathStyle::Plan), label.to_owned()));
         }
     };
-    let inks = toolpath.layers.iter().map(|layer| layer.leaves);
-    let inks = inks.filter(|leaves| matches!(leaves, StrokeKind::Ink(_)));
-    inks.take(MOST_INKS).for_each(|ink| lines(ink, "drawn"));
+    let inks = toolpath.layers.iter().map(|layer| layer.mark);
+    let inks = inks.filter(|mark| matches!(mark, StrokeKind::Ink(_)));
+    inks.take(MAX_COLORS).for_each(|ink| lines(ink, "drawn"));
     lines(StrokeKind::Carried, "with something held");
     let nothing = match toolpath.purpose {
         PlanPurpose::Draws(_) => "pen up",
@@ -88,7 +90,7 @@ fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
 
 /// Returns the refused steps as sentences, and the number of further ones.
 fn refused_steps(report: &Report) -> Vec<String> {
-    let first = report.refused_steps.iter().take(MOST_REFUSED);
+    let first = report.refused_steps.iter().take(MAX_MARKED_REFUSALS);
     let more = report.refused.saturating_sub(first.len());
     let told = first.map(|refused_step| {
         let (step, diagnostic) = (

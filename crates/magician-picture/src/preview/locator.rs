@@ -10,11 +10,12 @@ use crate::svg::{Anchor, Svg, TextStyle};
 /// Scale.
 const SCALE: f64 = 0.1;
 /// Part of the plane shown, mm: the reach of any tool in front of the arm.
-const PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
-/// Left edge if the view extends beyond that of [`PART`], mm: the reach of any tool beside the arm.
-const BESIDE: f64 = -380.0;
+const SHOWN_PART: [[f64; 2]; 2] = [[-100.0, -350.0], [380.0, 350.0]];
+/// Left edge if the view extends beyond that of [`SHOWN_PART`], mm: the reach of any tool beside
+/// the arm.
+const WIDE_LEFT_EDGE: f64 = -380.0;
 /// Height including the text below, mm.
-pub(super) const HEIGHT: f64 = (PART[1][1] - PART[0][1]) * SCALE + 6.0;
+pub(super) const HEIGHT: f64 = (SHOWN_PART[1][1] - SHOWN_PART[0][1]) * SCALE + 6.0;
 
 /// Width of the locator of a view, mm.
 pub(super) fn width(view: &Panel) -> f64 {
@@ -23,8 +24,12 @@ pub(super) fn width(view: &Panel) -> f64 {
 }
 
 fn part(view: &Panel) -> [[f64; 2]; 2] {
-    let [[left, bottom], end] = PART;
-    let left = if view.part[0][0] < left { BESIDE } else { left };
+    let [[left, bottom], end] = SHOWN_PART;
+    let left = if view.part[0][0] < left {
+        WIDE_LEFT_EDGE
+    } else {
+        left
+    };
     [[left, bottom], end]
 }
 
@@ -77,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_view_beside_the_arm_is_within_the_locator() {
+    fn view_beside_the_arm_is_within_the_locator() {
         for left in [-170.0, -99.0, 150.0] {
             let view = Panel {
                 part: [[left, 100.0], [left + 80.0, 180.0]],

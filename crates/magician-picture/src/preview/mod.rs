@@ -18,11 +18,11 @@ use magician_program::toolpath::Toolpath;
 use magician_program::{Plan, Reach, Report};
 
 use crate::legend::Legend;
-use crate::panel::{MARGIN, Panel, TICKS};
+use crate::panel::{MARGIN, Panel, TICK_SPACE};
 use crate::svg::Svg;
 
 /// Space for title and caption, mm.
-const HEAD: f64 = 16.0;
+const HEAD_HEIGHT: f64 = 16.0;
 
 /// Additional contents of a preview.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,7 +98,7 @@ impl Preview {
     /// [`check`](fn@magician_program::check), and `start` the state that the check started from.
     #[must_use]
     pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
-        let toolpath = Toolpath::through(plan, report, start, options.side);
+        let toolpath = Toolpath::trace(plan, report, start, options.side);
         let geometry = match plan.tool {
             Some(tool) => Geometry::magician(tool.bias()),
             None => start.geometry(),
@@ -108,7 +108,7 @@ impl Preview {
     }
 
     /// Iterates over the paths shown from above as polylines in the arm's x and y, mm.
-    pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
+    pub fn paths(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let layers = self.toolpath.layers.iter();
         layers.flat_map(|layer| layer.above.lines())
     }
@@ -164,7 +164,7 @@ impl Page {
             scale: 1.0,
             id,
         };
-        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+        let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT];
         let mut above = panel(above::part(toolpath, options), [left, top], "above");
         let mut side = toolpath
             .has_side
@@ -174,25 +174,26 @@ impl Page {
             // Beside a tall view; below a wide one, where x is aligned with the distance from the
             // axis.
             if height > 0.9 * width {
-                side.corner[0] += width + MARGIN + TICKS[0];
+                side.corner[0] += width + MARGIN + TICK_SPACE[0];
             } else {
                 let least = above.part[0][0].min(side.part[0][0]);
                 let most = above.part[1][0].max(side.part[1][0]);
                 for panel in [&mut above, &mut *side] {
                     (panel.part[0][0], panel.part[1][0]) = (least, most);
                 }
-                side.corner[1] += height + TICKS[1] + MARGIN / 2.0;
+                side.corner[1] += height + TICK_SPACE[1] + MARGIN / 2.0;
             }
         }
         let views = [Some(above), side].into_iter().flatten();
         let ends = views.map(|view| [0, 1].map(|axis| view.corner[axis] + view.size()[axis]));
-        let [right, bottom] = ends.fold([left, top + locator::HEIGHT - TICKS[1]], |end, view| {
-            [end[0].max(view[0]), end[1].max(view[1])]
-        });
+        let [right, bottom] = ends.fold(
+            [left, top + locator::HEIGHT - TICK_SPACE[1]],
+            |end, view| [end[0].max(view[0]), end[1].max(view[1])],
+        );
         let locator = right + MARGIN;
         let right = locator + locator::width(&above);
         let legend = entries::legend(toolpath, report, options, right - left);
-        let foot = bottom + TICKS[1] + 2.0;
+        let foot = bottom + TICK_SPACE[1] + 2.0;
         Self {
             size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],
             above,

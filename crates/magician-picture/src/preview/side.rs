@@ -3,7 +3,7 @@
 use magician_host::Geometry;
 use magician_program::toolpath::{Layer, Toolpath};
 
-use crate::layers::Ways;
+use crate::layers::PathStyle;
 use crate::panel::{Extent, Panel};
 use crate::svg::palette::FAINT;
 use crate::svg::{Svg, lines, path};
@@ -35,14 +35,14 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geom
     ];
     svg.path(&path(axis, false), &look);
     let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
-    layers::draw(svg, &toolpath.layers, Ways::Planned, data);
-    let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
+    layers::draw(svg, &toolpath.layers, PathStyle::Plan, data);
+    let side_view = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
     for mark in &toolpath.markers {
-        symbols::spot(svg, beside(mark.at));
+        symbols::spot(svg, side_view(mark.at));
     }
     if let Some(ends) = toolpath.ends {
-        symbols::ends(svg, ends.map(beside));
+        symbols::ends(svg, ends.map(side_view));
     }
     panel.end(svg);
-    panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+    panel.draw_labels(svg, "distance from the base axis / mm", "Z / mm");
 }

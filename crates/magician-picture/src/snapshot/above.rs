@@ -4,14 +4,17 @@ use magician_host::{Geometry, JointAngles};
 use magician_program::{Reach, Surface};
 use magician_sim::world::StrokeKind;
 
-use super::{ABOVE, BELT, Belt, Body, LINK, LINKS, SCALE, Surroundings, hex, links_above};
+use super::{
+    ABOVE_PART, BELT_COLOR, Belt, Body, LINK_COLOR, LINK_THICKNESS, SCALE, Surroundings, hex,
+    links_from_above,
+};
 use crate::ground;
 use crate::panel::Panel;
 use crate::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, path};
 
 /// Distance between the arrows on a belt, mm.
-const MARKS: f64 = 60.0;
+const BELT_ARROW_SPACING: f64 = 60.0;
 
 /// Draws the view with its upper left corner at a point.
 pub(super) fn draw(
@@ -22,7 +25,7 @@ pub(super) fn draw(
     around: &Surroundings,
 ) {
     let panel = Panel {
-        part: ABOVE,
+        part: ABOVE_PART,
         corner,
         scale: SCALE,
         id: "above",
@@ -73,20 +76,20 @@ pub(super) fn draw(
     }
     tip(svg, panel.at([pose.x, pose.y]));
     panel.end(svg);
-    panel.numbers(svg, "X / mm", "Y / mm");
+    panel.draw_labels(svg, "X / mm", "Y / mm");
 }
 
 fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
     let outline = path(belt.corners().map(|corner| panel.at(corner)), true);
     let look = [
-        ("fill", BELT),
+        ("fill", BELT_COLOR),
         ("fill-opacity", "0.45"),
         ("stroke", FAINT),
         ("stroke-width", "0.3"),
     ];
     svg.path(&outline, &look);
     // Arrows show the direction for positive pulses.
-    let count = (belt.length / MARKS).clamp(1.0, 50.0) as u32;
+    let count = (belt.length / BELT_ARROW_SPACING).clamp(1.0, 50.0) as u32;
     for nth in 0..count {
         let along = belt.length * (f64::from(nth) + 0.5) / f64::from(count);
         let arrow = [(-6.0, 10.0), (4.0, 0.0), (-6.0, -10.0)];
@@ -136,9 +139,9 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
 
 /// Writes the objects' names, each to the right of its object, shifted down to avoid overlaps.
 fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
-    const SIZE: f64 = 2.8;
+    const NAME_SIZE: f64 = 2.8;
     let style = TextStyle {
-        size: SIZE,
+        size: NAME_SIZE,
         colour: INK,
         anchor: Anchor::Start,
         rim: true,
@@ -151,9 +154,9 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
         let mut at = panel.at([x + reach + 4.0, y - 4.0]);
         // A letter is about half as wide as high. Without the shift the names of stacked objects
         // would overlap.
-        let size = 0.55 * SIZE * body.name.chars().count() as f64;
+        let size = 0.55 * NAME_SIZE * body.name.chars().count() as f64;
         while taken.iter().any(|([left, line], other)| {
-            (at[1] - line).abs() < SIZE && at[0] < left + other && *left < at[0] + size
+            (at[1] - line).abs() < NAME_SIZE && at[0] < left + other && *left < at[0] + size
         }) {
             at[1] += 0.5;
         }
@@ -164,12 +167,12 @@ fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
 
 /// Draws the links, from the base axis to the tip of the tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
-    let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
-    let width = Number(LINKS[0] * panel.scale).to_string();
+    let [axis, wrist, end] = links_from_above(arm, joints).map(|point| panel.at(point));
+    let width = Number(LINK_THICKNESS[0] * panel.scale).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
-            ("stroke", LINK),
+            ("stroke", LINK_COLOR),
             ("stroke-opacity", opacity),
             ("stroke-width", width),
             ("stroke-linecap", "round"),

@@ -16,30 +16,30 @@ pub use pixels::{View, pixels};
 pub use run::{MovedObject, RunReading, RunView};
 
 use crate::ground;
-use crate::panel::{MARGIN, TICKS};
+use crate::panel::{MARGIN, TICK_SPACE};
 use crate::svg::palette::{CARRIED, FAINT, INK, WRONG};
 use crate::svg::{Anchor, Number, Svg, TextStyle, signed};
 
 /// Scale.
 const SCALE: f64 = 0.25;
 /// Part of the ground shown from above, mm.
-const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
+const ABOVE_PART: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
 /// Part of the plane through the arm shown from the side, mm.
-const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
+const SIDE_PART: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Space for title and figures, mm.
-const HEAD: f64 = 18.0;
+const HEAD_HEIGHT: f64 = 18.0;
 /// Half the width of the base, and its depth below the shoulder (model section 1), mm.
-const BODY: [f64; 2] = [ground::HALF_BASE, 138.0];
+const BASE_BODY: [f64; 2] = [ground::BASE_HALF_SIDE, 138.0];
 /// Thickness of the links from above and from the side, mm.
-const LINKS: [f64; 2] = [26.0, 20.0];
+const LINK_THICKNESS: [f64; 2] = [26.0, 20.0];
 /// Thickness of table and belt from the side, mm.
-const PLATE: f64 = 8.0;
+const PLATE_THICKNESS: f64 = 8.0;
 /// Colour of the links.
-const LINK: &str = "#52606d";
+const LINK_COLOR: &str = "#52606d";
 /// Colour of a belt.
-const BELT: &str = "#7d8894";
+const BELT_COLOR: &str = "#7d8894";
 /// Colour of a table from the side.
-const TABLE: &str = "#e6dcc6";
+const TABLE_COLOR: &str = "#e6dcc6";
 
 /// State of an arm to draw.
 #[derive(Clone, Debug, Default)]
@@ -143,7 +143,7 @@ impl Body {
     }
 
     /// Two opposite corners from the side, at its distance from the base axis.
-    fn beside(&self) -> [[f64; 2]; 2] {
+    fn side_corners(&self) -> [[f64; 2]; 2] {
         let [x, y, z, _] = self.place;
         let [length, width, height] = self.size;
         let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
@@ -166,7 +166,7 @@ impl Belt {
 
     /// Two opposite corners from the side, between its smallest and largest distance from the base
     /// axis.
-    fn beside(&self) -> [[f64; 2]; 2] {
+    fn side_corners(&self) -> [[f64; 2]; 2] {
         let half = self.width / 2.0;
         let points = (0..=24).flat_map(|nth| {
             let along = self.length * f64::from(nth) / 24.0;
@@ -175,7 +175,7 @@ impl Belt {
         let [near, far] = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
             [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
         });
-        [[near, self.height], [far, self.height - PLATE]]
+        [[near, self.height], [far, self.height - PLATE_THICKNESS]]
     }
 
     /// Returns the point at a distance along it and a distance to its left.
@@ -189,14 +189,14 @@ impl Snapshot {
     /// Draws an arm alone.
     #[must_use]
     pub fn of_arm(view: &ArmView) -> Self {
-        Self::drawn(view, &Surroundings::default())
+        Self::draw_views(view, &Surroundings::default())
     }
 
     /// Draws a virtual arm in its true pose, and its world, at this instant.
     #[must_use]
     pub fn of_world(arm: &Controller) -> Self {
-        let (view, around) = Self::look_at(arm);
-        Self::drawn(&view, &around)
+        let (view, around) = Self::view_of(arm);
+        Self::draw_views(&view, &around)
     }
 
     /// Draws an arm after a run, with the path of its tool and the objects it moved.
@@ -207,7 +207,7 @@ impl Snapshot {
         }
     }
 
-    fn look_at(arm: &Controller) -> (ArmView, Surroundings) {
+    fn view_of(arm: &Controller) -> (ArmView, Surroundings) {
         let state = arm.state();
         let scenario = arm.world().scenario();
         let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
@@ -272,12 +272,12 @@ impl Snapshot {
         &self.svg
     }
 
-    fn drawn(view: &ArmView, around: &Surroundings) -> Self {
-        let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
+    fn draw_views(view: &ArmView, around: &Surroundings) -> Self {
+        let [left, top] = [MARGIN + TICK_SPACE[0], MARGIN + HEAD_HEIGHT];
         let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
-        let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
-        let width = beside + size(SIDE)[0] + MARGIN;
-        let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
+        let beside = left + size(ABOVE_PART)[0] + MARGIN + TICK_SPACE[0];
+        let width = beside + size(SIDE_PART)[0] + MARGIN;
+        let height = top + size(ABOVE_PART)[1] + TICK_SPACE[1] + MARGIN;
         let mut svg = Svg::page([width, height], "mm", &view.title);
         let arm = Geometry::magician(view.tool);
         let pose = arm.forward(&view.joints);
@@ -336,18 +336,18 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
 
 /// Two opposite corners of the base from the side.
 fn base() -> [[f64; 2]; 2] {
-    let [half, down] = BODY;
+    let [half, down] = BASE_BODY;
     [[-half, -down], [half, -down / 3.0]]
 }
 
 /// Base axis, wrist and tip of the tool, from above.
-fn links_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
+fn links_from_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
     let [wrist, tip] = wrist_and_tip(arm, joints);
     [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]]
 }
 
 /// Shoulder, elbow, wrist and tip of the tool, from the side: distance from the base axis, and z.
-fn links_beside(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
+fn links_from_side(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
     let straight = JointAngles { j1: 0.0, ..*joints };
     let (sin, cos) = libm::sincos(joints.j2.to_radians());
     let [wrist, tip] = wrist_and_tip(arm, &straight);

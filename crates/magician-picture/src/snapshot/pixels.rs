@@ -10,8 +10,8 @@ use resvg::tiny_skia::{
 };
 
 use super::{
-    ABOVE, BELT, BODY, LINK, LINKS, PLATE, SIDE, Snapshot, Surroundings, TABLE, base, links_above,
-    links_beside,
+    ABOVE_PART, BASE_BODY, BELT_COLOR, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SIDE_PART,
+    Snapshot, Surroundings, TABLE_COLOR, base, links_from_above, links_from_side,
 };
 use crate::svg::palette::{BASE, DRAWN, INK};
 
@@ -33,7 +33,7 @@ pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option
     if u64::from(height) * u64::from(width) > 64_000_000 {
         return None;
     }
-    let (looks, around) = Snapshot::look_at(arm);
+    let (looks, around) = Snapshot::view_of(arm);
     let mut canvas = Canvas::new(view, [height, width])?;
     let geometry = Geometry::magician(looks.tool);
     match view {
@@ -56,8 +56,8 @@ struct Canvas {
 impl Canvas {
     fn new(view: View, [height, width]: [u32; 2]) -> Option<Self> {
         let [[left, bottom], [right, top]] = match view {
-            View::Top => ABOVE,
-            View::Side => SIDE,
+            View::Top => ABOVE_PART,
+            View::Side => SIDE_PART,
         };
         let [across, down] = [f64::from(width), f64::from(height)];
         let scale = (across / (right - left)).min(down / (top - bottom));
@@ -137,10 +137,10 @@ fn line(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
 
 fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
     if let Some((_, [[x0, x1], [y0, y1]])) = around.table {
-        canvas.rectangle([[x0, y0], [x1, y1]], shade(TABLE));
+        canvas.rectangle([[x0, y0], [x1, y1]], shade(TABLE_COLOR));
     }
     if let Some(belt) = &around.belt {
-        canvas.area(&belt.corners(), shade(BELT));
+        canvas.area(&belt.corners(), shade(BELT_COLOR));
     }
     for stroke in around.drawing.strokes() {
         let width = match stroke.kind {
@@ -155,10 +155,10 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
         }
     };
     bodies(canvas, false);
-    canvas.rectangle([[-BODY[0]; 2], [BODY[0]; 2]], shade(BASE));
-    let [axis, wrist, tip] = links_above(arm, joints);
-    canvas.line(&[axis, wrist], LINKS[0], shade(LINK));
-    canvas.line(&[wrist, tip], LINKS[0] / 3.0, shade(LINK));
+    canvas.rectangle([[-BASE_BODY[0]; 2], [BASE_BODY[0]; 2]], shade(BASE));
+    let [axis, wrist, tip] = links_from_above(arm, joints);
+    canvas.line(&[axis, wrist], LINK_THICKNESS[0], shade(LINK_COLOR));
+    canvas.line(&[wrist, tip], LINK_THICKNESS[0] / 3.0, shade(LINK_COLOR));
     bodies(canvas, true);
     canvas.dot(tip, 5.0, shade(INK));
 }
@@ -166,17 +166,24 @@ fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Sur
 fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
     canvas.rectangle(base(), shade(BASE));
     if let Some((height, [[_, far], _])) = around.table {
-        canvas.rectangle([[BODY[0], height - PLATE], [far, height]], shade(TABLE));
+        canvas.rectangle(
+            [[BASE_BODY[0], height - PLATE_THICKNESS], [far, height]],
+            shade(TABLE_COLOR),
+        );
     }
     if let Some(belt) = &around.belt {
-        canvas.rectangle(belt.beside(), shade(BELT));
+        canvas.rectangle(belt.side_corners(), shade(BELT_COLOR));
     }
     for body in &around.bodies {
-        canvas.rectangle(body.beside(), body.color);
+        canvas.rectangle(body.side_corners(), body.color);
     }
-    let [shoulder, elbow, wrist, tip] = links_beside(arm, joints);
-    canvas.line(&[shoulder, elbow, wrist], LINKS[1], shade(LINK));
-    canvas.line(&[wrist, tip], LINKS[1] / 2.0, shade(LINK));
+    let [shoulder, elbow, wrist, tip] = links_from_side(arm, joints);
+    canvas.line(
+        &[shoulder, elbow, wrist],
+        LINK_THICKNESS[1],
+        shade(LINK_COLOR),
+    );
+    canvas.line(&[wrist, tip], LINK_THICKNESS[1] / 2.0, shade(LINK_COLOR));
     canvas.dot(tip, 5.0, shade(INK));
 }
 
@@ -186,7 +193,7 @@ mod tests {
     use magician_sim::{Profile, Scenario, World};
 
     #[test]
-    fn an_object_is_seen_where_it_stands() {
+    fn object_is_drawn_at_its_position() {
         let scenario = Scenario::from_toml(
             "table = { height = -60 }\n\
              object = [{ name = \"cube\", size = [40, 40, 40], at = [200, 200], color = \"#ff0102\" }]",
@@ -199,7 +206,7 @@ mod tests {
         assert_eq!(seen.len(), 680 * 460 * 3);
         // x from -100, y downwards from 340.
         assert_eq!(at(300, 140), [0xff, 1, 2]);
-        assert_eq!(at(300, 165), shade(TABLE).0);
+        assert_eq!(at(300, 165), shade(TABLE_COLOR).0);
         assert_eq!(at(359, 340), shade(INK).0);
         let side = pixels(&arm, View::Side, [440, 450]).unwrap();
         let far = libm::hypot(200.0, 200.0) as usize;

@@ -6,10 +6,10 @@ use magician_program::toolpath::{Layer, StrokeKind, Track};
 use magician_program::{Reach, Surface};
 use magician_sim::scenario::Color;
 
-use super::{ArmView, BODY, Body, BodyState, HEAD, above, head, side};
-use crate::layers::Ways;
+use super::{ArmView, BASE_BODY, Body, BodyState, HEAD_HEIGHT, above, head, side};
+use crate::layers::PathStyle;
 use crate::legend::{Legend, Sign};
-use crate::panel::{Extent, MARGIN, Panel, TICKS};
+use crate::panel::{Extent, MARGIN, Panel, TICK_SPACE};
 use crate::svg::palette::{CARGO, INK, PAPER};
 use crate::svg::{Anchor, Svg, TextStyle, lines, path, signed};
 use crate::{ground, layers, section};
@@ -17,13 +17,13 @@ use crate::{ground, layers, section};
 /// Scale of both views.
 const SCALE: f64 = 0.37;
 /// Smallest part shown from above, mm, without its margin. Runs beyond it widen the view.
-const ABOVE: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
+const MIN_ABOVE_PART: [[f64; 2]; 2] = [[-78.0, -228.0], [328.0, 228.0]];
 /// Smallest part shown from the side, mm, likewise.
-const SIDE: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
+const MIN_SIDE_PART: [[f64; 2]; 2] = [[12.0, -158.0], [338.0, 228.0]];
 /// Height of the name of a view, mm.
-const NAME: f64 = 4.0;
+const VIEW_NAME_HEIGHT: f64 = 4.0;
 /// Tolerance for simplifying the tool's path, mm: a fifth of its line width.
-const FINE: f64 = 0.1;
+const PATH_TOLERANCE: f64 = 0.1;
 
 /// A run to draw.
 #[derive(Clone, Debug, Default)]
@@ -81,14 +81,17 @@ impl MovedObject {
 
 /// Draws the picture.
 pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
-    let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD + NAME];
+    let [left, top] = [
+        MARGIN + TICK_SPACE[0],
+        MARGIN + HEAD_HEIGHT + VIEW_NAME_HEIGHT,
+    ];
     let panel = |part, corner, id| Panel {
         part,
         corner,
         scale: SCALE,
         id,
     };
-    let mut extents = [ABOVE, SIDE].map(|corners| {
+    let mut extents = [MIN_ABOVE_PART, MIN_SIDE_PART].map(|corners| {
         let mut extent = Extent::default();
         for corner in corners {
             extent.show(corner);
@@ -104,9 +107,9 @@ pub(super) fn draw(view: &ArmView, run: &RunView) -> String {
     let [ground, plane] = extents.map(Extent::part);
     let from_above = panel(ground, [left, top], "above");
     let [width, height] = from_above.size();
-    let aside = panel(plane, [left + width + MARGIN + TICKS[0], top], "side");
+    let aside = panel(plane, [left + width + MARGIN + TICK_SPACE[0], top], "side");
     let right = aside.corner[0] + aside.size()[0];
-    let foot = top + height.max(aside.size()[1]) + TICKS[1] + 2.0;
+    let foot = top + height.max(aside.size()[1]) + TICK_SPACE[1] + 2.0;
     let highest = { run.objects.iter() }.map(|object| object.to[2] + object.size[2]);
     let height = highest.reduce(f64::max);
     let legend = Legend::new(entries(run, height), &[], right - left);
@@ -157,14 +160,14 @@ impl Shown<'_> {
         if let Some(height) = height {
             for ring in Reach::new(self.arm.tool, Surface::level(height), 0.0).outline() {
                 let ring = ring.into_iter().map(|point| panel.at(point));
-                svg.path(&path(ring, true), &ground::OUTLINE);
+                svg.path(&path(ring, true), &ground::OUTLINE_ATTRIBUTES);
             }
         }
         panel.grid(svg);
         ground::base(svg, panel);
         text(
             svg,
-            panel.at([0.0, -BODY[0] + 12.0]),
+            panel.at([0.0, -BASE_BODY[0] + 12.0]),
             "base",
             Anchor::Middle,
         );
@@ -173,7 +176,7 @@ impl Shown<'_> {
         }
         above::links(svg, panel, self.arm, &self.view.joints);
         let data = |layer: &Layer| lines(layer.above.lines(), |point| panel.at(point));
-        layers::draw(svg, self.layers, Ways::Taken, data);
+        layers::draw(svg, self.layers, PathStyle::Run, data);
         for body in self.all_bodies() {
             let [x, y, ..] = body.place;
             let [dx, dy] = [body.size[0], body.size[1]].map(|side| side / 4.0);
@@ -186,7 +189,7 @@ impl Shown<'_> {
         }
         self.tip(svg, panel.at([self.pose.x, self.pose.y]));
         panel.end(svg);
-        panel.numbers(svg, "X / mm", "Y / mm");
+        panel.draw_labels(svg, "X / mm", "Y / mm");
     }
 
     fn side(&self, svg: &mut Svg, panel: &Panel) {
@@ -198,7 +201,7 @@ impl Shown<'_> {
         if let Some(height) = self.run.table {
             side::table(svg, panel, height, f64::INFINITY);
             let [right, _] = panel.part[1];
-            let label = [f64::midpoint(BODY[0], right), height - 22.0];
+            let label = [f64::midpoint(BASE_BODY[0], right), height - 22.0];
             let what = "table, where the tool touches it";
             text(svg, panel.at(label), what, Anchor::Middle);
         }
@@ -207,11 +210,11 @@ impl Shown<'_> {
         }
         side::links(svg, panel, self.arm, &self.view.joints);
         let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
-        layers::draw(svg, self.layers, Ways::Taken, data);
+        layers::draw(svg, self.layers, PathStyle::Run, data);
         let Pose { x, y, z, .. } = self.pose;
         self.tip(svg, panel.at([libm::hypot(x, y), z]));
         panel.end(svg);
-        panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+        panel.draw_labels(svg, "distance from the base axis / mm", "Z / mm");
     }
 
     /// Draws the tip of the tool on top of its path, with the name of the position.
@@ -224,10 +227,10 @@ impl Shown<'_> {
 /// Returns the path of the tool in two layers, empty and holding. Each stretch begins where the
 /// previous one ended.
 fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
-    let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|leaves| Layer {
-        leaves,
-        above: Track::new(FINE),
-        side: Track::new(FINE),
+    let mut layers = [StrokeKind::Nothing, StrokeKind::Carried].map(|mark| Layer {
+        mark,
+        above: Track::new(PATH_TOLERANCE),
+        side: Track::new(PATH_TOLERANCE),
     });
     let [empty, carried] = &mut layers;
     for (from, to) in readings.iter().zip(readings.iter().skip(1)) {
@@ -235,9 +238,9 @@ fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
         let [from, to] = [from.at, to.at];
         layer.above.begin([from[0], from[1]]);
         layer.above.line_to([to[0], to[1]]);
-        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
-        layer.side.begin(beside(from));
-        layer.side.line_to(beside(to));
+        let side_view = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
+        layer.side.begin(side_view(from));
+        layer.side.line_to(side_view(to));
     }
     for layer in &mut layers {
         layer.above.settle();
@@ -247,7 +250,7 @@ fn layers_of(readings: &[RunReading]) -> [Layer; 2] {
 }
 
 fn entries(run: &RunView, height: Option<f64>) -> Vec<(Sign, String)> {
-    let line = |leaves| Sign::Line(leaves, Ways::Taken);
+    let line = |mark| Sign::Line(mark, PathStyle::Run);
     let mut entries = vec![
         (line(StrokeKind::Nothing), "with nothing held".to_owned()),
         (line(StrokeKind::Carried), "with something held".to_owned()),
@@ -300,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stretch_begins_where_the_one_before_ended() {
+    fn stretch_begins_at_the_end_of_the_previous_one() {
         let readings = [
             reading([200.0, 0.0, 0.0], false),
             reading([220.0, 0.0, 0.0], false),

@@ -3,8 +3,8 @@
 use magician_host::{Geometry, JointAngles};
 
 use super::{
-    BELT, BODY, Body, LINK, LINKS, PLATE, SCALE, SIDE, Surroundings, TABLE, above, base, hex,
-    links_beside,
+    BASE_BODY, BELT_COLOR, Body, LINK_COLOR, LINK_THICKNESS, PLATE_THICKNESS, SCALE, SIDE_PART,
+    Surroundings, TABLE_COLOR, above, base, hex, links_from_side,
 };
 use crate::panel::Panel;
 use crate::section;
@@ -20,7 +20,7 @@ pub(super) fn draw(
     around: &Surroundings,
 ) {
     let panel = Panel {
-        part: SIDE,
+        part: SIDE_PART,
         corner,
         scale: SCALE,
         id: "side",
@@ -34,23 +34,23 @@ pub(super) fn draw(
     }
     if let Some(belt) = &around.belt {
         let look = [
-            ("fill", BELT),
+            ("fill", BELT_COLOR),
             ("fill-opacity", "0.6"),
             ("stroke", FAINT),
             ("stroke-width", "0.3"),
         ];
-        svg.rectangle(belt.beside().map(|end| panel.at(end)), &look);
+        svg.rectangle(belt.side_corners().map(|end| panel.at(end)), &look);
     }
     for object in &around.bodies {
         body(svg, &panel, object);
     }
     links(svg, &panel, arm, joints);
     for [from, to] in &around.beams {
-        let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
-        above::beam(svg, beside(*from), beside(*to));
+        let side_view = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
+        above::beam(svg, side_view(*from), side_view(*to));
     }
     panel.end(svg);
-    panel.numbers(svg, "distance from the base axis / mm", "Z / mm");
+    panel.draw_labels(svg, "distance from the base axis / mm", "Z / mm");
 }
 
 /// Draws the base.
@@ -68,11 +68,11 @@ pub(super) fn foot(svg: &mut Svg, panel: &Panel) {
 pub(super) fn table(svg: &mut Svg, panel: &Panel, height: f64, far: f64) {
     let [low, high] = panel.part;
     let ends = [
-        [low[0].max(BODY[0]), height],
-        [far.min(high[0]), height - PLATE],
+        [low[0].max(BASE_BODY[0]), height],
+        [far.min(high[0]), height - PLATE_THICKNESS],
     ];
     let look = [
-        ("fill", TABLE),
+        ("fill", TABLE_COLOR),
         ("stroke", "#cbbd9e"),
         ("stroke-width", "0.3"),
     ];
@@ -88,18 +88,18 @@ pub(super) fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         ("stroke", edge),
         ("stroke-width", thick),
     ];
-    svg.rectangle(body.beside().map(|end| panel.at(end)), &look);
+    svg.rectangle(body.side_corners().map(|end| panel.at(end)), &look);
 }
 
 /// Draws rear arm, forearm and tool.
 pub(super) fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
-    let [shoulder, elbow, wrist, tip] = links_beside(arm, joints).map(|point| panel.at(point));
+    let [shoulder, elbow, wrist, tip] = links_from_side(arm, joints).map(|point| panel.at(point));
     let points = [shoulder, elbow, wrist];
-    let width = Number(LINKS[1] * panel.scale).to_string();
+    let width = Number(LINK_THICKNESS[1] * panel.scale).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
-            ("stroke", LINK),
+            ("stroke", LINK_COLOR),
             ("stroke-opacity", opacity),
             ("stroke-width", width),
             ("stroke-linecap", "round"),

@@ -4,7 +4,7 @@ use super::*;
 use magician_sim::{Profile, Scenario, World};
 
 #[test]
-fn a_world_shows_its_objects_by_name() {
+fn snapshot_labels_objects_by_name() {
     let scenario = Scenario::from_toml(
         r##"
         title = "A <cell>"
@@ -30,7 +30,7 @@ fn a_world_shows_its_objects_by_name() {
 }
 
 #[test]
-fn an_arm_alone_stands_where_its_joints_say() {
+fn arm_is_drawn_at_its_joint_angles() {
     let mut view = ArmView::default();
     (view.title, view.joints) = ("arm".to_owned(), JointAngles::HOME);
     view.tool = ToolBias::SUCTION;
@@ -41,7 +41,7 @@ fn an_arm_alone_stands_where_its_joints_say() {
 }
 
 #[test]
-fn names_of_a_tower_stand_below_each_other() {
+fn names_of_stacked_objects_are_listed_vertically() {
     let scenario = Scenario::from_toml(
         r#"
         tool = { kind = "suction" }

@@ -8,7 +8,7 @@ use std::fmt::{Display, Write};
 use magician_protocol::{markup, visible};
 
 /// Font families for the texts of pictures, in order of preference.
-pub const FONTS: &str = "Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif";
+pub const FONT_FAMILIES: &str = "Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif";
 
 const XMLNS: &str = "http://www.w3.org/2000/svg";
 
@@ -67,7 +67,7 @@ impl Svg {
             ("width", &size[0]),
             ("height", &size[1]),
             ("viewBox", &view),
-            ("font-family", FONTS),
+            ("font-family", FONT_FAMILIES),
         ];
         svg.group("svg", &attributes);
         svg.group("title", &[]);
@@ -367,7 +367,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_opened_is_closed_and_escaped() {
+    fn elements_are_closed_and_text_is_escaped() {
         let mut svg = Svg::page([10.0, 5.5], "mm", "a & b\u{7}");
         svg.group("g", &[("class", "a\"b")]);
         let text = svg.finish();
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_is_short_and_adds_nothing_up() {
+    fn path_is_short_without_accumulated_rounding() {
         let points = [[1.0, 2.0], [1.5, 1.99], [1.55, 1.98], [0.0, 0.0]];
         assert_eq!(path(points, true), "m1 2 .5-.01 .05-.01-1.55-1.98z");
         let cross = segments([[[0.0, 0.0], [2.0, 2.0]], [[2.0, 0.0], [0.0, 2.0]]]);

@@ -28,7 +28,7 @@ fn moved(lines: &Lines, [dx, dy]: [f64; 2]) -> Lines {
 }
 
 #[test]
-fn the_same_lines_match() {
+fn equal_lines_match() {
     let matched = compare(&squares(), &squares(), 0.0).matched;
     assert!(matched.is_good());
     assert_eq!((matched.worst(), matched.mean), (0.0, 0.0));
@@ -36,7 +36,7 @@ fn the_same_lines_match() {
 }
 
 #[test]
-fn a_moved_drawing_is_told_by_how_much() {
+fn offset_of_a_moved_drawing_is_measured() {
     for shift in [0.1, 0.3, 1.0] {
         let drawn = moved(&squares(), [shift, 0.0]);
         let matched = compare(&squares(), &drawn, shift + 0.06).matched;
@@ -73,7 +73,7 @@ fn a_missing_line_is_missing() {
 }
 
 #[test]
-fn numbers_that_are_none_do_no_harm() {
+fn nan_and_infinite_numbers_are_ignored() {
     let mut drawn = squares();
     drawn.push(vec![[f64::NAN, 0.0], [f64::INFINITY, 1.0], [1e300, -1e300]]);
     assert!(compare(&squares(), &drawn, 0.1).matched.is_good());
@@ -88,7 +88,7 @@ fn large_drawings_have_coarser_pixels() {
 }
 
 #[test]
-fn the_difference_is_an_image() {
+fn difference_is_an_image() {
     let drawn = moved(&squares()[..1].to_vec(), [0.1, 0.0]);
     let png = compare(&squares(), &drawn, 0.3).to_png();
     let image = image::load_from_memory(&png).unwrap().to_rgb8();
@@ -101,7 +101,7 @@ fn the_difference_is_an_image() {
 }
 
 #[test]
-fn an_svg_is_followed_on_its_own() {
+fn svg_is_read_independently_of_the_reader() {
     let svg =
         br#"<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">
         <g fill="none" stroke="black" transform="translate(10 0)"><circle cx="30" cy="20" r="10"/>

@@ -63,18 +63,18 @@ fn a_square_is_drawn_in_true_size_with_sheet_and_base_on_demand() {
 }
 
 #[test]
-fn a_touch_of_the_paper_is_drawn_as_a_dot() {
+fn single_touch_is_drawn_as_a_dot() {
     assert!(svg(&ink(&[[200.0, 0.0]])).contains("M200 0h0"));
 }
 
 #[test]
-fn a_burn_is_as_opaque_as_its_power() {
+fn opacity_of_a_burn_follows_its_power() {
     let burn = stroke(StrokeKind::Burn, 50.0, &[[210.0, 0.0], [220.0, 0.0]]);
     assert!(svg(&Drawing::from(vec![burn])).contains("stroke-opacity=\"0.5\""));
 }
 
 #[test]
-fn burnt_lines_end_where_they_end_and_dots_are_round() {
+fn burnt_lines_have_flat_ends_and_dots_are_round() {
     let ends = [[200.0, 0.0], [220.0, 0.0]];
     let is_cut_off = |kind, points: &[[f64; 2]]| {
         let svg = svg(&Drawing::from(vec![stroke(kind, 50.0, points)]));
@@ -86,7 +86,7 @@ fn burnt_lines_end_where_they_end_and_dots_are_round() {
 }
 
 #[test]
-fn a_burnt_line_is_no_darker_where_its_power_changes() {
+fn power_changes_leave_no_darker_spot() {
     let burn = |power, from, to| stroke(StrokeKind::Burn, power, &[[from, 0.0], [to, 0.0]]);
     let drawing = Drawing::from(vec![burn(50.0, 200.0, 201.0), burn(51.0, 201.0, 202.0)]);
     let png = drawing_png(&drawing, 20.0, &DrawingOptions::default()).unwrap();
@@ -98,7 +98,7 @@ fn a_burnt_line_is_no_darker_where_its_power_changes() {
 }
 
 #[test]
-fn the_picture_has_ink_where_the_pen_was() {
+fn picture_has_ink_along_the_pen_path() {
     let drawing = ink(&[[200.0, 20.0], [240.0, 20.0]]);
     let pixels = |options: &DrawingOptions| {
         let png = drawing_png(&drawing, 4.0, options).unwrap();
@@ -118,7 +118,7 @@ fn the_picture_has_ink_where_the_pen_was() {
 }
 
 #[test]
-fn a_picture_of_nonsense_size_is_refused() {
+fn picture_of_invalid_size_is_refused() {
     let png = |scale| drawing_png(&Drawing::default(), scale, &DrawingOptions::default());
     for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(matches!(png(scale), Err(PictureError::Scale(_))), "{scale}");

@@ -76,21 +76,21 @@ fn ways() -> Plan {
 }
 
 #[test]
-fn the_ways_shown_are_those_that_the_tool_takes() {
+fn shown_paths_match_the_tool_motion() {
     for plan in [ways(), drawing(200)] {
         let watch = RehearseOptions::default().watch(Duration::from_millis(2));
         let done = rehearse(&plan, &watch).unwrap();
         assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
         let way: Vec<[f64; 2]> = done.way.iter().map(|[x, y, _]| [*x, *y]).collect();
         let preview = preview(&plan, &PreviewOptions::default());
-        let shown: Vec<Vec<[f64; 2]>> = preview.ways().map(<[_]>::to_vec).collect();
+        let shown: Vec<Vec<[f64; 2]>> = preview.paths().map(<[_]>::to_vec).collect();
         let matched = compare(&[way], &shown, 0.15).matched;
         assert!(matched.is_good(), "{}: {matched:?}", plan.title);
     }
 }
 
 #[test]
-fn the_size_of_a_picture_does_not_follow_that_of_the_plan() {
+fn picture_size_is_bounded_for_large_plans() {
     let [small, large] = [400, 40_000].map(|segments| {
         let preview = preview(&drawing(segments), &PreviewOptions::default());
         preview.to_svg().to_owned()
@@ -121,7 +121,7 @@ fn dots_by(places: &[[f32; 2]], height: f32, travel: Travel) -> Plan {
 }
 
 #[test]
-fn a_dot_of_the_pen_is_ink_as_it_is_on_the_paper() {
+fn pen_dot_is_shown_as_ink() {
     let inked = |plan: &Plan| {
         let options = PreviewOptions::default();
         let svg = preview(plan, &options).to_svg().to_owned();
@@ -228,7 +228,7 @@ fn a_burn_without_a_surface_shows_the_reach_at_its_height() {
 }
 
 #[test]
-fn what_is_wrong_is_marked_and_counted() {
+fn refused_steps_are_marked_and_counted() {
     let mut plan = drawing(40);
     for x in [400.0, 10.0, 500.0, f32::NAN, f32::INFINITY] {
         go(&mut plan, [x, 0.0, PAPER], Travel::Line);
@@ -248,7 +248,7 @@ fn what_is_wrong_is_marked_and_counted() {
 }
 
 #[test]
-fn a_plan_that_picks_and_places_is_shown_from_the_side() {
+fn pick_and_place_plan_is_shown_from_the_side() {
     let wanted = |options: PreviewOptions, plan: &Plan| {
         preview(plan, &options)
             .to_svg()
@@ -273,7 +273,7 @@ fn any_title_and_an_empty_plan_make_a_picture() {
 }
 
 #[test]
-fn a_png_is_as_large_as_it_is_to_be_or_refused() {
+fn png_has_the_requested_size_or_is_refused() {
     let preview = preview(&drawing(9), &PreviewOptions::default());
     let image = image::load_from_memory(&preview.to_png(2.0).unwrap()).unwrap();
     let twice = image::load_from_memory(&preview.to_png(4.0).unwrap()).unwrap();
@@ -288,7 +288,7 @@ fn a_png_is_as_large_as_it_is_to_be_or_refused() {
 
 /// Steps keep their numbers when a run begins later: the approach to its first step has no number.
 #[test]
-fn complaints_have_the_numbers_of_the_whole_program() {
+fn refusals_use_step_numbers_of_the_whole_program() {
     let mut plan = drawing(12);
     go(&mut plan, [600.0, 0.0, 0.0], Travel::Line);
     let last = plan.steps.len();

@@ -9,9 +9,9 @@ use magician_host::Geometry;
 use magician_motion::Limits;
 
 /// Farthest place whose distance is searched, mm. Bounds the work for absurd coordinates.
-const FARTHEST: f64 = 1e6;
+const MAX_DISTANCE: f64 = 1e6;
 /// Margin on the sum of link lengths and tool, mm, for rounding.
-const SLACK: f64 = 1.0;
+const LENGTH_MARGIN: f64 = 1.0;
 /// Number of directions searched around the place.
 const DIRECTIONS: u32 = 240;
 
@@ -23,9 +23,9 @@ pub(super) fn beyond(geometry: &Geometry, limits: &Limits, [x, y, z]: [f64; 3]) 
     }
     let tool = geometry.tool;
     let longest = geometry.rear_arm + geometry.forearm + tool.x.abs() + tool.y.abs();
-    let nearest = (libm::hypot(x, y) - longest - SLACK).max(0.0);
+    let nearest = (libm::hypot(x, y) - longest - LENGTH_MARGIN).max(0.0);
     // Also keeps the loop below finite: it advances by 1 mm, which is lost on huge numbers.
-    if nearest.is_nan() || nearest >= FARTHEST {
+    if nearest.is_nan() || nearest >= MAX_DISTANCE {
         return None;
     }
     // Begin at the outer circle of the arm, because no nearer point can be in reach.
@@ -52,7 +52,7 @@ mod tests {
     const LIMITS: Limits = magician_motion::ArmModel::MAGICIAN.limits;
 
     #[test]
-    fn it_is_the_distance_to_the_nearest_place_in_reach() {
+    fn distance_is_to_the_nearest_reachable_position() {
         let arm = Geometry::magician(ToolBias::PEN);
         let edge = |heading: f64| {
             let (sin, cos) = libm::sincos(heading.to_radians());

@@ -8,24 +8,23 @@ use crate::setup::extent_of_marks;
 use crate::{Diagnostic, Plan};
 
 /// Distance from the base axis within which no program for this arm draws, mm.
-const BASE: f64 = 110.0;
+const BASE_RADIUS: f64 = 110.0;
 /// Distance beyond the reach from which a program is taken to be meant for another machine, mm. A
 /// choice.
-const FAR: f64 = 100.0;
+const FOREIGN_DISTANCE: f64 = 100.0;
 
 /// Explains a refused program in arm coordinates that looks like one for another machine.
 ///
-/// That is the case if everything it draws is far beyond the reach, or if it leads into the arm's
-/// own base, as a program does whose zero is the corner of another machine. `None` for any other
-/// program.
+/// Such a program draws only far beyond the reach, or leads into the arm's base, because its zero
+/// is the corner of another machine. `None` for any other program.
 #[must_use]
 pub fn foreign_coordinates(plan: &Plan, report: &Report) -> Option<Diagnostic> {
     let refused = || report.refused_steps.iter();
     let (first, beyond) = refused().find_map(|step| Some((step, step.beyond()?)))?;
-    let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE;
+    let is_in_base = |at: [f64; 3]| libm::hypot(at[0], at[1]) < BASE_RADIUS;
     let mut targets = refused().filter_map(|step| step.target.map(|(_, _, at)| at));
-    // If anything of it is in reach, the program was probably made for this arm.
-    let is_far = report.bounds.is_none() && beyond > FAR;
+    // A program that is partly in reach was probably made for this arm.
+    let is_far = report.bounds.is_none() && beyond > FOREIGN_DISTANCE;
     if !is_far && !targets.any(is_in_base) {
         return None;
     }

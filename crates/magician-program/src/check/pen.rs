@@ -2,12 +2,12 @@
 
 use magician_host::{ArmState, PtpMove, Set};
 
-use crate::rehearse::{RehearseOptions, kind_of, tool_of};
+use crate::rehearse::{RehearseOptions, tool_kind, tool_of};
 use crate::{Plan, Surface, Tool};
 
 /// Height above the surface up to which a pen is taken to draw, mm. A choice, far below the default
 /// lift.
-const TOUCH: f64 = 0.5;
+const TOUCH_HEIGHT: f64 = 0.5;
 
 pub(super) struct Pen {
     /// True for a laser, which draws only while it is on.
@@ -23,7 +23,7 @@ impl Pen {
             laser: plan.tool == Some(Tool::Laser)
                 || plan.steps.iter().any(|step| step.action.is_of_a_laser()),
             lit: false,
-            surface: match kind_of(plan, tool_of(plan, &RehearseOptions::default())) {
+            surface: match tool_kind(plan, tool_of(plan, &RehearseOptions::default())) {
                 Tool::Suction | Tool::Gripper => plan.surface,
                 _ => plan.drawn_on(),
             },
@@ -44,7 +44,7 @@ impl Pen {
     /// True if the motion of a command draws or burns.
     pub(super) fn draws(&self, command: &Set, from: &ArmState, to: &ArmState) -> bool {
         let touches = |surface: Surface| {
-            let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH;
+            let on = |at: &ArmState| at.pose.z - surface.at([at.pose.x, at.pose.y]) <= TOUCH_HEIGHT;
             on(from) && on(to)
         };
         match command {

@@ -9,16 +9,16 @@ use crate::{Plan, Tool};
 use magician_formats::reach::bisect;
 
 /// Bisection steps for the scale.
-const HALVINGS: usize = 12;
+const BISECTION_STEPS: usize = 12;
 /// Factor by which a plan that fails the full check is reduced each time. The bisection looks at
 /// targets alone; the motion between them may leave the reach.
-const SHRINK: f64 = 0.98;
+const SHRINK_FACTOR: f64 = 0.98;
 /// Number of such reductions.
-const SHRINKING: usize = 8;
+const MAX_SHRINKS: usize = 8;
 /// Turn to the other orientation of a sheet, deg.
-const QUARTER: f64 = 90.0;
+const QUARTER_TURN: f64 = 90.0;
 /// Smallest gain in size for which a turn is proposed. A choice, above rounding.
-const LARGER: f64 = 1.001;
+const MIN_GAIN: f64 = 1.001;
 
 /// Largest size after a turn by another 90 degrees, if that is larger than `straight`, the largest
 /// size without a turn.
@@ -30,21 +30,21 @@ pub fn would_fit_turned(
     straight: Option<WouldFit>,
 ) -> Option<WouldFit> {
     let [x, y, _] = crate::setup::middle(plan);
-    let turned = plan.rotated(QUARTER, [x, y]).ok()?;
-    let rotate = rotate + QUARTER;
+    let turned = plan.rotated(QUARTER_TURN, [x, y]).ok()?;
+    let rotate = rotate + QUARTER_TURN;
     let would_fit = if check(&turned, start).is_good() {
         Some(WouldFit::new(scale, rotate))
     } else {
         would_fit(&turned, start, scale, rotate)
     };
-    let least = straight.map_or(0.0, |straight| LARGER * straight.scale);
+    let least = straight.map_or(0.0, |straight| MIN_GAIN * straight.scale);
     would_fit.filter(|would_fit| would_fit.scale > least)
 }
 
 /// Position for the middle of the drawing at which a refused plan passes the check at its size and
 /// rotation; `None` if no position does.
 #[must_use]
-pub fn would_do_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
+pub fn would_fit_at(plan: &Plan, start: &Preflight) -> Option<[f64; 2]> {
     let [x, y, _] = crate::setup::middle(plan);
     let [dx, dy] = crate::setup::offset_within_reach(plan)?;
     let at = [x + dx, y + dy].map(rounded);
@@ -69,9 +69,9 @@ pub fn would_fit(plan: &Plan, start: &Preflight, scale: f64, rotate: f64) -> Opt
             geometry.reaches(at, &start.arm_model().limits)
         })
     };
-    let fits = bisect(0.0, 1.0, HALVINGS, all_within);
-    let mut passing = (0..SHRINKING)
-        .map(|nth| WouldFit::new(scale * fits * SHRINK.powi(nth as i32), rotate))
+    let fits = bisect(0.0, 1.0, BISECTION_STEPS, all_within);
+    let mut passing = (0..MAX_SHRINKS)
+        .map(|nth| WouldFit::new(scale * fits * SHRINK_FACTOR.powi(nth as i32), rotate))
         .filter(WouldFit::is_any);
     passing.find(|would| {
         let smaller = plan.scaled_xy(would.scale / scale, [x, y]);

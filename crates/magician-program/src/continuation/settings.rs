@@ -1,8 +1,8 @@
 //! Settings that the steps of a plan leave in force.
 //!
-//! To start in the middle of a plan, the arm needs the settings of the steps before, but not their
-//! effects. The last command of each kind is kept (of each pin and motor, where there are several),
-//! in the order in which they were given.
+//! To start in the middle of a plan, the arm needs the settings of the earlier steps, but not their
+//! motion or other effects. The last command of each kind is kept (of each pin and motor, where
+//! there are several), in the order in which they were given.
 
 use std::collections::BTreeMap;
 
@@ -31,10 +31,10 @@ pub(super) struct Settings {
 enum Rail {
     /// No target was sent.
     #[default]
-    Unsent,
+    Unset,
     At(f32),
     /// Unknown, because a path from an unknown start has moved the carriage.
-    Lost,
+    Unknown,
 }
 
 impl Settings {
@@ -46,44 +46,44 @@ impl Settings {
             }
             // A motor with a step count has finished by then, so nothing is left to set.
             Set::EMotorS(motor) => drop(self.last.remove(&motor_slot(motor.index.into()))),
-            Set::PtpPoCmd(ptp) => self.outputs(&ptp.po),
+            Set::PtpPoCmd(ptp) => self.note_outputs(&ptp.po),
             Set::PtpPoWithLCmd(ptp) => {
-                self.outputs(&ptp.po);
-                self.carry(ptp.ptp_mode, ptp.l);
+                self.note_outputs(&ptp.po);
+                self.note_rail(ptp.ptp_mode, ptp.l);
             }
-            Set::PtpWithLCmd(ptp) => self.carry(ptp.ptp_mode, ptp.l),
+            Set::PtpWithLCmd(ptp) => self.note_rail(ptp.ptp_mode, ptp.l),
             Set::HomeCmd(_) if self.with_rail => self.rail = Rail::At(0.0),
             Set::SetDeviceWithL(rail) => {
                 self.with_rail = rail.with_l.is_on();
-                self.keep((command.row().id, 0), *command);
+                self.store((command.row().id, 0), *command);
             }
             _ => {
                 if let Some(slot) = slot(command) {
-                    self.keep(slot, *command);
+                    self.store(slot, *command);
                 }
             }
         }
     }
 
-    fn keep(&mut self, slot: Slot, command: Set) {
+    fn store(&mut self, slot: Slot, command: Set) {
         self.last.insert(slot, (self.count, command));
         self.count += 1;
     }
 
     /// Records the outputs that a move switches on its way, in the order of the way.
-    fn outputs(&mut self, list: &PoList) {
+    fn note_outputs(&mut self, list: &PoList) {
         let mut outputs = list.as_slice().to_vec();
         // If one output is switched twice, the later switch is the one left in force.
         outputs.sort_by_key(|output| output.ratio);
         for output in outputs {
             if let Ok(address) = u8::try_from(output.address) {
                 let command = build::output(address, output.level != 0);
-                self.keep((command.row().id, address), command);
+                self.store((command.row().id, address), command);
             }
         }
     }
 
-    fn carry(&mut self, mode: PtpMode, l: f32) {
+    fn note_rail(&mut self, mode: PtpMode, l: f32) {
         if !self.with_rail {
             return;
         }
@@ -91,7 +91,7 @@ impl Settings {
             (false, _) => Rail::At(l),
             (true, Rail::At(from)) => Rail::At(from + l),
             // A relative target from an unknown position is unknown too.
-            (true, Rail::Unsent | Rail::Lost) => Rail::Lost,
+            (true, Rail::Unset | Rail::Unknown) => Rail::Unknown,
         };
     }
 
@@ -108,8 +108,8 @@ impl Settings {
     }
 
     /// True if the target of the carriage is unknown.
-    pub(super) fn has_lost_the_rail(&self) -> bool {
-        matches!(self.rail, Rail::Lost)
+    pub(super) fn is_rail_unknown(&self) -> bool {
+        matches!(self.rail, Rail::Unknown)
     }
 
     /// Target of the carriage on the rail, mm; `None` if the plan never moved the carriage.
@@ -122,11 +122,11 @@ impl Settings {
 }
 
 fn motor_slot(index: u8) -> Slot {
-    (EXTERNAL_MOTOR, index)
+    (MOTOR_COMMAND_ID, index)
 }
 
 /// Command id under which the state of motors is stored.
-const EXTERNAL_MOTOR: u8 = EMotor::ROW.id;
+const MOTOR_COMMAND_ID: u8 = EMotor::ROW.id;
 
 /// Key of the setting that a command leaves in force; `None` for a command with a single effect. A
 /// motor keeps running until another command stops it.

@@ -1,4 +1,5 @@
-//! Frames: tracing the outline of a job to see where it will lie, with the laser off or the pen up.
+//! Frames: outlines of a job, traced with the laser off or the pen up to show where the job will
+//! lie.
 
 mod outline;
 
@@ -7,15 +8,15 @@ use magician_host::{Remedy, Setting};
 use magician_motion::Fence;
 
 use crate::artwork::{Marking, PlacedArtwork};
-use crate::setup::{UNSAID, WorkLines, report};
+use crate::setup::{POWER_UP_TOOL, WorkLines, report};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
+use magician_formats::keywords::keywords;
 use magician_formats::reach::hull;
-use magician_formats::words::words;
 
 /// Speed ratio of the arm at power-up (model section 6): travel moves run at half the set speed.
-const RATIO: f32 = 0.5;
+const POWER_UP_SPEED_RATIO: f32 = 0.5;
 /// Largest speed of a frame, mm/s, so that a person can follow it.
-const FASTEST: f32 = 100.0;
+const MAX_SPEED: f32 = 100.0;
 
 /// Shape of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -30,7 +31,7 @@ pub enum FrameShape {
     Outline,
 }
 
-words! {
+keywords! {
     FrameShape, "frame":
     Box = "box",
     Hull = "hull",
@@ -44,13 +45,13 @@ pub struct Framing {
     /// Shape to trace.
     pub shape: FrameShape,
     /// Laser power while tracing, percent, to see the spot: off by default, and at most
-    /// [`MOST_POWER`](Self::MOST_POWER).
+    /// [`MAX_POWER`](Self::MAX_POWER).
     pub power: Option<f64>,
 }
 
 impl Framing {
     /// Largest power of a frame, percent.
-    pub const MOST_POWER: f64 = 5.0;
+    pub const MAX_POWER: f64 = 5.0;
 
     /// Frame of this shape, with the laser off.
     #[must_use]
@@ -86,10 +87,10 @@ impl Framing {
             above: if laser { 0.0 } else { pen.lift },
             marking: Marking {
                 tool: marked.tool.unwrap_or(Tool::Bias(
-                    [UNSAID.x, UNSAID.y, UNSAID.z].map(|side| side as f32),
+                    [POWER_UP_TOOL.x, POWER_UP_TOOL.y, POWER_UP_TOOL.z].map(|side| side as f32),
                 )),
                 power: laser.then(|| self.power.unwrap_or(0.0) as f32),
-                speed: (pen.travel * RATIO).min(FASTEST),
+                speed: (pen.travel * POWER_UP_SPEED_RATIO).min(MAX_SPEED),
                 ..*pen
             },
         };
@@ -138,7 +139,7 @@ impl Frame<'_> {
         };
         let reach = Reach::new(self.marking.tool.bias(), at, self.marking.lift);
         let strokes = rings.into_iter().map(|ring| {
-            let points = round_the_base(&ring, &reach);
+            let points = around_base(&ring, &reach);
             Stroke::new(points, Origin::NONE)
         });
         let mut artwork = Artwork {
@@ -170,14 +171,14 @@ fn closed(mut corners: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     corners
 }
 
-/// Same ring, with detours around the base where an edge passes too close to it.
-fn round_the_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
+/// Same ring, with detours around the base where an edge passes too close to the base.
+fn around_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
     let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
     for &to in ring {
         if let Some(&from) = round.last()
-            && !reach.leads(from, to, 0.0)
+            && !reach.is_lifted_line_possible(from, to, 0.0)
         {
-            round.extend(reach.round_base(from, to, 0.0).unwrap_or_default());
+            round.extend(reach.corners_around_base(from, to, 0.0).unwrap_or_default());
         }
         round.push(to);
     }

@@ -9,19 +9,19 @@ use crate::Raster;
 use crate::raster::{Size, Trace};
 
 /// Half the width of gaps between marks that are closed, mm.
-const CLOSED: f64 = 2.0;
-/// Radius of the closing in pixels, for `CLOSED`.
-const RADIUS: usize = 4;
+const GAP_HALF_WIDTH: f64 = 2.0;
+/// Radius of the closing in pixels, for `GAP_HALF_WIDTH`.
+const CLOSING_RADIUS: usize = 4;
 /// Largest side of the bitmap in pixels: pixels grow for larger drawings.
-const MOST_SIDE: f64 = 1500.0;
+const MAX_SIDE: f64 = 1500.0;
 
 /// Outer contours of some lines, exact to half a millimetre for drawings within the arm's reach.
 pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
     let [least, most] = lines.bounds().unwrap_or_default();
     let side = f64::max(most[0] - least[0], most[1] - least[1]);
-    let pixel = (CLOSED / RADIUS as f64).max(side / MOST_SIDE);
+    let pixel = (GAP_HALF_WIDTH / CLOSING_RADIUS as f64).max(side / MAX_SIDE);
     // Margin for the growth at the edges.
-    let room = pixel * (RADIUS + 2) as f64;
+    let room = pixel * (CLOSING_RADIUS + 2) as f64;
     // Offset by half a pixel, so that a line along pixel centres grows equally to both sides.
     let corner = least.map(|at| at - room - pixel / 2.0);
     let pixels =
@@ -112,7 +112,7 @@ impl Bitmap {
 
     /// Dilation of the marked pixels by the radius, or erosion if `marked` is false.
     fn grown(&self, marked: bool) -> Self {
-        let radius = RADIUS as isize;
+        let radius = CLOSING_RADIUS as isize;
         let disc: Vec<[isize; 2]> = (-radius..=radius)
             .flat_map(|y| (-radius..=radius).map(move |x| [x, y]))
             .filter(|[x, y]| x * x + y * y <= radius * radius)

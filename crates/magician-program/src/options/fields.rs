@@ -6,13 +6,13 @@ use std::fmt;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::{Map, Value};
 
-use super::spec::either;
+use super::spec::join_with_or;
 use super::{Need, OptionKind, OptionSpec, SetupOptions, WorkOption};
 use crate::FontChoice;
 
 /// Characters shown of an unknown option's name: the name may come from a network and be of any
 /// length.
-const SHOWN_NAME: usize = 40;
+const MAX_SHOWN_NAME: usize = 40;
 
 /// Error of an option.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,11 +46,11 @@ impl std::error::Error for OptionError {}
 
 impl Need {
     /// Same text as `Display`, as part of a message.
-    fn in_words(&self) -> Message {
+    fn to_message(&self) -> Message {
         let name = OptionName(self.name);
         match self.values {
             [] => message!("{name}", name),
-            values => message!("{name}: {choices}", name, choices = either(values)),
+            values => message!("{name}: {choices}", name, choices = join_with_or(values)),
         }
     }
 }
@@ -60,7 +60,7 @@ impl fmt::Display for Need {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.values {
             [] => f.write_str(self.name),
-            values => write!(f, "{}: {}", self.name, either(values)),
+            values => write!(f, "{}: {}", self.name, join_with_or(values)),
         }
     }
 }
@@ -78,22 +78,22 @@ impl SetupOptions {
     /// # Errors
     /// The first unknown option, invalid value, or contradiction between options.
     pub fn from_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
-        let options = Self::from_fields_of_some(fields)?;
+        let options = Self::from_partial_fields(fields)?;
         options.check_agreement()?;
         Ok(options)
     }
 
-    /// Like [`from_fields`](Self::from_fields), for options that others will complete
-    /// ([`or`](Self::or)). Contradictions are not checked yet; [`check`](Self::check) does that
+    /// Like [`from_fields`](Self::from_fields), for options that are completed later by
+    /// [`or`](Self::or). Contradictions are not checked yet; [`check`](Self::check) does that
     /// later.
     ///
     /// # Errors
     /// The first unknown option or invalid value.
-    pub fn from_fields_of_some(fields: &Map<String, Value>) -> Result<Self, OptionError> {
+    pub fn from_partial_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
         let mut options = Self::default();
         for (key, value) in fields {
             let Some(row) = Self::option(key) else {
-                let shown: String = key.chars().take(SHOWN_NAME).collect();
+                let shown: String = key.chars().take(MAX_SHOWN_NAME).collect();
                 let known = Self::keys().join(", ");
                 let message = message!("unknown option {shown}; known are {known}", shown, known);
                 return Err(OptionError::new(&shown, message));
@@ -170,7 +170,7 @@ impl SetupOptions {
 
     /// Returns the options that are set but do not apply to `work`.
     #[must_use]
-    pub fn not_of(&self, work: Option<WorkOption>) -> Vec<&'static OptionSpec> {
+    pub fn not_applicable_to(&self, work: Option<WorkOption>) -> Vec<&'static OptionSpec> {
         let given = self.to_fields();
         let rows = Self::OPTIONS.iter();
         rows.filter(|row| given.contains_key(row.name))
@@ -178,10 +178,10 @@ impl SetupOptions {
             .collect()
     }
 
-    /// Returns these options without any that `over` effectively replaces: options of the other
-    /// kind of work, options that contradict one in `over`, and options whose partner `over`
-    /// changes or drops.
-    pub(super) fn agreeing_with(&self, over: &Self) -> Self {
+    /// Returns these options without those that `over` replaces: options of the other kind of work,
+    /// options that contradict one in `over`, and options whose required partner `over` changes or
+    /// drops.
+    pub(super) fn without_replaced_by(&self, over: &Self) -> Self {
         let mut left = self.clone();
         let (given, work) = (over.to_fields(), over.work);
         let contradict = |one: &OptionSpec, other: &OptionSpec| {
@@ -238,7 +238,7 @@ impl SetupOptions {
                         message!(
                             "{name} needs {need}",
                             name = OptionName(name),
-                            need = need.in_words()
+                            need = need.to_message()
                         ),
                     )
                 });
@@ -250,8 +250,8 @@ impl SetupOptions {
                 ));
             }
         }
-        // Page and margin are valid one by one; only together can they leave no room.
-        if let Some(problem) = self.placed_page().and_then(|page| page.problem()) {
+        // Page and margin may each be valid and yet leave no room together.
+        if let Some(problem) = self.page_with_margin().and_then(|page| page.problem()) {
             let key = match self.margin {
                 Some(_) => "margin",
                 None => "page",
@@ -285,7 +285,7 @@ impl<'de> Deserialize<'de> for SetupOptions {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let mut fields = Map::<String, Value>::deserialize(deserializer)?;
         fields.retain(|_, value| !value.is_null());
-        Self::from_fields_of_some(&fields).map_err(de::Error::custom)
+        Self::from_partial_fields(&fields).map_err(de::Error::custom)
     }
 }
 
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_has_the_name_of_its_option() {
+    fn errors_name_their_option() {
         for (fields, key) in [
             (json!({"colour": "red"}), "colour"),
             (json!({"by_file": true}), "by_file"),
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_goes_before_what_lies_under_it() {
+    fn given_options_override_the_preset() {
         let said = read(json!({"order": false, "fit": true, "at": [200, 0]})).unwrap();
         let under = read(json!({"order": true, "mirror": true, "at": [1, 2], "font": "script", "power": "5..80", "tool": [1, 2, 3]})).unwrap();
         let both = said.or(&under);

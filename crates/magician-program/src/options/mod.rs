@@ -27,10 +27,10 @@ use crate::{
     Action, Ending, Fills, Frame, Framing, Page, PartRule, Placement, Plan, Power, ReadOptions,
     Setup, Surface, SystemFonts, Tool, Work,
 };
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Acceleration on paths if a speed is given, as at power-up, mm/s2.
-const ACCELERATION: f32 = 100.0;
+const PATH_ACCELERATION: f32 = 100.0;
 
 /// Kind of work to make of drawings and images, if given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -79,7 +79,7 @@ pub enum ModeOption {
     Dither,
 }
 
-words! {
+keywords! {
     ModeOption, "mode":
     Grey = "grey",
     Threshold = "threshold",
@@ -134,7 +134,7 @@ impl SetupOptions {
             },
             pen_z: self.pen_z,
             at: self.at,
-            page: self.placed_page(),
+            page: self.page_with_margin(),
             grid: self.grid,
             scale: self.scale.unwrap_or(1.0),
             rotate: self.rotate.unwrap_or(0.0),
@@ -154,7 +154,7 @@ impl SetupOptions {
             sheet: defaults.sheet,
             placement,
             pen: Marking {
-                lift: self.lift_over(defaults),
+                lift: self.lift_or_default(defaults),
                 hop: self.hop.or(usual.hop),
                 speed: speed(defaults.draw_speed, usual.speed),
                 travel: speed(
@@ -190,7 +190,7 @@ impl SetupOptions {
     }
 
     /// Page with its margin, if one was given.
-    pub(super) fn placed_page(&self) -> Option<Page> {
+    pub(super) fn page_with_margin(&self) -> Option<Page> {
         let mut page = Page::of(self.page?);
         page.margin = self.margin.unwrap_or(page.margin);
         Some(page)
@@ -214,7 +214,7 @@ impl SetupOptions {
         options.text_lines = self.text.unwrap_or_default();
         options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
-        setup.prepare(&mut options.gcode, setup.known_surface());
+        setup.set_gcode_options(&mut options.gcode, setup.known_surface());
         // A full-power value of S exists only in laser G-code.
         let of_laser = self.s_max.map(|_| Dialect::Laser);
         options.gcode.dialect = self.dialect.or(of_laser).unwrap_or_default();
@@ -258,7 +258,7 @@ impl SetupOptions {
     #[must_use]
     pub fn ending(&self, defaults: &SetupDefaults, drawing: bool) -> Ending {
         Ending {
-            lift: self.lift_over(defaults),
+            lift: self.lift_or_default(defaults),
             stay: self.stay,
             drawing,
             park: self.park.or(defaults.park).filter(|_| !self.stay),
@@ -333,12 +333,13 @@ impl SetupOptions {
         }
     }
 
-    fn lift_over(&self, defaults: &SetupDefaults) -> f64 {
+    fn lift_or_default(&self, defaults: &SetupDefaults) -> f64 {
         let lift = self.lift.or(defaults.draw_lift);
         lift.unwrap_or(Marking::pen().lift)
     }
 
-    /// Commands to send before those of the plan. `taught` is true for a plan in arm coordinates.
+    /// Settings to send before the commands of the plan. `taught` is true for a plan in arm
+    /// coordinates.
     pub(crate) fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
         let mut settings = Vec::new();
         if let Some(ratio) = self.speed_ratio {
@@ -348,7 +349,7 @@ impl SetupOptions {
         if let Some(speed) = self.speed.filter(|_| taught)
             && plan.steps.iter().any(|step| path(&step.action))
         {
-            settings.push(build::path_speed(speed as f32, ACCELERATION));
+            settings.push(build::path_speed(speed as f32, PATH_ACCELERATION));
         }
         settings
     }

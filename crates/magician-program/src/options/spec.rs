@@ -6,7 +6,7 @@ mod build;
 use serde::Serialize;
 use serde_json::Value;
 
-pub(super) use self::accepted::either;
+pub(super) use self::accepted::join_with_or;
 pub(super) use self::build::{
     area, choice, first_of, integer, list, number, pens, place, point, switch, switch_off, text,
 };
@@ -15,7 +15,7 @@ use crate::Format;
 
 /// Option of [`SetupOptions`]: name, kind, range, and help.
 ///
-/// The serialised row contains all that a form needs to ask for the option.
+/// The serialised row contains everything that a form needs to offer the option.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct OptionSpec {
@@ -35,8 +35,9 @@ pub struct OptionSpec {
     pub above: Option<f64>,
     /// Inclusive upper bound of the numbers.
     pub most: Option<f64>,
-    /// Other option without which this one has no effect; `None` if it always applies. `work` need
-    /// not be given: the tool decides, since a laser engraves and every other tool draws.
+    /// Other option without which this one has no effect; `None` if it always applies. The option
+    /// `work` may be unset: then the tool decides, since a laser engraves and every other tool
+    /// draws.
     pub with: Option<&'static str>,
     /// Values of the other option with which this one applies; if empty, the other must be on.
     pub when: &'static [&'static str],
@@ -46,13 +47,14 @@ pub struct OptionSpec {
     pub usual: bool,
     /// Purpose, in one sentence.
     pub about: &'static str,
-    /// Further sentences, where there is room for them; may be empty.
+    /// Further sentences for help with enough room; may be empty.
     #[serde(skip)]
     pub detail: &'static str,
     /// Purpose of switching the option off; empty unless it is a switch that is on by default.
     #[serde(skip)]
     pub off: &'static str,
-    /// Default as part of a sentence, where it depends on something else; empty if it does not.
+    /// Description of a default that depends on something else, as part of a sentence; otherwise
+    /// empty.
     #[serde(skip)]
     pub usually: &'static str,
     /// Accepted values as part of a sentence, if kind and range do not suffice.
@@ -197,8 +199,7 @@ impl OptionSpec {
         !self.usual_for.is_empty()
     }
 
-    /// True for a switch whose default depends on the format, so that either position may have to
-    /// be given.
+    /// True for a switch whose default depends on the format: users may have to set it on or off.
     #[must_use]
     pub fn has_both_positions(&self) -> bool {
         let is_default = |(_, change): &(_, Change)| matches!(change, Change::Default(_));

@@ -1,10 +1,9 @@
 //! Table of all options, deliberately in one file: one row each. To add an option, add its row here
 //! and use its value.
 //!
-//! A row has its help sentence (with further text for where there is room), its member of
-//! [`SetupOptions`] with its type, and its facts. Everything else is derived from it: parsing of
-//! JSON, command lines, presets and keywords, checks, the form of the page, and the tables in the
-//! docs.
+//! A row has its help sentence (and further text for longer help), its member of [`SetupOptions`]
+//! with its type, and its facts. Everything else is derived from it: parsing of JSON, command
+//! lines, presets and keywords, checks, the form of the page, and the tables in the docs.
 
 use serde_json::Value;
 
@@ -12,14 +11,14 @@ use super::spec::{
     Change, area, choice, first_of, integer, list, number, pens, place, point, switch, switch_off,
     text,
 };
-use super::value::Member;
+use super::value::OptionMember;
 use super::{Grid, ModeOption, OptionSpec, PenOptions, WorkOption};
 use crate::Format::{self, Dxf, Gcode, Hpgl, Image as Picture, Svg, TestGrid, Text as Letters};
-use crate::fill::{FillMode, LEAST_SPACING};
+use crate::fill::{FillMode, MIN_SPACING};
 use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice};
 use crate::raster::{ImageStyle, Trace};
-use crate::setup::MOST_PASSES;
+use crate::setup::MAX_PASSES;
 use crate::{
     BundledFont, Depths, FrameShape, Framing, Page, Paper, PartMode, Power, SystemFonts, TextLines,
     Tool, White,
@@ -31,15 +30,15 @@ use WorkOption::{Draw, Engrave};
 
 /// Largest length and coordinate, mm: far beyond every sheet and arm, while an `f32` of this size,
 /// as the arm uses, still resolves micrometres.
-const FAR: f64 = 10_000.0;
-/// Smallest speed, mm/s: a slower arm looks like one at rest.
-const LEAST_SPEED: f64 = 0.01;
+const MAX_LENGTH: f64 = 10_000.0;
+/// Smallest speed, mm/s: a slower arm seems to stand still.
+const MIN_SPEED: f64 = 0.01;
 /// Largest angle, degrees: a hundred turns.
-const MOST_DEGREES: f64 = 36_000.0;
+const MAX_DEGREES: f64 = 36_000.0;
 
 const ALL: &[Format] = &Format::ALL;
 /// Formats whose file does not define the settings of a run.
-const NO_GRID: &[Format] = &[
+const WITHOUT_TEST_GRID: &[Format] = &[
     Svg,
     Dxf,
     Hpgl,
@@ -65,7 +64,7 @@ const DRAWINGS: &[Format] = &[Svg, Dxf, Hpgl];
 const ARTWORK: &[Format] = &[Svg, Dxf, Hpgl, Letters];
 const IMAGES: &[Format] = &[Picture];
 const DRAWN: &[Format] = &[Svg, Dxf, Hpgl, Letters, Picture];
-const FILLED: &[&str] = &["hatch", "cross", "contour"];
+const FILL_PATTERNS: &[&str] = &["hatch", "cross", "contour"];
 
 /// Change: the option applies to programs only once they are placed.
 const ONCE_PLACED: &[(&[Format], Change)] = &[(PROGRAMS, Change::With("place"))];
@@ -117,7 +116,7 @@ macro_rules! setup_options {
             /// The mistake in the value; `None` if the row's description is enough.
             pub(super) fn set(&mut self, name: &str, value: &Value) -> Result<(), Option<magician_host::Message>> {
                 match name {
-                    $(name!($field $($name)?) => self.$field = Member::read(value)?,)*
+                    $(name!($field $($name)?) => self.$field = OptionMember::read(value)?,)*
                     _ => return Err(None),
                 }
                 Ok(())
@@ -125,7 +124,7 @@ macro_rules! setup_options {
 
             /// Returns the value of each option in the order of the rows; `None` if it is not set.
             pub(super) fn values(&self) -> Vec<(&'static OptionSpec, Option<Value>)> {
-                let values = [$(self.$field.given(),)*];
+                let values = [$(self.$field.to_json_if_set(),)*];
                 Self::OPTIONS.iter().zip(values).collect()
             }
 
@@ -141,9 +140,9 @@ macro_rules! setup_options {
             /// ```
             #[must_use]
             pub fn or(&self, under: &Self) -> Self {
-                let under = under.agreeing_with(self);
+                let under = under.without_replaced_by(self);
                 Self {
-                    $($field: if self.$field.is_open() { &under.$field } else { &self.$field }.clone(),)*
+                    $($field: if self.$field.is_unset() { &under.$field } else { &self.$field }.clone(),)*
                 }
             }
 
@@ -181,11 +180,11 @@ setup_options! {
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Height of capital letters",
-    size: Option<f64> = number(Text, "mm").above(0.0).to(FAR).or(Number(10.0))
+    size: Option<f64> = number(Text, "mm").above(0.0).to(MAX_LENGTH).or(Number(10.0))
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Width at which text wraps",
-    wrap: Option<f64> = number(Text, "mm").above(0.0).to(FAR)
+    wrap: Option<f64> = number(Text, "mm").above(0.0).to(MAX_LENGTH)
         .for_formats(&[Letters]).usual_for(&[Letters]);
 
     "Place a program (G-code, a plan, playback, points) like a drawing",
@@ -196,7 +195,7 @@ setup_options! {
     "The setting stays on the arm.",
     tool: Option<Tool> = first_of(Place, &["pen", "laser"])
         .expects("none, suction, gripper, pen, laser, or its bias X,Y,Z in mm", "NAME|X,Y,Z")
-        .for_formats(NO_GRID).usual_for(&[Svg, Dxf, Hpgl, Picture, Letters, Gcode])
+        .for_formats(WITHOUT_TEST_GRID).usual_for(&[Svg, Dxf, Hpgl, Picture, Letters, Gcode])
         .changes(ONCE_PLACED);
 
     "Fill visible shapes, and letters of outline fonts, with lines",
@@ -210,26 +209,26 @@ setup_options! {
 
     "Height of the work surface",
     "This is the z of the arm's pose when the tool touches the surface.",
-    surface: Option<f64> = number(Place, "mm").from(-FAR).to(FAR)
+    surface: Option<f64> = number(Place, "mm").from(-MAX_LENGTH).to(MAX_LENGTH)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
     "Position of the centre of the artwork",
-    at: Option<[f64; 2]> = point(Place).from(-FAR).to(FAR)
+    at: Option<[f64; 2]> = point(Place).from(-MAX_LENGTH).to(MAX_LENGTH)
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED);
 
     "Scale factor; 1 is the original size",
     "With a width or a height, the factor multiplies that size.",
-    scale: Option<f64> = number(Place, "").above(0.0).to(FAR).or(Number(1.0))
+    scale: Option<f64> = number(Place, "").above(0.0).to(MAX_LENGTH).or(Number(1.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, TestGrid, Gcode]).changes(ONCE_PLACED_GCODE);
 
     "Width to scale to",
-    width: Option<f64> = number(Place, "mm").above(0.0).to(FAR)
-        .for_formats(NO_GRID).usual_for(IMAGES).changes(ONCE_PLACED);
+    width: Option<f64> = number(Place, "mm").above(0.0).to(MAX_LENGTH)
+        .for_formats(WITHOUT_TEST_GRID).usual_for(IMAGES).changes(ONCE_PLACED);
 
     "Counter-clockwise rotation",
-    rotate: Option<f64> = number(Place, "deg").from(-MOST_DEGREES).to(MOST_DEGREES).or(Number(0.0))
+    rotate: Option<f64> = number(Place, "deg").from(-MAX_DEGREES).to(MAX_DEGREES).or(Number(0.0))
         .for_formats(ALL).usual_for(&[Svg, Dxf, Hpgl, Letters, Picture, TestGrid, Gcode])
         .changes(ONCE_PLACED_GCODE);
 
@@ -237,8 +236,8 @@ setup_options! {
     fit: bool = switch(Place).for_formats(ALL).usual_for(PLACED).changes(ONCE_PLACED);
 
     "Height to scale to, instead of a width",
-    height: Option<f64> = number(Place, "mm").above(0.0).to(FAR).contradicts(&["width"])
-        .for_formats(NO_GRID).changes(ONCE_PLACED);
+    height: Option<f64> = number(Place, "mm").above(0.0).to(MAX_LENGTH).contradicts(&["width"])
+        .for_formats(WITHOUT_TEST_GRID).changes(ONCE_PLACED);
 
     "Clip a drawing to its page",
     clip_page: bool = switch(Place).for_formats(DRAWINGS);
@@ -251,7 +250,7 @@ setup_options! {
         .for_formats(ALL).changes(ONCE_PLACED);
 
     "Margin kept to the edges of the page when fitting",
-    margin: Option<f64> = number(Place, "mm").from(0.0).to(FAR).or(Number(Page::MARGIN))
+    margin: Option<f64> = number(Place, "mm").from(0.0).to(MAX_LENGTH).or(Number(Page::DEFAULT_MARGIN))
         .needs("page", &[]).for_formats(ALL);
 
     "Rotate the artwork by 90 degrees if it fits better",
@@ -264,7 +263,7 @@ setup_options! {
     mirror: bool = switch(Place).for_formats(ALL);
 
     "Offset added to the position",
-    by as "move": Option<[f64; 3]> = place(Place).from(-FAR).to(FAR).expects("", "DX,DY,DZ").for_formats(ALL);
+    by as "move": Option<[f64; 3]> = place(Place).from(-MAX_LENGTH).to(MAX_LENGTH).expects("", "DX,DY,DZ").for_formats(ALL);
 
     "Repeat the artwork at each position of a grid, such as 2x3:40x30",
     grid: Option<Grid> = text(Place, "")
@@ -276,16 +275,16 @@ setup_options! {
 
     "Spacing of the fill lines",
     "Measured on the surface, independent of the scale.",
-    fill_spacing: Option<f64> = number(Fill, "mm").from(LEAST_SPACING).to(FAR)
-        .usually("0.8 with the pen, 0.2 with the laser").needs("fill", FILLED).for_formats(ARTWORK);
+    fill_spacing: Option<f64> = number(Fill, "mm").from(MIN_SPACING).to(MAX_LENGTH)
+        .usually("0.8 with the pen, 0.2 with the laser").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
 
     "Angle of the fill lines, counter-clockwise from x",
-    fill_angle: Option<f64> = number(Fill, "deg").from(-MOST_DEGREES).to(MOST_DEGREES).or(Number(45.0))
-        .needs("fill", FILLED).with("fill", &["hatch", "cross"]).for_formats(ARTWORK);
+    fill_angle: Option<f64> = number(Fill, "deg").from(-MAX_DEGREES).to(MAX_DEGREES).or(Number(45.0))
+        .needs("fill", FILL_PATTERNS).with("fill", &["hatch", "cross"]).for_formats(ARTWORK);
 
     "Inset of the fill lines from the edge of the shape",
-    fill_inset: Option<f64> = number(Fill, "mm").from(0.0).to(FAR)
-        .usually("half of the spacing").needs("fill", FILLED).for_formats(ARTWORK);
+    fill_inset: Option<f64> = number(Fill, "mm").from(0.0).to(MAX_LENGTH)
+        .usually("half of the spacing").needs("fill", FILL_PATTERNS).for_formats(ARTWORK);
 
     "Handling of white lines and shapes",
     "Either skip them, except on darker shapes or if nothing else would be drawn; or draw all of them.",
@@ -319,28 +318,28 @@ setup_options! {
     only: Vec<String> = list(Parts).expects("a list of texts of at most 1000 characters", "NAME").for_formats(DRAWINGS);
 
     "Number of times to draw each part before the next one",
-    passes: Option<u32> = integer(Parts).from(1.0).to(MOST_PASSES as f64).or(Number(1.0)).for_formats(NO_GRID);
+    passes: Option<u32> = integer(Parts).from(1.0).to(MAX_PASSES as f64).or(Number(1.0)).for_formats(WITHOUT_TEST_GRID);
 
     "Pens of the parts; the first pen that matches a part is used",
     "Each pen has a match (a name, a colour or a number) and any of surface_offset, lift, speed, power, passes and fill.",
     pens: Vec<PenOptions> = pens(Parts).for_formats(DRAWINGS);
 
     "Never pause for the operator, neither between parts nor where the program asks for it",
-    no_pause: bool = switch(Parts).for_formats(NO_GRID);
+    no_pause: bool = switch(Parts).for_formats(WITHOUT_TEST_GRID);
 
     "Number of superimposed hatchings, or of dot sizes",
     levels: Option<u8> = integer(Image).from(1.0).to(64.0).usually("6 hatchings, 64 dot sizes")
         .needs("image", &["halftone", "hatch"]).of_work(Draw).for_formats(IMAGES);
 
     "Largest size of spots in an image to remove; 0 keeps all",
-    despeckle: Option<f64> = number(Image, "mm").from(0.0).to(FAR).or(Number(0.3)).of_work(Draw).for_formats(IMAGES);
+    despeckle: Option<f64> = number(Image, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.3)).of_work(Draw).for_formats(IMAGES);
 
     "Line width of the pen, for images",
-    pen_width: Option<f64> = number(Image, "mm").above(0.0).to(FAR).or(Number(Trace::PEN_WIDTH))
+    pen_width: Option<f64> = number(Image, "mm").above(0.0).to(MAX_LENGTH).or(Number(Trace::DEFAULT_PEN_WIDTH))
         .of_work(Draw).for_formats(IMAGES);
 
     "Spacing of the lines or dots of an image",
-    spacing: Option<f64> = number(Image, "mm").above(0.0).to(FAR)
+    spacing: Option<f64> = number(Image, "mm").above(0.0).to(MAX_LENGTH)
         .usually("0.2 with the laser; with the pen, set by the style and the line width").for_formats(IMAGES);
 
     "Grey level below which a pixel counts as dark, if the image is drawn or burnt in black and white",
@@ -364,7 +363,7 @@ setup_options! {
     "Full laser power, or the range of all powers above 0, such as 5..80",
     power: Option<Power> = text(Laser, "%")
         .expects("percent above 0 and at most 100, such as 80 or 5..80", "P|LEAST..MOST")
-        .with("tool", &["laser"]).of_work(Engrave).for_formats(NO_GRID);
+        .with("tool", &["laser"]).of_work(Engrave).for_formats(WITHOUT_TEST_GRID);
 
     "Rendering of grey levels: as laser power, in black and white, or by dithering",
     mode: Option<ModeOption> = first_of(Laser, ModeOption::NAMES).of_work(Engrave).for_formats(IMAGES);
@@ -373,7 +372,7 @@ setup_options! {
     one_way: bool = switch(Laser).of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Overscan: run-up and run-out of the tool at the ends of a line",
-    overscan: Option<f64> = number(Laser, "mm").above(0.0).to(FAR).usually("derived from the speed")
+    overscan: Option<f64> = number(Laser, "mm").above(0.0).to(MAX_LENGTH).usually("derived from the speed")
         .of_work(Engrave).for_formats(&[Picture, TestGrid]);
 
     "Trace the frame of the job instead of marking it",
@@ -382,58 +381,58 @@ setup_options! {
 
     "Laser power while tracing a frame",
     "By default the laser is off.",
-    frame_power: Option<f64> = number(Laser, "%").above(0.0).to(Framing::MOST_POWER)
+    frame_power: Option<f64> = number(Laser, "%").above(0.0).to(Framing::MAX_POWER)
         .needs("frame", &[]).for_formats(ALL);
 
     "Pen lift between lines",
-    lift: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).usually("10, or the value of the settings")
-        .of_work(Draw).for_formats(NO_GRID);
+    lift: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).usually("10, or the value of the settings")
+        .of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Smallest pen lift, between lines that are close together",
     "The lift is half of the distance between the lines, at most the full lift.",
-    hop: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).or(Number(3.0)).of_work(Draw).for_formats(NO_GRID);
+    hop: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).or(Number(3.0)).of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Travel speed between lines",
-    travel_speed: Option<f64> = number(Pen, "mm/s").from(LEAST_SPEED).to(FAR)
-        .usually("200, or the value of the settings").of_work(Draw).for_formats(NO_GRID);
+    travel_speed: Option<f64> = number(Pen, "mm/s").from(MIN_SPEED).to(MAX_LENGTH)
+        .usually("200, or the value of the settings").of_work(Draw).for_formats(WITHOUT_TEST_GRID);
 
     "Leave the pen down at the end and after a stop",
-    stay: bool = switch(Pen).contradicts(&["park"]).for_formats(NO_GRID);
+    stay: bool = switch(Pen).contradicts(&["park"]).for_formats(WITHOUT_TEST_GRID);
 
     "Handling of depths below the surface",
     "Either draw them on the surface, so that the pen never goes below it; or lower the pen to them.",
-    depths: Option<Depths> = first_of(Pen, Depths::NAMES).for_formats(NO_GRID);
+    depths: Option<Depths> = first_of(Pen, Depths::NAMES).for_formats(WITHOUT_TEST_GRID);
 
     "Reorder lines for the shortest travel",
     order: Option<bool> = switch_off(Pen, "Draw lines in the order of the file").of_work(Draw).for_formats(DRAWN);
 
     "Largest gap between line ends to join; 0 disables joining",
-    merge: Option<f64> = number(Pen, "mm").from(0.0).to(FAR).or(Number(0.1))
-        .for_formats(NO_GRID).changes(ONCE_DEDUPED);
+    merge: Option<f64> = number(Pen, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.1))
+        .for_formats(WITHOUT_TEST_GRID).changes(ONCE_DEDUPED);
 
     "Draw duplicate lines only once",
     "In a program, the lines are also joined and simplified as those of a drawing, but their order is kept.",
     dedupe: Option<bool> = switch_off(Pen, "Keep duplicate lines")
-        .for_formats(NO_GRID).changes(&[(PROGRAMS, Change::Default(Switch(false)))]);
+        .for_formats(WITHOUT_TEST_GRID).changes(&[(PROGRAMS, Change::Default(Switch(false)))]);
 
     "Tolerance of line simplification: a point is dropped if the line stays within this distance without it; 0 keeps all points",
-    simplify: Option<f64> = number(Pen, "mm").from(0.0).to(FAR).or(Number(0.02))
-        .for_formats(NO_GRID).changes(ONCE_DEDUPED);
+    simplify: Option<f64> = number(Pen, "mm").from(0.0).to(MAX_LENGTH).or(Number(0.02))
+        .for_formats(WITHOUT_TEST_GRID).changes(ONCE_DEDUPED);
 
     "Tolerance of curve flattening: largest distance of a line from its curve, at the drawn size",
-    tolerance: Option<f64> = number(Pen, "mm").above(0.0).to(FAR).or(Number(0.05))
+    tolerance: Option<f64> = number(Pen, "mm").above(0.0).to(MAX_LENGTH).or(Number(0.05))
         .for_formats(&[Svg, Dxf, Hpgl, Letters, Picture, Gcode])
         .changes(&[(IMAGES, Change::Default(Number(0.1)))]);
 
     "Speed while drawing or burning",
-    speed: Option<f64> = number(More, "mm/s").from(LEAST_SPEED).to(FAR)
-        .usually("the value of the file or the settings").for_formats(NO_GRID);
+    speed: Option<f64> = number(More, "mm/s").from(MIN_SPEED).to(MAX_LENGTH)
+        .usually("the value of the file or the settings").for_formats(WITHOUT_TEST_GRID);
 
     "Speed ratio of point-to-point moves",
     speed_ratio: Option<f64> = number(More, "%").from(1.0).to(100.0).for_formats(ALL);
 
     "Position at which to park the tool tip at the end",
-    park: Option<[f64; 3]> = place(More).from(-FAR).to(FAR).for_formats(ALL);
+    park: Option<[f64; 3]> = place(More).from(-MAX_LENGTH).to(MAX_LENGTH).for_formats(ALL);
 
     "Type of machine that a G-code file is for; the pen servo is moved by M3, M280 or M300",
     dialect: Option<Dialect> = choice(More, Dialect::NAMES)
@@ -444,13 +443,13 @@ setup_options! {
     s_max: Option<f64> = number(More, "").above(0.0).to(1e9).usually("the value of the file, else 1000").for_formats(&[Gcode]);
 
     "Z at which the pen touches the surface in placed G-code",
-    pen_z: Option<f64> = number(Place, "mm").from(-FAR).to(FAR)
+    pen_z: Option<f64> = number(Place, "mm").from(-MAX_LENGTH).to(MAX_LENGTH)
         .usually("the first depth at which the program draws").with("place", &[]).for_formats(&[Gcode]);
 
     "Start position of the tool for a G-code program that does not set it",
-    start: Option<[f64; 3]> = place(More).from(-FAR).to(FAR).usually("the current position of the tool").for_formats(&[Gcode]);
+    start: Option<[f64; 3]> = place(More).from(-MAX_LENGTH).to(MAX_LENGTH).usually("the current position of the tool").for_formats(&[Gcode]);
 
     "Tolerance of simplifying a recording: points closer than this to the line are dropped",
     "The remaining points keep their times, and the number of steps stays the same.",
-    resample: Option<f64> = number(More, "mm").above(0.0).to(FAR).for_formats(&[Format::Points]);
+    resample: Option<f64> = number(More, "mm").above(0.0).to(MAX_LENGTH).for_formats(&[Format::Points]);
 }

@@ -11,12 +11,12 @@ use crate::raster::ImageStyle;
 use crate::{Depths, FrameShape, Paper, PartMode, Power, SystemFonts, TextLines, Tool, White};
 
 /// Largest number of characters of a text.
-const LONGEST_TEXT: usize = 1000;
+const MAX_TEXT_LENGTH: usize = 1000;
 
 /// Type of an option's value.
 ///
-/// The row of the option describes wrong values. A type returns its own message only for values
-/// with parts.
+/// Messages about wrong values come from the row of the option. A type returns its own message only
+/// for composite values, such as lists.
 pub(super) trait OptionValue: Sized {
     /// Parses a JSON value.
     ///
@@ -29,7 +29,7 @@ pub(super) trait OptionValue: Sized {
 }
 
 /// Member of [`SetupOptions`](super::SetupOptions), which may be unset.
-pub(super) trait Member: Sized {
+pub(super) trait OptionMember: Sized {
     /// Parses a JSON value.
     ///
     /// # Errors
@@ -37,44 +37,44 @@ pub(super) trait Member: Sized {
     fn read(value: &Value) -> Result<Self, Option<Message>>;
 
     /// Returns the value as JSON; `None` if it is unset.
-    fn given(&self) -> Option<Value>;
+    fn to_json_if_set(&self) -> Option<Value>;
 
     /// True if it is unset.
-    fn is_open(&self) -> bool;
+    fn is_unset(&self) -> bool;
 }
 
-impl<T: OptionValue> Member for Option<T> {
+impl<T: OptionValue> OptionMember for Option<T> {
     fn read(value: &Value) -> Result<Self, Option<Message>> {
         T::from_json(value).map(Some)
     }
 
-    fn given(&self) -> Option<Value> {
+    fn to_json_if_set(&self) -> Option<Value> {
         self.as_ref().map(T::to_json)
     }
 
-    fn is_open(&self) -> bool {
+    fn is_unset(&self) -> bool {
         self.is_none()
     }
 }
 
 /// A switch is off if it is unset.
-impl Member for bool {
+impl OptionMember for bool {
     fn read(value: &Value) -> Result<Self, Option<Message>> {
         value.as_bool().ok_or(None)
     }
 
-    fn given(&self) -> Option<Value> {
+    fn to_json_if_set(&self) -> Option<Value> {
         self.then_some(Value::Bool(true))
     }
 
-    fn is_open(&self) -> bool {
+    fn is_unset(&self) -> bool {
         !self
     }
 }
 
-impl<T: OptionValue> Member for Vec<T>
+impl<T: OptionValue> OptionMember for Vec<T>
 where
-    Self: Listed,
+    Self: ListItems,
 {
     fn read(value: &Value) -> Result<Self, Option<Message>> {
         let items = value.as_array().ok_or(None)?;
@@ -89,27 +89,27 @@ where
         read.collect()
     }
 
-    fn given(&self) -> Option<Value> {
+    fn to_json_if_set(&self) -> Option<Value> {
         let items = || self.iter().map(T::to_json).collect();
         (!self.is_empty()).then(|| Value::Array(items()))
     }
 
-    fn is_open(&self) -> bool {
+    fn is_unset(&self) -> bool {
         self.is_empty()
     }
 }
 
 /// List whose items have a name in messages.
-pub(super) trait Listed {
+pub(super) trait ListItems {
     /// Name of an item.
     const ITEM: &'static str;
 }
 
-impl Listed for Vec<String> {
+impl ListItems for Vec<String> {
     const ITEM: &'static str = "text";
 }
 
-impl Listed for Vec<PenOptions> {
+impl ListItems for Vec<PenOptions> {
     const ITEM: &'static str = "pen";
 }
 
@@ -137,7 +137,7 @@ impl OptionValue for bool {
 impl OptionValue for String {
     fn from_json(value: &Value) -> Result<Self, Option<Message>> {
         let text = value.as_str().ok_or(None)?;
-        match text.chars().nth(LONGEST_TEXT) {
+        match text.chars().nth(MAX_TEXT_LENGTH) {
             Some(_) => Err(None),
             None => Ok(text.to_owned()),
         }

@@ -34,7 +34,7 @@ pub struct PrepareRequest {
     pub options: SetupOptions,
     /// Slope of the surface whose height the options give, mm per mm along x and y.
     pub surface_slope: [f64; 2],
-    /// Note of the preset from which the options come; shown before the notes on the file.
+    /// Note about the preset from which the options come; shown before the notes on the file.
     pub preset_note: Option<Diagnostic>,
     /// Pause at the end of each iteration, ms.
     pub rest: u32,
@@ -55,7 +55,7 @@ pub struct PrepareRequest {
 pub enum StartPosition {
     /// Return [`Preparation::NeedsStart`] if the program depends on it.
     #[default]
-    Ask,
+    Unread,
     /// Position of the tool's tip, mm.
     At([f64; 3]),
     /// Unknown. No pose can be read from the arm either.
@@ -89,7 +89,7 @@ pub struct PreparedProgram {
     /// it.
     pub start: Option<[f64; 3]>,
     /// Joint angles of the virtual arm at `start`, if it is [staged](StartPosition::Staged).
-    pub stands: Option<JointAngles>,
+    pub staged_joints: Option<JointAngles>,
     /// Notes on assumptions and on omitted content.
     pub notes: Vec<Diagnostic>,
     /// Size, rotation and position. `None` if the coordinates are the arm's.
@@ -213,7 +213,7 @@ impl PrepareRequest {
 
     /// Returns the options with the work that a frame traces filled in, and the notes that come
     /// first.
-    fn decided(&self) -> (SetupOptions, Vec<Diagnostic>) {
+    fn effective_options(&self) -> (SetupOptions, Vec<Diagnostic>) {
         let mut options = self.options.clone();
         let framed = options.frame_for(&self.defaults, self.tool);
         let notes = framed.into_iter().chain(self.preset_note.clone());
@@ -239,7 +239,7 @@ impl PrepareRequest {
 
     /// Returns what is known without reading the file.
     pub(crate) fn setup_and_ending(&self) -> (Setup, Ending) {
-        let (options, _) = self.decided();
+        let (options, _) = self.effective_options();
         let setup = self.setup_of(&options);
         let ending = self.ending_of(&options, &setup);
         (setup, ending)
@@ -266,7 +266,7 @@ impl PreparedProgram {
     }
 
     /// True if the program cannot begin at step `from`, or be resumed, because it depends on the
-    /// tool position at its start, and the tool has moved since.
+    /// tool position at its start and the tool has moved since then.
     #[must_use]
     pub fn has_lost_start(&self, from: u64, resumes: bool) -> bool {
         let depends =
@@ -282,7 +282,7 @@ impl PreparedProgram {
 }
 
 /// Note that the program begins at the tool's position.
-fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
+fn start_note([x, y, z]: [f64; 3]) -> Diagnostic {
     let what = message!(
         "it begins at the tool's position, {x:.3},{y:.3},{z:.3}",
         x,

@@ -6,10 +6,10 @@ use magician_host::{Error, JointAngles};
 
 use super::{
     Preparation, PrepareError, PrepareRequest, PrepareStage, PreparedProgram, StartPosition,
-    begins_at,
+    start_note,
 };
 use crate::formats::GcodeOptions;
-use crate::rehearse::{RehearseOptions, stands};
+use crate::rehearse::{RehearseOptions, start_of_stage};
 use crate::setup::hold_above;
 use crate::{
     Action, Content, Diagnostic, Format, Missing, Origin, Parsed, PartSummary, Plan, Prepared,
@@ -49,9 +49,9 @@ struct Start {
     /// True if the options set the position.
     is_given: bool,
     /// Joint angles of a staged arm at that position.
-    stands: Option<JointAngles>,
-    /// The same program read without a start position, if possible: from the step where both agree,
-    /// the start position no longer matters.
+    staged_joints: Option<JointAngles>,
+    /// The same program read without a start position, if possible. From the first step on which
+    /// both agree, the start position has no effect.
     anywhere: Option<Plan>,
 }
 
@@ -61,7 +61,7 @@ impl OpenedFile {
             request,
             reading: None,
         };
-        let (options, notes) = opened.request.decided();
+        let (options, notes) = opened.request.effective_options();
         let setup = opened.request.setup_of(&options);
         match opened.first_reading(&options, &setup) {
             Ok(reading) => opened.reading = Some(reading),
@@ -75,7 +75,7 @@ impl OpenedFile {
     /// # Errors
     /// [`PrepareError`] with the option that cannot be met.
     pub fn prepare(&mut self) -> Result<Preparation, PrepareError> {
-        let (options, mut notes) = self.request.decided();
+        let (options, mut notes) = self.request.effective_options();
         let setup = self.request.setup_of(&options);
         let file = match self.read(&options, &setup) {
             Ok(Some(file)) => file,
@@ -98,10 +98,10 @@ impl OpenedFile {
     /// [`PrepareError`] with the mistake in the file, or a chosen part that does not exist.
     pub fn list_parts(&mut self) -> Result<(Vec<PartSummary>, Vec<Diagnostic>), PrepareError> {
         // A list needs no real arm: any start gives the same parts.
-        if self.request.start == StartPosition::Ask {
+        if self.request.start == StartPosition::Unread {
             self.request.start = StartPosition::Staged;
         }
-        let (options, mut notes) = self.request.decided();
+        let (options, mut notes) = self.request.effective_options();
         let setup = self.request.setup_of(&options);
         let listed = self.read(&options, &setup).and_then(|file| {
             let Some(FileRead { parsed, .. }) = file else {
@@ -116,8 +116,7 @@ impl OpenedFile {
         }
     }
 
-    /// Reads the file unless that is done already; `None` if the caller has to give a start
-    /// position.
+    /// Reads the file unless it was read already. `None` if the caller must give a start position.
     fn read(
         &mut self,
         options: &SetupOptions,
@@ -134,9 +133,9 @@ impl OpenedFile {
             Reading::DependsOnStart(anywhere) => anywhere,
         };
         let rounded = |at: [f64; 3]| at.map(|at| (at * 1000.0).round() / 1000.0);
-        let (at, stands) = match (options.start, self.request.start) {
+        let (at, staged_joints) = match (options.start, self.request.start) {
             (Some(at), _) => (Some(at), None),
-            (None, StartPosition::Ask) => {
+            (None, StartPosition::Unread) => {
                 // Keep the reading for the next call, which will have the start.
                 self.reading = Some((how, Reading::DependsOnStart(anywhere)));
                 return Ok(None);
@@ -165,8 +164,9 @@ impl OpenedFile {
         };
         let [x, y, z] = at;
         let mut how = how;
-        // The program is shifted after reading, so subtract the shift: motion at the tool's
-        // position must stay there. If every motion depends on the start, the whole program shifts.
+        // The offset is added after reading. Subtract it here, so that motion at the tool's
+        // position stays there. If every motion depends on the start, the offset moves the whole
+        // program.
         how.gcode.start = Some(match &anywhere {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,
@@ -176,7 +176,7 @@ impl OpenedFile {
             start: Some(Start {
                 at,
                 is_given: options.start.is_some(),
-                stands,
+                staged_joints,
                 anywhere,
             }),
         }))
@@ -233,15 +233,15 @@ impl OpenedFile {
         let format = self.request.format;
         let FileRead { parsed, start } = file;
         let unsaid = start.as_ref().filter(|start| !start.is_given);
-        let (at, stands) = (
+        let (at, staged_joints) = (
             unsaid.map(|start| start.at),
-            unsaid.and_then(|start| start.stands),
+            unsaid.and_then(|start| start.staged_joints),
         );
-        notes.extend(at.map(begins_at));
+        notes.extend(at.map(start_note));
         notes.extend(parsed.notes);
         let is_taught = matches!(parsed.content, Content::Plan(_));
         let refused = |problem| (PrepareStage::Place, problem);
-        let content = { setup.followed(format, parsed.content) }.map_err(refused)?;
+        let content = { setup.with_adequate_curves(format, parsed.content) }.map_err(refused)?;
         let mut parts = setup.parts_in(&content, 1.0).map_err(refused)?;
         let fills = setup.fills(&content);
         let Prepared {
@@ -260,7 +260,7 @@ impl OpenedFile {
         { parts.iter_mut() }.for_each(|part| part.drawn_mm *= scale);
         if let Some(grid) = options.grid {
             // Surface that a pen must not go below, at each place of the grid.
-            let bound = setup.bound_of(format, &plan).filter(|_| is_taught);
+            let bound = setup.lower_bound(format, &plan).filter(|_| is_taught);
             plan = plan.placed_on(&grid.pallet()).map_err(refused)?;
             if let Some(surface) = bound {
                 hold_above(&mut plan, surface).map_err(refused)?;
@@ -274,20 +274,20 @@ impl OpenedFile {
         if self.request.rest > 0 {
             plan.push(Action::Wait(self.request.rest), Origin::NONE);
         }
-        let leading = start.map_or(0, |start| start.leading(format, &setup, &plan));
+        let leading = start.map_or(0, |start| start.leading_steps(format, &setup, &plan));
         let settings = options.settings(&mut plan, is_taught);
         let ending = self.request.ending_of(options, &setup);
-        let stays = ending.stay && ending.draws(&plan);
+        let pen_stays_down = ending.stay && ending.draws(&plan);
         Ok(PreparedProgram {
             program: Program::new(plan, Some(1))
-                .pen_stays_down(stays)
+                .pen_stays_down(pen_stays_down)
                 .with_settings(settings)
                 .with_leading(leading),
             format,
             setup,
             ending,
             start: at,
-            stands,
+            staged_joints,
             notes: Vec::new(),
             placed,
             misfit,
@@ -300,15 +300,17 @@ impl OpenedFile {
 impl Start {
     /// Number of steps that depend on the start position: up to the step from which the plan agrees
     /// with the plan read without it.
-    fn leading(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
+    fn leading_steps(self, format: Format, setup: &Setup, plan: &Plan) -> usize {
         let anywhere = self.anywhere.map(Content::Plan);
         let anywhere = anywhere.and_then(|content| setup.plan(format, content).ok());
-        anywhere.map_or(plan.steps.len(), |anywhere| leading(plan, &anywhere.plan))
+        anywhere.map_or(plan.steps.len(), |anywhere| {
+            leading_steps(plan, &anywhere.plan)
+        })
     }
 }
 
 /// Number of steps at the beginning of a plan that differ from another plan with the same end.
-fn leading(plan: &Plan, other: &Plan) -> usize {
+fn leading_steps(plan: &Plan, other: &Plan) -> usize {
     let pairs = { plan.steps.iter().rev() }.zip(other.steps.iter().rev());
     let alike = pairs.take_while(|(step, other)| step == other).count();
     plan.steps.len() - alike
@@ -325,5 +327,5 @@ fn staged(anywhere: Option<&Parsed>, setup: &Setup) -> Result<Preflight, Error> 
         _ => Plan::default(),
     };
     plan.surface = plan.surface.or(setup.surface);
-    stands(&plan, &options)
+    start_of_stage(&plan, &options)
 }

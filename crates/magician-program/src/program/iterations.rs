@@ -3,13 +3,13 @@
 use magician_host::preflight::Preflight;
 
 use super::RemainingProgram;
-use crate::check::{check_in_turns, widen};
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::check::{check_yielding, widen};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{DoubtfulSteps, PartFigures, Plan, RefusedStep, Report};
 
 /// Largest number of iterations checked one by one, if each ends elsewhere. Bounds the work for
 /// endless programs that drift.
-const MOST_ITERATIONS: usize = 100;
+const MAX_ITERATIONS: usize = 100;
 
 impl RemainingProgram {
     /// Checks the rest of the program: the first part, then iterations until one leaves the arm as
@@ -17,35 +17,35 @@ impl RemainingProgram {
     /// continue from those of the [first](Self::first) part.
     #[must_use]
     pub fn check(&self) -> Report {
-        at_once(self.check_in_turns(&AtOnce))
+        run_to_end(self.check_yielding(&NeverYield))
     }
 
     /// Like [`check`](Self::check), yielding to other tasks between slices.
-    pub async fn check_in_turns(&self, turns: &impl Turns) -> Report {
-        let mut report = check_in_turns(&self.first, &self.told, turns).await;
-        if self.follow != Some(0) && report.is_good() {
-            self.check_iterations(&mut report, turns).await;
+    pub async fn check_yielding(&self, yields: &impl Yield) -> Report {
+        let mut report = check_yielding(&self.first, &self.start_with_settings, yields).await;
+        if self.following != Some(0) && report.is_good() {
+            self.check_iterations(&mut report, yields).await;
         }
-        report.time = report.time.filter(|_| self.follow.is_some());
+        report.time = report.time.filter(|_| self.following.is_some());
         report.offset = self.offset();
         report
     }
 
     /// Adds the iterations after the first part.
-    async fn check_iterations(&self, report: &mut Report, turns: &impl Turns) {
-        let mut course = self.told.clone();
-        follow(&mut course, &self.first, turns).await;
+    async fn check_iterations(&self, report: &mut Report, yields: &impl Yield) {
+        let mut course = self.start_with_settings.clone();
+        follow(&mut course, &self.first, yields).await;
         let iteration = Plan {
             tool: None,
             ..Plan::clone(&self.whole)
         };
-        let mut left = self.follow;
+        let mut left = self.following;
         let mut steps = self.first.steps.len();
-        for nth in 1..=MOST_ITERATIONS {
-            let again = check_in_turns(&iteration, &course, turns).await;
+        for nth in 1..=MAX_ITERATIONS {
+            let again = check_yielding(&iteration, &course, yields).await;
             let before = course.arm().copied();
-            follow(&mut course, &iteration, turns).await;
-            let settled = course.arm().copied() == before || nth == MOST_ITERATIONS;
+            follow(&mut course, &iteration, yields).await;
+            let settled = course.arm().copied() == before || nth == MAX_ITERATIONS;
             let times = left.map_or(0, |left| if settled { left } else { 1 });
             add(report, again, times, steps);
             steps = steps.saturating_add(iteration.steps.len());
@@ -58,17 +58,17 @@ impl RemainingProgram {
 }
 
 /// Follows a plan that has been checked from this state.
-async fn follow(course: &mut Preflight, plan: &Plan, turns: &impl Turns) {
+async fn follow(course: &mut Preflight, plan: &Plan, yields: &impl Yield) {
     if let Some(tool) = plan.preamble() {
         let _ = course.check(&tool);
     }
-    for slice in plan.steps.chunks(SLICE) {
+    for slice in plan.steps.chunks(STEPS_PER_SLICE) {
         for step in slice {
             if let Some(command) = step.action.command() {
                 let _ = course.check(&command);
             }
         }
-        turns.give().await;
+        yields.yield_now().await;
     }
 }
 
@@ -135,7 +135,7 @@ mod tests {
     use crate::Origin;
 
     #[test]
-    fn a_check_counts_every_round() {
+    fn check_counts_every_iteration() {
         let once = rest(Some(1), 0).check();
         let thrice = rest(Some(3), 0).check();
         assert!(thrice.is_good());
@@ -150,7 +150,7 @@ mod tests {
 
     /// Each iteration goes 30 mm further out.
     #[test]
-    fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
+    fn drifting_iterations_are_checked_until_one_is_refused() {
         let mut plan = plan();
         let further = PtpCmd {
             ptp_mode: PtpMode::MovlXyzInc,

@@ -25,11 +25,11 @@ pub use numbering::StepNumbering;
 pub use remaining::{BurnPlace, RemainingProgram};
 pub use timetable::Timetable;
 
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Diagnostic, Plan};
 
 /// Largest start step of an endless program: counts from there never overflow 64 bits.
-const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
+const MAX_START_STEP: u64 = i64::MAX.unsigned_abs();
 
 /// Plan that runs once, several times or endlessly.
 ///
@@ -55,7 +55,7 @@ pub struct Program {
     pub(crate) settings: Vec<Set>,
     pub(crate) iterations: Option<u64>,
     /// True if the program ends with the pen down.
-    pub(crate) stays: bool,
+    pub(crate) pen_stays_down: bool,
     pub(crate) leading: u64,
     pub(crate) numbering: StepNumbering,
 }
@@ -70,7 +70,7 @@ impl Program {
             plan,
             settings: Vec::new(),
             iterations,
-            stays: false,
+            pen_stays_down: false,
             leading: 0,
         }
     }
@@ -92,12 +92,12 @@ impl Program {
     /// Leaves the pen down at the end: omits the lift after the last line of a drawing.
     #[must_use]
     pub fn pen_stays_down(mut self, stays: bool) -> Self {
-        self.stays = stays && self.plan.ends_with_lift();
+        self.pen_stays_down = stays && self.plan.ends_with_lift();
         self
     }
 
-    /// Sets the number of steps of an iteration that depend on the arm's position at its start. The
-    /// others are the same from anywhere.
+    /// Sets the number of leading steps of an iteration that depend on the arm's position at the
+    /// start. Later steps do not depend on it.
     #[must_use]
     pub fn with_leading(mut self, steps: usize) -> Self {
         self.leading = steps as u64;
@@ -111,8 +111,8 @@ impl Program {
         step > 0 && nth < self.leading
     }
 
-    /// True if from this step on the program homes the arm before anything moves or burns, or does
-    /// neither.
+    /// True if the program, from this step on, homes the arm before it moves or burns, or neither
+    /// moves nor burns.
     ///
     /// ```
     /// use magician_program::{Action, Origin, Plan, Program};
@@ -166,7 +166,7 @@ impl Program {
     #[must_use]
     pub fn steps(&self) -> Option<u64> {
         let all = self.iterations?.saturating_mul(self.steps_per_iteration());
-        Some(all.saturating_sub(u64::from(self.stays)))
+        Some(all.saturating_sub(u64::from(self.pen_stays_down)))
     }
 
     /// Numbering of the steps, some of which send nothing.
@@ -180,13 +180,14 @@ impl Program {
         self.plan.steps.len() as u64
     }
 
-    /// Checks that there is something to do from a step on. From step 0 there always is, if only to
-    /// set the tool. An endless program must begin well before its step numbers overflow.
+    /// Checks that the program has steps from this one on. Step 0 is always accepted, since even an
+    /// empty program sets the tool. An endless program must begin well before its step numbers
+    /// overflow.
     ///
     /// # Errors
     /// [`Diagnostic`] that names the last step.
-    pub fn has(&self, step: u64) -> Result<(), Diagnostic> {
-        let steps = self.steps().unwrap_or(u64::MAX).min(MOST_STEPS);
+    pub fn check_step(&self, step: u64) -> Result<(), Diagnostic> {
+        let steps = self.steps().unwrap_or(u64::MAX).min(MAX_START_STEP);
         if step == 0 || step < steps {
             return Ok(());
         }
@@ -195,8 +196,8 @@ impl Program {
         Err(Diagnostic::of_file(message))
     }
 
-    /// Returns one command of each kind, from which `Arm::preflight_for` finds out what to read
-    /// from an arm.
+    /// Returns one command of each kind. `Arm::preflight_for` derives from them what to read from
+    /// an arm.
     #[must_use]
     pub fn kinds(&self) -> Vec<Set> {
         let mut kinds = self.settings.clone();
@@ -207,14 +208,15 @@ impl Program {
     /// Returns the rest of the program from a step on, for an arm in the state of `start`.
     ///
     /// # Errors
-    /// Same as [`has`](Self::has) and [`Continuation::from_step`](crate::Continuation::from_step).
+    /// Same as [`check_step`](Self::check_step) and
+    /// [`Continuation::from_step`](crate::Continuation::from_step).
     pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
         self.remaining_within(from, None, start)
     }
 
     /// Like [`remaining`](Self::remaining), for a run that may have stopped within the step: if the
     /// step moves straight through `at`, it continues from there, otherwise it starts over.
-    /// [`RemainingProgram::goes_on`] computes step and place.
+    /// [`RemainingProgram::resume_place`] computes step and place.
     ///
     /// # Errors
     /// Same as [`remaining`](Self::remaining).
@@ -224,18 +226,18 @@ impl Program {
         at: Option<[f64; 3]>,
         start: Preflight,
     ) -> Result<RemainingProgram, Diagnostic> {
-        self.has(from)?;
+        self.check_step(from)?;
         RemainingProgram::of(self, from, at, start)
     }
 
     /// Key of the program: equal for programs that do the same, whatever their titles.
     #[must_use]
     pub fn key(&self) -> String {
-        at_once(self.key_in_turns(&AtOnce))
+        run_to_end(self.key_yielding(&NeverYield))
     }
 
     /// Like [`key`](Self::key), yielding to other tasks between slices.
-    pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
+    pub async fn key_yielding(&self, yields: &impl Yield) -> String {
         // FNV-1a, 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
         let mut take = |bytes: &[u8]| {
@@ -268,12 +270,12 @@ impl Program {
             .steps
             .get(skipped..)
             .unwrap_or_default()
-            .chunks(SLICE)
+            .chunks(STEPS_PER_SLICE)
         {
             for step in slice {
                 take_step(step.action.command(), step.action.name());
             }
-            turns.give().await;
+            yields.yield_now().await;
         }
         format!("{hash:032x}")
     }
@@ -291,20 +293,20 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_counted_over_all_rounds() {
+    fn steps_are_counted_across_iterations() {
         let program = program(3, Some(2));
         assert_eq!(program.steps(), Some(6));
-        assert!(program.has(5).is_ok());
-        let diagnostic = program.has(6).expect_err("there are six");
+        assert!(program.check_step(5).is_ok());
+        let diagnostic = program.check_step(6).expect_err("there are six");
         assert_eq!(diagnostic.to_string(), "there is no step 7: the last is 6");
         let endless = super::tests::program(3, None);
-        assert!(endless.has(1 << 62).is_ok());
-        assert!(endless.has(u64::MAX).is_err() && endless.has(1 << 63).is_err());
-        assert!(super::tests::program(0, Some(1)).has(0).is_ok());
+        assert!(endless.check_step(1 << 62).is_ok());
+        assert!(endless.check_step(u64::MAX).is_err() && endless.check_step(1 << 63).is_err());
+        assert!(super::tests::program(0, Some(1)).check_step(0).is_ok());
     }
 
     #[test]
-    fn its_key_is_of_what_it_does() {
+    fn key_depends_on_commands_only() {
         let same = program(3, Some(2)).key();
         let mut named = Plan::clone(program(3, Some(2)).plan());
         "another".clone_into(&mut named.title);

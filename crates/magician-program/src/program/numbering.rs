@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_and_steps_are_counted_into_each_other() {
+    fn commands_and_steps_convert_both_ways() {
         for silent in [vec![], vec![0], vec![4], vec![0, 1, 3], vec![2, 3, 4]] {
             let numbering = StepNumbering {
                 silent: silent.clone().into(),
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plan_that_sends_nothing_has_no_commands() {
+    fn silent_plan_has_no_commands() {
         let numbering = StepNumbering {
             silent: vec![0, 1].into(),
             iteration: 2,

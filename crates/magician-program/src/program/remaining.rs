@@ -1,10 +1,9 @@
 //! Rest of a program from one of its steps on.
 //!
-//! A rest is the settings, the first part (an approach and the rest of the current iteration) and
-//! the iterations after it. It can be long or endless, so commands are iterated and never
-//! collected. Besides running it, the rest answers where an interrupted run can be resumed: it
-//! follows its commands without sending them and compares their ends and lines with the pose at
-//! which the arm stands.
+//! A remaining program consists of settings, the first part (an approach and the rest of the
+//! current iteration) and the following iterations. It can be endless, so commands are iterated and
+//! never collected. It also finds the place at which an interrupted run resumes: it follows its
+//! commands without sending them and compares their end points and lines with the arm's pose.
 
 use std::iter::{self, repeat_n};
 use std::sync::Arc;
@@ -15,19 +14,19 @@ use magician_host::commands::Pose;
 use magician_host::preflight::{Guards, Preflight};
 
 use super::{Program, StepNumbering, Timetable};
-use crate::continuation::{Continuation, lights, within};
+use crate::continuation::{Continuation, laser_off, partial_step};
 use crate::resume::{ResumePoint, StepCounter};
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 
 /// Largest distance of an arm from the end of a step at which the step counts as done, mm: equal to
 /// the largest acceptable gap in a line.
-const NEAR: f64 = 0.2;
-/// Largest distance from its end of an arm that finished a step by itself, mm: rounding of the
-/// arm's and the plan's coordinates.
-const EXACT: f64 = 0.01;
+const DONE_TOLERANCE: f64 = 0.2;
+/// Largest distance from the end of a step at which the arm counts as having finished it without a
+/// stop, mm: rounding of the arm's and the plan's coordinates.
+const REST_TOLERANCE: f64 = 0.01;
 /// Largest change of a joint that counts as standstill, deg.
-const STILL: f64 = 0.02;
+const STANDSTILL_TOLERANCE: f64 = 0.02;
 
 /// Rest of a [`Program`] from one of its steps on, for an arm in a known state: the approach to the
 /// first step, the rest of the current iteration, and the iterations after it.
@@ -37,19 +36,19 @@ pub struct RemainingProgram {
     /// Plan of the first part, with the approach before it.
     pub(super) first: Arc<Plan>,
     /// Number of approach steps within the first part.
-    added: u64,
+    approach_steps: u64,
     from: u64,
-    /// Position within the first step at which it begins.
+    /// Position within the first step at which the rest begins.
     within: Option<[f64; 3]>,
     pub(super) whole: Arc<Plan>,
     /// Number of iterations after the first part; `None` is endless.
-    pub(super) follow: Option<u64>,
+    pub(super) following: Option<u64>,
     /// True if the last step is left out so that the pen stays down.
-    stays: bool,
+    pen_stays_down: bool,
     numbering: StepNumbering,
     start: Preflight,
     /// Start state after the settings are sent.
-    pub(super) told: Preflight,
+    pub(super) start_with_settings: Preflight,
 }
 
 /// Place where a burn that ended early is resumed.
@@ -70,10 +69,10 @@ impl RemainingProgram {
         at: Option<[f64; 3]>,
         start: Preflight,
     ) -> Result<Self, Diagnostic> {
-        let mut told = start.clone();
+        let mut start_with_settings = start.clone();
         // Settings precede the approach, which depends on speeds and tool.
         for setting in &program.settings {
-            let taken = told.check(setting);
+            let taken = start_with_settings.check(setting);
             taken.map_err(|error| Diagnostic::of_file(error.to_string()))?;
         }
         let iteration = program.steps_per_iteration().max(1);
@@ -81,25 +80,27 @@ impl RemainingProgram {
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             // At the first step of an iteration the plan itself begins: no approach is needed.
             0 if at.is_none() => Arc::clone(&program.plan),
-            step => Arc::new(Continuation::within_step(&program.plan, step, at, &told)?.plan),
+            step => Arc::new(
+                Continuation::within_step(&program.plan, step, at, &start_with_settings)?.plan,
+            ),
         };
-        let added = match step {
+        let approach_steps = match step {
             0 if at.is_none() => 0,
             step => (first.steps.len() as u64).saturating_sub(iteration.saturating_sub(step)),
         };
         Ok(Self {
             settings: program.settings.clone(),
             first,
-            added,
+            approach_steps,
             from,
             within: at,
             whole: Arc::clone(&program.plan),
-            follow: (program.iterations)
+            following: (program.iterations)
                 .map(|iterations| iterations.saturating_sub(done.saturating_add(1))),
-            stays: program.stays,
+            pen_stays_down: program.stays,
             numbering: program.numbering.clone(),
             start,
-            told,
+            start_with_settings,
         })
     }
 
@@ -123,8 +124,8 @@ impl RemainingProgram {
 
     /// State of the arm after the settings that precede the plan.
     #[must_use]
-    pub fn told(&self) -> &Preflight {
-        &self.told
+    pub fn start_with_settings(&self) -> &Preflight {
+        &self.start_with_settings
     }
 
     /// First part as a plan: the approach, and the rest of the current iteration.
@@ -137,7 +138,7 @@ impl RemainingProgram {
     pub(super) fn offset(&self) -> i64 {
         self.from
             .cast_signed()
-            .saturating_sub(self.added.cast_signed())
+            .saturating_sub(self.approach_steps.cast_signed())
     }
 
     /// Number of commands before the first step, for
@@ -145,7 +146,7 @@ impl RemainingProgram {
     #[must_use]
     pub fn lead(&self) -> u64 {
         let tool = u64::from(self.first.tool.is_some());
-        self.settings.len() as u64 + tool + self.added
+        self.settings.len() as u64 + tool + self.approach_steps
     }
 
     /// Counter for its steps; `mixed` as in [`StepCounter::new`].
@@ -172,8 +173,8 @@ impl RemainingProgram {
     }
 
     /// Steps after the first part.
-    fn later(&self) -> impl Iterator<Item = &Step> + '_ {
-        let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
+    fn later_steps(&self) -> impl Iterator<Item = &Step> + '_ {
+        let times = usize::try_from(self.following.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
         repeat_n(&*self.whole, times).flat_map(|plan| &plan.steps)
     }
 
@@ -186,9 +187,9 @@ impl RemainingProgram {
 
     /// Commands in order, with `None` for each step that sends nothing.
     fn slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
-        let later = self.later().map(|step| step.action.command());
+        let later = self.later_steps().map(|step| step.action.command());
         let slots = self.first_slots().chain(later);
-        slots.take(if self.stays { self.count() } else { usize::MAX })
+        slots.take(if self.pen_stays_down { self.count() } else { usize::MAX })
     }
 
     /// All commands in order.
@@ -215,10 +216,10 @@ impl RemainingProgram {
 
     /// Steps from the first one over all iterations. For an endless program: the first part and one
     /// whole iteration.
-    fn ahead(&self) -> impl Iterator<Item = (u64, &Step)> + '_ {
-        let added = usize::try_from(self.added).unwrap_or(usize::MAX);
-        let first = self.first.steps.iter().skip(added);
-        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+    fn upcoming_steps(&self) -> impl Iterator<Item = (u64, &Step)> + '_ {
+        let approach_steps = usize::try_from(self.approach_steps).unwrap_or(usize::MAX);
+        let first = self.first.steps.iter().skip(approach_steps);
+        let later = Some(&self.whole).filter(|_| self.following != Some(0));
         let later = later.into_iter().flat_map(|plan| &plan.steps);
         (self.from..).zip(first.chain(later))
     }
@@ -226,23 +227,26 @@ impl RemainingProgram {
     /// First step that waits for a person, counted over all iterations.
     #[must_use]
     pub fn pause(&self) -> Option<(u64, &Pause)> {
-        self.ahead().find_map(|(nth, step)| match &step.action {
-            Action::Pause(pause) => Some((nth, &**pause)),
-            _ => None,
-        })
+        self.upcoming_steps()
+            .find_map(|(nth, step)| match &step.action {
+                Action::Pause(pause) => Some((nth, &**pause)),
+                _ => None,
+            })
     }
 
     /// True if a pause comes before any command.
     #[must_use]
     pub fn begins_with_pause(&self) -> bool {
-        let mut silent = self.ahead().take_while(|(_, step)| step.action.is_silent());
+        let mut silent = self
+            .upcoming_steps()
+            .take_while(|(_, step)| step.action.is_silent());
         silent.any(|(_, step)| matches!(step.action, Action::Pause(_)))
     }
 
     /// Part that begins after a step before any further command, if any.
     #[must_use]
     pub fn part_after(&self, step: u64) -> Option<&Part> {
-        let behind = self.ahead().skip_while(|(nth, _)| *nth <= step);
+        let behind = self.upcoming_steps().skip_while(|(nth, _)| *nth <= step);
         let mut silent = behind.take_while(|(_, step)| step.action.is_silent());
         silent.find_map(|(_, step)| match &step.action {
             Action::Part(part) => Some(&**part),
@@ -252,7 +256,7 @@ impl RemainingProgram {
 
     /// Number of commands and steps without the last lift.
     fn count(&self) -> usize {
-        let iterations = self.follow.unwrap_or(u64::MAX);
+        let iterations = self.following.unwrap_or(u64::MAX);
         let later = iterations.saturating_mul(self.whole.steps.len() as u64);
         let tool = u64::from(self.first.tool.is_some());
         let first = (self.settings.len() + self.first.steps.len()) as u64 + tool;
@@ -263,8 +267,12 @@ impl RemainingProgram {
     /// State of the arm after the last step, as far as known.
     #[must_use]
     pub fn end(&self) -> Preflight {
-        let mut course = self.told.clone().guards(Guards::NONE).summing();
-        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        let mut course = self
+            .start_with_settings
+            .clone()
+            .guards(Guards::NONE)
+            .summing();
+        let later = Some(&self.whole).filter(|_| self.following != Some(0));
         for plan in iter::once(&self.first).chain(later) {
             for command in plan.commands() {
                 // Steps that the arm cannot do are reported by the check.
@@ -274,8 +282,8 @@ impl RemainingProgram {
         course.guards(Guards::default())
     }
 
-    /// True if the arm has moved since the rest began: it stands elsewhere, or has finished a
-    /// command that leads away from the start. Also true if the start is unknown.
+    /// True if the arm has moved since the rest began: its pose differs, or it has finished a
+    /// command that moves away from the start. Also true if the start is unknown.
     #[must_use]
     pub fn has_moved(&self, counter: &StepCounter, index: u64, pose: &Pose) -> bool {
         let Some(began) = self.start.arm() else {
@@ -284,7 +292,7 @@ impl RemainingProgram {
         let began = began.joints.to_array();
         let elsewhere = |now: [f64; 4]| {
             let mut pairs = began.into_iter().zip(now);
-            pairs.any(|(began, now)| (began - now).abs() > STILL)
+            pairs.any(|(began, now)| (began - now).abs() > STANDSTILL_TOLERANCE)
         };
         let mut course = self.start.clone().guards(Guards::NONE);
         let done = usize::try_from(counter.commands(index).least).unwrap_or(usize::MAX);
@@ -303,7 +311,7 @@ impl RemainingProgram {
 
     /// Commands that change settings of the arm, for `SettingsBackup::read`.
     pub fn changes(&self) -> impl Iterator<Item = &Set> {
-        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        let later = Some(&self.whole).filter(|_| self.following != Some(0));
         let plans = iter::once(&self.first).chain(later);
         self.settings
             .iter()
@@ -313,22 +321,22 @@ impl RemainingProgram {
     /// Timetable of the time left at each step; `report` comes from [`check`](Self::check).
     #[must_use]
     pub fn timetable(&self, report: &Report) -> Timetable {
-        at_once(self.timetable_in_turns(report, &AtOnce))
+        run_to_end(self.timetable_yielding(report, &NeverYield))
     }
 
     /// Like [`timetable`](Self::timetable), yielding to other tasks between slices.
-    pub async fn timetable_in_turns(&self, report: &Report, turns: &impl Turns) -> Timetable {
+    pub async fn timetable_yielding(&self, report: &Report, yields: &impl Yield) -> Timetable {
         let Some(all) = report.time else {
             return Timetable::default();
         };
         let mut course = self.start.clone().guards(Guards::NONE);
-        let first = sums(&mut course, self.first_slots(), turns).await;
-        let iteration = match self.follow {
+        let first = cumulative_times(&mut course, self.first_slots(), yields).await;
+        let iteration = match self.following {
             Some(0) => Vec::new(),
             _ => {
                 let steps = self.whole.steps.iter();
                 let commands = steps.map(|step| step.action.command());
-                sums(&mut course, commands, turns).await
+                cumulative_times(&mut course, commands, yields).await
             }
         };
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
@@ -342,21 +350,24 @@ impl RemainingProgram {
         unchanged: &Timetable,
         before: &[Set],
         change: impl Fn(Set) -> Set + Send + Sync,
-        turns: &impl Turns,
+        yields: &impl Yield,
     ) -> Timetable {
         // An end unknown at full speed is unknown at any other speed too.
         if unchanged.left(0).is_none() {
             return Timetable::default();
         }
         let mut course = self.start.clone().guards(Guards::NONE);
-        let sooner = sums(&mut course, before.iter().copied().map(Some), turns).await;
+        let sooner = cumulative_times(&mut course, before.iter().copied().map(Some), yields).await;
         let first = self.first_slots().map(|slot| slot.map(&change));
-        let first = sums(&mut course, first, turns).await;
+        let first = cumulative_times(&mut course, first, yields).await;
         let (mut iteration, mut iterations) = (Vec::new(), 0);
-        if let Some(follow @ 1..) = self.follow {
+        if let Some(following @ 1..) = self.following {
             let steps = self.whole.steps.iter();
             let commands = steps.map(|step| step.action.command().map(&change));
-            (iteration, iterations) = (sums(&mut course, commands, turns).await, follow);
+            (iteration, iterations) = (
+                cumulative_times(&mut course, commands, yields).await,
+                following,
+            );
         }
         let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
         let all = last(&sooner) + last(&first) + iterations as f64 * last(&iteration);
@@ -365,11 +376,11 @@ impl RemainingProgram {
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// Place where a run that ended this way resumes: number of finished steps, and position within
-    /// the next one. The position is `None` if the step was not cut short, does not move straight,
-    /// or the arm is not on its line.
+    /// Place at which a run with this resume point continues: number of finished steps, and
+    /// position within the next one. The position is `None` if the step was not cut short, does not
+    /// move straight, or the arm is not on its line.
     #[must_use]
-    pub fn goes_on(
+    pub fn resume_place(
         &self,
         resume_point: ResumePoint,
         pose: &Pose,
@@ -396,17 +407,17 @@ impl RemainingProgram {
             // A command that the check refuses was never sent.
             let _ = course.check(&command);
         }
-        let (passed, at) = within::place_on(&mut course, slots, pose)?;
+        let (passed, at) = partial_step::place_on(&mut course, slots, pose)?;
         Some((steps + passed, at))
     }
 
-    /// Place where a burn resumes whose laser was off when the arm was at `pose`, and went out at
-    /// most `late` before.
+    /// Place where an interrupted burn resumes. The laser was off when the arm was at `pose`, and
+    /// had gone out at most `late` before.
     ///
     /// Between `least` and `most` steps are finished, counting the one in progress. The laser may
-    /// have burnt on until the arm reached `until`. `None` if the pose is on none of the lines.
+    /// have stayed on until the arm reached `until`. `None` if the pose is on none of the lines.
     #[must_use]
-    pub fn dark_at(
+    pub fn laser_off_place(
         &self,
         (least, most): (u64, u64),
         pose: &Pose,
@@ -416,12 +427,14 @@ impl RemainingProgram {
         let under_way = least.checked_sub(1).filter(|step| *step >= self.from);
         let under_way = self.slots_before(under_way.unwrap_or(self.from))?;
         let last = self.slots_before(most.max(self.from))?;
-        let place = self.lines(last).dark_at(under_way, pose, late, until)?;
+        let place = self
+            .lines(last)
+            .laser_off_place(under_way, pose, late, until)?;
         Some(self.burn_place(place))
     }
 
-    /// Place where a stopped burn resumes if it is unknown where the laser went out: one braking
-    /// distance before the arm's place, which is `within` a step, or near the end of the last
+    /// Place where a stopped burn resumes if the place where the laser went out is unknown: one
+    /// braking distance before the arm, which stands `within` a step or near the end of the last
     /// finished one.
     ///
     /// `None` if nothing burns there, or the arm reached that end by itself.
@@ -436,7 +449,9 @@ impl RemainingProgram {
             (Some(within), _) => within,
             (None, ResumePoint::After(steps)) if steps > self.from => {
                 // A step that ends by itself ends exactly at its target.
-                self.off_end(steps, pose).1.filter(|off| *off > EXACT)?;
+                self.distance_to_end(steps, pose)
+                    .1
+                    .filter(|off| *off > REST_TOLERANCE)?;
                 (steps - 1, [pose.x, pose.y, pose.z].map(f64::from))
             }
             _ => return None,
@@ -446,27 +461,27 @@ impl RemainingProgram {
         (place.twice > 0.0).then(|| self.burn_place(place))
     }
 
-    /// Place where a burn resumes that may have been stopped before it reached its start within a
-    /// step: that same start, with the length from there to the arm. `None` if the rest begins with
-    /// a whole step, or the arm stands elsewhere.
+    /// Place where a burn resumes if it may have been stopped before it reached its start position
+    /// within a step: that position, with the length from there to the arm. `None` if the rest
+    /// begins with a whole step, or the arm stands elsewhere.
     #[must_use]
-    pub fn from_its_beginning(&self, pose: &Pose) -> Option<BurnPlace> {
+    pub fn from_start_position(&self, pose: &Pose) -> Option<BurnPlace> {
         let begin = self.within?;
         let (steps, at) = self.place_after(self.from, pose)?;
         (steps == self.from).then(|| BurnPlace {
             steps,
             within: Some(begin),
-            twice: within::distance(begin, at),
+            twice: partial_step::distance(begin, at),
         })
     }
 
-    fn lines(&self, last: usize) -> lights::Lines {
+    fn lines(&self, last: usize) -> laser_off::Lines {
         let mut course = self.start.clone().guards(Guards::NONE);
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
-        lights::Lines::of(&mut course, self.slots(), lead, last)
+        laser_off::Lines::of(&mut course, self.slots(), lead, last)
     }
 
-    fn burn_place(&self, place: lights::Place) -> BurnPlace {
+    fn burn_place(&self, place: laser_off::ResumePlace) -> BurnPlace {
         let steps = (place.passed as u64)
             .saturating_sub(self.lead())
             .saturating_add(self.from);
@@ -479,7 +494,7 @@ impl RemainingProgram {
         }
     }
 
-    /// Place where a burn resumes that shall overlap the earlier one by `overlap` mm: number of
+    /// Place where a burn resumes with an overlap of `overlap` mm over the earlier burn: number of
     /// finished steps, position within the next one, and the length burnt twice, mm. Does not go
     /// back beyond the start of the burn.
     #[must_use]
@@ -491,7 +506,7 @@ impl RemainingProgram {
         let back = || {
             let passed = self.slots_before(steps)?;
             let mut course = self.start.clone().guards(Guards::NONE);
-            within::back_along(&mut course, self.slots(), passed, within, overlap)
+            partial_step::step_back(&mut course, self.slots(), passed, within, overlap)
         };
         match (overlap > 0.0).then(back).flatten() {
             Some((earlier, place, twice)) if twice > 0.0 => {
@@ -506,7 +521,7 @@ impl RemainingProgram {
     pub fn burn_after(&self, steps: u64) -> Option<f64> {
         let passed = self.slots_before(steps)?;
         let mut course = self.start.clone().guards(Guards::NONE);
-        within::burn_of(&mut course, self.slots(), passed)
+        partial_step::burn_length(&mut course, self.slots(), passed)
     }
 
     fn slots_before(&self, steps: u64) -> Option<usize> {
@@ -517,7 +532,7 @@ impl RemainingProgram {
     /// Number of steps up to and including the first that moves the arm; `None` if no step does.
     #[must_use]
     pub fn first_motion(&self) -> Option<u64> {
-        let mut ahead = self.ahead();
+        let mut ahead = self.upcoming_steps();
         let moves = ahead.find(|(_, step)| {
             let command = step.action.command();
             command.is_some_and(|command| command.row().effect.moves_arm())
@@ -528,24 +543,24 @@ impl RemainingProgram {
     /// True if an arm at `pose` stands where `steps` finished steps leave it. `None` if that place
     /// is unknown, and for no steps at all.
     ///
-    /// With `stopped` a final wait or trigger was cut short and counts as unfinished, wherever the
-    /// arm stands.
+    /// With `stopped`, a final wait or trigger was interrupted and counts as unfinished at any
+    /// pose.
     #[must_use]
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
-        match self.off_end(steps, pose) {
+        match self.distance_to_end(steps, pose) {
             (Some(Set::WaitCmd(_) | Set::TrigCmd(_)), _) if stopped => Some(false),
-            (_, off) => Some(off? <= NEAR),
+            (_, off) => Some(off? <= DONE_TOLERANCE),
         }
     }
 
     /// Last command of the finished steps, and the arm's distance from its end, mm, if known.
-    fn off_end(&self, steps: u64, pose: &Pose) -> (Option<Set>, Option<f64>) {
+    fn distance_to_end(&self, steps: u64, pose: &Pose) -> (Option<Set>, Option<f64>) {
         let mut last = None;
-        let off = self.off_end_of(steps, pose, &mut last);
+        let off = self.distance_to_end_of(steps, pose, &mut last);
         (last, off)
     }
 
-    fn off_end_of(&self, steps: u64, pose: &Pose, last: &mut Option<Set>) -> Option<f64> {
+    fn distance_to_end_of(&self, steps: u64, pose: &Pose, last: &mut Option<Set>) -> Option<f64> {
         let done = steps.checked_sub(self.from).filter(|done| *done > 0)?;
         let count = usize::try_from(done.saturating_add(self.lead())).ok()?;
         let mut course = self.start.clone().guards(Guards::NONE);
@@ -563,17 +578,17 @@ impl RemainingProgram {
 
 /// Cumulative durations of steps, s. Steps without a command or a known end count as 0. A segment
 /// of a continuous path counts once it is settled, some segments later.
-async fn sums(
+async fn cumulative_times(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>> + Send,
-    turns: &impl Turns,
+    yields: &impl Yield,
 ) -> Vec<f64> {
     *course = course.clone().summing();
     let mut sum = 0.0;
     let mut sums = Vec::new();
     loop {
         let before = sums.len();
-        sums.extend(slots.by_ref().take(SLICE).map(|slot| {
+        sums.extend(slots.by_ref().take(STEPS_PER_SLICE).map(|slot| {
             let done = slot.and_then(|command| course.check(&command).ok());
             let known = done
                 .map(|step| step.time)
@@ -581,13 +596,13 @@ async fn sums(
             sum += known.map_or(0.0, |time| time.as_secs_f64());
             sum
         }));
-        if sums.len() < before + SLICE {
+        if sums.len() < before + STEPS_PER_SLICE {
             if let Some(last) = sums.last_mut() {
                 *last += course.clone().rest().as_secs_f64();
             }
             return sums;
         }
-        turns.give().await;
+        yields.yield_now().await;
     }
 }
 

@@ -1,7 +1,7 @@
 //! Time left at each step of a run.
 //!
-//! Times are sums up to each command of the first part and of one iteration, so that a long program
-//! needs no more than its plan, and a look-up is constant time.
+//! Cumulative times are stored for the first part and for one iteration only, so memory does not
+//! grow with the number of iterations, and a look-up takes constant time.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use std::time::Duration;
 #[derive(Clone, Debug, Default)]
 pub struct Timetable {
     /// Total duration; `None` if unknown.
-    all: Option<Duration>,
+    total: Option<Duration>,
     /// Number of commands before the first step.
     lead: usize,
     /// Time up to each command of the first part, s.
@@ -20,9 +20,9 @@ pub struct Timetable {
 }
 
 impl Timetable {
-    pub(super) fn new(all: Duration, lead: usize, first: Vec<f64>, iteration: Vec<f64>) -> Self {
+    pub(super) fn new(total: Duration, lead: usize, first: Vec<f64>, iteration: Vec<f64>) -> Self {
         Self {
-            all: Some(all),
+            total: Some(total),
             lead,
             first,
             iteration,
@@ -32,28 +32,29 @@ impl Timetable {
     /// Time left when `steps` of the run are finished; `None` if its end is unknown.
     #[must_use]
     pub fn left(&self, steps: u64) -> Option<Duration> {
-        let left = self.all?.as_secs_f64() - self.spent(steps);
+        let left = self.total?.as_secs_f64() - self.elapsed_after(steps);
         Some(Duration::try_from_secs_f64(left.max(0.0)).unwrap_or_default())
     }
 
-    fn spent(&self, steps: u64) -> f64 {
+    fn elapsed_after(&self, steps: u64) -> f64 {
         let of_first = self.first.len().saturating_sub(self.lead) as u64;
         let Some(later) = steps.checked_sub(of_first) else {
             let commands = self
                 .lead
                 .saturating_add(usize::try_from(steps).unwrap_or(usize::MAX));
-            return up_to(&self.first, commands);
+            return sum_of_first(&self.first, commands);
         };
-        let all = up_to(&self.first, self.first.len());
+        let total = sum_of_first(&self.first, self.first.len());
         let length = self.iteration.len().max(1) as u64;
         let within = usize::try_from(later % length).unwrap_or(usize::MAX);
-        let iterations = (later / length) as f64 * up_to(&self.iteration, self.iteration.len());
-        all + iterations + up_to(&self.iteration, within)
+        let iterations =
+            (later / length) as f64 * sum_of_first(&self.iteration, self.iteration.len());
+        total + iterations + sum_of_first(&self.iteration, within)
     }
 }
 
 /// Duration of the first `count` entries.
-fn up_to(sums: &[f64], count: usize) -> f64 {
+fn sum_of_first(sums: &[f64], count: usize) -> f64 {
     let last = count.checked_sub(1).and_then(|last| sums.get(last));
     last.copied().unwrap_or(0.0)
 }
@@ -63,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_rounds_after_the_first_part_have_a_length_of_their_own() {
+    fn later_iterations_have_their_own_duration() {
         // A lead of 1 s, two steps of 2 s, then iterations of three steps of 1 s.
         let table = Timetable::new(
             Duration::from_secs(11),

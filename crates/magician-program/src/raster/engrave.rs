@@ -66,11 +66,11 @@ impl Default for Engrave {
 
 impl Engrave {
     /// Largest number of cells in an image. Bounds memory and the duration of the job.
-    pub const MOST_CELLS: usize = 16_000_000;
+    pub const MAX_CELLS: usize = 16_000_000;
     /// Bisection steps when an image is scaled down to fit with its overscan.
-    const MOST_TRIES: usize = 14;
+    const BISECTION_STEPS: usize = 14;
     /// Segments that the arm knows after the current one (model section 14).
-    const AHEAD: f64 = 31.0;
+    const LOOKAHEAD_SEGMENTS: f64 = 31.0;
 
     /// Overscan, mm.
     #[must_use]
@@ -83,11 +83,11 @@ impl Engrave {
     /// (model sections 8 and 14: the arm plans to stop at the end of the last segment it knows, and
     /// a segment takes a whole number of periods).
     ///
-    /// Below it, a speed at which a pixel takes no whole number of periods is reduced to the next
-    /// one at which it does.
+    /// Below it, a speed at which a pixel does not take a whole number of periods is reduced to the
+    /// next lower one at which it does.
     #[must_use]
     pub fn steady_speed(&self) -> f64 {
-        let known = (2.0 * self.acceleration * Self::AHEAD * self.spacing).sqrt();
+        let known = (2.0 * self.acceleration * Self::LOOKAHEAD_SEGMENTS * self.spacing).sqrt();
         let period = f64::from(ArmModel::MAGICIAN.law.period_us()) / 1e6;
         known.min(self.spacing / period)
     }
@@ -154,7 +154,11 @@ impl Engrave {
         };
         let mut best = fits(1.0)?;
         let (mut least, mut most) = (0.0, 1.0);
-        let tries = if best.is_some() { 0 } else { Self::MOST_TRIES };
+        let tries = if best.is_some() {
+            0
+        } else {
+            Self::BISECTION_STEPS
+        };
         for _ in 0..tries {
             let share = f64::midpoint(least, most);
             match fits(share)? {
@@ -208,7 +212,7 @@ impl Engrave {
     /// the image as its line, and no column.
     ///
     /// # Errors
-    /// Values out of range or NaN, an image of more than [`Self::MOST_CELLS`], and an image without
+    /// Values out of range or NaN, an image of more than [`Self::MAX_CELLS`], and an image without
     /// anything to burn.
     pub fn plan(&self, image: &Raster, grid: &Grid, surface: Surface) -> Result<Plan, Diagnostic> {
         image.validate()?;
@@ -254,7 +258,7 @@ impl Engrave {
 fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let corners = grid.corners();
     let finite = corners.as_flattened().iter().all(|value| value.is_finite());
-    let [width, height] = super::positive(grid.size())?;
+    let [width, height] = super::check_positive(grid.size())?;
     if !finite {
         return Err(Diagnostic::of_file(message!(
             "the position of the image is not a number"
@@ -262,7 +266,7 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     }
     let counts = [width, height].map(|side| ((side / spacing).round() as usize).max(1));
     let [columns, rows] = counts;
-    let most = Engrave::MOST_CELLS;
+    let most = Engrave::MAX_CELLS;
     if columns.checked_mul(rows).is_none_or(|count| count > most) {
         return Err(Diagnostic::of_file(message!(
             "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are \

@@ -8,21 +8,21 @@ use magician_host::message;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use super::Trace;
-use super::shade::{Shade, bounded};
+use super::shade::{Shade, check_bounds};
 use crate::{Diagnostic, Stroke};
 
 /// Distance between turns of a spiral, in pen widths. Below 1, so that no white is left between
 /// them.
-const OVERLAP: f64 = 0.9;
+const SPIRAL_PITCH: f64 = 0.9;
 /// Largest deviation of a polyline from its circle, mm.
-const OFF: f64 = 0.02;
+const CIRCLE_TOLERANCE: f64 = 0.02;
 
 /// Returns the dots, row by row.
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let pitch = trace.spacing();
     let [width, height] = shade.page();
     let cells = width * height / (pitch * pitch);
-    bounded(
+    check_bounds(
         message!("dots"),
         cells,
         cells * pitch * pitch / trace.pen_width,
@@ -82,10 +82,10 @@ struct Dots {
 
 impl Dots {
     /// Number of sizes unless `levels` is given.
-    const SIZES: u8 = 64;
+    const DEFAULT_SIZES: u8 = 64;
 
     fn new(trace: &Trace, pitch: f64) -> Self {
-        let count = trace.levels.unwrap_or(Self::SIZES).max(1);
+        let count = trace.levels.unwrap_or(Self::DEFAULT_SIZES).max(1);
         let pen = trace.pen_width / 2.0;
         let least = inked(pen, pitch);
         // The last size covers the whole cell.
@@ -154,16 +154,16 @@ fn dot(middle: [f64; 2], path: f64, pen_width: f64) -> Vec<[f64; 2]> {
         let (sin, cos) = libm::sincos(angle);
         [middle[0] + radius * cos, middle[1] + radius * sin]
     };
-    if path < OFF {
+    if path < CIRCLE_TOLERANCE {
         return vec![middle];
     }
-    let pieces = (PI / libm::acos(1.0 - (OFF / path).min(0.5)))
+    let pieces = (PI / libm::acos(1.0 - (CIRCLE_TOLERANCE / path).min(0.5)))
         .ceil()
         .max(6.0);
     let turns = if path <= pen_width / 2.0 {
         0.0
     } else {
-        (path / (OVERLAP * pen_width)).ceil()
+        (path / (SPIRAL_PITCH * pen_width)).ceil()
     };
     let mut points = Vec::new();
     let steps = (turns * pieces) as usize;

@@ -5,15 +5,15 @@ use magician_host::message;
 use std::f64::consts::PI;
 
 use super::Trace;
-use super::shade::{Shade, bounded, stretch};
+use super::shade::{Shade, check_bounds, stretch};
 use crate::artwork::distance;
 use crate::{Diagnostic, Stroke};
 
 /// Angles of the layers, degrees counter-clockwise from x. Further layers repeat them between the
 /// earlier lines.
-const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
+const LAYER_ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
 /// Sampling distance along a line, in pen widths.
-const STEP: f64 = 0.5;
+const SAMPLE_STEP: f64 = 0.5;
 
 /// Layer of hatching.
 struct Hatching {
@@ -43,9 +43,9 @@ fn hatchings(trace: &Trace) -> Vec<Hatching> {
         let order = usize::from(nth - 1);
         Hatching {
             darker_than: f64::midpoint(below, above),
-            angle: ANGLES[order % ANGLES.len()],
+            angle: LAYER_ANGLES[order % LAYER_ANGLES.len()],
             spacing: trace.pen_width / share.clamp(1e-3, 1.0),
-            shift: [0.5, 0.0, 0.25, 0.75][order / ANGLES.len() % 4],
+            shift: [0.5, 0.0, 0.25, 0.75][order / LAYER_ANGLES.len() % 4],
         }
     };
     (1..=levels).map(hatching).collect()
@@ -58,7 +58,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
     let mut length = 0.0;
     for hatching in hatchings(trace) {
         length += width * height / hatching.spacing;
-        bounded(message!("lines"), 0.0, length)?;
+        check_bounds(message!("lines"), 0.0, length)?;
         let (sin, cos) = libm::sincos(hatching.angle.to_radians());
         // Along the lines and across them, with y down.
         let (along, across) = ([cos, -sin], [sin, cos]);
@@ -84,7 +84,7 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
                 }
                 back = !back;
             }
-            bounded(message!("lines"), strokes.len() as f64, length)?;
+            check_bounds(message!("lines"), strokes.len() as f64, length)?;
             offset += hatching.spacing;
         }
     }
@@ -113,7 +113,7 @@ fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]
 /// stretch with the pen's round caps inks as much as one with square ends at the edge.
 fn stretches(shade: &Shade, line: [[f64; 2]; 2], level: f64, pen_width: f64) -> Vec<[f64; 2]> {
     let length = distance(line[0], line[1]);
-    let count = (length / (STEP * pen_width)).ceil().max(1.0) as usize;
+    let count = (length / (SAMPLE_STEP * pen_width)).ceil().max(1.0) as usize;
     let step = length / count as f64;
     let darkness = |nth: usize| {
         let [at, _] = stretch(line, [nth as f64 * step; 2]);

@@ -36,4 +36,4 @@ pub use tone::Tone;
 pub use trace::{ImageLines, ImageStyle, Trace};
 
 use magician_formats::Raster;
-use magician_formats::raster::positive;
+use magician_formats::raster::check_positive;

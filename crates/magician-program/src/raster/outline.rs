@@ -8,11 +8,11 @@ use crate::{Origin, Stroke};
 use magician_formats::simplify::simplified;
 
 /// Largest side in pixels that is processed; a larger image is reduced first.
-const MOST_SIDE: usize = 2000;
+const MAX_SIDE: usize = 2000;
 
 /// Returns the outlines of dark areas as closed lines, and the number of specks left out.
 pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
-    let small = super::trace::reduced(image, page, 0.0, MOST_SIDE);
+    let small = super::trace::reduced(image, page, 0.0, MAX_SIDE);
     let (width, height) = (small.width, small.height);
     let nodes = Nodes {
         grey: small.grey,
@@ -68,7 +68,7 @@ struct Nodes {
 }
 
 /// Marker: no outline leaves through this edge.
-const NONE: u32 = u32::MAX;
+const NO_EDGE: u32 = u32::MAX;
 
 impl Nodes {
     /// Outlines in pixels from the upper left corner; each ends where it begins.
@@ -78,9 +78,9 @@ impl Nodes {
         for start in 0..next.len() {
             let mut outline = Vec::new();
             let mut at = start;
-            while let Some(to) = next.get_mut(at).filter(|to| **to != NONE) {
+            while let Some(to) = next.get_mut(at).filter(|to| **to != NO_EDGE) {
                 outline.push(self.crossing(at));
-                at = std::mem::replace(to, NONE) as usize;
+                at = std::mem::replace(to, NO_EDGE) as usize;
             }
             if !outline.is_empty() {
                 outline.push(self.crossing(at));
@@ -113,7 +113,7 @@ impl Nodes {
     /// it leaves. The index of an edge is twice its first node, plus one if it goes down from
     /// there.
     fn crossings(&self) -> Vec<u32> {
-        let mut next = vec![NONE; 2 * self.stride() * (self.height + 2)];
+        let mut next = vec![NO_EDGE; 2 * self.stride() * (self.height + 2)];
         for y in 0..=self.height {
             for x in 0..=self.width {
                 let nodes = [[x, y], [x + 1, y], [x + 1, y + 1], [x, y + 1]];
@@ -126,7 +126,7 @@ impl Nodes {
                 let edges = [first, first + 3, below, first + 1];
                 for (from, to) in self.pairs(nodes, dark) {
                     if let Some(slot) = next.get_mut(edges[from]) {
-                        *slot = u32::try_from(edges[to]).unwrap_or(NONE);
+                        *slot = u32::try_from(edges[to]).unwrap_or(NO_EDGE);
                     }
                 }
             }

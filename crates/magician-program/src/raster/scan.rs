@@ -12,10 +12,10 @@ use super::tone::Powers;
 use super::{Engrave, Grid};
 use crate::artwork::distance;
 use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
-use magician_formats::reach::APPROACH;
+use magician_formats::reach::APPROACH_HEIGHT;
 
 /// Speed ratio that an arm applies to travel moves by default (model section 6).
-const RATIO: f64 = 0.5;
+const DEFAULT_SPEED_RATIO: f64 = 0.5;
 /// Durations of motion, used to choose between paths.
 pub(super) struct ScanSpeeds {
     speed: f64,
@@ -30,26 +30,26 @@ impl ScanSpeeds {
             speed: engrave.speed,
             acceleration: engrave.acceleration,
             run_up: engrave.run_up(),
-            travel: engrave.travel * RATIO,
+            travel: engrave.travel * DEFAULT_SPEED_RATIO,
         }
     }
 
     /// Duration from rest to rest at engraving speed, s.
-    fn dark(&self, way: f64) -> f64 {
+    fn engrave_time(&self, way: f64) -> f64 {
         rest_to_rest(way, self.speed, self.acceleration)
     }
 
     /// Duration from rest to rest at travel speed, s.
-    fn travel(&self, way: f64) -> f64 {
+    fn travel_time(&self, way: f64) -> f64 {
         rest_to_rest(way, self.travel, self.travel)
     }
 
     /// True if it is faster to brake before a gap, travel, and accelerate after it than to cross it
     /// at engraving speed.
-    fn leaps(&self, gap: f64) -> bool {
+    fn is_travel_faster(&self, gap: f64) -> bool {
         let between = gap - 2.0 * self.run_up;
-        let runs = 2.0 * self.dark(2.0 * self.run_up);
-        between > 0.0 && self.travel(between) + runs < gap / self.speed
+        let runs = 2.0 * self.engrave_time(2.0 * self.run_up);
+        between > 0.0 && self.travel_time(between) + runs < gap / self.speed
     }
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Scan<'e> {
     grid: Grid,
     surface: Surface,
     engrave: &'e Engrave,
-    rates: ScanSpeeds,
+    speeds: ScanSpeeds,
     /// Number of lines with a burn so far.
     burnt: usize,
     /// Position of the tool.
@@ -85,7 +85,7 @@ impl<'e> Scan<'e> {
         grid: Grid,
         surface: Surface,
         engrave: &'e Engrave,
-        rates: ScanSpeeds,
+        speeds: ScanSpeeds,
     ) -> Self {
         let travel = engrave.travel as f32;
         plan.push(build::line_speed(travel, travel), Origin::NONE);
@@ -96,7 +96,7 @@ impl<'e> Scan<'e> {
             grid,
             surface,
             engrave,
-            rates,
+            speeds,
             burnt: 0,
             at: None,
             lit: false,
@@ -125,7 +125,7 @@ impl<'e> Scan<'e> {
         };
         for stretch in stretches {
             let runs = runs.get(stretch).unwrap_or_default();
-            self.lay_out(runs, cells, back);
+            self.set_segments(runs, cells, back);
             // Taken and put back to reuse its memory on every line.
             let segments = std::mem::take(&mut self.segments);
             for (nth, (right, level)) in segments.iter().enumerate() {
@@ -146,7 +146,7 @@ impl<'e> Scan<'e> {
         self.plan.push(Action::Laser(false), Origin::NONE);
         if let Some(at) = self.at {
             self.travel(
-                self.above(at, self.engrave.lift),
+                self.above_surface(at, self.engrave.lift),
                 Travel::Line,
                 Origin::NONE,
             );
@@ -154,8 +154,8 @@ impl<'e> Scan<'e> {
         self.plan
     }
 
-    /// Runs of a line that are passed in one go: from the first to the last that burns, split at
-    /// gaps over which travelling is faster.
+    /// Groups of runs that the tool crosses without a stop: from the first run that burns to the
+    /// last, split at gaps over which travelling is faster.
     fn stretches(&self, runs: &[ScanRun], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
             let all = 0..runs.len();
@@ -166,7 +166,7 @@ impl<'e> Scan<'e> {
         for (nth, run) in runs.iter().enumerate().filter(|(_, run)| run.level > 0) {
             let gap = (run.from - burnt_to) as f64 * cell;
             match stretches.last_mut() {
-                Some(last) if !self.rates.leaps(gap) => last.end = nth + 1,
+                Some(last) if !self.speeds.is_travel_faster(gap) => last.end = nth + 1,
                 _ => stretches.push(nth..nth + 1),
             }
             burnt_to = run.to;
@@ -175,12 +175,12 @@ impl<'e> Scan<'e> {
     }
 
     /// Computes the segments of some runs; the first one ends where the overscan begins.
-    fn lay_out(&mut self, runs: &[ScanRun], cells: f64, back: bool) {
+    fn set_segments(&mut self, runs: &[ScanRun], cells: f64, back: bool) {
         self.segments.clear();
         let (Some(first), Some(last)) = (runs.first(), runs.last()) else {
             return;
         };
-        let beyond = self.rates.run_up / self.grid.size()[0];
+        let beyond = self.speeds.run_up / self.grid.size()[0];
         let edge = |cell: usize| cell as f64 / cells;
         let (left, right) = (edge(first.from), edge(last.to));
         if back {
@@ -213,19 +213,19 @@ impl<'e> Scan<'e> {
     fn approach(&mut self, to: [f64; 2], origin: Origin) {
         let Some(at) = self.at else {
             // The first move may start anywhere: a joint move never leaves the reach on its way.
-            self.travel(self.over(to), Travel::Joints, origin);
-            self.travel(self.on(to), Travel::Line, origin);
+            self.travel(self.approach_position(to), Travel::Joints, origin);
+            self.travel(self.on_surface(to), Travel::Line, origin);
             self.at = Some(to);
             return;
         };
         let way = distance(at, to);
-        if self.rates.travel(way) < self.rates.dark(way) {
+        if self.speeds.travel_time(way) < self.speeds.engrave_time(way) {
             // Without overscan the last segment has left the laser on.
             if self.lit {
                 self.plan.push(Action::Laser(false), origin);
                 self.lit = false;
             }
-            self.travel(self.on(to), Travel::Line, origin);
+            self.travel(self.on_surface(to), Travel::Line, origin);
             self.at = Some(to);
         } else {
             self.segment(to, 0.0, origin);
@@ -234,8 +234,8 @@ impl<'e> Scan<'e> {
 
     /// Adds one segment of the path, unless it has no length.
     fn segment(&mut self, to: [f64; 2], power: f32, origin: Origin) {
-        let to_there = self.on(to);
-        if self.at.is_some_and(|at| self.on(at) == to_there) {
+        let to_there = self.on_surface(to);
+        if self.at.is_some_and(|at| self.on_surface(at) == to_there) {
             return;
         }
         let to_there = Action::Burn {
@@ -252,20 +252,20 @@ impl<'e> Scan<'e> {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
-    fn on(&self, at: [f64; 2]) -> [f32; 3] {
-        self.above(at, 0.0)
+    fn on_surface(&self, at: [f64; 2]) -> [f32; 3] {
+        self.above_surface(at, 0.0)
     }
 
-    fn above(&self, at: [f64; 2], height: f64) -> [f32; 3] {
+    fn above_surface(&self, at: [f64; 2], height: f64) -> [f32; 3] {
         [at[0], at[1], self.surface.at(at) + height].map(|value| value as f32)
     }
 
     /// Position well above a point, as far as the reach allows.
-    fn over(&self, at: [f64; 2]) -> [f32; 3] {
+    fn approach_position(&self, at: [f64; 2]) -> [f32; 3] {
         let lift = self.engrave.lift;
         let reach = Reach::new(Tool::Laser.bias(), self.surface, lift);
-        let (at, above) = reach.over((at, 0.0), lift + APPROACH);
-        self.above(at, above)
+        let (at, above) = reach.over((at, 0.0), lift + APPROACH_HEIGHT);
+        self.above_surface(at, above)
     }
 }
 

@@ -9,9 +9,9 @@ use crate::artwork::distance;
 use crate::{Diagnostic, Origin, Stroke};
 
 /// Largest side in pixels that is processed.
-const MOST_SIDE: usize = 2000;
+const MAX_SIDE: usize = 2000;
 /// Largest number of pixels across the pen's line: finer ones cannot show.
-const PER_WIDTH: f64 = 4.0;
+const MAX_PIXELS_PER_WIDTH: f64 = 4.0;
 
 /// Darkness of an image, 0 to 1, on a page with y down, mm.
 pub(super) struct Shade {
@@ -27,8 +27,8 @@ pub(super) struct Shade {
 impl Shade {
     pub(super) fn new(image: &Raster, page: [f64; 2], pen_width: f64) -> Self {
         let side = |pixels: usize, length: f64| {
-            let fine = (length / pen_width * PER_WIDTH).ceil() as usize;
-            pixels.min(fine).clamp(1, MOST_SIDE)
+            let fine = (length / pen_width * MAX_PIXELS_PER_WIDTH).ceil() as usize;
+            pixels.min(fine).clamp(1, MAX_SIDE)
         };
         let (columns, rows) = (side(image.width, page[0]), side(image.height, page[1]));
         let grey = resample(image, columns, rows);
@@ -55,7 +55,8 @@ impl Shade {
         self.page
     }
 
-    /// Mean darkness of the part of this box around a point that is on the page; 0 if none is.
+    /// Mean darkness in a box of this size around a point, counting only the part on the page; 0 if
+    /// no part is on it.
     pub(super) fn around(&self, middle: [f64; 2], size: [f64; 2]) -> f64 {
         let counts = [self.columns as f64, self.rows as f64];
         let edges = [0, 1].map(|axis| {
@@ -115,13 +116,13 @@ pub(super) fn stretch([from, to]: [[f64; 2]; 2], ends: [f64; 2]) -> [[f64; 2]; 2
 }
 
 /// Largest number of strokes of an image: more than a day of work.
-const MOST_STROKES: f64 = 200_000.0;
+const MAX_STROKES: f64 = 200_000.0;
 /// Largest total length, mm: more than a day of work.
-const MOST_LENGTH: f64 = 5e6;
+const MAX_LENGTH: f64 = 5e6;
 
 /// Refuses more strokes or length than an arm can draw.
-pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
-    if count <= MOST_STROKES && length <= MOST_LENGTH {
+pub(super) fn check_bounds(what: Message, count: f64, length: f64) -> Result<(), Diagnostic> {
+    if count <= MAX_STROKES && length <= MAX_LENGTH {
         return Ok(());
     }
     let message = message!(
@@ -139,7 +140,7 @@ pub(super) fn bounded(what: Message, count: f64, length: f64) -> Result<(), Diag
 }
 
 /// Error for an image that leaves nothing to draw.
-pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
+pub(super) fn nothing_to_draw(trace: &Trace, specks: usize) -> Diagnostic {
     if specks > 0 {
         let message = message!(
             "nothing to draw: all {specks} spots in the image are smaller than {despeckle} mm",

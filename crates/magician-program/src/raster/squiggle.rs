@@ -8,39 +8,39 @@ use magician_host::message;
 use std::f64::consts::TAU;
 
 use super::Trace;
-use super::shade::{Shade, bounded};
+use super::shade::{Shade, check_bounds};
 use crate::{Diagnostic, Stroke};
 
 /// Window over which the image is averaged, in line distances.
-const WINDOW: f64 = 0.6;
+const AVERAGING_WINDOW: f64 = 0.6;
 /// Points per period of the oscillation.
-const POINTS: f64 = 16.0;
+const POINTS_PER_PERIOD: f64 = 16.0;
 /// Length of straight pieces where a line hardly oscillates, in line distances.
-const STRAIGHT: f64 = 0.5;
+const STRAIGHT_PIECE: f64 = 0.5;
 /// Shortest stretch with or without ink, in line distances.
-const LEAST_RUN: f64 = 2.0;
+const MIN_RUN: f64 = 2.0;
 /// Thinning order of eight rows: in areas lighter than straight lines can show, rows with high
 /// numbers are left out first, and the remaining ones oscillate.
-const GROUP: [u8; 8] = [0, 3, 2, 3, 1, 3, 2, 3];
+const THINNING_ORDER: [u8; 8] = [0, 3, 2, 3, 1, 3, 2, 3];
 /// Largest thinning: seven of eight rows are left out.
-const THINNEST: u8 = 3;
+const MAX_THINNING: u8 = 3;
 
 /// Returns the rows, each in as few strokes as possible.
 pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
     let [width, height] = shade.page();
     let rows = (height / trace.spacing()).round().max(1.0);
-    bounded(message!("lines"), rows, rows * width * 4.0)?;
+    check_bounds(message!("lines"), rows, rows * width * 4.0)?;
     let pitch = height / rows;
     let swings = Swings::new(pitch, trace.pen_width);
     let straight = swings.inked[0];
     let mut strokes = Vec::new();
     for row in 0..rows as usize {
         let y = (row as f64 + 0.5) * pitch;
-        let darkness = |x: f64| shade.around([x, y], [WINDOW * pitch, pitch]);
+        let darkness = |x: f64| shade.around([x, y], [AVERAGING_WINDOW * pitch, pitch]);
         // Thinning here: all rows, every second, fourth or eighth.
         let thinned = |dark: f64| {
             let mut thinned = 0;
-            while thinned < THINNEST && dark * f64::from(1_u32 << thinned) < straight {
+            while thinned < MAX_THINNING && dark * f64::from(1_u32 << thinned) < straight {
                 thinned += 1;
             }
             thinned
@@ -49,8 +49,8 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
             let dark = darkness(x);
             let thinned = thinned(dark);
             // Blank if lighter than half of the lightest shade available.
-            let blank = dark * f64::from(1_u32 << THINNEST) < straight / 2.0;
-            !blank && GROUP[row % GROUP.len()] <= THINNEST - thinned
+            let blank = dark * f64::from(1_u32 << MAX_THINNING) < straight / 2.0;
+            !blank && THINNING_ORDER[row % THINNING_ORDER.len()] <= MAX_THINNING - thinned
         };
         let line = |[from, to]: [f64; 2]| {
             let mut points = Vec::new();
@@ -60,14 +60,14 @@ pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagn
                 let share = dark * f64::from(1_u32 << thinned(dark));
                 let Swing { amplitude, period } = swings.of(share);
                 points.push([x, y + amplitude * libm::sin(TAU * phase)]);
-                let step = (period / POINTS).min(STRAIGHT * pitch);
+                let step = (period / POINTS_PER_PERIOD).min(STRAIGHT_PIECE * pitch);
                 phase += step / period;
                 x += step;
             }
             points.push([to, y]);
             points
         };
-        let mut found: Vec<_> = runs(width, LEAST_RUN * pitch, pitch * STRAIGHT, drawn)
+        let mut found: Vec<_> = runs(width, MIN_RUN * pitch, pitch * STRAIGHT_PIECE, drawn)
             .into_iter()
             .map(line)
             .collect();
@@ -166,16 +166,16 @@ impl Swings {
         let Swing { amplitude, period } = swing;
         let sine = |x: f64| amplitude * libm::sin(TAU * x / period);
         let near = self.pen / 2.0;
-        let pieces = 3 * POINTS as i64;
+        let pieces = 3 * POINTS_PER_PERIOD as i64;
         let corner = |nth: i64| {
-            let x = period * nth as f64 / POINTS;
+            let x = period * nth as f64 / POINTS_PER_PERIOD;
             [x, sine(x)]
         };
         let corners: Vec<[f64; 2]> = (-pieces..=pieces).map(corner).collect();
         let is_inked = |x: f64, y: f64| {
             let ends = corners.windows(2);
             let mut close = ends.filter(|ends| ends[0][0] < x + near && ends[1][0] > x - near);
-            close.any(|ends| off([x, y], ends[0], ends[1]) <= near)
+            close.any(|ends| distance_to_segment([x, y], ends[0], ends[1]) <= near)
         };
         let mut inked = 0;
         for across in 0..ACROSS {
@@ -191,7 +191,7 @@ impl Swings {
 }
 
 /// Distance of a point from a line segment.
-fn off(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+fn distance_to_segment(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0] * way[0] + way[1] * way[1];
     let out = [point[0] - from[0], point[1] - from[1]];

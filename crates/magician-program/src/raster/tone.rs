@@ -20,15 +20,15 @@ pub enum Tone {
 /// step share a segment.
 const LEVELS: u8 = 100;
 /// Level of full power; level 1 is the least power, 0 none.
-const FULL: u8 = LEVELS + 1;
+const FULL_LEVEL: u8 = LEVELS + 1;
 
 /// Power of each level, percent.
-pub(super) struct Powers([f32; FULL as usize + 1]);
+pub(super) struct Powers([f32; FULL_LEVEL as usize + 1]);
 
 impl Powers {
     pub(super) fn new(engrave: &Engrave) -> Self {
         let [least, most] = engrave.power;
-        let mut powers = [0.0; FULL as usize + 1];
+        let mut powers = [0.0; FULL_LEVEL as usize + 1];
         for (level, power) in powers.iter_mut().enumerate().skip(1) {
             let share = (level - 1) as f64 / f64::from(LEVELS);
             *power = (least + (most - least) * share) as f32;
@@ -50,7 +50,8 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
         let dark = (255 - *cell).min(opaque(at));
         *cell = if engrave.invert {
             match (opaque(at) - dark, opaque(at)) {
-                // A difference of 1 is rounding of the two in a translucent cell.
+                // A difference of 1 in a translucent cell comes from rounding grey and opacity
+                // separately.
                 (1, opaque) if opaque < u8::MAX => 0,
                 (light, _) => light,
             }
@@ -80,7 +81,10 @@ pub(super) fn levels(cells: &mut [u8], opacity: &[u8], columns: usize, engrave: 
                 map(cells, |level| if level == 1 { 0 } else { level });
             }
         }
-        Tone::Threshold(level) => map(cells, |dark| if 255 - dark < level { FULL } else { 0 }),
+        Tone::Threshold(level) => map(
+            cells,
+            |dark| if 255 - dark < level { FULL_LEVEL } else { 0 },
+        ),
         Tone::Dither => {
             let dots = |share: f64| (share * 255.0).round() as u8;
             let table = table(|dark| dots(share(dark, u8::MAX)));
@@ -133,7 +137,7 @@ fn diffuse(cells: &mut [u8], opacity: &[u8], columns: usize) {
             }
             let wanted = i32::from(row[at]) * 16 + here[at + 1];
             let full = wanted >= 128 * 16;
-            row[at] = if full { FULL } else { 0 };
+            row[at] = if full { FULL_LEVEL } else { 0 };
             let off = wanted - if full { 255 * 16 } else { 0 };
             let side = |by: isize| (at + 1).wrapping_add_signed(by);
             // Integers: the remainder of the division goes to the cell below.

@@ -4,10 +4,10 @@ use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::resample::resample;
-use super::shade::{Shade, nothing};
+use super::shade::{Shade, nothing_to_draw};
 use super::{Raster, Size, centerline, halftone, hatch, outline, specks, squiggle};
 use crate::{Artwork, Diagnostic};
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Style of drawing an image with a pen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -26,7 +26,7 @@ pub enum ImageStyle {
     Hatch,
 }
 
-words! {
+keywords! {
     ImageStyle, "image":
     Outline = "outline",
     Centerline = "centerline",
@@ -61,8 +61,8 @@ pub struct Trace {
     pub size: Size,
     /// Largest deviation of a line from the outline given by the pixels, mm.
     pub tolerance: f64,
-    /// Size below which a spot is left out as a speck, mm: both sides of its bounding box are shorter.
-    /// 0 keeps all.
+    /// Size below which a spot is left out as a speck, mm: both sides of its bounding box are
+    /// shorter. 0 keeps all.
     pub despeckle: f64,
     /// Number of dot sizes (default 64) or of hatching layers (default 6).
     pub levels: Option<u8>,
@@ -83,23 +83,23 @@ impl Default for Trace {
             despeckle: 0.3,
             levels: None,
             spacing: None,
-            pen_width: Self::PEN_WIDTH,
+            pen_width: Self::DEFAULT_PEN_WIDTH,
         }
     }
 }
 
 /// Grey level below which a spot can be a speck: lighter pixels are noise of white paper.
-const FAINT: u8 = 240;
-/// Resolution at which specks are searched in shaded styles, mm, with at most `MOST_SIDE` pixels on
+const SPECK_LEVEL: u8 = 240;
+/// Resolution at which specks are searched in shaded styles, mm, with at most `MAX_SIDE` pixels on
 /// a side.
-const SPECK_PIXEL: f64 = 0.1;
-const MOST_SIDE: usize = 2000;
+const SPECK_PIXEL_SIZE: f64 = 0.1;
+const MAX_SIDE: usize = 2000;
 
 impl Trace {
     /// Default width of the pen's line, mm: a fine felt-tip pen.
-    pub const PEN_WIDTH: f64 = 0.5;
+    pub const DEFAULT_PEN_WIDTH: f64 = 0.5;
     /// Default number of hatching layers.
-    const HATCHINGS: u8 = 6;
+    const DEFAULT_HATCH_LAYERS: u8 = 6;
 
     /// Distance of rows of dots or lines, mm.
     pub(super) fn spacing(&self) -> f64 {
@@ -112,13 +112,13 @@ impl Trace {
     }
 
     pub(super) fn hatch_levels(&self) -> u8 {
-        self.levels.unwrap_or(Self::HATCHINGS).max(1)
+        self.levels.unwrap_or(Self::DEFAULT_HATCH_LAYERS).max(1)
     }
 
     /// Same options for an image that is scaled afterwards: the pen keeps its width, and lengths
     /// refer to the drawn size.
     #[must_use]
-    pub(crate) fn drawn_larger(&self, scale: f64) -> Self {
+    pub(crate) fn at_scale(&self, scale: f64) -> Self {
         Self {
             tolerance: self.tolerance / scale,
             despeckle: self.despeckle / scale,
@@ -197,9 +197,9 @@ impl Trace {
             ImageStyle::Outline => outline::strokes(image, page, self),
             ImageStyle::Centerline => centerline::strokes(image, page, self),
             ImageStyle::Halftone | ImageStyle::Squiggle | ImageStyle::Hatch => {
-                let mut image = reduced(image, page, SPECK_PIXEL, MOST_SIDE);
+                let mut image = reduced(image, page, SPECK_PIXEL_SIZE, MAX_SIDE);
                 let pixel = [page[0] / image.width as f64, page[1] / image.height as f64];
-                let specks = specks::whiten(&mut image, pixel, FAINT, self.despeckle);
+                let specks = specks::whiten(&mut image, pixel, SPECK_LEVEL, self.despeckle);
                 let shade = Shade::new(&image, page, self.pen_width);
                 let strokes = match self.style {
                     ImageStyle::Halftone => halftone::strokes(&shade, self)?,
@@ -210,7 +210,7 @@ impl Trace {
             }
         };
         if strokes.is_empty() {
-            return Err(nothing(self, specks));
+            return Err(nothing_to_draw(self, specks));
         }
         let artwork = Artwork {
             title: image.title.clone(),

@@ -17,16 +17,16 @@ use magician_sim::world::Drawing;
 use magician_sim::{ArmInstant, Controller, Event, LinkId};
 
 use crate::Plan;
-pub(crate) use stage::kind_of;
-use stage::tell;
-pub use stage::{RehearseOptions, stage, stands, start_of, tool_of};
+use stage::send;
+pub(crate) use stage::tool_kind;
+pub use stage::{RehearseOptions, stage, start_of, start_of_stage, tool_of};
 
 /// The host's link.
-const HOST: LinkId = LinkId(0);
+const HOST_LINK: LinkId = LinkId(0);
 /// Largest number of recorded tool positions. Bounds memory for long plans.
-const MOST_LOOKS: usize = 1_000_000;
+const MAX_SAMPLES: usize = 1_000_000;
 /// Largest number of logged events.
-const MOST_EVENTS: usize = 1000;
+const MAX_EVENTS: usize = 1000;
 
 /// Result of a plan on a virtual arm.
 #[derive(Clone, Debug)]
@@ -89,7 +89,7 @@ pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Err
     // The queue is filled before it starts, as a driver does, so that the first path sees what
     // follows.
     let start = Set::QueuedCmdStartExec(QueuedCmdStartExec {});
-    tell(&mut run.arm, &start, Ctrl::SET)?;
+    send(&mut run.arm, &start, Ctrl::SET)?;
     while run.next() {
         run.fill(&mut commands)?;
     }
@@ -101,7 +101,7 @@ struct Run {
     arm: Controller,
     began: ArmInstant,
     /// Number of commands handed over.
-    told: usize,
+    sent: usize,
     log: Vec<(Duration, Event)>,
     /// Interval between recorded positions.
     watch: Option<Duration>,
@@ -113,12 +113,12 @@ impl Run {
         let mut run = Self {
             began: arm.now(),
             arm,
-            told: 0,
+            sent: 0,
             log: Vec::new(),
             watch: watch.map(|each| each.max(Duration::from_micros(1))),
             way: Vec::new(),
         };
-        run.look();
+        run.record_position();
         while run.arm.poll_event().is_some() {}
         run
     }
@@ -138,8 +138,8 @@ impl Run {
         let capacity = self.arm.state().queue.capacity;
         let room = capacity.saturating_sub(self.unfinished());
         for command in commands.take(room) {
-            tell(&mut self.arm, &command, Ctrl::QUEUED)?;
-            self.told += 1;
+            send(&mut self.arm, &command, Ctrl::QUEUED)?;
+            self.sent += 1;
         }
         Ok(())
     }
@@ -156,8 +156,8 @@ impl Run {
         };
         self.watch_until(at);
         self.arm.advance(at);
-        self.look();
-        self.note();
+        self.record_position();
+        self.log_events();
         true
     }
 
@@ -165,39 +165,39 @@ impl Run {
         while let Some(next) = (self.watch).map(|each| self.arm.now() + each)
             && next < end
             && self.arm.state().moving
-            && self.way.len() < MOST_LOOKS
+            && self.way.len() < MAX_SAMPLES
         {
             self.arm.advance(next);
-            self.look();
+            self.record_position();
         }
     }
 
-    fn look(&mut self) {
-        if self.watch.is_some() && self.way.len() < MOST_LOOKS {
+    fn record_position(&mut self) {
+        if self.watch.is_some() && self.way.len() < MAX_SAMPLES {
             let Pose { x, y, z, .. } = self.arm.state().pose;
             self.way.push([x, y, z]);
         }
     }
 
-    fn note(&mut self) {
+    fn log_events(&mut self) {
         let now = self.now();
         while let Some(event) = self.arm.poll_event() {
-            if !event.is_routine() && self.log.len() < MOST_EVENTS {
+            if !event.is_routine() && self.log.len() < MAX_EVENTS {
                 self.log.push((now, event));
             }
         }
     }
 
     fn finish(mut self, plan: &Plan) -> Rehearsal {
-        self.note();
+        self.log_events();
         let state = self.arm.state();
-        let done = self.told.saturating_sub(self.unfinished());
+        let done = self.sent.saturating_sub(self.unfinished());
         // The command that sets the tool is not a step.
-        let told_first = plan.preamble().into_iter().count();
+        let sent_first = plan.preamble().into_iter().count();
         Rehearsal {
             drawing: self.arm.drawing(),
             time: self.now(),
-            steps: done.saturating_sub(told_first),
+            steps: done.saturating_sub(sent_first),
             pose: state.pose,
             joints: state.joints,
             alarms: state.alarms,

@@ -11,21 +11,21 @@ use magician_protocol::commands::ClearAllAlarmsState;
 use magician_protocol::{Ctrl, RailVersion};
 use magician_sim::{Controller, Profile, Scenario, World};
 
-use super::HOST;
+use super::HOST_LINK;
 use crate::{Action, Plan, Tool};
 
 /// Compliance of a tool beyond the height range of its surface, mm.
-const GIVE: f64 = 3.0;
+const TOOL_COMPLIANCE: f64 = 3.0;
 /// Largest compliance of a tool, mm. Parts of the surface further down are not touched.
-const MOST_GIVE: f64 = 100.0;
+const MAX_COMPLIANCE: f64 = 100.0;
 /// Smallest start height of a tool above the table, mm.
-const CLEAR: f64 = 20.0;
+const MIN_START_HEIGHT: f64 = 20.0;
 /// Start position if the tool is too low in the home pose, mm.
-const ABOVE: [f64; 2] = [200.0, 0.0];
+const RAISED_START: [f64; 2] = [200.0, 0.0];
 /// Height above the surface that still counts as touching, mm: rounding of what is sent.
-const AT_SURFACE: f64 = 1e-3;
+const TOUCH_TOLERANCE: f64 = 1e-3;
 /// Largest distance of a table from the base plane, mm; beyond it the height must be a mistake.
-const FARTHEST_TABLE: f64 = 1000.0;
+const MAX_TABLE_DISTANCE: f64 = 1000.0;
 
 /// Options of a rehearsal that the plan itself leaves open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,7 +37,7 @@ pub struct RehearseOptions {
     /// where its pen draws.
     pub table: Option<f64>,
     /// Joints at the start. Default: the home pose, or above the table. Set this for a plan made
-    /// from a known pose, so that both agree. The base angle counts from there.
+    /// from a known pose, so that the rehearsal starts there too. J1 is reported relative to it.
     pub standing: Option<JointAngles>,
     /// Interval at which the tool position is recorded; `None` records none.
     pub watch: Option<Duration>,
@@ -74,8 +74,8 @@ impl RehearseOptions {
 }
 
 /// Sets up a virtual arm for a plan: no alarms, its tool mounted and set, a level table below. The
-/// arm is homed and stands at its home point, or above the table if its tool would be inside the
-/// table there.
+/// arm is homed and stands at its home point, or above the table if its tool would be
+/// inside the table there.
 ///
 /// A plan with rail positions gets an arm on a rail. A plan without a tool gets the tool that its
 /// steps need: a laser for burning, a cup or gripper for handling, else a pen. A tilted surface
@@ -88,29 +88,29 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
-    if let Some(joints) = raised(plan, options, tool)? {
+    if let Some(joints) = start_joints(plan, options, tool)? {
         arm = arm.standing_at(joints);
     }
-    let told = [
+    let sent = [
         Set::ClearAllAlarmsState(ClearAllAlarmsState {}),
         build::tool(tool.bias()),
     ];
     let rail = { plan.uses_rail() }.then(|| build::rail(true, RailVersion::V2));
-    for command in told.iter().chain(&rail) {
-        tell(&mut arm, command, Ctrl::SET)?;
+    for command in sent.iter().chain(&rail) {
+        send(&mut arm, command, Ctrl::SET)?;
     }
     Ok(arm)
 }
 
 /// Joints above the table, if the tool would be inside the table at home, or barely above it.
-fn above(table: f64, tool: Tool) -> Option<JointAngles> {
+fn joints_above(table: f64, tool: Tool) -> Option<JointAngles> {
     let geometry = Geometry::magician(tool.bias());
     let home = geometry.forward(&JointAngles::HOME);
     let raised = Pose {
-        z: table + CLEAR,
+        z: table + MIN_START_HEIGHT,
         ..home
     };
-    let [x, y] = ABOVE;
+    let [x, y] = RAISED_START;
     let aside = Pose { x, y, ..raised };
     if home.z >= raised.z {
         return None;
@@ -135,9 +135,9 @@ pub fn start_of(arm: &Controller) -> Preflight {
 ///
 /// # Errors
 /// Same as [`stage`].
-pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
+pub fn start_of_stage(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
     let tool = tool_of(plan, options);
-    let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
+    let joints = start_joints(plan, options, tool)?.unwrap_or(JointAngles::HOME);
     let start = Preflight::at(joints, tool.bias());
     Ok(if plan.uses_rail() {
         start.on_rail(0.0)
@@ -147,38 +147,41 @@ pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error
 }
 
 /// Joints at the start; `None` for the home pose.
-fn raised(
+fn start_joints(
     plan: &Plan,
     options: &RehearseOptions,
     tool: Tool,
 ) -> Result<Option<JointAngles>, Error> {
-    let table = table(plan, options, kind_of(plan, tool))?;
-    let above = || table.and_then(|(height, _)| above(height, tool));
+    let table = table(plan, options, tool_kind(plan, tool))?;
+    let above = || table.and_then(|(height, _)| joints_above(height, tool));
     Ok(options.standing.or_else(above))
 }
 
 /// Sends a command as its frame; the reply is dropped.
-pub(super) fn tell(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
+pub(super) fn send(arm: &mut Controller, command: &Set, ctrl: Ctrl) -> Result<(), Error> {
     let frame = FrameBuf::set(command, ctrl)?;
-    arm.exchange(HOST, frame.bytes());
+    arm.exchange(HOST_LINK, frame.bytes());
     Ok(())
 }
 
 /// Tool for the rehearsal of a plan.
 #[must_use]
 pub fn tool_of(plan: &Plan, options: &RehearseOptions) -> Tool {
-    options.tool.or(plan.tool).unwrap_or_else(|| needed(plan))
+    options
+        .tool
+        .or(plan.tool)
+        .unwrap_or_else(|| needed_tool(plan))
 }
 
 /// Kind of tool for a bias, derived from the plan; a named tool is returned unchanged.
-pub(crate) fn kind_of(plan: &Plan, tool: Tool) -> Tool {
+pub(crate) fn tool_kind(plan: &Plan, tool: Tool) -> Tool {
     match tool {
-        Tool::Bias(_) => needed(plan),
+        Tool::Bias(_) => needed_tool(plan),
         named => named,
     }
 }
 
-fn needed(plan: &Plan) -> Tool {
+fn needed_tool(plan: &Plan) -> Tool {
     let needs = |wanted: fn(&Action) -> bool| plan.steps.iter().any(|step| wanted(&step.action));
     if needs(Action::is_of_a_laser) {
         Tool::Laser
@@ -192,9 +195,9 @@ fn needed(plan: &Plan) -> Tool {
 }
 
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
-    let kind = kind_of(plan, tool);
+    let kind = tool_kind(plan, tool);
     let (height, slope) = table(plan, options, kind)?.unzip();
-    let give = (GIVE + slope.unwrap_or(0.0)).min(MOST_GIVE);
+    let give = (TOOL_COMPLIANCE + slope.unwrap_or(0.0)).min(MAX_COMPLIANCE);
     let mut text =
         format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
     if let Some(height) = height {
@@ -209,12 +212,12 @@ fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenar
 fn table(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Option<(f64, f64)>, Error> {
     let table = table_of(plan, options, tool);
     match table {
-        Some((height, _)) if !height.is_finite() || height.abs() > FARTHEST_TABLE => {
+        Some((height, _)) if !height.is_finite() || height.abs() > MAX_TABLE_DISTANCE => {
             let message = message!(
                 "a table at {height} mm is out of range for this arm",
                 height
             );
-            Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"))
+            Err(Error::invalid(message).with_limit(height, MAX_TABLE_DISTANCE, "mm"))
         }
         _ => Ok(table),
     }
@@ -236,7 +239,7 @@ fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, 
             let touched = targets.filter_map(|to| {
                 let [x, y, z] = to.map(f64::from);
                 let height = surface.at([x, y]);
-                (z <= height + AT_SURFACE).then_some(height)
+                (z <= height + TOUCH_TOLERANCE).then_some(height)
             });
             let range = extent(touched).unwrap_or([surface.height; 2]);
             Some((range[1], range[1] - range[0]))

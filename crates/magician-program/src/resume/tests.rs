@@ -10,7 +10,7 @@ fn exactly(steps: u64) -> StepRange {
 }
 
 #[test]
-fn an_index_is_a_step() {
+fn index_maps_to_its_step() {
     let mut counter = StepCounter::new(2, false);
     assert_eq!(counter.finished(0), exactly(0));
     counter.note(10, 110);
@@ -24,7 +24,7 @@ fn an_index_is_a_step() {
 }
 
 #[test]
-fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
+fn duplicates_are_in_doubt_only_after_the_last_known_index() {
     let mut counter = StepCounter::new(2, false);
     counter.note(10, 110);
     assert_eq!(counter.certain(109), exactly(7));
@@ -33,7 +33,7 @@ fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
 }
 
 #[test]
-fn what_the_driver_puts_between_is_in_doubt_until_it_is_passed() {
+fn inserted_commands_are_in_doubt_until_passed() {
     let mut counter = StepCounter::new(0, true);
     counter.note(5, 5);
     counter.note(9, 10);
@@ -44,7 +44,7 @@ fn what_the_driver_puts_between_is_in_doubt_until_it_is_passed() {
 }
 
 #[test]
-fn what_was_inserted_is_counted_for_no_step() {
+fn inserted_commands_count_for_no_step() {
     let mut counter = StepCounter::new(1, false);
     counter.note(3, 103);
     for command in [4, 5] {
@@ -58,7 +58,7 @@ fn what_was_inserted_is_counted_for_no_step() {
     assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
     // The oldest ones are kept as a number only.
     let mut counter = StepCounter::new(0, false);
-    let many = 3 * REMEMBERED as u64;
+    let many = 3 * MAX_INDEX_PAIRS as u64;
     for command in 1..=many {
         counter.insert(command);
     }
@@ -67,7 +67,7 @@ fn what_was_inserted_is_counted_for_no_step() {
 }
 
 #[test]
-fn what_was_dropped_and_sent_again_has_new_indices() {
+fn resent_commands_have_new_indices() {
     let mut counter = StepCounter::new(0, false);
     counter.note(4, 4);
     counter.note(10, 10);
@@ -95,7 +95,7 @@ fn at(current: u64) -> Option<ObservedProgress> {
 }
 
 #[test]
-fn a_run_that_was_killed_is_asked_of_the_arm() {
+fn killed_run_resumes_from_the_state_of_the_arm() {
     assert_eq!(
         checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(true)),
         ResumePoint::After(60)
@@ -116,7 +116,7 @@ fn a_run_that_was_killed_is_asked_of_the_arm() {
 }
 
 #[test]
-fn what_nobody_can_know_is_in_doubt() {
+fn unknowable_progress_is_in_doubt() {
     let all = ResumePoint::Doubt(StepRange {
         least: 40,
         most: 100,
@@ -157,7 +157,7 @@ fn what_nobody_can_know_is_in_doubt() {
 }
 
 #[test]
-fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
+fn run_without_replies_is_judged_by_the_resting_arm() {
     let checkpoint = Checkpoint {
         handed: 64,
         clock: 5000,
@@ -193,7 +193,7 @@ fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
 }
 
 #[test]
-fn a_run_that_has_said_how_it_ended_is_believed() {
+fn recorded_end_of_a_run_is_trusted() {
     for resume_point in [
         ResumePoint::After(61),
         ResumePoint::Again(61),
@@ -262,7 +262,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     assert_eq!(told(12, true), (ResumePoint::After(3), None));
     assert_eq!(told(12, false), (ResumePoint::Again(2), None));
     assert_eq!(told(6, true).1, Some(DoubtReason::Reset));
-    assert_eq!(told(74, true).1, Some(DoubtReason::Others));
+    assert_eq!(told(74, true).1, Some(DoubtReason::ForeignCommands));
     assert!(checkpoint.is_untouched(at(7)) && !checkpoint.is_untouched(at(8)));
     // An arm that has finished nothing since power-up begins with 2.
     let first = Checkpoint {
@@ -288,7 +288,7 @@ fn run_without_an_answer_is_counted_from_the_index_at_rest() {
     );
     assert_eq!(
         checkpoint.doubt(None, &numbering).map(|doubt| doubt.why),
-        Some(DoubtReason::NotAsked)
+        Some(DoubtReason::NotReadable)
     );
     let mixed = Checkpoint {
         mixed: true,

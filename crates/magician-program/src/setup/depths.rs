@@ -1,6 +1,6 @@
 //! Depths of a cutting program, flattened so that a pen draws every line on the surface.
 //!
-//! A milling program cuts in several passes, each deeper than the last. A pen shall draw each line
+//! A milling program cuts in several passes, each deeper than the last. A pen must draw each line
 //! once, on the surface, and never go below it. The survey finds the Z below which feed moves cut,
 //! `walk` splits the motion there, `covered` recognises lines that are cut again, and `flat` writes
 //! the result.
@@ -14,24 +14,24 @@ use std::collections::BTreeMap;
 use magician_host::message;
 use magician_host::{Given, Setting};
 
-use super::work_lines::{Segment, TOUCH};
+use super::work_lines::{Segment, TOUCH_HEIGHT};
 use crate::artwork::distance;
 use crate::{Diagnostic, DiagnosticCode, Plan};
 use flat::Flattener;
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 use walk::{Event, walk};
 
 /// Largest height difference that counts as equal, mm: programs have three or four decimals.
-const SAME: f64 = 1e-3;
+const HEIGHT_TOLERANCE: f64 = 1e-3;
 /// Largest number of depths listed in a note; more are grouped into this many ranges.
-const LISTED: usize = 6;
+const MAX_LISTED_DEPTHS: usize = 6;
 /// Share of level feed moves below which a program is a relief, with continuously changing depth.
-const LEVEL_SHARE: f64 = 0.1;
+const MIN_LEVEL_SHARE: f64 = 0.1;
 /// Share of feed moves above the surface from which a program is nearly all travel.
-const NEARLY_ALL: f64 = 0.9;
+const TRAVEL_SHARE: f64 = 0.9;
 
 /// Length of repeated cuts, drawn once, from which a note reports them, mm.
-const TOLD: f64 = 1.0;
+const MIN_REPORTED_LENGTH: f64 = 1.0;
 
 /// Treatment of depths below the first one at which a program draws.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -44,7 +44,7 @@ pub enum Depths {
     Keep,
 }
 
-words! {
+keywords! {
     Depths, "depths":
     Flatten = "flatten",
     Keep = "keep",
@@ -55,9 +55,9 @@ words! {
 pub(super) struct DepthSurvey {
     /// Z at or below which feed moves draw, mm.
     threshold: f64,
-    /// Highest Z at which it draws, or the given one: this is placed on the surface.
+    /// Highest Z at which the program draws, or the given one; it is placed on the surface.
     pub(super) first: f64,
-    /// Lowest Z at which it draws.
+    /// Lowest Z at which the program draws.
     pub(super) deepest: f64,
     /// True if a single Z does not cover the drawing, or nearly all feed moves are travel.
     several: bool,
@@ -74,7 +74,7 @@ impl DepthSurvey {
         let levels = Levels::of(plan);
         let lowest = levels.lowest?;
         let threshold = match pen_z {
-            Some(z) => z + TOUCH,
+            Some(z) => z + TOUCH_HEIGHT,
             None => levels.threshold(lowest),
         };
         let (mut first, mut deepest) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -94,14 +94,14 @@ impl DepthSurvey {
             return None;
         }
         let several = match pen_z {
-            Some(z) => deepest < z - SAME,
-            None => first > lowest + TOUCH,
+            Some(z) => deepest < z - HEIGHT_TOLERANCE,
+            None => first > lowest + TOUCH_HEIGHT,
         };
         Some(Self {
             threshold,
             first: pen_z.unwrap_or(first),
             deepest,
-            several: several || air > NEARLY_ALL * (air + drawn),
+            several: several || air > TRAVEL_SHARE * (air + drawn),
         })
     }
 }
@@ -109,7 +109,7 @@ impl DepthSurvey {
 /// Heights at which a program feeds and travels.
 #[derive(Default)]
 struct Levels {
-    /// Lowest Z of a horizontal feed move, or of any feed move without a horizontal one.
+    /// Lowest Z of the horizontal feed moves; if there are none, of all feed moves.
     lowest: Option<f64>,
     /// Levels by height in thousandths of a millimetre.
     levels: BTreeMap<i64, Level>,
@@ -128,7 +128,7 @@ struct Level {
     travelled: f64,
     /// Number of times that feed moves at this height began after a move straight down to it.
     from_above: u32,
-    /// Number of times that they began after a move straight up to it.
+    /// Number of times that feed moves at this height began after a move straight up to it.
     from_below: u32,
 }
 
@@ -159,12 +159,13 @@ impl Levels {
             let way = Segment::of(step, from, to);
             let fed = step.action.marks();
             let rise = to[2] - from[2];
-            if !way.goes_across() {
+            if !way.moves_horizontally() {
                 if fed {
                     any = least(way.low(), any);
                 }
                 if rise != 0.0 {
-                    // A level run of unknown arrival is travel if the tool goes down from it.
+                    // A level run that the tool reached from an unknown side is travel if the tool
+                    // then descends.
                     if arrival == Some(Arrival::Unknown)
                         && rise < 0.0
                         && let Some(level) = found.levels.get_mut(&thousandths(from[2]))
@@ -184,7 +185,7 @@ impl Levels {
                 across = least(way.low(), across);
             }
             let length = distance([from[0], from[1]], [to[0], to[1]]);
-            if rise.abs() > SAME {
+            if rise.abs() > HEIGHT_TOLERANCE {
                 found.slanted += if fed { length } else { 0.0 };
                 arrival = None;
                 continue;
@@ -208,27 +209,29 @@ impl Levels {
 
     /// Z at or below which feed moves draw.
     fn threshold(&self, lowest: f64) -> f64 {
-        let near = lowest + TOUCH;
+        let near = lowest + TOUCH_HEIGHT;
         let all = self.levels.iter();
         let all = all.map(|(thousandths, level)| (*thousandths as f64 / 1000.0, level));
         let travelled = { all.clone() }
             .filter(|(z, level)| *z > near && level.travelled > 0.0)
             .max_by(|(_, one), (_, other)| one.travelled.total_cmp(&other.travelled))
             .map(|(z, _)| z);
-        let has_surface_at_0 = lowest < -SAME && self.highest > SAME;
-        // The level of most rapid moves is the travel height, unless 0 already separates both.
+        let has_surface_at_0 = lowest < -HEIGHT_TOLERANCE && self.highest > HEIGHT_TOLERANCE;
+        // The level with the longest rapid moves is the travel height, unless 0 already separates
+        // cutting from travel.
         let below_travel = match travelled {
             Some(z) if !has_surface_at_0 => z,
             _ => f64::INFINITY,
         };
         let mut ceiling = if has_surface_at_0 { 0.0 } else { below_travel };
         let top = ceiling;
-        let is_candidate =
-            |(z, _): &(f64, &Level)| *z < below_travel - SAME && *z <= top + SAME && *z > near;
+        let is_candidate = |(z, _): &(f64, &Level)| {
+            *z < below_travel - HEIGHT_TOLERANCE && *z <= top + HEIGHT_TOLERANCE && *z > near
+        };
         let mut first = None;
         let fed = all.clone().rev().filter(|(_, level)| level.fed > 0.0);
         for (z, level) in fed.filter(is_candidate) {
-            let cuts = if has_surface_at_0 && z < -SAME {
+            let cuts = if has_surface_at_0 && z < -HEIGHT_TOLERANCE {
                 level.from_above >= level.from_below
             } else {
                 level.from_above > level.from_below
@@ -239,19 +242,19 @@ impl Levels {
             }
             ceiling = ceiling.min(z);
         }
-        let below = |level: f64| (level - 2.0 * SAME).max(near);
+        let below = |level: f64| (level - 2.0 * HEIGHT_TOLERANCE).max(near);
         if has_surface_at_0 {
-            let at_0 = first.filter(|z| *z >= -SAME);
-            return at_0.map_or(below(ceiling), |_| near.max(SAME));
+            let at_0 = first.filter(|z| *z >= -HEIGHT_TOLERANCE);
+            return at_0.map_or(below(ceiling), |_| near.max(HEIGHT_TOLERANCE));
         }
         let level: f64 = { all.filter(|(z, _)| *z < ceiling) }
             .map(|(_, level)| level.fed)
             .sum();
         // A relief has almost no level feed: no level can be its first depth.
-        let is_relief = travelled.is_some() && level < LEVEL_SHARE * (level + self.slanted);
+        let is_relief = travelled.is_some() && level < MIN_LEVEL_SHARE * (level + self.slanted);
         match first {
             _ if is_relief => below(ceiling),
-            Some(first) => first + SAME,
+            Some(first) => first + HEIGHT_TOLERANCE,
             None => near,
         }
     }
@@ -268,27 +271,29 @@ pub(super) struct DepthTally {
     lengths: BTreeMap<i64, f64>,
     dots: usize,
     /// Length of cuts repeated at a greater depth, drawn once.
-    again: f64,
+    repeated: f64,
     /// Length of feed moves that draw nothing.
     air: f64,
     threshold: f64,
 }
 
 /// Flattened program.
-pub(super) struct Flat {
+pub(super) struct FlatProgram {
     pub(super) plan: Plan,
     /// Z of the whole drawing.
     pub(super) touch: f64,
     pub(super) tally: DepthTally,
 }
 
-impl Flat {
+impl FlatProgram {
     /// Flattens a program to its first depth, to be drawn at this scale. `None` if it has a single
     /// depth, which is placed on the surface unchanged.
     pub(super) fn of(plan: &Plan, pen_z: Option<f64>, lift: f64, scale: f64) -> Option<Self> {
         let survey = DepthSurvey::of(plan, pen_z).filter(|survey| survey.several)?;
         let mut flattener = Flattener::new(plan, survey.first, lift, survey.threshold, scale);
-        walk(plan, survey.threshold, |event| flattener.take(event));
+        walk(plan, survey.threshold, |event| {
+            flattener.handle_event(event)
+        });
         let (plan, tally) = flattener.done();
         Some(Self {
             plan,
@@ -312,22 +317,22 @@ impl DepthTally {
             .next()
             .zip(self.lengths.keys().next_back());
         let range = ends.map_or(0.0, |(deepest, first)| (first - deepest) as f64 / 100.0);
-        let again = self.again * scale;
-        if range > TOUCH || self.dots > 0 || again >= TOLD {
+        let repeated = self.repeated * scale;
+        if range > TOUCH_HEIGHT || self.dots > 0 || repeated >= MIN_REPORTED_LENGTH {
             let mut what = format!(
                 "the pen draws all depths on the surface: {}",
                 self.listed(scale)
             );
-            if again >= TOLD {
-                let again = length(again);
-                what += &format!("; {again} that is cut again deeper is drawn once");
+            if repeated >= MIN_REPORTED_LENGTH {
+                let repeated = length(repeated);
+                what += &format!("; {repeated} that is cut again deeper is drawn once");
             }
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
             let keep = (Setting::Depths, Given::Word("keep"));
             notes.push(note.remedy(keep, "takes the pen below the surface"));
         }
         let fed = self.air + self.drawn();
-        if self.air > NEARLY_ALL * fed {
+        if self.air > TRAVEL_SHARE * fed {
             let [air, fed] = [self.air, fed].map(|mm| length(mm * scale));
             let what = message!(
                 "nearly all of it is travel: {air} of {fed} that it feeds lie above Z{threshold}, where \
@@ -353,8 +358,8 @@ impl DepthTally {
             .next()
             .zip(self.lengths.keys().next_back());
         match ends {
-            Some((deepest, first)) if self.lengths.len() > LISTED => {
-                let size = (first - deepest) / LISTED as i64 + 1;
+            Some((deepest, first)) if self.lengths.len() > MAX_LISTED_DEPTHS => {
+                let size = (first - deepest) / MAX_LISTED_DEPTHS as i64 + 1;
                 let mut from = *first;
                 while from >= *deepest {
                     let range = self.lengths.range(from - size + 1..=from);
@@ -389,9 +394,9 @@ impl DepthTally {
 }
 
 /// Note that the tool goes below the surface on request.
-pub(super) fn kept(survey: &DepthSurvey) -> Option<Diagnostic> {
+pub(super) fn kept_depths_note(survey: &DepthSurvey) -> Option<Diagnostic> {
     let deep = survey.first - survey.deepest;
-    (deep > SAME).then(|| {
+    (deep > HEIGHT_TOLERANCE).then(|| {
         let what = message!(
             "the pen goes up to {deep:.1} mm below the surface, as was asked",
             deep

@@ -4,25 +4,25 @@ use magician_host::message;
 use magician_host::{Given, Setting};
 
 use super::work_lines::WorkLines;
-use super::{Laid, Setup, Work};
+use super::{LaidPlan, Setup, Work};
 use crate::artwork::Order;
 use crate::raster::{ImageLines, Size, Trace};
 use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Format, Plan, Raster};
 
 /// Search effort for a better order of a shaded image's rows, which are in good order already.
-const SHADED_EFFORT: u64 = 20_000_000;
+const SHADED_ORDER_EFFORT: u64 = 20_000_000;
 /// Longest side of anything the arm can draw, rounded up generously, mm.
-const LARGEST: f64 = 1000.0;
+const MAX_DRAWN_SIDE: f64 = 1000.0;
 /// Accuracy of the first estimate of a fitting size, mm.
-const ROUGH: f64 = 0.1;
+const ESTIMATE_ACCURACY: f64 = 0.1;
 /// Largest number of times that a file is read: finer chords change the size a little, which in
 /// turn changes the chords needed.
-const MOST_READINGS: usize = 4;
+const MAX_READINGS: usize = 4;
 
 impl Setup {
-    /// Setup with the requested width or height as a scale. An image already has the requested
-    /// size.
-    pub(super) fn sized(&self, content: &Content) -> Result<Self, Diagnostic> {
+    /// Returns the setup with the requested width or height converted to a scale. An image already
+    /// has the requested size.
+    pub(super) fn with_size_as_scale(&self, content: &Content) -> Result<Self, Diagnostic> {
         let mut setup = self.clone();
         let (axis, wanted) = match self.size {
             Size::Width(width) => (0, width),
@@ -63,12 +63,12 @@ impl Setup {
 
     /// Returns the content with curves approximated as closely as its drawn size requires. The file
     /// is read again if its chords are too coarse, or far too fine.
-    pub(crate) fn followed(
+    pub(crate) fn with_adequate_curves(
         &self,
         format: Format,
         mut content: Content,
     ) -> Result<Content, Diagnostic> {
-        for _ in 0..MOST_READINGS {
+        for _ in 0..MAX_READINGS {
             // Content without curves is the same at every size.
             let Some(file) = content.take_curves() else {
                 break;
@@ -77,7 +77,7 @@ impl Setup {
             let size = content.longest_side();
             // The arm can draw no larger than this, so no finer chords are needed.
             let scale = if size > 0.0 {
-                scale.min(LARGEST / size)
+                scale.min(MAX_DRAWN_SIDE / size)
             } else {
                 scale
             };
@@ -91,7 +91,7 @@ impl Setup {
     }
 
     /// Converts an image to outlines, and puts lines in drawing order.
-    pub(super) fn lines_of(
+    pub(super) fn prepare_lines(
         &self,
         content: Content,
     ) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
@@ -103,11 +103,12 @@ impl Setup {
                 let lines_for = |scale| self.trace(trace, scale).lines(&image);
                 let mut lines = lines_for(self.placement.scale)?;
                 let scale = self.fitted_scale(&lines.artwork);
-                // Specks and tolerance refer to the drawn size, so trace again at the smaller one.
+                // Specks and tolerance refer to the drawn size, so trace again at the smaller
+                // scale.
                 if scale < self.placement.scale {
                     lines = lines_for(scale)?;
                 }
-                notes.extend(left_out(lines.specks, trace.despeckle));
+                notes.extend(specks_note(lines.specks, trace.despeckle));
                 lines.artwork
             }
             (Content::Image(image), _) => {
@@ -116,10 +117,10 @@ impl Setup {
             (Content::Artwork(artwork), _) => artwork,
             (content, _) => return Ok((content, notes)),
         };
-        artwork = self.divided(artwork, &mut notes)?;
+        artwork = self.divide(artwork, &mut notes)?;
         let scale = self.fitted_scale(&artwork);
         let repeated = artwork.tidy_to_draw(&self.tidy, scale).repeated;
-        notes.extend(drawn_once(repeated));
+        notes.extend(duplicates_note(repeated));
         // Filled areas get their lines later, when the size is known.
         if !artwork.areas.is_empty() {
             return Ok((Content::Artwork(artwork), notes));
@@ -146,7 +147,7 @@ impl Setup {
     fn trace(&self, trace: &Trace, scale: f64) -> Trace {
         Trace {
             size: self.size,
-            ..trace.drawn_larger(scale)
+            ..trace.at_scale(scale)
         }
     }
 
@@ -157,7 +158,7 @@ impl Setup {
             return wanted;
         }
         let marking = self.marking();
-        let rough = artwork.thinned(ROUGH / wanted);
+        let rough = artwork.thinned(ESTIMATE_ACCURACY / wanted);
         let laid = |setup: &Self| rough.largest(&setup.layout().ok()?, &marking);
         match laid(self) {
             Some(scale) if scale >= wanted || !self.placement.turn => scale,
@@ -172,26 +173,27 @@ impl Setup {
         }
     }
 
-    /// Tidies a program at its place, if requested.
+    /// Tidies the lines of a placed program, if requested.
     pub(super) fn tidied_program(&self, mut plan: Plan, notes: &mut Vec<Diagnostic>) -> Plan {
         if self.tidy_programs {
-            notes.extend(drawn_once(plan.tidy(&self.tidy).repeated));
+            notes.extend(duplicates_note(plan.tidy(&self.tidy).repeated));
         }
         plan
     }
 
-    /// Draws an image in a shaded style, made for its drawn size: the pen width does not scale.
-    pub(super) fn shaded(
+    /// Draws an image in a shaded style. The lines are made for the drawn size, because the pen
+    /// width does not scale.
+    pub(super) fn draw_shaded(
         &self,
         image: &Raster,
         trace: &Trace,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
+    ) -> Result<LaidPlan, Diagnostic> {
         let marking = self.marking();
         let mut layout = self.layout()?;
         if layout.fit {
             let frame = Artwork::frame(image.size(self.size)?);
-            layout.scale = frame.laid(&layout, &marking)?.0.scale;
+            layout.scale = frame.placed_with_misfit(&layout, &marking)?.0.scale;
         }
         let scale = layout.scale;
         let trace = self.trace(trace, scale);
@@ -200,19 +202,19 @@ impl Setup {
             specks,
             ..
         } = trace.lines(image)?;
-        notes.extend(left_out(specks, trace.despeckle * scale));
+        notes.extend(specks_note(specks, trace.despeckle * scale));
         artwork.tidy_to_draw(&self.tidy, scale);
         if self.order {
             let order = Order {
-                effort: SHADED_EFFORT,
+                effort: SHADED_ORDER_EFFORT,
                 ..Order::default()
             };
             artwork.put_in_order(&order.to_draw(scale));
         }
-        let (placed, misfit) = artwork.laid(&layout, &marking)?;
+        let (placed, misfit) = artwork.placed_with_misfit(&layout, &marking)?;
         let plan = placed.plan(&marking);
-        Ok(Laid {
-            plan: self.pushed(plan, notes)?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -230,17 +232,17 @@ impl Setup {
     }
 
     /// Places lines on a sheet.
-    pub(super) fn drawn(
+    pub(super) fn draw_lines(
         &self,
         artwork: &Artwork,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
+    ) -> Result<LaidPlan, Diagnostic> {
         let marking = self.marking();
-        let (mut placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
+        let (mut placed, misfit) = artwork.placed_with_misfit(&self.layout()?, &marking)?;
         if !artwork.areas.is_empty() {
             let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
             let bare = placed.artwork.fill(&fill);
-            notes.extend(too_small(bare, fill.spacing));
+            notes.extend(too_small_note(bare, fill.spacing));
             if placed.artwork.strokes.is_empty() {
                 return Err(
                     Diagnostic::of_file(message!("its shapes are too small to be filled")).remedy(
@@ -252,8 +254,8 @@ impl Setup {
             placed.artwork.put_in_order(&self.order_of(artwork));
         }
         let plan = placed.plan(&marking);
-        Ok(Laid {
-            plan: self.pushed(plan, notes)?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -261,7 +263,7 @@ impl Setup {
 }
 
 /// Note that duplicate lines are drawn once.
-fn drawn_once(repeated: usize) -> Option<Diagnostic> {
+fn duplicates_note(repeated: usize) -> Option<Diagnostic> {
     let what = match repeated {
         0 => return None,
         1 => message!("drawn once, though it is there twice: 1 line"),
@@ -273,7 +275,7 @@ fn drawn_once(repeated: usize) -> Option<Diagnostic> {
 }
 
 /// Note that some shapes have no fill lines.
-fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
+fn too_small_note(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     let message = match shapes {
         0 => return None,
         1 => message!(
@@ -290,7 +292,7 @@ fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
 }
 
 /// Note that specks of an image are not drawn.
-fn left_out(specks: usize, size: f64) -> Option<Diagnostic> {
+fn specks_note(specks: usize, size: f64) -> Option<Diagnostic> {
     let size = (size * 1e6).round() / 1e6;
     let message = match specks {
         0 => return None,

@@ -1,8 +1,9 @@
-//! Fitting: as large as possible, turned if that helps, and never refused by the check.
+//! Fitting: makes a drawing as large as possible, turned if that helps, so that it passes the
+//! check.
 //!
 //! Lines alone give an upper bound for the size. The full check also covers travel between lines,
 //! arcs and turns of the tool, which may leave the reach; then the plan is reduced in steps of
-//! [`SHRINK`] until it passes, or fitting gives up.
+//! [`SHRINK_FACTOR`] until it passes, or fitting gives up.
 
 use std::fmt;
 
@@ -12,26 +13,26 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, LaidPage, Placement, Setup, UNSAID, extent_of_marks, middle};
+use super::{Frame, LaidPage, POWER_UP_TOOL, Placement, Setup, extent_of_marks, middle};
 use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
 /// Factor by which a plan that fails the check is reduced each time.
-const SHRINK: f64 = 0.98;
-/// Smallest share of the size given by the lines alone: fitting gives up below it.
-const LEAST_SHRUNK: f64 = 0.5;
+const SHRINK_FACTOR: f64 = 0.98;
+/// Smallest share of the size given by the lines alone; below it fitting gives up.
+const MIN_SHRUNK_SHARE: f64 = 0.5;
 /// Smallest gain in size for which a drawing is turned.
-const LARGER: f64 = 1.001;
+const MIN_TURN_GAIN: f64 = 1.001;
 /// Smallest gain in size for which a place beside the arm is preferred to one in front.
-const BESIDE: f64 = 1.01;
+const MIN_SIDE_GAIN: f64 = 1.01;
 /// Largest distance from the line straight ahead of the arm at which a drawing counts as in front,
 /// mm.
-const AHEAD: f64 = 0.1;
+const FRONT_TOLERANCE: f64 = 0.1;
 /// Share from which on a scale counts as 1.
-const WHOLE: f64 = 1.0 - 1e-6;
+const FULL_SCALE: f64 = 1.0 - 1e-6;
 /// Scale below which a drawing is probably not what the user wants.
-const TINY: f64 = 0.1;
+const TINY_SCALE: f64 = 0.1;
 
 /// Plan for this arm made from a file.
 #[derive(Clone, Debug)]
@@ -45,8 +46,8 @@ pub struct Prepared {
     pub placed: Option<AppliedPlacement>,
     /// Reason why the check will refuse the plan at its place, if known before the check.
     pub misfit: Option<Diagnostic>,
-    /// Size and rotation in which the plan would fit at its place. `None` if it fits, or does not
-    /// fit in any.
+    /// Size and rotation in which the plan would fit at its place. `None` if the plan fits already,
+    /// or fits in no size.
     pub would_fit: Option<WouldFit>,
 }
 
@@ -64,8 +65,8 @@ pub struct AppliedPlacement {
     /// the lower left.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page: Option<[[f64; 2]; 4]>,
-    /// Side of the arm on which the drawing lies, if fitting chose its place and it does not fit in
-    /// front. A note reports this.
+    /// Side of the arm on which the drawing lies, if fitting chose the place and the drawing does
+    /// not fit in front of the arm. A note reports this.
     #[serde(skip)]
     pub beside: Option<Side>,
 }
@@ -113,7 +114,7 @@ impl AppliedPlacement {
     /// ```
     #[must_use]
     pub fn is_tiny(&self) -> bool {
-        self.scale < TINY
+        self.scale < TINY_SCALE
     }
 }
 
@@ -145,7 +146,7 @@ impl PlacedPlan {
     }
 
     /// Adds the reason why the arm cannot carry out the plan at any size.
-    fn misfitting(self) -> Self {
+    fn with_misfit(self) -> Self {
         let report = self.report();
         let why = report.refused_steps.first().map(|refused_step| FitFailure {
             diagnostic: Diagnostic::from(refused_step),
@@ -158,9 +159,9 @@ impl PlacedPlan {
     }
 }
 
-/// Report of the check, once the arm has reached the start.
+/// Report of the check of a plan from the home pose, with the guards of reach and fence alone.
 pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
-    let start = Preflight::at(JointAngles::HOME, UNSAID)
+    let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL)
         .on_rail(0.0)
         .guards(Guards::NONE.reach(true));
     // The speed does not depend on the size, so the fence's speed limit is ignored here.
@@ -171,16 +172,16 @@ pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
 impl Setup {
     /// Makes a plan from the content of a file of this format.
     ///
-    /// A fitted plan passes the check if any size of it does: if travel between its lines, arcs or
-    /// turns of the tool leave the reach, it becomes smaller. A plan that cannot be moved stays at
-    /// its place.
+    /// A fitted plan passes the check if it does so at any size: it is reduced as long as travel
+    /// between lines, arcs or turns of the tool leave the reach. A plan that cannot be moved stays
+    /// at its place.
     ///
     /// # Errors
-    /// [`Diagnostic`] if there is nothing to place, no place, or a surface is needed and unknown. A
-    /// drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so
-    /// that the plan can still be previewed.
+    /// [`Diagnostic`] if the content is empty, no place is within reach, or the needed surface is
+    /// unknown. A drawing that does not fit is not an error: [`misfit`](Prepared::misfit) holds the
+    /// reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let mut content = self.followed(format, content)?;
+        let mut content = self.with_adequate_curves(format, content)?;
         let file = content.take_curves();
         let prepared = self.prepared(format, content)?;
         // After a large reduction the arm would see an arc as a point.
@@ -196,39 +197,39 @@ impl Setup {
     fn prepared(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let mut depth_notes = Vec::new();
         // Depths first: the remaining lines determine size and place.
-        let (setup, content, depths) = self.flattened(format, content, &mut depth_notes);
-        let sized = setup.sized(&content)?;
-        // A width or height is a scale too, which the option `scale` multiplies.
+        let (setup, content, depths) = self.flatten(format, content, &mut depth_notes);
+        let sized = setup.with_size_as_scale(&content)?;
+        // A requested width or height is a scale too; the option `scale` multiplies it.
         let size = sized.placement.scale / setup.placement.scale;
         let (setup, page) = sized.on_page(format, &content)?;
-        let (content, reordered) = setup.lines_of(content)?;
+        let (content, reordered) = setup.prepare_lines(content)?;
         // A selection of parts is placed as it would be together with all parts.
-        let whole = whole(&content);
+        let whole = with_all_parts(&content);
         let (mut made, turned) = {
             let content = whole.as_ref().unwrap_or(&content);
             if setup.placement.fit {
-                setup.made_to_fit(format, content)?
+                setup.make_fitting(format, content)?
             } else {
-                setup.made_in_front(format, content)?
+                setup.make_in_front(format, content)?
             }
         };
         let placed = setup.places() || !matches!(content, Content::Plan(_));
         let at = placed.then(|| middle(&made.plan));
         let lies = setup
             .chooses_place(&content)
-            .then(|| setup.lies(&made.plan));
+            .then(|| setup.location(&made.plan));
         let beside = lies.flatten().filter(|lies| lies.side.is_some());
         let beside = beside.filter(|_| made.misfit.is_none());
         if whole.is_some() {
             let mut there = setup.turned(turned);
             there.placement.scale = made.scale;
             there.placement.fit = false;
-            made = there.made(format, &content)?;
+            made = there.make_plan(format, &content)?;
             if made.report().is_good() {
                 made.misfit = None;
             }
         }
-        // Free it before the copies below.
+        // Freed before the copies below, to limit the memory for large drawings.
         drop(whole);
         let PlacedPlan {
             plan,
@@ -247,7 +248,7 @@ impl Setup {
         if let Some(page) = &page {
             notes.extend(page.notes(&plan, self.placement.grid, self.placement.fit));
         }
-        // Free the copy: a large drawing is in memory twice by now.
+        // Freed here, because a large drawing is in memory twice by now.
         drop(content);
         let placed = at.map(|[x, y, _]| {
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
@@ -283,51 +284,52 @@ impl Setup {
     }
 
     /// Makes the drawing as large as possible; returns the plan and its rotation.
-    fn made_to_fit(
+    fn make_fitting(
         &self,
         format: Format,
         content: &Content,
     ) -> Result<(PlacedPlan, f64), Diagnostic> {
-        let straight = self.shrunk(format, content);
+        let straight = self.shrink_to_pass(format, content);
         let passing = straight.as_ref().ok().filter(|straight| straight.passes);
         let in_front = |made: &PlacedPlan| !self.chooses_place(content) || self.is_in_front(made);
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
         let ahead = passing.is_some_and(|straight| in_front(&straight.made));
         if self.placement.turn
-            && (scale < WHOLE * self.placement.scale || !ahead)
-            && let Ok(turned) = self.turned(90.0).shrunk(format, content)
+            && (scale < FULL_SCALE * self.placement.scale || !ahead)
+            && let Ok(turned) = self.turned(90.0).shrink_to_pass(format, content)
             && turned.passes
         {
             let least = match (ahead, in_front(&turned.made)) {
                 // A place in front is worth a slightly smaller drawing.
-                (true, false) => BESIDE * scale,
-                (false, true) => scale / BESIDE,
-                _ => LARGER * scale,
+                (true, false) => MIN_SIDE_GAIN * scale,
+                (false, true) => scale / MIN_SIDE_GAIN,
+                _ => MIN_TURN_GAIN * scale,
             };
             if turned.made.scale > least {
                 return Ok((turned.made, 90.0));
             }
         }
         let ShrinkResult { made, passes } = straight?;
-        // Plans and points may be within reach where they are; G-code has its own zero.
+        // Plans and points may be within reach in their own arm coordinates; G-code has its own
+        // zero.
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = if passes {
             made
         } else {
-            let there = stays.then(|| self.where_it_is(format, content)).flatten();
-            there.unwrap_or_else(|| made.misfitting())
+            let there = stays.then(|| self.at_own_place(format, content)).flatten();
+            there.unwrap_or_else(|| made.with_misfit())
         };
         Ok((made, 0.0))
     }
 
-    /// Places the drawing at its size, turned by 90 degrees if only then it lies in front of the
-    /// arm; returns the plan and its rotation.
-    fn made_in_front(
+    /// Places the drawing at its size, turned by 90 degrees if it lies in front of the arm only
+    /// then; returns the plan and its rotation.
+    fn make_in_front(
         &self,
         format: Format,
         content: &Content,
     ) -> Result<(PlacedPlan, f64), Diagnostic> {
-        let straight = self.made(format, content);
+        let straight = self.make_plan(format, content);
         let fits = |made: &Result<PlacedPlan, Diagnostic>| {
             made.as_ref().is_ok_and(|made| made.misfit.is_none())
         };
@@ -340,7 +342,7 @@ impl Setup {
         {
             return Ok((straight?, 0.0));
         }
-        let turned = self.turned(90.0).made(format, content);
+        let turned = self.turned(90.0).make_plan(format, content);
         if fits(&turned) && (in_front(&turned) || !fits(&straight)) {
             Ok((turned?, 90.0))
         } else {
@@ -360,20 +362,21 @@ impl Setup {
     }
 
     fn is_in_front(&self, made: &PlacedPlan) -> bool {
-        self.lies(&made.plan).is_none_or(|lies| lies.side.is_none())
+        self.location(&made.plan)
+            .is_none_or(|lies| lies.side.is_none())
     }
 
     /// Bounds and side of a plan, before the final offset.
-    fn lies(&self, plan: &Plan) -> Option<Lies> {
+    fn location(&self, plan: &Plan) -> Option<Location> {
         let [least, most] = extent_of_marks(plan).or_else(|| plan.extent())?;
         let [_, moved, _] = self.placement.by;
         let side = match (least[1] - moved, most[1] - moved) {
-            (least, _) if least > AHEAD => Some(Side::Left),
-            (_, most) if most < -AHEAD => Some(Side::Right),
+            (least, _) if least > FRONT_TOLERANCE => Some(Side::Left),
+            (_, most) if most < -FRONT_TOLERANCE => Some(Side::Right),
             _ => None,
         };
         let [x, y] = [0, 1].map(|axis| [least[axis], most[axis]]);
-        Some(Lies { side, x, y })
+        Some(Location { side, x, y })
     }
 
     pub(super) fn turned(&self, degrees: f64) -> Self {
@@ -382,8 +385,12 @@ impl Setup {
         setup
     }
 
-    fn shrunk(&self, format: Format, content: &Content) -> Result<ShrinkResult, Diagnostic> {
-        let first = self.made(format, content)?;
+    fn shrink_to_pass(
+        &self,
+        format: Format,
+        content: &Content,
+    ) -> Result<ShrinkResult, Diagnostic> {
+        let first = self.make_plan(format, content)?;
         let passing = |made| ShrinkResult { made, passes: true };
         if first.passes() {
             return Ok(passing(first));
@@ -391,10 +398,10 @@ impl Setup {
         let mut setup = self.clone();
         let mut scale = first.scale;
         // A linear search, because a smaller size may fail although a larger one passes.
-        while scale > LEAST_SHRUNK * first.scale {
-            scale *= SHRINK;
+        while scale > MIN_SHRUNK_SHARE * first.scale {
+            scale *= SHRINK_FACTOR;
             setup.placement.scale = scale;
-            let smaller = setup.made(format, content)?;
+            let smaller = setup.make_plan(format, content)?;
             if smaller.passes() {
                 return Ok(passing(smaller));
             }
@@ -405,8 +412,8 @@ impl Setup {
         })
     }
 
-    /// Plan that stays at its place, if it passes the check there.
-    fn where_it_is(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
+    /// Plan in arm coordinates, not moved, if it passes the check.
+    fn at_own_place(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
         let mut setup = self.clone();
         setup.surface = None;
         setup.placement = Placement {
@@ -416,12 +423,15 @@ impl Setup {
             frame: Frame::Arm,
             ..self.placement
         };
-        setup.made(format, content).ok().filter(PlacedPlan::passes)
+        setup
+            .make_plan(format, content)
+            .ok()
+            .filter(PlacedPlan::passes)
     }
 }
 
 /// Drawing including the parts that were not requested, if there are any.
-fn whole(content: &Content) -> Option<Content> {
+fn with_all_parts(content: &Content) -> Option<Content> {
     let Content::Artwork(artwork) = content else {
         return None;
     };
@@ -436,14 +446,14 @@ fn whole(content: &Content) -> Option<Content> {
 
 /// Bounds of a drawing, mm, and the side of the arm on which it lies.
 #[derive(Clone, Copy)]
-struct Lies {
+struct Location {
     /// Side of the arm; `None` in front.
     side: Option<Side>,
     x: [f64; 2],
     y: [f64; 2],
 }
 
-impl Lies {
+impl Location {
     fn note(&self, format: Format) -> Diagnostic {
         let side = self.side.unwrap_or(Side::Left);
         let [x, y] =
@@ -462,7 +472,7 @@ impl Lies {
         };
         let note = Diagnostic::of_file(what).coded(DiagnosticCode::Placed);
         let note = match format {
-            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+            Format::Text => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
             _ => note,
         };
         note.remedy(
@@ -473,13 +483,13 @@ impl Lies {
 }
 
 /// Effect of a width on lines of text, as a remedy.
-const WRAPS: &str = "breaks its lines";
+const WRAP_EFFECT: &str = "breaks its lines";
 
 /// Note about a chosen size or rotation; `fitted` is the resulting share of the requested size.
 fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagnostic> {
     let share = fitted.unwrap_or(1.0);
     let percent = 100.0 * share;
-    let is_smaller = share < WHOLE;
+    let is_smaller = share < FULL_SCALE;
     let smaller = is_smaller.then(|| match percent {
         percent if percent < 10.0 => {
             message!("made smaller to fit: {percent:.1} % of its size", percent)
@@ -508,7 +518,7 @@ fn turned_note(format: Format, fitted: Option<f64>, turned: f64) -> Option<Diagn
         note
     };
     let note = match format {
-        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAPS),
+        Format::Text if turns => note.remedy((Setting::Wrap, Given::Any("MM")), WRAP_EFFECT),
         _ => note,
     };
     Some(note)

@@ -1,31 +1,31 @@
 //! Keeps a pen above its surface: motion below the surface is raised onto it.
 //!
-//! The plan is followed with two positions: where the tool would be, and where it is held. Relative
-//! steps count from the first, so a later step that rises above the surface again ends where the
-//! program meant it to.
+//! The plan is followed with two positions: the programmed one and the one held above the surface.
+//! Relative steps count from the programmed position, so a later step that rises above the surface
+//! again ends at its programmed target.
 
 use magician_host::message;
 use magician_host::{Given, Setting};
 use magician_motion::Geometry;
 use magician_protocol::{CpMode, Set};
 
-use super::UNSAID;
+use super::POWER_UP_TOOL;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan, Step, Surface, Tool, Travel};
 
 /// Depth that still counts as on the surface, mm: coordinates are rounded to 32 bits.
-const ROUNDING: f64 = 1e-4;
+const DEPTH_TOLERANCE: f64 = 1e-4;
 /// Smallest depth reported in a note, mm; less is rounding in the file.
-const TOLD: f64 = 0.05;
+const MIN_REPORTED_DEPTH: f64 = 0.05;
 
 type Point = [f64; 3];
 
 /// Largest depth below the surface that was avoided, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Raised {
+pub(crate) struct RaisedDepth {
     most: f64,
 }
 
-impl Raised {
+impl RaisedDepth {
     pub(super) const fn new(most: f64) -> Self {
         Self { most }
     }
@@ -50,19 +50,23 @@ impl Raised {
 }
 
 /// True if a plan handles things with a suction cup or gripper.
-pub(super) fn handles(plan: &Plan) -> bool {
+pub(super) fn handles_objects(plan: &Plan) -> bool {
     let holds = |step: &Step| matches!(step.action, Action::Suction(_) | Action::Gripper(_));
     plan.steps.iter().any(holds)
 }
 
-/// Raises all motion of a plan below a surface onto it. `None` if nothing is below, or hardly.
+/// Raises all motion of a plan below a surface onto the surface. `None` if nothing lies below it by
+/// at least [`MIN_REPORTED_DEPTH`].
 ///
 /// # Errors
-/// [`Diagnostic`] for the first step that leads below it by joint angles.
-pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Raised>, Diagnostic> {
+/// [`Diagnostic`] for the first step whose joint angles lead below the surface.
+pub(crate) fn hold_above(
+    plan: &mut Plan,
+    surface: Surface,
+) -> Result<Option<RaisedDepth>, Diagnostic> {
     let mut holder = Holder {
         surface,
-        geometry: Geometry::magician(plan.tool.map_or(UNSAID, Tool::bias)),
+        geometry: Geometry::magician(plan.tool.map_or(POWER_UP_TOOL, Tool::bias)),
         at: None,
         most: 0.0,
     };
@@ -76,7 +80,7 @@ pub(crate) fn hold_above(plan: &mut Plan, surface: Surface) -> Result<Option<Rai
         }
         plan.steps.push(step);
     }
-    Ok((holder.most >= TOLD).then_some(Raised::new(holder.most)))
+    Ok((holder.most >= MIN_REPORTED_DEPTH).then_some(RaisedDepth::new(holder.most)))
 }
 
 fn by_joints(nth: usize, origin: Origin, deep: f64) -> Diagnostic {
@@ -188,14 +192,14 @@ impl Holder {
         Ok(None)
     }
 
-    fn above(&self, [x, y, z]: Point) -> f64 {
+    fn height_above(&self, [x, y, z]: Point) -> f64 {
         z - self.surface.at([x, y])
     }
 
     /// Nearest position on or above the surface.
     fn raised(&mut self, free: Point) -> Point {
-        let above = self.above(free);
-        if above >= -ROUNDING || !above.is_finite() {
+        let above = self.height_above(free);
+        if above >= -DEPTH_TOLERANCE || !above.is_finite() {
             return free;
         }
         self.most = self.most.max(-above);
@@ -203,7 +207,7 @@ impl Holder {
         [x, y, self.surface.at([x, y])]
     }
 
-    fn goes(&mut self, free: Point) -> Point {
+    fn move_free(&mut self, free: Point) -> Point {
         let held = self.raised(free);
         self.at = Some(Place { held, free });
         held
@@ -211,7 +215,7 @@ impl Holder {
 
     fn point(&mut self, to: &mut [f32; 3]) {
         let free = to.map(f64::from);
-        let held = self.goes(free);
+        let held = self.move_free(free);
         // Unchanged targets keep their exact bits.
         if held != free {
             to[2] = held[2] as f32;
@@ -232,7 +236,7 @@ impl Holder {
         let way = [by[0], by[1], by[2]].map(f64::from);
         let to = [0, 1, 2].map(|axis: usize| free[axis] + way[axis]);
         let from = held[2];
-        let held = self.goes(to);
+        let held = self.move_free(to);
         // Unchanged offsets keep their exact bits.
         if held[2] - from != way[2] {
             by[2] = (held[2] - from) as f32;
@@ -243,23 +247,23 @@ impl Holder {
         let joints = to.map(f64::from);
         let pose = self.geometry.forward(&joints.into());
         let free = [pose.x, pose.y, pose.z];
-        let above = self.above(free);
+        let above = self.height_above(free);
         // Joint angles cannot be corrected in Z alone, so such a step is refused.
-        if above < -TOLD {
+        if above < -MIN_REPORTED_DEPTH {
             return Err(-above);
         }
         self.at = Some(Place { held: free, free });
         Ok(())
     }
 
-    /// Splits a line where it crosses the surface: the part below lies on it.
+    /// Splits a line where it crosses the surface; the part below is moved onto the surface.
     fn path(&mut self, to: &mut [f32; 3]) -> Option<Action> {
         let before = self.at;
         self.point(to);
         let from = before?.free;
         let free = self.at?.free;
-        let (here, there) = (self.above(from), self.above(free));
-        let crosses = here.min(there) < -ROUNDING && here.max(there) > ROUNDING;
+        let (here, there) = (self.height_above(from), self.height_above(free));
+        let crosses = here.min(there) < -DEPTH_TOLERANCE && here.max(there) > DEPTH_TOLERANCE;
         crosses.then(|| {
             let share = here / (here - there);
             let [x, y] = [0, 1].map(|axis: usize| from[axis] + share * (free[axis] - from[axis]));
@@ -271,18 +275,18 @@ impl Holder {
     /// Moves an arc that leads below the surface onto it as a whole.
     fn arc(&mut self, via: &mut [f32; 4], to: &mut [f32; 4]) -> Option<Action> {
         let from = self.at;
-        // An arc is judged by its points; its plane cannot be split like a line.
+        // Only the three points of an arc are tested, because an arc cannot be split like a line.
         let points = [*via, *to].map(|[x, y, z, _]| [x, y, z].map(f64::from));
         let ends = points.into_iter().chain(from.map(|from| from.free));
         let is_below = ends
-            .map(|end| self.above(end))
-            .any(|above| above < -ROUNDING);
+            .map(|end| self.height_above(end))
+            .any(|above| above < -DEPTH_TOLERANCE);
         if !is_below {
-            self.goes(points[1]);
+            self.move_free(points[1]);
             return None;
         }
         for (pose, [x, y, z]) in [via, to].into_iter().zip(points) {
-            self.goes([x, y, z]);
+            self.move_free([x, y, z]);
             pose[2] = self.surface.at([x, y]) as f32;
         }
         let [x, y, _] = points[1];
@@ -292,7 +296,7 @@ impl Holder {
         });
         let [x, y, z] = from?.held;
         let on = self.surface.at([x, y]);
-        (z - on > ROUNDING).then(|| Action::Move {
+        (z - on > DEPTH_TOLERANCE).then(|| Action::Move {
             to: [x, y, on, 0.0].map(|value| value as f32),
             by: Travel::Line,
         })

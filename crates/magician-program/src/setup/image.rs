@@ -3,8 +3,8 @@
 use magician_host::message;
 use magician_host::{Given, Setting};
 
-use super::placed::ROUNDED;
-use super::{Laid, Setup};
+use super::placed::SHEET_TOLERANCE;
+use super::{LaidPlan, Setup};
 use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
 use crate::{Diagnostic, DiagnosticCode, Raster, Tool};
@@ -14,18 +14,18 @@ const SPEED_ROUNDING: f64 = 1e-5;
 
 impl Setup {
     /// Plan that engraves an image.
-    pub(super) fn engraved(
+    pub(super) fn engrave_image(
         &self,
         image: &Raster,
         engrave: Engrave,
         notes: &mut Vec<Diagnostic>,
-    ) -> Result<Laid, Diagnostic> {
-        let mut engrave = self.engraving(engrave);
+    ) -> Result<LaidPlan, Diagnostic> {
+        let mut engrave = self.with_given_speed(engrave);
         let steady = engrave.steady_speed();
-        if self.said_laser_speed().is_none() {
+        if self.given_laser_speed().is_none() {
             engrave.speed = engrave.speed.min(steady);
         } else if engrave.speed > steady + SPEED_ROUNDING {
-            notes.push(uneven(&engrave, steady));
+            notes.push(uneven_note(&engrave, steady));
         }
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
@@ -35,14 +35,14 @@ impl Setup {
         let mut plan = engrave.plan(image, &grid, surface)?;
         plan.tool = Some(tool);
         let [width, _] = grid.size();
-        Ok(Laid {
-            plan: self.pushed(plan, &mut Vec::new())?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, &mut Vec::new())?,
             scale: width / natural[0],
             misfit: None,
         })
     }
 
-    /// Place of an image: as requested, on the sheet, or where there is room.
+    /// Place of an image: the requested place, else on the sheet, else where the reach has room.
     pub(super) fn grid(
         &self,
         size: [f64; 2],
@@ -55,14 +55,14 @@ impl Setup {
         };
         // The burnt area stays within the page; the overscan may exceed it.
         let room = layout.room.take().filter(|_| layout.fit);
-        let taken = taken(&layout, size);
+        let taken = occupied_size(&layout, size);
         let share = room.map_or(1.0, |room| {
             let shares = [0, 1].map(|axis: usize| room[axis] / taken[axis]);
             shares.into_iter().fold(1.0, f64::min)
         });
         let size = size.map(|side| share * side);
         if !layout.fit
-            && let Some((at, turn)) = said_place(&layout, size)?
+            && let Some((at, turn)) = given_place(&layout, size)?
         {
             return Ok(Grid::centred(size, at, turn, layout.mirror));
         }
@@ -79,7 +79,7 @@ impl Setup {
 }
 
 /// Note that the speed is above the highest at which every pixel burns evenly, mm/s.
-fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
+fn uneven_note(engrave: &Engrave, steady: f64) -> Diagnostic {
     let slower = ((steady + SPEED_ROUNDING) * 1000.0).floor() / 1000.0;
     let message = message!(
         "at {speed} mm/s pixels of {spacing} mm are burnt unevenly: the arm holds at most {slower} mm/s where each differs from the next",
@@ -92,9 +92,9 @@ fn uneven(engrave: &Engrave, steady: f64) -> Diagnostic {
         .remedy((Setting::Speed, Given::Number(slower)), "burns them evenly")
 }
 
-/// Requested middle and rotation of an image. On a sheet its lower left corner is on that of the
-/// sheet.
-fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
+/// Requested middle and rotation of an image. On a sheet, the lower left corners of image and sheet
+/// coincide.
+fn given_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
     let Some(sheet) = layout.sheet else {
         return Ok(layout.at.map(|at| (at, layout.rotate)));
     };
@@ -102,12 +102,12 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     if let Some(at) = layout.at {
         return Ok(Some((at, turn)));
     }
-    let taken = taken(layout, size);
+    let taken = occupied_size(layout, size);
     if let Some(room) = sheet.size
         && taken
             .iter()
             .zip(room)
-            .any(|(side, room)| side - ROUNDED > room)
+            .any(|(side, room)| side - SHEET_TOLERANCE > room)
     {
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
         let message = message!(
@@ -125,7 +125,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
 }
 
 /// Width and height that a rotated image occupies along the sheet.
-fn taken(layout: &Layout, [width, height]: [f64; 2]) -> [f64; 2] {
+fn occupied_size(layout: &Layout, [width, height]: [f64; 2]) -> [f64; 2] {
     let (sin, cos) = libm::sincos(layout.rotate.to_radians());
     [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs())
 }

@@ -6,7 +6,7 @@ use magician_host::JointAngles;
 use magician_host::preflight::{Guards, Preflight};
 use serde::Serialize;
 
-use super::{PartMode, PartRule, Setup, UNSAID};
+use super::{POWER_UP_TOOL, PartMode, PartRule, Setup};
 use crate::{Action, Artwork, Content, Diagnostic, Format, Part, Plan, Report, check};
 
 /// Part of a file, with its figures.
@@ -23,7 +23,7 @@ pub struct PartSummary {
     pub strokes: usize,
     /// Length of its lines, mm.
     pub drawn_mm: f64,
-    /// Duration, s, if known: of all passes, or of one in a list for selection.
+    /// Duration of all passes, s, or of one pass in a list for selection; `None` if unknown.
     pub seconds: Option<f64>,
     /// True if it is left out.
     pub skipped: bool,
@@ -39,7 +39,7 @@ impl Setup {
         format: Format,
         content: &Content,
     ) -> Result<Vec<PartSummary>, Diagnostic> {
-        let content = &self.followed(format, content.clone())?;
+        let content = &self.with_adequate_curves(format, content.clone())?;
         let mut listed = self.parts_in(content, self.placement.scale)?;
         let pens = self.pens.iter().map(|rule| PartRule {
             passes: None,
@@ -59,7 +59,7 @@ impl Setup {
         if let Ok(laid) = laid
             && laid.misfit.is_none()
         {
-            let start = Preflight::at(JointAngles::HOME, UNSAID)
+            let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL)
                 .on_rail(0.0)
                 .guards(Guards::NONE.reach(true));
             PartSummary::measure(&mut listed, &check(&laid.plan, &start));
@@ -141,7 +141,7 @@ fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
         if let Some(part) = now.filter(|_| marks).and_then(|now| listed.get_mut(now)) {
             part.strokes += usize::from(!marked);
             if let (Some(from), Some(to)) = (at, to) {
-                part.drawn_mm += scale * apart(from, to);
+                part.drawn_mm += scale * distance(from, to);
             }
         }
         (at, marked) = (to.or(at), marks);
@@ -149,7 +149,7 @@ fn parts_of_plan(plan: &Plan, scale: f64) -> Vec<PartSummary> {
     listed
 }
 
-fn apart(from: [f64; 3], to: [f64; 3]) -> f64 {
+fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
     let [x, y, z] = [0, 1, 2].map(|axis: usize| to[axis] - from[axis]);
     libm::hypot(libm::hypot(x, y), z)
 }

@@ -1,12 +1,12 @@
-//! Page of paper in front of the arm. A drawing is centred on it, or placed as in its file if that
-//! has a page of the same size.
+//! Page of paper in front of the arm. A drawing is centred on it, or placed as in its file if the
+//! file has a page of the same size.
 
 use magician_host::preflight::Preflight;
 use magician_host::{Given, JointAngles, Setting};
 use magician_host::{Message, message};
 
 use super::placed::middle_of_sheet;
-use super::{Frame, Setup, UNSAID, Work, WorkLines, fitted};
+use super::{Frame, POWER_UP_TOOL, Setup, Work, WorkLines, moved_within_reach};
 use crate::artwork::{Marking, rotated, rounded};
 use crate::raster::Engrave;
 use crate::toolpath::DrawnLine;
@@ -16,10 +16,10 @@ use crate::{
 };
 
 /// Largest overhang at an edge that is ignored, mm.
-const FINE: f64 = 0.05;
+const OVERHANG_TOLERANCE: f64 = 0.05;
 /// Largest difference of sides at which two pages count as equal, mm: files round to their own
 /// units.
-const SAME: f64 = 1.0;
+const SIZE_TOLERANCE: f64 = 1.0;
 
 /// Page and its margin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,14 +33,14 @@ pub struct Page {
 
 impl Page {
     /// Default margin, mm.
-    pub const MARGIN: f64 = 10.0;
+    pub const DEFAULT_MARGIN: f64 = 10.0;
 
     /// Page with the default margin.
     #[must_use]
     pub fn of(paper: Paper) -> Self {
         Self {
             paper,
-            margin: Self::MARGIN,
+            margin: Self::DEFAULT_MARGIN,
         }
     }
 
@@ -88,8 +88,8 @@ impl LaidPage {
     }
 
     /// Scale that brings a plan centred on the page inside the margin and within reach.
-    pub(super) fn share_of(&self, plan: &Plan) -> Result<f64, Diagnostic> {
-        let (_, reached) = fitted(plan.clone(), Fit::Shrink)?;
+    pub(super) fn fitting_scale(&self, plan: &Plan) -> Result<f64, Diagnostic> {
+        let (_, reached) = moved_within_reach(plan.clone(), Fit::Shrink)?;
         let size = self.bounds(plan).map_or([0.0; 2], |[least, most]| {
             [0, 1].map(|axis| most[axis] - least[axis])
         });
@@ -103,25 +103,25 @@ impl LaidPage {
         }))
     }
 
-    /// Bounds of the drawn or burnt part of a plan, from the middle of the page along its edges; of
-    /// all targets if it draws nothing.
+    /// Bounds of the drawn or burnt part of a plan, measured from the middle of the page along its
+    /// edges. A plan that draws nothing has the bounds of its targets.
     fn bounds(&self, plan: &Plan) -> Option<[[f64; 2]; 2]> {
-        let start = Preflight::at(JointAngles::HOME, UNSAID);
+        let start = Preflight::at(JointAngles::HOME, POWER_UP_TOOL);
         let lines = DrawnLine::of(plan, &start);
         let drawn = lines.iter().flat_map(|line| [line.from, line.to]);
         let marks = || {
             let marks = WorkLines::of(plan, None).ok()?;
             let strokes = marks.artwork.strokes.iter();
-            self.around(strokes.flat_map(|stroke| stroke.points.iter().copied()))
+            self.bounds_along_page(strokes.flat_map(|stroke| stroke.points.iter().copied()))
         };
         let places = || {
             let targets = plan.steps.iter().filter_map(|step| step.action.target());
-            self.around(targets.map(|[x, y, _]| [x.into(), y.into()]))
+            self.bounds_along_page(targets.map(|[x, y, _]| [x.into(), y.into()]))
         };
-        self.around(drawn).or_else(marks).or_else(places)
+        self.bounds_along_page(drawn).or_else(marks).or_else(places)
     }
 
-    fn around(&self, points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    fn bounds_along_page(&self, points: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
         let mut points =
             points.map(|[x, y]| rotated([x - self.at[0], y - self.at[1]], -self.rotation));
         let first = points.next()?;
@@ -133,8 +133,8 @@ impl LaidPage {
         }))
     }
 
-    /// Notes on the place of the page, and on the parts of a plan (repeated on a grid) that lie off
-    /// it.
+    /// Notes on the position of the page, and on content that reaches beyond the page; `grid`
+    /// repeats the content.
     pub(super) fn notes(&self, plan: &Plan, grid: Option<Grid>, fit: bool) -> Vec<Diagnostic> {
         let [[x, y], ..] = self.corners();
         let [width, height] = self.page.paper.size();
@@ -185,12 +185,12 @@ impl LaidPage {
         let beyond = |axis: usize| most[axis].max(-least[axis]) - size[axis] / 2.0;
         let beyond = beyond(0).max(beyond(1));
         let margin = self.page.margin;
-        let message = if beyond > FINE {
+        let message = if beyond > OVERHANG_TOLERANCE {
             message!(
                 "it reaches {by} mm beyond the edge of the page",
                 by = tenths_up(beyond)
             )
-        } else if -beyond < margin - FINE {
+        } else if -beyond < margin - OVERHANG_TOLERANCE {
             let left = rounded((-beyond).max(0.0));
             message!(
                 "it comes within {left} mm of the edge of the page; the margin is {margin} mm",
@@ -201,7 +201,7 @@ impl LaidPage {
             return None;
         };
         let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
-        // Fitting has been done already and cannot help any more.
+        // With `fit` the content is fitted already, so that remedy would not help.
         Some(if fit {
             note
         } else {
@@ -216,7 +216,8 @@ fn tenths_up(length: f64) -> f64 {
 }
 
 impl Setup {
-    /// Setup centred on its page, and the page; unchanged without one.
+    /// Returns the setup with its position on the page, and the page. Without a page the setup is
+    /// unchanged.
     pub(super) fn on_page(
         &self,
         format: Format,
@@ -236,7 +237,7 @@ impl Setup {
         let rotation = self.sheet_rotation();
         let half = page.paper.size().map(|side| side / 2.0);
         let on_sheet = self.sheet.map(|sheet| {
-            // On a sheet with only a known corner the page is aligned with that corner.
+            // If only the corner of the sheet is known, the page is aligned with that corner.
             middle_of_sheet(sheet).unwrap_or_else(|| {
                 let [x, y] = rotated(half, rotation);
                 [sheet.corner[0] + x, sheet.corner[1] + y]
@@ -283,7 +284,7 @@ impl Setup {
         let sides = turned.into_iter().zip(paper.size());
         sides
             .into_iter()
-            .all(|(side, of_paper)| (side - of_paper).abs() <= SAME)
+            .all(|(side, of_paper)| (side - of_paper).abs() <= SIZE_TOLERANCE)
     }
 
     /// Page with its middle at this position.
@@ -317,7 +318,7 @@ impl Setup {
             Content::Plan(plan) => {
                 let [least, most] = plan.extent().unwrap_or_default();
                 let tool = self.tool.or(plan.tool).or(self.default_tool);
-                let tool = tool.map_or(UNSAID, Tool::bias);
+                let tool = tool.map_or(POWER_UP_TOOL, Tool::bias);
                 return Ok(Reach::new(
                     tool,
                     Surface::level(least[2]),

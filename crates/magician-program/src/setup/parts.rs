@@ -6,12 +6,12 @@ use magician_host::{Given, Setting};
 use super::Setup;
 use crate::artwork::{DrawingPart, PartPen};
 use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
-use magician_formats::words::words;
+use magician_formats::keywords::keywords;
 
 /// Largest number of parts named in an error.
-const NAMED: usize = 20;
+const MAX_NAMED_PARTS: usize = 20;
 /// Largest number of passes.
-pub(crate) const MOST_PASSES: u32 = 1000;
+pub(crate) const MAX_PASSES: u32 = 1000;
 
 /// Division of a drawing into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -25,7 +25,7 @@ pub enum PartMode {
     Color,
 }
 
-words! {
+keywords! {
     PartMode, "parts":
     None = "none",
     Layer = "layer",
@@ -53,7 +53,7 @@ pub enum PartMatch {
 }
 
 impl PartMatch {
-    fn is(&self, part: &DrawingPart) -> bool {
+    fn selects(&self, part: &DrawingPart) -> bool {
         match self {
             Self::Name(name) => part.has_name(name) || part.has_color(name.parse().ok()),
             Self::Number(n) => part.part.n == *n,
@@ -61,7 +61,7 @@ impl PartMatch {
     }
 }
 
-/// Plotter commands in a layer's name.
+/// Plotter commands at the start of a layer's name: `%` skips the layer, `!` pauses before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct LayerCommands {
     skips: bool,
@@ -164,7 +164,7 @@ impl Setup {
         for rule in &self.pens {
             let mut found = false;
             for part in parts.iter().filter(|part| part.passes > 0) {
-                found |= rule.matches.is(part);
+                found |= rule.matches.selects(part);
             }
             // A rule for a part that does not exist is more likely a typing error than intended.
             if !found {
@@ -181,7 +181,7 @@ impl Setup {
         for part in parts.iter_mut().filter(|part| part.passes > 0) {
             // The first matching rule applies, so that users can order them from special to
             // general.
-            if let Some(rule) = self.pens.iter().find(|rule| rule.matches.is(part)) {
+            if let Some(rule) = self.pens.iter().find(|rule| rule.matches.selects(part)) {
                 part.pen = rule.pen;
                 part.passes = rule.passes.unwrap_or(part.passes);
             }
@@ -206,7 +206,7 @@ impl Setup {
             // Names first: a layer may be called "2" or "red".
             let ways: [&dyn Fn(&DrawingPart) -> bool; 3] = [&named, &coloured, &counted];
             let Some(way) = ways.into_iter().find(|way| parts.iter().any(way)) else {
-                return Err(unknown(wanted, parts));
+                return Err(unknown_part(wanted, parts));
             };
             for (part, chosen) in parts.iter().zip(&mut chosen) {
                 *chosen |= way(part);
@@ -221,14 +221,14 @@ impl Setup {
     }
 
     /// Divides a drawing into parts, without those left out.
-    pub(super) fn divided(
+    pub(super) fn divide(
         &self,
         mut artwork: Artwork,
         notes: &mut Vec<Diagnostic>,
     ) -> Result<Artwork, Diagnostic> {
         let mode = self.part_mode(&artwork);
         if mode == PartMode::None {
-            notes.extend(draw_alike(&artwork));
+            notes.extend(pens_draw_alike_note(&artwork));
             // Without parts, passes or pens the drawing stays as it is.
             if self.passes.unwrap_or(1) == 1 && self.pens.is_empty() && self.only.is_empty() {
                 return Ok(artwork);
@@ -252,9 +252,9 @@ impl Setup {
                 "all parts of the drawing are left out"
             )));
         }
-        // No note if the user chose the parts: the others are left out on purpose.
-        let told = self.only.is_empty();
-        let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
+        // No note if the user chose the parts: the user left out the others on purpose.
+        let is_noted = self.only.is_empty();
+        let left_out = |part: &&DrawingPart| is_noted && part.skipped && part.passes > 0;
         for part in parts.iter().filter(left_out) {
             let what = message!("left out: part {part}", part = part.part.to_string());
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
@@ -278,7 +278,7 @@ impl Setup {
             return Err(Diagnostic::of_file(what).with(magician_host::Remedy::without(setting)));
         }
         if gcode {
-            self.tools(&mut plan);
+            self.convert_tools(&mut plan);
         }
         let passes = self.passes.unwrap_or(1);
         if passes > 1 {
@@ -302,8 +302,8 @@ impl Setup {
         Ok(plan)
     }
 
-    /// Keeps the tools of a program as its parts, or drops them.
-    fn tools(&self, plan: &mut Plan) {
+    /// Keeps the tool changes of a program as parts, or drops them.
+    fn convert_tools(&self, plan: &mut Plan) {
         if self.parts != Some(PartMode::Layer) {
             plan.steps
                 .retain(|step| !matches!(step.action, Action::Part(_)));
@@ -320,15 +320,15 @@ impl Setup {
     }
 }
 
-fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
+fn unknown_part(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     let known = parts.iter().filter(|part| part.passes > 0);
     let all = known.clone().count();
     let names: Vec<String> = known
-        .take(NAMED)
+        .take(MAX_NAMED_PARTS)
         .map(|part| part.part.to_string())
         .collect();
     let parts = names.join("; ");
-    let message = if all > NAMED {
+    let message = if all > MAX_NAMED_PARTS {
         message!(
             "no part has the name, colour or number '{wanted}'; the parts are {parts}; and more",
             wanted,
@@ -347,8 +347,8 @@ fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
     )
 }
 
-/// Note that several pens of a plot draw alike.
-fn draw_alike(artwork: &Artwork) -> Option<Diagnostic> {
+/// Note that all pens of a plot are drawn with the arm's one pen.
+fn pens_draw_alike_note(artwork: &Artwork) -> Option<Diagnostic> {
     let pens = artwork.layers.iter();
     let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));
     let pens: Vec<&str> = pens.collect::<Option<_>>()?;

@@ -1,5 +1,5 @@
-//! Placement of a program in its own coordinates: size, middle and height are those of its drawn
-//! lines.
+//! Placement of a program in its own coordinates. Its drawn lines determine its size, middle and
+//! height.
 //!
 //! Coordinates of such a program count from the program's own zero, often the corner of a machine.
 //! Placing transforms its work steps as a drawing (scale, mirror, rotation, middle) and replaces
@@ -10,9 +10,9 @@ mod guide;
 use magician_host::message;
 use magician_host::{Given, Remedy, Setting};
 
-use super::depths::{DepthSurvey, DepthTally, Flat, kept};
+use super::depths::{DepthSurvey, DepthTally, FlatProgram, kept_depths_note};
 use super::work_lines::WorkLines;
-use super::{Depths, Laid, Setup, fitted, middle};
+use super::{Depths, LaidPlan, Setup, middle, moved_within_reach};
 use crate::artwork::{Layout, Marking, Sheet, rotated};
 use crate::formats::GcodeOptions;
 use crate::raster::Size;
@@ -20,15 +20,15 @@ use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Sur
 use guide::Guide;
 
 /// Largest excess over a sheet that is ignored, mm.
-pub(super) const ROUNDED: f64 = 1.0;
+pub(super) const SHEET_TOLERANCE: f64 = 1.0;
 
 /// Coordinate system of G-code, plans, playback files and points. Drawings and images are always
 /// placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Frame {
-    /// The program's own frame if it is drawn or engraved, or if any option about its place was
-    /// given (a middle, a page, a surface, fitting); otherwise the arm's frame.
+    /// The program's own frame if the program is drawn or engraved, or if any placement option (a
+    /// middle, a page, a surface, fitting) is set; otherwise the arm's frame.
     #[default]
     Default,
     /// The program's own frame: the program is placed.
@@ -44,11 +44,11 @@ impl Setup {
         match self.placement.frame {
             Frame::Own => true,
             Frame::Arm => false,
-            Frame::Default => self.work != Work::Default || self.says_where(),
+            Frame::Default => self.work != Work::Default || self.has_placement_option(),
         }
     }
 
-    fn says_where(&self) -> bool {
+    fn has_placement_option(&self) -> bool {
         let placement = &self.placement;
         placement.at.is_some()
             || placement.fit
@@ -58,7 +58,7 @@ impl Setup {
 
     /// Sets the options for reading G-code. `surface` is the surface under a program that is not
     /// placed.
-    pub fn prepare(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
+    pub fn set_gcode_options(&self, gcode: &mut GcodeOptions, surface: Option<Surface>) {
         gcode.lift = self.pen.lift;
         gcode.placed = self.places();
         gcode.surface = if gcode.placed {
@@ -78,7 +78,7 @@ impl Setup {
             let at = (Setting::At, Given::Any("X,Y"));
             return Err(diagnostic.remedy(at, "sets the position of its centre"));
         }
-        if placement.frame == Frame::Arm && self.says_where() {
+        if placement.frame == Frame::Arm && self.has_placement_option() {
             let what =
                 message!("the file's coordinates are the arm's: they cannot be placed as well");
             return Err(Diagnostic::of_file(what).with(raw));
@@ -96,7 +96,7 @@ impl Setup {
 
     /// Flattens placed G-code for a pen to its first depth. Returns the setup, the content, and the
     /// depth figures to report once its size is known.
-    pub(super) fn flattened(
+    pub(super) fn flatten(
         &self,
         format: Format,
         content: Content,
@@ -106,16 +106,16 @@ impl Setup {
             Content::Plan(plan) => plan,
             content => return (self.clone(), content, None),
         };
-        let (setup, flat) = self.flat(format, &plan, notes);
+        let (setup, flat) = self.flatten_program(format, &plan, notes);
         let Some(mut flat) = flat else {
             return (setup, Content::Plan(plan), None);
         };
-        // Which lines are equal depends on the size, and the size on what is drawn: flatten again
-        // at the size found.
-        let sized = setup.sized(&Content::Plan(flat.plan.clone()));
+        // Which lines count as equal depends on the size, and the size on the lines drawn: flatten
+        // again at the size found.
+        let sized = setup.with_size_as_scale(&Content::Plan(flat.plan.clone()));
         let scale = sized.map_or(1.0, |sized| sized.placement.scale);
         if scale != 1.0
-            && let Some(there) = Flat::of(&plan, self.placement.pen_z, self.pen.lift, scale)
+            && let Some(there) = FlatProgram::of(&plan, self.placement.pen_z, self.pen.lift, scale)
         {
             flat = there;
         }
@@ -125,27 +125,27 @@ impl Setup {
     /// Requested scale; 1 is the true size.
     pub(super) fn scale_of(&self, format: Format, content: &Content) -> Result<f64, Diagnostic> {
         let Content::Plan(plan) = content else {
-            return Ok(self.sized(content)?.placement.scale);
+            return Ok(self.with_size_as_scale(content)?.placement.scale);
         };
         if matches!(self.size, Size::Natural | Size::Pixel(_)) {
             return Ok(self.placement.scale);
         }
-        let (setup, flat) = self.flat(format, plan, &mut Vec::new());
+        let (setup, flat) = self.flatten_program(format, plan, &mut Vec::new());
         let flat = flat.map(|flat| Content::Plan(flat.plan));
         Ok(setup
-            .sized(flat.as_ref().unwrap_or(content))?
+            .with_size_as_scale(flat.as_ref().unwrap_or(content))?
             .placement
             .scale)
     }
 
-    /// Setup for a program, and the program flattened at its own size, if it is placed and for a
-    /// pen.
-    fn flat(
+    /// Setup for a program. Also returns the program flattened at its own size, if it is placed and
+    /// drawn with a pen.
+    fn flatten_program(
         &self,
         format: Format,
         plan: &Plan,
         notes: &mut Vec<Diagnostic>,
-    ) -> (Self, Option<Flat>) {
+    ) -> (Self, Option<FlatProgram>) {
         let mut setup = self.clone();
         let laser = || plan.steps.iter().any(|step| step.action.is_of_a_laser());
         // Only milling programs have depths: a laser burns at one height.
@@ -157,20 +157,24 @@ impl Setup {
             // With kept depths, the first depth is on the surface and the others are below it.
             if let Some(survey) = DepthSurvey::of(plan, pen_z) {
                 setup.placement.pen_z = Some(survey.first);
-                notes.extend(kept(&survey));
+                notes.extend(kept_depths_note(&survey));
             }
             return (setup, None);
         }
-        let flat = Flat::of(plan, pen_z, self.pen.lift, 1.0);
+        let flat = FlatProgram::of(plan, pen_z, self.pen.lift, 1.0);
         if let Some(flat) = &flat {
             setup.placement.pen_z = Some(flat.touch);
         }
         (setup, flat)
     }
 
-    /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given one, is
-    /// on the surface.
-    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
+    /// Places G-code in its own coordinates: the lowest Z at which it draws, or the given Z, is
+    /// placed on the surface.
+    pub(super) fn place_program(
+        &self,
+        plan: Plan,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<LaidPlan, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
         let surface = self.needed_surface()?;
@@ -178,7 +182,7 @@ impl Setup {
         let (layout, marks_size) = self.layout_for(&marks.artwork, surface)?;
         self.check_sheet(&layout, marks_size)?;
         let marking = Marking { tool, ..self.pen };
-        let (placed, misfit) = marks.artwork.laid(&layout, &marking)?;
+        let (placed, misfit) = marks.artwork.placed_with_misfit(&layout, &marking)?;
         let [x, y] = placed.middle;
         let what = message!(
             "it is placed: its centre at x = {x:.1}, y = {y:.1}, its Z {touch:.3} on the surface at z \
@@ -213,14 +217,14 @@ impl Setup {
                 Depths::Keep => f64::NEG_INFINITY,
             },
         };
-        let mut plan = Guide::new(plan, &course, surface, &marking).lead();
+        let mut plan = Guide::new(plan, &course, surface, &marking).build();
         (plan.tool, plan.surface) = (Some(tool), Some(surface));
         if let Some(speed) = self.speed {
             plan.path_at(speed);
         }
-        let plan = self.tidied_program(self.pushed(plan, notes)?, notes);
-        Ok(Laid {
-            plan: self.powered(plan, notes)?,
+        let plan = self.tidied_program(self.with_offset(plan, notes)?, notes);
+        Ok(LaidPlan {
+            plan: self.with_powers(plan, notes)?,
             scale: placed.scale,
             misfit,
         })
@@ -267,7 +271,7 @@ impl Setup {
         if size
             .iter()
             .zip(room)
-            .all(|(side, room)| side - ROUNDED <= room)
+            .all(|(side, room)| side - SHEET_TOLERANCE <= room)
         {
             return Ok(());
         }
@@ -282,14 +286,14 @@ impl Setup {
             .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
     }
 
-    /// Centres a plan in arm coordinates: on the sheet, or where there is room.
-    pub(super) fn centred(&self, plan: Plan) -> Result<Plan, Diagnostic> {
+    /// Centres a plan in arm coordinates on the sheet, or moves it within reach without one.
+    pub(super) fn centre_plan(&self, plan: Plan) -> Result<Plan, Diagnostic> {
         match self.sheet.and_then(middle_of_sheet) {
             Some([x, y]) => {
                 let [from_x, from_y, _] = middle(&plan);
                 plan.moved([x - from_x, y - from_y, 0.0])
             }
-            None => Ok(fitted(plan, Fit::TrueSize)?.0),
+            None => Ok(moved_within_reach(plan, Fit::TrueSize)?.0),
         }
     }
 }
@@ -318,7 +322,7 @@ struct ProgramTransform {
 
 impl ProgramTransform {
     fn of(&self, [x, y, z]: [f64; 3]) -> ([f64; 2], f64) {
-        let [x, y] = own([x, y], self.mirror, self.rotate);
+        let [x, y] = to_own_axes([x, y], self.mirror, self.rotate);
         let [mx, my] = self.middle;
         let way = rotated([x - mx, y - my], self.sheet);
         let at = [0, 1].map(|axis| self.at[axis] + self.scale * way[axis]);
@@ -326,14 +330,14 @@ impl ProgramTransform {
     }
 }
 
-fn own([x, y]: [f64; 2], mirror: bool, rotate: f64) -> [f64; 2] {
+fn to_own_axes([x, y]: [f64; 2], mirror: bool, rotate: f64) -> [f64; 2] {
     rotated([if mirror { -x } else { x }, y], rotate)
 }
 
 /// Bounds of a drawing, mirrored and rotated.
 fn turned_bounds(artwork: &Artwork, layout: &Layout) -> [[f64; 2]; 2] {
     let points = artwork.strokes.iter().flat_map(|stroke| &stroke.points);
-    let points = points.map(|point| own(*point, layout.mirror, layout.rotate));
+    let points = points.map(|point| to_own_axes(*point, layout.mirror, layout.rotate));
     let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     points.fold(none, |[least, most], point| {
         [
@@ -350,6 +354,6 @@ fn middle_of(artwork: &Artwork, layout: &Layout) -> [f64; 2] {
 
 /// Adds an approach from above, if the first motion of a plan in arm coordinates starts at an
 /// unknown position.
-pub(super) fn raised(plan: &mut Plan, lift: f64) {
-    guide::from_above(plan, lift);
+pub(super) fn add_entry(plan: &mut Plan, lift: f64) {
+    guide::add_entry_from_above(plan, lift);
 }

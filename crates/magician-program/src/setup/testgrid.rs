@@ -3,15 +3,15 @@
 use magician_host::message;
 use magician_host::{Remedy, Setting};
 
-use super::{Laid, Setup, Work};
+use super::{LaidPlan, Setup, Work};
 use crate::artwork::{Marking, PlacedArtwork};
 use crate::raster::{Engrave, Grid};
 use crate::{Artwork, Diagnostic, Origin, Plan, Raster, Stroke, Surface, Tool};
 use crate::{TestCell, TestGrid};
 
 impl Setup {
-    pub(super) fn test_grid(&self, wanted: &TestGrid) -> Result<Laid, Diagnostic> {
-        self.says_no_values()?;
+    pub(super) fn test_grid(&self, wanted: &TestGrid) -> Result<LaidPlan, Diagnostic> {
+        self.check_no_power_or_speed()?;
         let options = &wanted.options;
         let usual = match &self.work {
             Work::Engrave(engrave) => engrave.clone(),
@@ -35,21 +35,21 @@ impl Setup {
         for cell in wanted.cells() {
             let name = format!("{} % at {} mm/s", cell.power, cell.speed);
             let origin = Origin::NONE.named(plan.name(name));
-            let burnt = burnt(wanted, &cell, &grid, surface, &fastest)?;
+            let burnt = cell_plan(wanted, &cell, &grid, surface, &fastest)?;
             for mut step in burnt.steps {
                 step.origin = origin;
                 plan.steps.push(step);
             }
         }
-        Ok(Laid {
-            plan: self.pushed(plan, &mut Vec::new())?,
+        Ok(LaidPlan {
+            plan: self.with_offset(plan, &mut Vec::new())?,
             scale,
             misfit: None,
         })
     }
 
-    /// Refuses power and speed: those of the grid apply.
-    fn says_no_values(&self) -> Result<(), Diagnostic> {
+    /// Refuses the options for power and speed, because the grid sets both.
+    fn check_no_power_or_speed(&self) -> Result<(), Diagnostic> {
         let said = [
             (Setting::Power, self.power.is_some()),
             (Setting::Speed, self.speed.is_some()),
@@ -68,7 +68,7 @@ impl Setup {
 /// Labels, at the lowest power and the highest speed.
 fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, tool: Tool) -> Plan {
     let strokes = wanted.labels.iter().map(|line| {
-        let points = line.iter().map(|point| on(wanted, grid, *point));
+        let points = line.iter().map(|point| position(wanted, grid, *point));
         Stroke::new(points.collect(), Origin::NONE)
     });
     let artwork = Artwork {
@@ -87,8 +87,8 @@ fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, t
     PlacedArtwork::at(artwork, surface).plan(&marking)
 }
 
-/// Cell, as an image of one black pixel.
-fn burnt(
+/// Plan of a cell, which is engraved as an image of one black pixel.
+fn cell_plan(
     wanted: &TestGrid,
     cell: &TestCell,
     grid: &Grid,
@@ -98,7 +98,7 @@ fn burnt(
     let side = wanted.options.cell;
     let shares = [side / wanted.size[0], side / wanted.size[1]];
     let place = Grid {
-        origin: on(wanted, grid, cell.corner),
+        origin: position(wanted, grid, cell.corner),
         across: grid.across.map(|way| way * shares[0]),
         down: grid.down.map(|way| way * shares[1]),
     };
@@ -117,6 +117,6 @@ fn burnt(
 }
 
 /// Position of a point of the grid.
-fn on(wanted: &TestGrid, grid: &Grid, [right, down]: [f64; 2]) -> [f64; 2] {
+fn position(wanted: &TestGrid, grid: &Grid, [right, down]: [f64; 2]) -> [f64; 2] {
     grid.at([right / wanted.size[0], down / wanted.size[1]])
 }

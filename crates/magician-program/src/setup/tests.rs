@@ -9,7 +9,7 @@ use crate::raster::ImageStyle;
 use crate::{Action, DiagnosticCode, Origin, Stroke, Travel, check};
 use crate::{Artwork, Raster};
 
-fn taught() -> Plan {
+fn taught_plan() -> Plan {
     let mut plan = Plan::new("taught");
     for (x, y) in [(200.0, 0.0), (220.0, 0.0), (220.0, 10.0)] {
         let to = [x, y, 20.0, 0.0];
@@ -27,9 +27,11 @@ fn line() -> Artwork {
 }
 
 #[test]
-fn a_taught_program_has_the_tool_that_is_named() {
+fn taught_program_gets_the_named_tool() {
     let tool = |format, setup: &Setup| {
-        let made = setup.plan(format, Content::Plan(taught())).expect("a plan");
+        let made = setup
+            .plan(format, Content::Plan(taught_plan()))
+            .expect("a plan");
         (made.plan.tool, made.notes.len())
     };
     let mut setup = Setup::default();
@@ -48,7 +50,7 @@ fn a_plan_is_placed_by_its_middle() {
     setup.placement.by = [0.0, 0.0, 5.0];
     setup.placement.scale = 2.0;
     let made = setup
-        .plan(Format::Plan, Content::Plan(taught()))
+        .plan(Format::Plan, Content::Plan(taught_plan()))
         .expect("a plan");
     let points: Vec<_> = made
         .plan
@@ -65,7 +67,7 @@ fn a_plan_is_placed_by_its_middle() {
         ]
     );
     setup.placement.mirror = true;
-    let made = setup.plan(Format::Plan, Content::Plan(taught()));
+    let made = setup.plan(Format::Plan, Content::Plan(taught_plan()));
     let mirrored = made.expect("a plan").plan;
     let points = mirrored.steps.iter();
     let points: Vec<_> = points.filter_map(|step| step.action.target()).collect();
@@ -80,7 +82,7 @@ fn a_plan_is_placed_by_its_middle() {
 }
 
 #[test]
-fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
+fn drawing_needs_a_surface_and_takes_the_most_specific_one() {
     let mut setup = Setup::default();
     let refused = setup
         .plan(Format::Svg, Content::Artwork(line()))
@@ -172,7 +174,7 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
 }
 
 #[test]
-fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
+fn image_is_engraved_at_the_largest_even_speed_and_a_faster_one_is_noted() {
     // All neighbouring pixels differ.
     let image = Raster {
         width: 40,
@@ -232,7 +234,7 @@ fn an_image_is_engraved_as_fast_as_is_even_and_a_faster_speed_is_noted() {
 }
 
 #[test]
-fn an_image_keeps_to_its_sheet() {
+fn image_stays_within_its_sheet() {
     let image = Raster {
         width: 4,
         height: 2,
@@ -271,7 +273,7 @@ fn an_image_keeps_to_its_sheet() {
 }
 
 #[test]
-fn a_usual_tool_is_taken_where_it_can_do_the_work() {
+fn default_tool_is_used_if_it_can_do_the_work() {
     let bias = Tool::Bias([61.5, 0.5, 0.0]);
     for (usual, pen, laser) in [
         (Tool::Suction, Tool::Pen, Tool::Laser),
@@ -300,7 +302,7 @@ fn marked(plan: &Plan) -> [[f64; 2]; 2] {
 }
 
 #[test]
-fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
+fn shaded_image_is_rendered_at_its_drawn_size() {
     let image = Raster {
         width: 60,
         height: 40,
@@ -346,7 +348,7 @@ fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
 }
 
 #[test]
-fn a_width_holds_for_whatever_is_drawn() {
+fn width_applies_to_all_drawn_content() {
     let mut setup = Setup {
         default_surface: Some(Surface::level(-60.0)),
         size: Size::Width(25.0),

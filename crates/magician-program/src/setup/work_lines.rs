@@ -7,11 +7,11 @@ use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Diagnostic, Plan, Stroke};
 
 /// Height above the touching Z up to which a pen draws, mm.
-pub(super) const TOUCH: f64 = 0.5;
+pub(super) const TOUCH_HEIGHT: f64 = 0.5;
 /// Largest horizontal distance that counts as no motion, mm.
-const STILL: f64 = 1e-4;
+const MOTION_TOLERANCE: f64 = 1e-4;
 /// Turn of the pieces of an approximated arc, deg.
-const PIECE: f64 = 3.0;
+const ARC_PIECE_ANGLE: f64 = 3.0;
 
 /// Drawn lines of a program, and their Z.
 pub(crate) struct WorkLines {
@@ -24,11 +24,11 @@ pub(crate) struct WorkLines {
 impl WorkLines {
     pub(crate) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
-        // Computed again for each question: a drawing may have a million segments, which are much
-        // larger than its points.
+        // Computed again for each use instead of stored: a drawing may have a million segments,
+        // which take much more memory than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);
         let lowest = |across: bool| {
-            let found = working().filter(|segment| !across || segment.goes_across());
+            let found = working().filter(|segment| !across || segment.moves_horizontally());
             found.map(|segment| segment.low()).reduce(f64::min)
         };
         let Some(lowest) = lowest(true).or(lowest(false)) else {
@@ -39,14 +39,14 @@ impl WorkLines {
                 .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
-        // If all lines only descend to that Z, as in reliefs and arcs through Z, they are the
-        // drawing.
+        // If lines touch that Z only while descending, as in reliefs and arcs through Z, all of
+        // them are the drawing.
         let slants = !laser && !working().any(|segment| segment.touches(touch));
         let mut strokes: Vec<Stroke> = Vec::new();
         let mut last = None;
         for segment in working() {
             let ends = [segment.from, segment.to];
-            let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH;
+            let touches = segment.touches(touch) || slants && segment.low() <= touch + TOUCH_HEIGHT;
             if !laser && !touches {
                 continue;
             }
@@ -107,42 +107,42 @@ impl Segment {
         }
     }
 
-    pub(super) fn goes_across(&self) -> bool {
+    pub(super) fn moves_horizontally(&self) -> bool {
         let [a, b] = [self.from, self.to].map(|[x, y, _]| [x, y]);
-        self.via.is_some() || distance(a, b) > STILL
+        self.via.is_some() || distance(a, b) > MOTION_TOLERANCE
     }
 
     pub(super) fn low(&self) -> f64 {
         self.from[2].min(self.to[2])
     }
 
-    /// A line touches if both ends do, a vertical move if its end does.
+    /// True if both ends of a line touch the surface, or the end of a vertical move does.
     fn touches(&self, touch: f64) -> bool {
-        let touches = |z: f64| z <= touch + TOUCH;
-        touches(self.to[2]) && (touches(self.from[2]) || !self.goes_across())
+        let touches = |z: f64| z <= touch + TOUCH_HEIGHT;
+        touches(self.to[2]) && (touches(self.from[2]) || !self.moves_horizontally())
     }
 
     pub(super) fn points(&self) -> Vec<[f64; 2]> {
         let [from, to] = [self.from, self.to].map(|[x, y, _]| [x, y]);
         let Some([x, y, _]) = self.via else {
-            return if self.goes_across() {
+            return if self.moves_horizontally() {
                 vec![from, to]
             } else {
                 vec![to]
             };
         };
-        round(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])
+        arc_points(from, [x, y], to).unwrap_or_else(|| vec![from, [x, y], to])
     }
 }
 
 /// Points of the arc from `a` through `b` to `c`; `None` if they are on a line.
-fn round(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
+fn arc_points(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Option<Vec<[f64; 2]>> {
     let (centre, sweep) = circle_through(a, b, c)?;
     let (start, radius) = (
         libm::atan2(a[1] - centre[1], a[0] - centre[0]),
         distance(a, centre),
     );
-    let count = (sweep.abs() / PIECE).ceil().max(1.0);
+    let count = (sweep.abs() / ARC_PIECE_ANGLE).ceil().max(1.0);
     let point = |nth: u32| {
         let (sin, cos) = libm::sincos(start + sweep.to_radians() * f64::from(nth) / count);
         [centre[0] + radius * cos, centre[1] + radius * sin]

@@ -6,12 +6,12 @@ use super::tracer::PathTracer;
 use crate::{Plan, Report};
 
 /// Length below which a line is merged with the next, mm.
-const SHORTEST: f64 = 0.3;
+const MIN_LENGTH: f64 = 0.3;
 
 /// Straight line drawn by a pen or laser, from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLine {
-    /// Step that ends it, from 0.
+    /// Step that ends the line, from 0.
     pub step: usize,
     /// Start, in the arm's x and y, mm.
     pub from: [f64; 2],
@@ -45,7 +45,7 @@ impl DrawnLine {
     pub(super) fn add(strokes: &mut Vec<Self>, step: usize, from: [f64; 2], to: [f64; 2]) {
         if let Some(last) = strokes.last_mut()
             && last.to == from
-            && libm::hypot(last.to[0] - last.from[0], last.to[1] - last.from[1]) < SHORTEST
+            && libm::hypot(last.to[0] - last.from[0], last.to[1] - last.from[1]) < MIN_LENGTH
         {
             (last.step, last.to) = (step, to);
             return;

@@ -1,7 +1,7 @@
 //! Markers: places where the tool picks, places or waits.
 
 /// Largest distance of places that share a marker, mm.
-const SAME: f64 = 1.0;
+const MERGE_DISTANCE: f64 = 1.0;
 
 /// Kind of event at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,7 +28,8 @@ pub struct Marker {
 impl Marker {
     /// Adds an event at a place.
     pub(super) fn add(markers: &mut Vec<Self>, at: [f64; 3], kind: MarkerKind, name: Option<&str>) {
-        let near = |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < SAME);
+        let near =
+            |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < MERGE_DISTANCE);
         let name = name.map(str::to_owned);
         match markers.iter_mut().find(near) {
             Some(mark) => {

@@ -21,14 +21,14 @@ pub use track::Track;
 
 use crate::{Color, Plan, Report};
 
-/// Largest tolerance of a picture, mm: coarser lines would look wrong.
-const COARSEST: f64 = 0.2;
+/// Largest tolerance of a picture, mm: larger deviations would be visible.
+const MAX_TOLERANCE: f64 = 0.2;
 /// Number of corners from which the tolerance is increased. Bounds the size of pictures.
-const MANY: usize = 150_000;
+const MAX_CORNERS: usize = 150_000;
 /// Number of distinguished laser powers.
-pub const SHADES: usize = 10;
+pub const POWER_SHADES: usize = 10;
 /// Largest number of marked refused steps.
-pub const MOST_REFUSED: usize = 3;
+pub const MAX_MARKED_REFUSALS: usize = 3;
 
 /// Mark left by a part of the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +39,7 @@ pub enum StrokeKind {
     Carried,
     /// Pen line, in its own colour or that of its part, if any.
     Ink(Option<Color>),
-    /// Burnt line, by darkness: 1 to [`SHADES`].
+    /// Burnt line, by darkness: 1 to [`POWER_SHADES`].
     Burn(usize),
     /// No mark: out of reach.
     Unreachable,
@@ -49,7 +49,7 @@ impl StrokeKind {
     /// Darkness in percent: the power of a laser, 100 for everything else.
     pub(super) fn power(self) -> u8 {
         match self {
-            Self::Burn(shade) => (100 * shade / SHADES) as u8,
+            Self::Burn(shade) => (100 * shade / POWER_SHADES) as u8,
             _ => 100,
         }
     }
@@ -59,7 +59,7 @@ impl StrokeKind {
 #[derive(Clone, Debug)]
 pub struct Layer {
     /// Mark that they leave.
-    pub leaves: StrokeKind,
+    pub mark: StrokeKind,
     /// View from above: x and y, mm.
     pub above: Track,
     /// View from the side: distance from the base axis and z, mm; empty without that view.
@@ -76,7 +76,7 @@ pub struct Toolpath {
     pub markers: Vec<Marker>,
     /// First and last position; `None` if unknown.
     pub ends: Option<[[f64; 3]; 2]>,
-    /// First refused steps with their positions, at most [`MOST_REFUSED`].
+    /// First refused steps with their positions, at most [`MAX_MARKED_REFUSALS`].
     pub refused_steps: Vec<(usize, Option<[f64; 3]>)>,
     /// Length of marks, mm.
     pub drawn: f64,
@@ -94,15 +94,15 @@ impl Toolpath {
     /// Follows a plan from this state of the arm. `side` selects the view from the side; `None`
     /// shows it for plans that pick and place.
     #[must_use]
-    pub fn through(plan: &Plan, report: &Report, start: &Preflight, side: Option<bool>) -> Self {
+    pub fn trace(plan: &Plan, report: &Report, start: &Preflight, side: Option<bool>) -> Self {
         let mut tracer = PathTracer::from(plan, report, start, side);
-        tracer.through(plan);
+        tracer.trace(plan);
         tracer.finish(plan.steps.len())
     }
 
     /// Increases the tolerance while there are too many corners.
     fn thin(&mut self, mut tolerance: f64) {
-        while self.corners() > MANY && tolerance < COARSEST {
+        while self.corners() > MAX_CORNERS && tolerance < MAX_TOLERANCE {
             tolerance *= 2.0;
             for layer in &mut self.layers {
                 layer.above = layer.above.thinned(tolerance);

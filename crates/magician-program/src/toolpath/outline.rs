@@ -1,19 +1,19 @@
 //! Drawn lines of a plan, with a limited number of points.
 //!
 //! A station sends these lines to pages, so their number of points is bounded: the tolerance is
-//! doubled until they fit, and beyond the largest tolerance some lines are left out evenly.
+//! doubled until they fit. If the largest tolerance does not suffice, lines are left out evenly.
 
 use magician_host::preflight::Preflight;
 
 use super::tracer::PathTracer;
 use super::track::Track;
-use crate::turns::{AtOnce, Turns, at_once};
+use crate::yielding::{NeverYield, Yield, run_to_end};
 use crate::{Plan, Report};
 
 /// Initial tolerance, mm.
-const FINE: f64 = 0.02;
+const INITIAL_TOLERANCE: f64 = 0.02;
 /// Largest tolerance, mm; beyond it lines are left out instead.
-const COARSEST: f64 = 5.0;
+const MAX_TOLERANCE: f64 = 5.0;
 
 /// Line drawn by a pen or laser without lifting or switching off, from above.
 ///
@@ -53,7 +53,7 @@ impl Outline {
     /// Lines that a plan draws from this state of the arm, in order, with at most `most` points.
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight, most: usize) -> Vec<Self> {
-        at_once(Self::with_travels(plan, start, most, &AtOnce)).0
+        run_to_end(Self::with_travels(plan, start, most, &NeverYield)).0
     }
 
     /// Like [`of`](Self::of), with the travel motion of the tip in space, also with at most `most`
@@ -62,15 +62,15 @@ impl Outline {
         plan: &Plan,
         start: &Preflight,
         most: usize,
-        turns: &impl Turns,
+        yields: &impl Yield,
     ) -> (Vec<Self>, Vec<Vec<[f64; 3]>>) {
         let tracer = PathTracer::from(plan, &Report::default(), start, Some(false));
         let Outlines {
             mut lines, travels, ..
-        } = tracer.outlines(plan, turns).await;
-        let mut tolerance = FINE;
+        } = tracer.outlines(plan, yields).await;
+        let mut tolerance = INITIAL_TOLERANCE;
         while lines.iter().map(|line| line.track.len()).sum::<usize>() > most
-            && tolerance < COARSEST
+            && tolerance < MAX_TOLERANCE
         {
             tolerance *= 2.0;
             for line in &mut lines {
@@ -127,7 +127,7 @@ pub(super) struct Outlines {
     end: Option<[f64; 2]>,
     travels: Vec<Vec<[f64; 3]>>,
     /// True if the last travel ended at a line.
-    arrived: bool,
+    ends_at_line: bool,
 }
 
 impl Outlines {
@@ -139,10 +139,11 @@ impl Outlines {
     ) {
         let [[x, y, from_z], [to_x, to_y, to_z]] = [from, to];
         let (from, to) = ([x, y], [to_x, to_y]);
-        // A descending pen already draws slightly above the height of its line.
+        // A descending pen starts to draw slightly above the surface, which is not the height of
+        // its line.
         let comes_down = from_z - to_z > libm::hypot(to_x - x, to_y - y);
         let height = if comes_down { to_z } else { from_z };
-        self.arrived = true;
+        self.ends_at_line = true;
         let Self { lines, end, .. } = self;
         match lines.last_mut() {
             Some(line)
@@ -158,7 +159,7 @@ impl Outlines {
                 if let Some(line) = last {
                     line.track.settle();
                 }
-                let mut track = Track::new(FINE);
+                let mut track = Track::new(INITIAL_TOLERANCE);
                 track.begin(from);
                 track.line_to(to);
                 lines.push(Line {
@@ -178,7 +179,7 @@ impl Outlines {
         if from == to {
             return;
         }
-        let begins = std::mem::take(&mut self.arrived);
+        let begins = std::mem::take(&mut self.ends_at_line);
         let last = { self.travels.last_mut() }.filter(|way| !begins && way.last() == Some(&from));
         let Some(way) = last else {
             self.travels.push(vec![from, to]);
@@ -222,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn however_many_lines_there_are_the_points_are_bounded() {
+    fn outline_points_are_bounded_for_any_number_of_lines() {
         let mut plan = Plan::new("hatch");
         plan.tool = Some(Tool::Pen);
         plan.surface = Some(Surface::level(-60.0));
@@ -255,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn burn_of_two_powers_is_two_lines_that_meet() {
+    fn burn_with_two_powers_gives_two_adjoining_lines() {
         let mut plan = Plan::new("greys");
         plan.tool = Some(Tool::Laser);
         for (x, power) in [(200.0, 0.0), (210.0, 25.0), (220.0, 30.0), (230.0, 80.0)] {
@@ -274,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_reach_is_a_line_of_its_own() {
+    fn unreachable_stretch_is_a_separate_line() {
         let mut plan = Plan::new("too far");
         plan.tool = Some(Tool::Pen);
         plan.surface = Some(Surface::level(-60.0));

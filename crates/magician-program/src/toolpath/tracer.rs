@@ -1,4 +1,4 @@
-//! Follows a plan step by step along the way of the tool.
+//! Follows a plan step by step and collects the path of its tool.
 
 use magician_host::preflight::Preflight;
 use magician_host::{ArmState, JointAngles, Set};
@@ -7,29 +7,31 @@ use magician_protocol::{CpMode, PtpMode};
 
 use super::outline::Outlines;
 use super::{
-    DrawnLine, Layer, MOST_REFUSED, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath, Track,
+    DrawnLine, Layer, MAX_MARKED_REFUSALS, Marker, MarkerKind, PlanPurpose, StrokeKind, Toolpath,
+    Track,
 };
-use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::yielding::{NeverYield, STEPS_PER_SLICE, Yield, run_to_end};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Tolerance for merging corners, mm: half of the smallest visible deviation of a pen line.
-const FINE: f64 = 0.02;
+const MERGE_TOLERANCE: f64 = 0.02;
 /// Length below which a pen has drawn a dot, mm.
-const DOT: f64 = 0.05;
-/// Largest number of distinguished colours; further ones are drawn as if without colour.
-const MOST_INKS: usize = 48;
+const MAX_DOT_LENGTH: f64 = 0.05;
+/// Largest number of distinguished colours; lines in further colours are drawn in the default
+/// colour.
+const MAX_COLORS: usize = 48;
 /// Largest number of markers.
-const MOST_MARKS: usize = 400;
+const MAX_MARKERS: usize = 400;
 /// Smallest and largest number of corners of a curve.
-const CORNERS: [f64; 2] = [24.0, 240.0];
-/// Length per corner of a curve, mm, by the distance of its ends.
-const CORNER_EACH: f64 = 1.0;
+const CURVE_CORNERS: [f64; 2] = [24.0, 240.0];
+/// Spacing of the corners of a curve, mm, relative to the distance between its ends.
+const CORNER_SPACING: f64 = 1.0;
 /// Length of the pieces in which motion out of reach is examined, mm.
-const PIECE: f64 = 1.0;
+const UNREACHABLE_PIECE: f64 = 1.0;
 /// Largest number of such pieces.
-const MOST_PIECES: f64 = 1000.0;
+const MAX_PIECES: f64 = 1000.0;
 /// Distance beyond which a position is ignored, mm.
-const FARTHEST: f64 = 10_000.0;
+const MAX_COORDINATE: f64 = 10_000.0;
 
 /// Rotation of the tool, as far as known.
 #[derive(Clone, Copy)]
@@ -55,12 +57,13 @@ pub(super) struct PathTracer {
     /// Colour of the current step.
     ink: Option<Color>,
     /// Refused steps, the next one last.
-    awaited: Vec<usize>,
+    refused_ahead: Vec<usize>,
     /// Point where the pen came down but has not drawn a line yet, and its colour.
     touched: Option<([f64; 3], Option<Color>)>,
-    /// Length drawn since the pen came down, mm; the end of a descent draws a little.
+    /// Length drawn since the pen came down, mm. Not zero at once, because the end of a descent
+    /// draws a short line.
     inked: f64,
-    /// True once the plan's first position is reached: the way there leaves no mark.
+    /// True once the plan's first position is reached: motion before it leaves no mark.
     begun: bool,
     /// Current step.
     nth: usize,
@@ -83,8 +86,8 @@ impl PathTracer {
             .refused_steps
             .iter()
             .map(|refused_step| refused_step.step);
-        let mut awaited: Vec<usize> = first.take(MOST_REFUSED).collect();
-        awaited.reverse();
+        let mut refused_ahead: Vec<usize> = first.take(MAX_MARKED_REFUSALS).collect();
+        refused_ahead.reverse();
         let mut tracer = Self {
             toolpath: Toolpath {
                 layers: Vec::new(),
@@ -105,7 +108,7 @@ impl PathTracer {
             part: None,
             part_color: None,
             ink: None,
-            awaited,
+            refused_ahead,
             touched: None,
             inked: 0.0,
             begun: false,
@@ -122,36 +125,36 @@ impl PathTracer {
     /// Drawn lines, each with its step.
     pub(super) fn strokes(mut self, plan: &Plan) -> Vec<DrawnLine> {
         self.strokes = Some(Vec::new());
-        self.through(plan);
+        self.trace(plan);
         self.strokes.unwrap_or_default()
     }
 
     /// Drawn lines, and travel.
-    pub(super) async fn outlines(mut self, plan: &Plan, turns: &impl Turns) -> Outlines {
+    pub(super) async fn outlines(mut self, plan: &Plan, yields: &impl Yield) -> Outlines {
         self.outlines = Some(Outlines::default());
-        self.through_with(plan, turns).await;
+        self.trace_yielding(plan, yields).await;
         let mut outlines = self.outlines.unwrap_or_default();
         outlines.settle();
         outlines
     }
 
     /// Follows all steps.
-    pub(super) fn through(&mut self, plan: &Plan) {
-        at_once(self.through_with(plan, &AtOnce));
+    pub(super) fn trace(&mut self, plan: &Plan) {
+        run_to_end(self.trace_yielding(plan, &NeverYield));
     }
 
-    async fn through_with(&mut self, plan: &Plan, turns: &impl Turns) {
+    async fn trace_yielding(&mut self, plan: &Plan, yields: &impl Yield) {
         if let Some(command) = plan.preamble() {
             self.set(&command);
         }
-        for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
-            for (nth, step) in (slice * SLICE..).zip(steps) {
+        for (slice, steps) in plan.steps.chunks(STEPS_PER_SLICE).enumerate() {
+            for (nth, step) in (slice * STEPS_PER_SLICE..).zip(steps) {
                 // White would be invisible, and black is the default colour.
                 let color = step.color.or(self.part_color);
                 self.ink = color.filter(|color| !color.is_pale() && *color != Color::default());
                 self.step(nth, &step.action, plan.name_of(&step.origin));
             }
-            turns.give().await;
+            yields.yield_now().await;
         }
         self.dot();
     }
@@ -208,7 +211,7 @@ impl PathTracer {
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }
-        while self.awaited.pop_if(|step| *step == nth).is_some() {
+        while self.refused_ahead.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));
             self.toolpath.refused_steps.push((nth, there.or(self.at)));
         }
@@ -217,11 +220,11 @@ impl PathTracer {
     fn command(&mut self, command: &Set) {
         match command {
             Set::CpCmd(cp) if cp.cp_mode == CpMode::Relative => {
-                self.onwards([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
+                self.relative([cp.x, cp.y, cp.z].map(f64::from), None, Self::path);
             }
             Set::CpLeCmd(cp) if cp.cp_mode == CpMode::Relative => {
                 let power = cp.velocity_or_power.into();
-                self.onwards([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
+                self.relative([cp.x, cp.y, cp.z].map(f64::from), Some(power), Self::path);
             }
             Set::PtpCmd(ptp) => {
                 let places = matches!(ptp.ptp_mode, PtpMode::JumpMovlXyz);
@@ -254,13 +257,13 @@ impl PathTracer {
     }
 
     fn shift(&mut self, by: [f64; 3], turn: f64) {
-        self.onwards(by, None, Self::straight);
+        self.relative(by, None, Self::straight);
         match &mut self.turn {
             Turn::R(r) | Turn::J4(r) => *r += turn,
         }
     }
 
-    fn onwards(
+    fn relative(
         &mut self,
         by: [f64; 3],
         power: Option<f64>,
@@ -273,7 +276,7 @@ impl PathTracer {
 
     /// Goes straight to a position.
     fn straight(&mut self, to: [f64; 3], power: Option<f64>) {
-        if !is_somewhere(to) {
+        if !is_plausible(to) {
             return;
         }
         if let Some(from) = self.at {
@@ -305,11 +308,11 @@ impl PathTracer {
         let (start, end) = (way.start().pose, way.end().pose);
         let apart = libm::hypot(end.x - start.x, end.y - start.y) + (end.z - start.z).abs();
         let round = matches!(command, Set::CircleCmd(_));
-        let [least, most] = CORNERS;
+        let [least, most] = CURVE_CORNERS;
         let corners = if round {
             most
         } else {
-            (apart / CORNER_EACH).clamp(least, most)
+            (apart / CORNER_SPACING).clamp(least, most)
         };
         let power = self.lit.then_some(100.0);
         let mut last = [start.x, start.y, start.z];
@@ -339,20 +342,20 @@ impl PathTracer {
     }
 
     fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
-        let leaves = match self.toolpath.purpose.leaves([from, to], power, self.holds) {
+        let mark = match self.toolpath.purpose.mark([from, to], power, self.holds) {
             StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
-            leaves => leaves,
+            mark => mark,
         };
-        self.touch(leaves, from, to);
+        self.touch(mark, from, to);
         let (geometry, limits) = (self.course.geometry(), self.course.arm_model().limits);
         if [from, to].iter().all(|end| geometry.reaches(*end, &limits)) {
-            return self.draw(leaves, leaves, from, to);
+            return self.draw(mark, mark, from, to);
         }
         let apart = (0..3)
             .map(|axis| (to[axis] - from[axis]).powi(2))
             .sum::<f64>()
             .sqrt();
-        let pieces = (apart / PIECE).ceil().clamp(1.0, MOST_PIECES);
+        let pieces = (apart / UNREACHABLE_PIECE).ceil().clamp(1.0, MAX_PIECES);
         let at =
             |nth: f64| [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * nth / pieces);
         let within = |nth: u32| geometry.reaches(at(f64::from(nth) + 0.5), &limits);
@@ -360,31 +363,31 @@ impl PathTracer {
         for nth in 1..=pieces as u32 {
             if nth == pieces as u32 || within(nth) != within(begun) {
                 let shown = if within(begun) {
-                    leaves
+                    mark
                 } else {
                     StrokeKind::Unreachable
                 };
-                self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
+                self.draw(shown, mark, at(f64::from(begun)), at(f64::from(nth)));
                 begun = nth;
             }
         }
     }
 
     /// Leaves a dot where a pen comes down and up again without a line.
-    fn touch(&mut self, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+    fn touch(&mut self, mark: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let is_down = |at: [f64; 3]| {
-            let leaves = self.toolpath.purpose.leaves([at; 2], None, false);
-            matches!(leaves, StrokeKind::Ink(_))
+            let mark = self.toolpath.purpose.mark([at; 2], None, false);
+            matches!(mark, StrokeKind::Ink(_))
         };
         // A pen that starts on the sheet, after a touch-off for example, has drawn nothing.
         if !self.begun && is_down(from) {
             return;
         }
-        if let StrokeKind::Ink(_) = leaves {
+        if let StrokeKind::Ink(_) = mark {
             self.inked += libm::hypot(to[0] - from[0], to[1] - from[1]);
-            self.touched = (self.inked < DOT).then_some((to, self.ink));
+            self.touched = (self.inked < MAX_DOT_LENGTH).then_some((to, self.ink));
         } else if is_down(to) {
-            self.touched = (self.inked < DOT).then_some((to, self.ink));
+            self.touched = (self.inked < MAX_DOT_LENGTH).then_some((to, self.ink));
         } else {
             self.dot();
             self.inked = 0.0;
@@ -402,7 +405,7 @@ impl PathTracer {
             } else {
                 StrokeKind::Unreachable
             };
-            // By now the pen is on its way to a line of another colour.
+            // The pen may already be moving to a line of another colour.
             let next = std::mem::replace(&mut self.ink, color);
             self.draw(shown, ink, at, at);
             self.ink = next;
@@ -410,28 +413,28 @@ impl PathTracer {
     }
 
     /// Adds a part of the motion to the picture and to the lengths.
-    fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+    fn draw(&mut self, shown: StrokeKind, mark: StrokeKind, from: [f64; 3], to: [f64; 3]) {
         let shown = match shown {
             StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
             other => other,
         };
         let toolpath = &mut self.toolpath;
-        let layer_of = |layers: &[Layer], leaves| {
+        let layer_of = |layers: &[Layer], mark| {
             let mut layers = layers.iter();
-            layers.position(|layer| layer.leaves == leaves)
+            layers.position(|layer| layer.mark == mark)
         };
         let mut known = layer_of(&toolpath.layers, shown);
         let mut shown = shown;
         if let (StrokeKind::Ink(Some(_)), None) = (shown, known)
-            && toolpath.layers.len() >= MOST_INKS
+            && toolpath.layers.len() >= MAX_COLORS
         {
             shown = StrokeKind::Ink(None);
             known = layer_of(&toolpath.layers, shown);
         }
         let nth = known.unwrap_or_else(|| {
-            let (above, side) = (Track::new(FINE), Track::new(FINE));
+            let (above, side) = (Track::new(MERGE_TOLERANCE), Track::new(MERGE_TOLERANCE));
             toolpath.layers.push(Layer {
-                leaves: shown,
+                mark: shown,
                 above,
                 side,
             });
@@ -441,22 +444,22 @@ impl PathTracer {
             return;
         };
         let flat = |[x, y, _]: [f64; 3]| [x, y];
-        let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
+        let side_view = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
         layer.above.begin(flat(from));
         layer.above.line_to(flat(to));
         if toolpath.has_side {
-            layer.side.begin(beside(from));
-            layer.side.line_to(beside(to));
+            layer.side.begin(side_view(from));
+            layer.side.line_to(side_view(to));
         }
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
-        match leaves {
+        match mark {
             StrokeKind::Ink(_) | StrokeKind::Burn(_) => {
                 if let Some(strokes) = &mut self.strokes {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
                     let reachable = shown != StrokeKind::Unreachable;
-                    outlines.draw((reachable, leaves.power(), self.part), from, to);
+                    outlines.draw((reachable, mark.power(), self.part), from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
@@ -478,7 +481,7 @@ impl PathTracer {
         let kind = match (self.holds, holds) {
             (false, true) => MarkerKind::Pick,
             (true, false) => MarkerKind::Place,
-            // The command switches the tool to its present state.
+            // The command does not change the tool's state.
             _ => return,
         };
         self.holds = holds;
@@ -486,7 +489,10 @@ impl PathTracer {
     }
 
     fn mark(&mut self, kind: MarkerKind, name: Option<&str>) {
-        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MOST_MARKS) {
+        if let Some(at) = self
+            .at
+            .filter(|_| self.toolpath.markers.len() < MAX_MARKERS)
+        {
             Marker::add(&mut self.toolpath.markers, at, kind, name);
         }
     }
@@ -494,7 +500,7 @@ impl PathTracer {
     /// Returns the toolpath; `steps` is the number of steps.
     pub(super) fn finish(mut self, steps: usize) -> Toolpath {
         let at = self.at;
-        let rest = self.awaited.drain(..).rev();
+        let rest = self.refused_ahead.drain(..).rev();
         self.toolpath
             .refused_steps
             .extend(rest.map(|step| (step.min(steps), at)));
@@ -502,12 +508,12 @@ impl PathTracer {
             layer.above.settle();
             layer.side.settle();
         }
-        self.toolpath.thin(FINE);
+        self.toolpath.thin(MERGE_TOLERANCE);
         self.toolpath
     }
 }
 
-fn is_somewhere(place: [f64; 3]) -> bool {
+fn is_plausible(place: [f64; 3]) -> bool {
     // False for NaN.
-    place.iter().all(|value| value.abs() < FARTHEST)
+    place.iter().all(|value| value.abs() < MAX_COORDINATE)
 }

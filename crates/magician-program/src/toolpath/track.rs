@@ -1,4 +1,4 @@
-//! Polylines for a picture, thinned to what it can show.
+//! Polylines for a picture, simplified to its resolution.
 //!
 //! Points are thinned as they arrive, with memory for the result only. A cone of directions from
 //! the last kept corner contains every straight line that passes all points since within the
@@ -60,12 +60,12 @@ impl Track {
             self.begin(to);
             return;
         };
-        if !self.cone.take(minus(to, *anchor), self.tolerance)
+        if !self.cone.narrow(minus(to, *anchor), self.tolerance)
             && let Some(last) = self.last
         {
             self.points.push(last);
             self.cone = Cone::default();
-            self.cone.take(minus(to, last), self.tolerance);
+            self.cone.narrow(minus(to, last), self.tolerance);
         }
         self.last = Some(to);
     }
@@ -111,9 +111,10 @@ impl Track {
 }
 
 impl Cone {
-    /// Narrows the cone by a point; false if no straight line passes it and the earlier ones.
-    fn take(&mut self, way: [f64; 2], tolerance: f64) -> bool {
-        let distance = libm::hypot(way[0], way[1]);
+    /// Narrows the cone by a point. False if no straight line passes this point and all earlier
+    /// ones within the tolerance.
+    fn narrow(&mut self, offset: [f64; 2], tolerance: f64) -> bool {
+        let distance = libm::hypot(offset[0], offset[1]);
         if distance < self.reach - tolerance {
             return false;
         }
@@ -123,11 +124,11 @@ impl Cone {
         }
         let sin = tolerance / distance;
         let cos = (1.0 - sin * sin).sqrt();
-        let [x, y] = way;
+        let [x, y] = offset;
         let mut right = [x * cos + y * sin, y * cos - x * sin];
         let mut left = [x * cos - y * sin, y * cos + x * sin];
         if let Some([old_right, old_left]) = self.edges {
-            if cross(old_right, way) < 0.0 || cross(way, old_left) < 0.0 {
+            if cross(old_right, offset) < 0.0 || cross(offset, old_left) < 0.0 {
                 return false;
             }
             if cross(old_right, right) < 0.0 {
@@ -167,28 +168,28 @@ mod tests {
     }
 
     fn distance(point: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
-        let (way, to) = (minus(b, a), minus(point, a));
-        let square = way[0] * way[0] + way[1] * way[1];
-        let share = (to[0] * way[0] + to[1] * way[1]) / square.max(1e-30);
+        let (offset, to) = (minus(b, a), minus(point, a));
+        let square = offset[0] * offset[0] + offset[1] * offset[1];
+        let share = (to[0] * offset[0] + to[1] * offset[1]) / square.max(1e-30);
         let share = share.clamp(0.0, 1.0);
-        libm::hypot(to[0] - share * way[0], to[1] - share * way[1])
+        libm::hypot(to[0] - share * offset[0], to[1] - share * offset[1])
     }
 
     #[test]
-    fn a_straight_line_has_two_corners() {
+    fn straight_line_has_two_vertices() {
         let points: Vec<_> = (0..1000).map(|nth| [f64::from(nth) * 0.01, 1.0]).collect();
         assert_eq!(thinned(&points, 0.02), [[0.0, 1.0], [9.99, 1.0]]);
     }
 
     #[test]
-    fn there_and_back_is_kept() {
+    fn reversal_is_kept() {
         let points = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [5.0, 0.0], [-5.0, 0.0]];
         let kept = thinned(&points, 0.02);
         assert_eq!(kept, [[0.0, 0.0], [10.0, 0.0], [-5.0, 0.0]]);
     }
 
     #[test]
-    fn nothing_is_farther_off_than_the_tolerance() {
+    fn thinned_points_stay_within_the_tolerance() {
         let tolerance = 0.05;
         let points: Vec<[f64; 2]> = (0..5000)
             .map(|nth| {

@@ -11,7 +11,7 @@ impl<'b> Input<'b> {
     /// is allocated for them.
     pub(super) fn count<T: Wire>(&mut self) -> Option<usize> {
         let count = usize::take(self)?;
-        (count <= self.0.len() / T::LEAST).then_some(count)
+        (count <= self.0.len() / T::MIN_SIZE).then_some(count)
     }
 
     pub(super) fn bytes(&mut self, count: usize) -> Option<&'b [u8]> {
@@ -23,7 +23,7 @@ impl<'b> Input<'b> {
 
 pub(super) trait Wire: Sized {
     /// Smallest encoded size, bytes.
-    const LEAST: usize = 1;
+    const MIN_SIZE: usize = 1;
 
     fn put(&self, out: &mut Vec<u8>);
     fn take(input: &mut Input<'_>) -> Option<Self>;
@@ -33,7 +33,7 @@ pub(super) trait Wire: Sized {
 macro_rules! numbers {
     ($($number:ty),*) => {$(
         impl Wire for $number {
-            const LEAST: usize = size_of::<Self>();
+            const MIN_SIZE: usize = size_of::<Self>();
 
             fn put(&self, out: &mut Vec<u8>) {
                 out.extend(self.to_le_bytes());
@@ -102,7 +102,7 @@ impl Wire for bool {
 }
 
 impl<T: Wire> Wire for Box<T> {
-    const LEAST: usize = T::LEAST;
+    const MIN_SIZE: usize = T::MIN_SIZE;
 
     fn put(&self, out: &mut Vec<u8>) {
         (**self).put(out);
@@ -131,7 +131,7 @@ impl<T: Wire> Wire for Option<T> {
 }
 
 impl<T: Wire + Copy + Default, const N: usize> Wire for [T; N] {
-    const LEAST: usize = N * T::LEAST;
+    const MIN_SIZE: usize = N * T::MIN_SIZE;
 
     fn put(&self, out: &mut Vec<u8>) {
         self.iter().for_each(|one| one.put(out));
@@ -187,8 +187,8 @@ impl Wire for Cow<'static, str> {
 
 /// Largest number of static words accepted so far, and their largest length: they are leaked, so
 /// both are bounded.
-const WORDS: usize = 256;
-const LONGEST: usize = 64;
+const MAX_LEAKED_WORDS: usize = 256;
+const MAX_WORD_LENGTH: usize = 64;
 
 /// Static word of our own code. A bounded number of them is kept for the life of the program.
 impl Wire for &'static str {
@@ -197,13 +197,13 @@ impl Wire for &'static str {
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        static KNOWN: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
+        static LEAKED_WORDS: Mutex<Vec<&'static str>> = Mutex::new(Vec::new());
         let word = String::take(input)?;
-        let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = LEAKED_WORDS.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = known.iter().find(|known| **known == word) {
             return Some(*found);
         }
-        if known.len() == WORDS || word.len() > LONGEST {
+        if known.len() == MAX_LEAKED_WORDS || word.len() > MAX_WORD_LENGTH {
             return None;
         }
         let word: &'static str = Box::leak(word.into_boxed_str());

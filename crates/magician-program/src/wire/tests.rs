@@ -46,7 +46,7 @@ fn file(format: Format, bytes: &[u8]) -> PrepareRequest {
 }
 
 #[test]
-fn a_request_comes_back_as_it_was() {
+fn request_round_trips() {
     let mut asked = file(Format::Gcode, b"G90\n");
     let all = Fence::default().with_floor(-70.0).unwrap();
     let all = all.with_top_speed(80.0).unwrap().with_strongest_laser(40.0);
@@ -56,7 +56,7 @@ fn a_request_comes_back_as_it_was() {
     };
     asked.fence = Some(all.unwrap().with_box(within).unwrap());
     for begins in [
-        StartPosition::Ask,
+        StartPosition::Unread,
         StartPosition::At([200.0, 0.1, -3.0]),
         StartPosition::Unknown,
         StartPosition::Staged,
@@ -72,7 +72,7 @@ fn a_request_comes_back_as_it_was() {
 }
 
 #[test]
-fn a_program_comes_back_as_it_was_prepared() {
+fn prepared_program_round_trips() {
     for (format, bytes) in samples() {
         for mut file in [file(format, &bytes), PrepareRequest::new(format, &bytes)] {
             file.start = StartPosition::Staged;
@@ -84,7 +84,7 @@ fn a_program_comes_back_as_it_was_prepared() {
 }
 
 #[test]
-fn that_a_start_is_needed_comes_back() {
+fn needs_start_round_trips() {
     let file = PrepareRequest::new(Format::Gcode, b"G91\nG1 X5 Y5 F600\n");
     assert_eq!(file.prepare(), Ok(Preparation::NeedsStart));
     let answered = answer(&file.to_bytes());
@@ -95,7 +95,7 @@ fn that_a_start_is_needed_comes_back() {
 }
 
 #[test]
-fn an_error_comes_back_with_its_place_and_its_advice() {
+fn error_round_trips_with_origin_and_advice() {
     for (format, text) in [
         (Format::Gcode, "G90\nG1 X10 Y%\n"),
         (Format::Svg, "<svg width='-3'"),
@@ -138,13 +138,13 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
 }
 
 #[test]
-fn what_another_build_wrote_is_refused_and_not_misread() {
+fn bytes_of_another_build_are_refused() {
     let request = PrepareRequest::new(Format::Gcode, b"G90\nG1 X220 Y0 Z20 F600\n");
     let mut bytes = request.to_bytes();
     let mut answered = answer(&bytes);
     bytes[3] ^= 1;
-    assert_eq!(answer(&bytes), FORM);
-    assert_eq!(answer_from(&request, &FORM), Err(WireError::Malformed));
+    assert_eq!(answer(&bytes), FORMAT_ID);
+    assert_eq!(answer_from(&request, &FORMAT_ID), Err(WireError::Malformed));
     answered[7] ^= 0x80;
     assert_eq!(answer_from(&request, &answered), Err(WireError::OtherBuild));
     assert!(
@@ -155,7 +155,7 @@ fn what_another_build_wrote_is_refused_and_not_misread() {
 }
 
 #[test]
-fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
+fn truncated_answers_are_refused() {
     for (format, bytes) in samples() {
         let request = file(format, &bytes);
         let whole = answer(&request.to_bytes());
@@ -182,7 +182,7 @@ fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
         }
     }
     // Counts larger than any memory.
-    let huge = [&FORM[..], &[0, 0, 0, 0, 0], &[0xFF; 9], &[1]].concat();
+    let huge = [&FORMAT_ID[..], &[0, 0, 0, 0, 0], &[0xFF; 9], &[1]].concat();
     let request = PrepareRequest::new(Format::Svg, b"");
     assert_eq!(answer_from(&request, &huge), Err(WireError::Malformed));
 }

@@ -14,19 +14,19 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 /// Largest depth of motion below the surface, mm: coordinates have 32 bits.
-const ROUNDING: f64 = 1e-3;
+const DEPTH_TOLERANCE: f64 = 1e-3;
 
 /// Height of the tool above a level surface from which a first joint move stays above it, mm.
-const CLEAR: f64 = 3.0;
+const CLEAR_HEIGHT: f64 = 3.0;
 /// Largest distance that it may lead outwards, up a slope, before it rises, mm.
-const OUTWARDS: f64 = 30.0;
+const MAX_OUTWARD_LEAD: f64 = 30.0;
 
 fn options() -> RehearseOptions {
     RehearseOptions::default().watch(Duration::from_millis(20))
 }
 
 /// True if the check accepts the plan; the arm must then run it.
-fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
+fn runs_if_accepted(plan: &Plan) -> Result<bool, TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let report = check(plan, &start);
     if !report.is_good() {
@@ -41,18 +41,22 @@ fn is_done(plan: &Plan) -> Result<bool, TestCaseError> {
     let begins = start.arm().map(|at| [at.pose.x, at.pose.y, at.pose.z]);
     // If the stage leaves the tool inside a slope, it must first get out of it.
     if let (Some(surface), Some(begins)) = (plan.surface, begins)
-        && over(surface, begins) >= CLEAR + OUTWARDS * surface.slope[0].hypot(surface.slope[1])
+        && over(surface, begins)
+            >= CLEAR_HEIGHT + MAX_OUTWARD_LEAD * surface.slope[0].hypot(surface.slope[1])
     {
         for at in &done.way {
             let above = over(surface, *at);
-            prop_assert!(above > -ROUNDING, "{above} mm above the surface at {at:?}");
+            prop_assert!(
+                above > -DEPTH_TOLERANCE,
+                "{above} mm above the surface at {at:?}"
+            );
         }
     }
     Ok(true)
 }
 
-/// Like `is_done`, from any step on that allows it.
-fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
+/// Like `runs_if_accepted`, from any step on that allows it.
+fn remainder_runs_if_accepted(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
     let start = start_of(&stage(plan, &options()).unwrap());
     let step = (share * plan.steps.len() as f64) as usize;
     if let Ok(rest) = Continuation::from_step(plan, step, &start) {
@@ -60,7 +64,7 @@ fn is_done_from(plan: &Plan, share: f64) -> Result<(), TestCaseError> {
         // The rest starts where the arm stood; another stage may place the arm elsewhere.
         let again = start_of(&stage(&rest.plan, &options()).unwrap());
         if again.arm() == start.arm() {
-            prop_assert!(is_done(&rest.plan)?, "from step {step}");
+            prop_assert!(runs_if_accepted(&rest.plan)?, "from step {step}");
         }
     }
     Ok(())
@@ -195,7 +199,7 @@ proptest! {
     #![proptest_config(cases())]
 
     #[test]
-    fn what_was_placed_is_drawn(
+    fn accepted_drawing_is_drawn(
         mut drawing in drawings(),
         layout in layouts(),
         marking in markings(),
@@ -209,18 +213,18 @@ proptest! {
         let plan = placed.plan(&marking);
         // A placed plan is within reach.
         let refused_steps = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).refused_steps;
-        prop_assert!(is_done(&plan)?, "{refused_steps:?}");
-        is_done_from(&plan, share)?;
+        prop_assert!(runs_if_accepted(&plan)?, "{refused_steps:?}");
+        remainder_runs_if_accepted(&plan, share)?;
         if let Ok(turned) = plan.rotated(turn, [0.0, 0.0]) {
-            is_done(&turned)?;
+            runs_if_accepted(&turned)?;
         }
         let ends = plan.steps.last().and_then(|step| step.action.target()).unwrap().map(f64::from);
         let above = ends[2] - layout.surface.at([ends[0], ends[1]]);
-        prop_assert!((above - marking.lift).abs() < ROUNDING);
+        prop_assert!((above - marking.lift).abs() < DEPTH_TOLERANCE);
     }
 
     #[test]
-    fn what_was_engraved_is_burnt(
+    fn accepted_engraving_is_burnt(
         image in images(),
         engrave in engravings(),
         surface in surfaces(),
@@ -243,13 +247,13 @@ proptest! {
             let kind = refused_step.error.kind();
             prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", refused_step.error);
         }
-        if is_done(&plan)? {
-            is_done_from(&plan, share)?;
+        if runs_if_accepted(&plan)? {
+            remainder_runs_if_accepted(&plan, share)?;
         }
     }
 
     #[test]
-    fn what_was_taught_is_played(xml in rows(), share in 0.0..1.0, times in 1_usize..3) {
+    fn accepted_taught_program_is_played(xml in rows(), share in 0.0..1.0, times in 1_usize..3) {
         let mut plan = Playback::read(xml.as_bytes()).unwrap().to_plan().content;
         // A target out of reach would end most of them early.
         loop {
@@ -260,17 +264,17 @@ proptest! {
             plan.steps.remove(first);
         }
         let all = plan.repeated(times).unwrap();
-        if is_done(&all)? {
-            is_done_from(&all, share)?;
+        if runs_if_accepted(&all)? {
+            remainder_runs_if_accepted(&all, share)?;
         }
         if let Ok(placed) = plan.placed_on(&magician_program::Pallet::grid(1, 2, [8.0, 8.0])) {
-            is_done(&placed)?;
+            runs_if_accepted(&placed)?;
         }
     }
 }
 
 #[test]
-fn lines_far_apart_on_a_slope_are_left_and_come_to_from_above() {
+fn distant_lines_on_a_slope_are_left_and_approached_from_above() {
     let surface = Surface {
         height: -100.0,
         slope: [0.2, 0.15],
@@ -305,7 +309,7 @@ fn lines_far_apart_on_a_slope_are_left_and_come_to_from_above() {
                     ..
                 }
             );
-            assert!(by_line && above(from).min(above(to)) > pen.lift - ROUNDING);
+            assert!(by_line && above(from).min(above(to)) > pen.lift - DEPTH_TOLERANCE);
             far += 1;
         }
         last = Some(to);

@@ -7,13 +7,13 @@ use magician_program::{OptionKind, OptionSpec, SetupOptions, WorkOption};
 use serde_json::{Map, Value, json};
 
 /// Refused options, and the expected message.
-struct Bad {
+struct BadOption {
     options: Map<String, Value>,
     key: String,
     message: String,
 }
 
-impl Bad {
+impl BadOption {
     /// # Panics
     /// If the options are accepted.
     fn of(options: Map<String, Value>) -> Self {
@@ -147,7 +147,7 @@ fn good_value(row: &OptionSpec) -> Value {
     }
 }
 
-fn generated() -> Vec<Bad> {
+fn generated() -> Vec<BadOption> {
     let mut all = vec![
         json!({"colour": "red"}),
         json!({"by_file": true}),
@@ -188,20 +188,20 @@ fn generated() -> Vec<Bad> {
         }
     }
     let objects = all.into_iter().map(|options| match options {
-        Value::Object(options) => Bad::of(options),
+        Value::Object(options) => BadOption::of(options),
         other => panic!("{other}"),
     });
     objects.collect()
 }
 
 #[test]
-fn no_bad_value_is_taken_and_each_has_its_sentence() {
+fn every_bad_value_is_refused_with_its_message() {
     let text = std::fs::read_to_string(path()).expect("the table");
     let table: Vec<Value> = serde_json::from_str(&text).expect("JSON");
     assert!(table.len() >= 500, "{}", table.len());
     for entry in &table {
         let options = entry["options"].as_object().expect("options");
-        let found = Bad::of(options.clone());
+        let found = BadOption::of(options.clone());
         assert_eq!(found.key, entry["key"], "{entry}");
         assert_eq!(found.message, entry["message"], "{entry}");
     }
@@ -224,9 +224,9 @@ fn every_option_has_bad_values_in_the_table() {
 /// `cargo test -p magician-program --test program -- --ignored bad_options`.
 #[test]
 #[ignore = "writes the table anew"]
-fn table_is_written_anew() {
+fn regenerate_the_table() {
     let lines = generated().into_iter().map(|bad| {
-        let Bad {
+        let BadOption {
             options,
             key,
             message,

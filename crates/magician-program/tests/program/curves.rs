@@ -19,11 +19,11 @@ type Line = Vec<Point>;
 const SIDE: f64 = 60.0;
 /// Largest distance between a curve and its drawn lines, mm: tolerance 0.05 and thinning 0.02. No
 /// curve here has merged ends.
-const ALLOWED: f64 = 0.07;
+const CURVE_TOLERANCE: f64 = 0.07;
 /// Coordinates have 32 bits, and these tests approximate the curves in small steps too, mm.
-const ROUNDING: f64 = 0.002;
+const ROUNDING_ERROR: f64 = 0.002;
 /// Distance of sampled positions, mm.
-const STEP: f64 = 0.4;
+const SAMPLE_STEP: f64 = 0.4;
 const SURFACE: f64 = -60.0;
 
 /// Curve at its drawn size, mm.
@@ -350,7 +350,7 @@ fn gcode(curves: &[Curve], larger: f64, laser: bool) -> String {
 
 /// Option that sets the size of a drawing.
 #[derive(Clone, Copy, Debug)]
-enum Said {
+enum RequestedSize {
     Scale,
     Width,
     Height,
@@ -359,7 +359,13 @@ enum Said {
 }
 
 /// Plan of a file that is larger than drawn by this factor.
-fn laid(format: Format, text: &str, laser: bool, said: Said, larger: f64) -> Plan {
+fn enlarged_plan(
+    format: Format,
+    text: &str,
+    laser: bool,
+    said: RequestedSize,
+    larger: f64,
+) -> Plan {
     let mut options = SetupOptions::default();
     options.work = Some(if laser {
         WorkOption::Engrave
@@ -367,18 +373,18 @@ fn laid(format: Format, text: &str, laser: bool, said: Said, larger: f64) -> Pla
         WorkOption::Draw
     });
     match said {
-        Said::Scale => options.scale = Some(1.0 / larger),
-        Said::Width => options.width = Some(SIDE),
-        Said::Height => options.height = Some(SIDE),
-        Said::Fit | Said::FitPage => {
+        RequestedSize::Scale => options.scale = Some(1.0 / larger),
+        RequestedSize::Width => options.width = Some(SIDE),
+        RequestedSize::Height => options.height = Some(SIDE),
+        RequestedSize::Fit | RequestedSize::FitPage => {
             (options.fit, options.turn) = (true, Some(false));
-            options.page = matches!(said, Said::FitPage).then(|| "80x80".parse().unwrap());
+            options.page = matches!(said, RequestedSize::FitPage).then(|| "80x80".parse().unwrap());
         }
     }
-    made(format, text, options)
+    plan_of(format, text, options)
 }
 
-fn made(format: Format, text: &str, options: SetupOptions) -> Plan {
+fn plan_of(format: Format, text: &str, options: SetupOptions) -> Plan {
     let mut file = PrepareRequest::new(format, text.as_bytes());
     file.options = options;
     file.defaults.assumed_surface = Some(Surface::level(SURFACE));
@@ -480,7 +486,7 @@ fn places(lines: &[Line]) -> Vec<Point> {
     for pair in lines.iter().flat_map(|line| line.windows(2)) {
         let [from, to] = [pair[0], pair[1]];
         let way = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let count = (way / STEP).ceil().max(1.0) as u32;
+        let count = (way / SAMPLE_STEP).ceil().max(1.0) as u32;
         places.extend((0..=count).map(|nth| {
             let share = f64::from(nth) / f64::from(count);
             [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -490,9 +496,9 @@ fn places(lines: &[Line]) -> Vec<Point> {
 }
 
 /// Largest distance of positions on some lines from other lines, mm; capped at 3 mm.
-fn stray(of: &[Line], from: &[Line]) -> f64 {
-    const CELL: f64 = 3.0;
-    let cell = |value: f64| (value / CELL).floor() as i64;
+fn largest_distance(of: &[Line], from: &[Line]) -> f64 {
+    const CELL_SIDE: f64 = 3.0;
+    let cell = |value: f64| (value / CELL_SIDE).floor() as i64;
     let mut grid = std::collections::HashMap::<[i64; 2], Vec<[Point; 2]>>::new();
     for pair in from.iter().flat_map(|line| line.windows(2)) {
         let ends = [pair[0], pair[1]];
@@ -506,13 +512,13 @@ fn stray(of: &[Line], from: &[Line]) -> f64 {
     }
     let away = |at: Point| {
         let near = grid.get(&at.map(cell)).into_iter().flatten();
-        near.map(|[from, to]| off(at, *from, *to))
-            .fold(CELL, f64::min)
+        near.map(|[from, to]| distance_to_segment(at, *from, *to))
+            .fold(CELL_SIDE, f64::min)
     };
     places(of).into_iter().map(away).fold(0.0, f64::max)
 }
 
-fn off(at: Point, from: Point, to: Point) -> f64 {
+fn distance_to_segment(at: Point, from: Point, to: Point) -> f64 {
     let [x, y] = [to[0] - from[0], to[1] - from[1]];
     let [px, py] = [at[0] - from[0], at[1] - from[1]];
     let length = x * x + y * y;
@@ -525,22 +531,27 @@ fn off(at: Point, from: Point, to: Point) -> f64 {
 }
 
 /// Largest distances of drawn lines from the exact ones, and vice versa, mm.
-fn strays(exact: &[Line], plan: &Plan) -> [f64; 2] {
+fn deviations(exact: &[Line], plan: &Plan) -> [f64; 2] {
     let drawn = lines(plan);
     let exact = placed(exact, &drawn);
-    [stray(&drawn, &exact), stray(&exact, &drawn)]
+    [
+        largest_distance(&drawn, &exact),
+        largest_distance(&exact, &drawn),
+    ]
 }
 
 const FORMATS: [Format; 4] = [Format::Svg, Format::Dxf, Format::Hpgl, Format::Gcode];
 
-fn curves_hold(format: Format, laser: bool, said: Said, larger: f64) {
+fn assert_curves_within_tolerance(format: Format, laser: bool, said: RequestedSize, larger: f64) {
     let (curves, text) = file(format, laser, larger);
     let mut exact: Vec<Line> = curves.iter().map(Curve::exact).collect();
     exact.push(frame());
-    let plan = laid(format, &text, laser, said, larger);
-    let strays = strays(&exact, &plan);
+    let plan = enlarged_plan(format, &text, laser, said, larger);
+    let strays = deviations(&exact, &plan);
     assert!(
-        strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
+        strays
+            .iter()
+            .all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{format} {said:?} {larger} times as large, laser {laser}: {strays:.3?} mm off"
     );
     // Chords finer than the thinning would be wasted.
@@ -557,9 +568,13 @@ fn curves_are_within_tolerance_at_every_scale_width_and_height_with_pen_and_lase
         for laser in [false, true] {
             for nth in -4..=4 {
                 let larger = 10.0_f64.powf(f64::from(nth) / 2.0);
-                let all = [Said::Scale, Said::Width, Said::Height];
+                let all = [
+                    RequestedSize::Scale,
+                    RequestedSize::Width,
+                    RequestedSize::Height,
+                ];
                 for said in if nth % 2 == 0 { &all[..] } else { &all[..1] } {
-                    curves_hold(format, laser, *said, larger);
+                    assert_curves_within_tolerance(format, laser, *said, larger);
                 }
             }
         }
@@ -570,9 +585,9 @@ fn curves_are_within_tolerance_at_every_scale_width_and_height_with_pen_and_lase
 fn curves_are_within_tolerance_where_a_drawing_is_made_to_fit() {
     for format in FORMATS {
         for laser in [false, true] {
-            for said in [Said::Fit, Said::FitPage] {
+            for said in [RequestedSize::Fit, RequestedSize::FitPage] {
                 for larger in [8.0, 90.0] {
-                    curves_hold(format, laser, said, larger);
+                    assert_curves_within_tolerance(format, laser, said, larger);
                 }
             }
         }
@@ -593,33 +608,35 @@ fn lettered(side: f64) -> String {
 }
 
 /// Lines of a drawing at true size and a very fine tolerance.
-fn close(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
+fn tolerant_lines(format: Format, text: &str, mut options: SetupOptions) -> Vec<Line> {
     options.tolerance = Some(0.002);
     (options.merge, options.simplify) = (Some(0.0), Some(0.0));
-    lines(&made(format, text, options))
+    lines(&plan_of(format, text, options))
 }
 
-fn stays_within(exact: &[Line], plan: &Plan, what: &str) {
-    let strays = strays(exact, plan);
+fn assert_within_tolerance(exact: &[Line], plan: &Plan, what: &str) {
+    let strays = deviations(exact, plan);
     assert!(
-        strays.iter().all(|stray| *stray <= ALLOWED + ROUNDING),
+        strays
+            .iter()
+            .all(|stray| *stray <= CURVE_TOLERANCE + ROUNDING_ERROR),
         "{what}: {strays:.3?} mm off"
     );
 }
 
 #[test]
 fn letters_clips_dashes_and_fills_are_within_tolerance_at_every_width() {
-    let closely = close(Format::Svg, &lettered(SIDE), SetupOptions::default());
+    let closely = tolerant_lines(Format::Svg, &lettered(SIDE), SetupOptions::default());
     for larger in [0.01, 0.1, 0.5, 20.0, 100.0] {
         for laser in [false, true] {
-            let plan = laid(
+            let plan = enlarged_plan(
                 Format::Svg,
                 &lettered(SIDE * larger),
                 laser,
-                Said::Width,
+                RequestedSize::Width,
                 larger,
             );
-            stays_within(&closely, &plan, &format!("{larger} times as large"));
+            assert_within_tolerance(&closely, &plan, &format!("{larger} times as large"));
         }
     }
 }
@@ -641,8 +658,8 @@ fn along_a_path(side: f64, units: f64) -> String {
 }
 
 #[test]
-fn letters_along_a_path_are_as_true_in_a_small_drawing_as_in_a_large_one() {
-    let closely = close(
+fn letters_along_a_path_are_within_tolerance_at_every_size() {
+    let closely = tolerant_lines(
         Format::Svg,
         &along_a_path(SIDE, 24_000.0),
         SetupOptions::default(),
@@ -650,8 +667,8 @@ fn letters_along_a_path_are_as_true_in_a_small_drawing_as_in_a_large_one() {
     for larger in [0.01, 0.1, 0.5, 1.0, 20.0] {
         for laser in [false, true] {
             let small = along_a_path(SIDE * larger, 24.0);
-            let plan = laid(Format::Svg, &small, laser, Said::Width, larger);
-            stays_within(&closely, &plan, &format!("{larger} times as large"));
+            let plan = enlarged_plan(Format::Svg, &small, laser, RequestedSize::Width, larger);
+            assert_within_tolerance(&closely, &plan, &format!("{larger} times as large"));
         }
     }
 }
@@ -661,7 +678,7 @@ fn hatch_is_as_dense_and_as_true_at_every_width() {
     let filled = |side: f64, width: Option<f64>| {
         let mut options = SetupOptions::default();
         (options.fill, options.width) = (Some(FillMode::Hatch), width);
-        made(Format::Svg, &lettered(side), options)
+        plan_of(Format::Svg, &lettered(side), options)
     };
     let length = |plan: &Plan| -> f64 {
         let lines = lines(plan);
@@ -687,17 +704,17 @@ fn words_in_an_outline_font_are_within_tolerance_at_every_scale() {
         options.size = Some(size);
         options
     };
-    let closely = close(Format::Text, "Hogs", sized(30.0));
+    let closely = tolerant_lines(Format::Text, "Hogs", sized(30.0));
     for larger in [0.01, 0.2, 50.0] {
         let mut options = sized(30.0 * larger);
         options.scale = Some(1.0 / larger);
-        let plan = made(Format::Text, "Hogs", options);
-        stays_within(&closely, &plan, &format!("{larger} times as large"));
+        let plan = plan_of(Format::Text, "Hogs", options);
+        assert_within_tolerance(&closely, &plan, &format!("{larger} times as large"));
     }
 }
 
 #[test]
-fn lines_that_were_changed_after_reading_are_drawn_as_they_are() {
+fn lines_changed_after_reading_are_drawn_unchanged() {
     let text = lettered(SIDE / 10.0);
     let mut options = ReadOptions::default();
     options.title = "changed".to_owned();
@@ -728,8 +745,8 @@ proptest! {
         power in -2.0..2.0_f64,
         nth in 0..FORMATS.len(),
         laser: bool,
-        said in prop_oneof![Just(Said::Scale), Just(Said::Width), Just(Said::Height)],
+        said in prop_oneof![Just(RequestedSize::Scale), Just(RequestedSize::Width), Just(RequestedSize::Height)],
     ) {
-        curves_hold(FORMATS[nth], laser, said, 10.0_f64.powf(power));
+        assert_curves_within_tolerance(FORMATS[nth], laser, said, 10.0_f64.powf(power));
     }
 }

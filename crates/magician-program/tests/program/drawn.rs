@@ -40,7 +40,7 @@ fn drawn(plan: &Plan, tool: &str) -> Vec<Vec<[f64; 2]>> {
 }
 
 /// Largest distance of points along lines, mm.
-const STEP: f64 = 0.1;
+const SAMPLE_STEP: f64 = 0.1;
 
 fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
     let mut points = Vec::new();
@@ -49,7 +49,7 @@ fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
         for pair in line.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             let way = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let count = (way / STEP).ceil().max(1.0);
+            let count = (way / SAMPLE_STEP).ceil().max(1.0);
             points.extend((1..=count as u32).map(|nth| {
                 let share = f64::from(nth) / count;
                 [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
@@ -60,7 +60,7 @@ fn along(lines: &[Vec<[f64; 2]>]) -> Vec<[f64; 2]> {
 }
 
 /// Distance of a point from the nearest line.
-fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_lines(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let mut nearest = f64::INFINITY;
     for line in lines {
         if let [dot] = line.as_slice() {
@@ -82,7 +82,7 @@ fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
 fn farthest(from: &[Vec<[f64; 2]>], to: &[Vec<[f64; 2]>]) -> f64 {
     along(from)
         .into_iter()
-        .map(|point| off(to, point))
+        .map(|point| distance_to_lines(to, point))
         .fold(0.0, f64::max)
 }
 
@@ -148,7 +148,7 @@ fn dots_are_left_by_pen_and_laser() {
         let left = drawn(&placed.plan(&marking), tool);
         assert_eq!(left.len(), 4, "{tool}: {left:?}");
         for stroke in &placed.artwork.strokes {
-            assert!(off(&left, stroke.points[0]) < 0.01);
+            assert!(distance_to_lines(&left, stroke.points[0]) < 0.01);
         }
     }
 }
@@ -220,7 +220,7 @@ proptest! {
 
     /// Any drawing is either refused before anything moves, or drawn completely.
     #[test]
-    fn a_drawing_is_refused_or_can_be_drawn(
+    fn drawing_is_refused_or_drawable(
         text in document(),
         fit in any::<bool>(),
         laser in any::<bool>(),
@@ -243,13 +243,13 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_break_the_reader(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
+    fn reader_survives_any_bytes(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
         let _ = read(Format::Svg, &bytes, &ReadOptions::default());
     }
 
     /// A drawing with pieces cut out, doubled and replaced.
     #[test]
-    fn no_broken_drawing_breaks_the_reader(
+    fn reader_survives_any_damaged_drawing(
         text in document(),
         cuts in proptest::collection::vec((any::<prop::sample::Index>(), 0..30_usize, ".{0,6}"), 1..6),
     ) {

@@ -16,7 +16,7 @@ use super::interrupted::{place, run_until};
 const PAPER: f64 = -60.0;
 const LIFT: f64 = 10.0;
 /// Error of 32-bit coordinates and of flattened curves, mm.
-const CLOSE: f64 = 0.05;
+const LINE_TOLERANCE: f64 = 0.05;
 
 fn program() -> Program {
     let bytes = include_bytes!("../../samples/house.svg");
@@ -72,7 +72,7 @@ fn distance(line: &[Point; 2], [x, y]: Point) -> f64 {
 }
 
 /// Largest distance of any point of one drawing from the other, mm.
-fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
+fn largest_distance(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
     let points = one.iter().flat_map(|line| {
         let count = (distance(&[line[0], line[0]], line[1]) / 0.5)
             .ceil()
@@ -87,7 +87,7 @@ fn apart(one: &[[Point; 2]], other: &[[Point; 2]]) -> f64 {
 }
 
 /// Instants as shares of the whole, the same in every run of the tests.
-fn shares() -> impl Iterator<Item = f64> {
+fn stop_shares() -> impl Iterator<Item = f64> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     std::iter::repeat_with(move || {
         state ^= state << 13;
@@ -98,7 +98,7 @@ fn shares() -> impl Iterator<Item = f64> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
+async fn stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
     let program = program();
     let (cell, arm) = place(&program).await;
     let began = cell.state().now;
@@ -110,7 +110,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         ..Ending::default()
     };
     let mut on_paper = 0;
-    for share in shares().take(20) {
+    for share in stop_shares().take(20) {
         let (cell, arm) = place(&program).await;
         let stop = whole.mul_f64(share);
         let stopped = run(&arm, &program, 0, Some(stop)).await;
@@ -118,7 +118,10 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         let since = cell.state().now;
         let drawn = lines(&cell.with(|arm| arm.drawing()));
         // The ink up to the arm's position is part of the drawing.
-        assert!(apart(&drawn, &right) < CLOSE, "{stop:?}");
+        assert!(
+            largest_distance(&drawn, &right) < LINE_TOLERANCE,
+            "{stop:?}"
+        );
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
         let took = cell.state().now - since;
@@ -143,8 +146,14 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn, "{stop:?}");
         assert_eq!(run(&arm, &program, steps, None).await, None);
         let done = lines(&cell.with(|arm| arm.drawing()));
-        assert!(apart(&right, &done) < CLOSE, "a gap after {stop:?}");
-        assert!(apart(&done, &right) < CLOSE, "a stray line after {stop:?}");
+        assert!(
+            largest_distance(&right, &done) < LINE_TOLERANCE,
+            "a gap after {stop:?}"
+        );
+        assert!(
+            largest_distance(&done, &right) < LINE_TOLERANCE,
+            "a stray line after {stop:?}"
+        );
     }
     assert!((5..20).contains(&on_paper), "{on_paper}");
 }
@@ -175,7 +184,7 @@ async fn a_second_stop_ends_the_lift_where_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_that_an_alarm_holds_is_not_moved() {
+async fn arm_in_alarm_is_not_moved() {
     let program = program();
     let (cell, arm) = place(&program).await;
     let stopped = run(&arm, &program, 0, Some(Duration::from_secs(8))).await;
@@ -193,7 +202,7 @@ async fn an_arm_that_an_alarm_holds_is_not_moved() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_drawing_that_is_done_is_parked_from_above() {
+async fn finished_drawing_is_parked_from_above() {
     let program = program();
     let (cell, arm) = place(&program).await;
     assert_eq!(run(&arm, &program, 0, None).await, None);

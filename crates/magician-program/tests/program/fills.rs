@@ -37,7 +37,7 @@ fn assert_filled(shapes: &str, options: &Value, mm2: f64) {
 const DISC: &str = r#"<circle cx="45" cy="45" r="30"/>"#;
 
 #[test]
-fn a_shape_is_filled_and_its_edge_is_drawn_only_where_it_has_a_line() {
+fn filled_shape_has_an_edge_only_if_it_is_stroked() {
     let edge = 2.0 * PI * 30.0;
     assert!((drawn(DISC, &json!({})) - edge).abs() < 0.5);
     for fill in ["hatch", "contour"] {
@@ -50,7 +50,7 @@ fn a_shape_is_filled_and_its_edge_is_drawn_only_where_it_has_a_line() {
 }
 
 #[test]
-fn lines_are_as_far_apart_on_the_surface_whatever_the_scale() {
+fn fill_spacing_on_the_surface_is_independent_of_scale() {
     let half = json!({"fill": "hatch", "scale": 0.5, "fill_spacing": 0.4});
     assert_filled(DISC, &half, PI * 225.0);
     let turned = json!({"fill": "hatch", "rotate": 30, "mirror": true, "fill_angle": 10});
@@ -106,7 +106,7 @@ fn text_of_an_outline_font_is_filled_and_single_lines_stay() {
 }
 
 #[test]
-fn what_is_beyond_the_page_is_not_filled_where_it_is_cut_off() {
+fn clipped_areas_are_not_filled_beyond_the_page() {
     let half = r#"<rect x="60" y="20" width="60" height="50"/>"#;
     assert_filled(half, &json!({"fill": "hatch", "clip_page": true}), 1500.0);
 }

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 
 /// Cases of the usual run: seconds.
-const CASES: u32 = 60;
+const DEFAULT_CASES: u32 = 60;
 
 /// Lines on a sheet; each point is a share of its width and height.
 type Lines = Vec<Vec<[f64; 2]>>;
@@ -151,7 +151,7 @@ impl Case {
         }
     }
 
-    fn holds(&self) -> Result<bool, TestCaseError> {
+    fn passes_and_runs(&self) -> Result<bool, TestCaseError> {
         let text = self.text();
         let mut setup = Setup::default();
         setup.tool = Some(self.tool);
@@ -163,7 +163,7 @@ impl Case {
         setup.placement.mirror = self.mirror;
         setup.placement.at = self.at;
         let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, setup.surface);
+        setup.set_gcode_options(&mut options.gcode, setup.surface);
         let content = match read(self.format, text.as_bytes(), &options) {
             Ok(reading) => reading.content,
             Err(diagnostic) => return Err(TestCaseError::fail(format!("{diagnostic}"))),
@@ -203,9 +203,11 @@ impl Case {
 }
 
 #[test]
-fn what_is_made_to_fit_passes_the_check_and_is_done() {
+fn fitted_program_passes_the_check_and_runs() {
     let cases = std::env::var("FIT_CASES").ok();
-    let cases = cases.map_or(CASES, |cases| cases.parse().expect("a number of cases"));
+    let cases = cases.map_or(DEFAULT_CASES, |cases| {
+        cases.parse().expect("a number of cases")
+    });
     let mut runner = TestRunner::new(ProptestConfig {
         cases,
         rng_seed: RngSeed::Fixed(15),
@@ -215,7 +217,7 @@ fn what_is_made_to_fit_passes_the_check_and_is_done() {
     });
     let fitted = std::cell::Cell::new(0_u32);
     let outcome = runner.run(&case(), |case| {
-        fitted.set(fitted.get() + u32::from(case.holds()?));
+        fitted.set(fitted.get() + u32::from(case.passes_and_runs()?));
         Ok(())
     });
     if let Err(error) = outcome {

@@ -73,7 +73,7 @@ fn assert_dark(plan: &Plan) {
 }
 
 #[test]
-fn a_box_is_that_of_the_marks_at_the_height_of_the_tool() {
+fn box_frame_bounds_the_marks_at_tool_height() {
     for (format, bytes, with) in [
         (Format::Svg, HOUSE, json!({"work": "engrave", "rotate": 20})),
         (
@@ -121,7 +121,7 @@ fn a_box_is_that_of_the_marks_at_the_height_of_the_tool() {
 }
 
 #[test]
-fn an_image_framed_twice_is_framed_alike() {
+fn framing_an_image_twice_gives_the_same_frame() {
     let options = json!({"work": "engrave", "width": 40, "frame": "outline"});
     let plan = || prepared(Format::Image, GRADIENT, &options).plan;
     assert_eq!(plan(), plan());
@@ -131,7 +131,7 @@ fn an_image_framed_twice_is_framed_alike() {
 }
 
 #[test]
-fn a_box_whose_corners_are_out_of_reach_becomes_the_hull_and_says_so() {
+fn unreachable_box_becomes_the_hull_with_a_note() {
     // A square standing on its corner: it is within reach, the corners of its box are not.
     let line = r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="200mm" viewBox="0 0 200 200"><path d="M 0 80 L 80 0 L 160 80 L 80 160 Z" fill="none" stroke="black"/></svg>"#;
     let options = |frame: &str| json!({"work": "draw", "at": [245, 0], "frame": frame});
@@ -153,7 +153,7 @@ fn a_box_whose_corners_are_out_of_reach_becomes_the_hull_and_says_so() {
 }
 
 #[test]
-fn an_outline_goes_round_each_part_and_not_round_holes() {
+fn outline_surrounds_each_part_but_no_holes() {
     let ring = r#"<svg xmlns="http://www.w3.org/2000/svg" width="90mm" height="60mm" viewBox="0 0 90 60"><circle cx="20" cy="30" r="18" fill="none" stroke="black"/><rect x="67" y="20" width="20" height="20"/></svg>"#;
     let options = json!({"work": "engrave", "frame": "outline"});
     let plan = prepared(Format::Svg, ring.as_bytes(), &options).plan;
@@ -177,7 +177,7 @@ fn an_outline_goes_round_each_part_and_not_round_holes() {
 }
 
 #[test]
-fn outline_of_a_square_is_as_far_from_it_on_every_side() {
+fn outline_has_equal_distance_on_every_side() {
     let square = r#"<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20"><path d="M0 0H20V20H0Z" fill="none" stroke="black"/></svg>"#;
     let options = json!({"work": "engrave", "at": [250, 0], "frame": "outline"});
     let plan = prepared(Format::Svg, square.as_bytes(), &options).plan;
@@ -195,7 +195,7 @@ fn outline_of_a_square_is_as_far_from_it_on_every_side() {
 }
 
 #[test]
-fn only_a_laser_lights_a_frame_and_only_so_much() {
+fn only_a_laser_lights_a_frame_up_to_the_limit() {
     let options = json!({"work": "engrave", "width": 40, "frame": "hull", "frame_power": 2});
     let plan = prepared(Format::Image, GRADIENT, &options).plan;
     let powers = plan.commands().filter_map(|command| match command {
@@ -216,7 +216,7 @@ fn only_a_laser_lights_a_frame_and_only_so_much() {
 }
 
 #[test]
-fn what_marks_nothing_has_no_frame() {
+fn plan_without_marks_has_no_frame() {
     let options = SetupOptions::from_fields(json!({"frame": "box"}).as_object().unwrap()).unwrap();
     let setup = options.setup(&SetupDefaults::default());
     let mut plan = Plan::new("carries");
@@ -234,7 +234,7 @@ fn what_marks_nothing_has_no_frame() {
 }
 
 #[test]
-fn the_tool_is_never_lower_than_the_frame() {
+fn tool_is_never_below_the_frame() {
     let options = json!({"work": "draw", "frame": "box", "lift": 8});
     let plan = prepared(Format::Svg, HOUSE, &options).plan;
     let mut watched = RehearseOptions::default();

@@ -147,7 +147,7 @@ fn lowest(program: &Program, surface: Surface) -> f64 {
     lowest
 }
 
-fn laid(case: &Case) -> Option<(Program, Ending)> {
+fn prepared_program(case: &Case) -> Option<(Program, Ending)> {
     match case.file.prepare() {
         Ok(Preparation::Done(laid)) if laid.misfit.is_none() => Some((laid.program, laid.ending)),
         _ => None,
@@ -163,7 +163,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn pen_never_goes_below_the_surface_whatever_is_asked(
+    fn pen_never_goes_below_the_surface_with_any_options(
         nth in 0..7_usize,
         options in vec(option(), 0..6),
         tilted: bool,
@@ -172,7 +172,7 @@ proptest! {
         let Some(case) = case(nth, &fields.collect(), tilted) else {
             return Ok(());
         };
-        let Some((program, ending)) = laid(&case) else {
+        let Some((program, ending)) = prepared_program(&case) else {
             return Ok(());
         };
         let lowest = lowest(&program, case.surface);
@@ -199,7 +199,8 @@ fn kept_depths_take_the_pen_below_the_surface() {
         let mut fields = fields.as_object().unwrap().clone();
         let case = |fields: &Map<String, Value>| {
             let case = case(nth, fields, false).unwrap();
-            let (program, _) = laid(&case).unwrap_or_else(|| panic!("{nth} {fields:?}"));
+            let (program, _) =
+                prepared_program(&case).unwrap_or_else(|| panic!("{nth} {fields:?}"));
             lowest(&program, case.surface)
         };
         assert!(case(&fields) > -2e-3, "{nth} {fields:?}");
@@ -213,7 +214,7 @@ fn pen_is_not_parked_below_the_surface() {
     let fields = json!({"park": [230, 10, -75]});
     let case = |fields: &Value| case(0, fields.as_object().unwrap(), false).unwrap();
     let parked = |fields: &Value| {
-        let (program, ending) = laid(&case(fields)).unwrap();
+        let (program, ending) = prepared_program(&case(fields)).unwrap();
         checked(&program, &ending)
     };
     let refused = parked(&fields).unwrap_err();

@@ -14,9 +14,9 @@ use proptest::prelude::*;
 const PAPER: Surface = Surface::level(-60.0);
 /// Height below which a tip may leave a mark, mm: more than on the virtual arm, whose paper is
 /// flat.
-const MAY_MARK: f64 = 0.5;
+const MARKING_HEIGHT: f64 = 0.5;
 /// Distance from all lines at which a mark is a stray one, mm.
-const TAIL: f64 = 0.15;
+const STRAY_DISTANCE: f64 = 0.15;
 
 fn artwork(lines: &[Vec<[f64; 2]>]) -> Artwork {
     let strokes = lines
@@ -40,7 +40,7 @@ fn is_good(plan: &Plan) -> bool {
     check(plan, &Preflight::at(JointAngles::HOME, ToolBias::NONE)).is_good()
 }
 
-fn done(plan: &Plan) -> Rehearsal {
+fn rehearsed(plan: &Plan) -> Rehearsal {
     let watched = RehearseOptions::default().watch(Duration::from_millis(4));
     let done = rehearse(plan, &watched).unwrap();
     assert!(done.is_good(), "{:?}", done.log);
@@ -48,7 +48,7 @@ fn done(plan: &Plan) -> Rehearsal {
 }
 
 /// Distance of a point from the nearest line.
-fn off(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
+fn distance_to_lines(lines: &[Vec<[f64; 2]>], [x, y]: [f64; 2]) -> f64 {
     let pairs = lines.iter().flat_map(|line| {
         let ends = [line[0], line[0]];
         line.windows(2).map(|pair| [pair[0], pair[1]]).chain([ends])
@@ -88,7 +88,7 @@ proptest! {
     /// is lifted. The virtual pen leaves the same marks as with full lifts, and hops take no more
     /// time.
     #[test]
-    fn a_pen_that_hops_leaves_no_tail(
+    fn hopping_pen_leaves_no_tail(
         lines in strokes(),
         at in (200.0..270.0, -90.0..90.0).prop_map(|(x, y)| [x, y]),
         slope in prop_oneof![Just([0.0; 2]), (-0.1..0.1, -0.1..0.1).prop_map(|(x, y)| [x, y])],
@@ -106,16 +106,16 @@ proptest! {
         if !is_good(&before) {
             return Ok(());
         }
-        let (hopped, before) = (done(&plan), done(&before));
+        let (hopped, before) = (rehearsed(&plan), rehearsed(&before));
         prop_assert!(hopped.time <= before.time, "{:?} {:?}", hopped.time, before.time);
         let drawn: Vec<_> = placed.artwork.strokes.iter().map(|stroke| stroke.points.clone()).collect();
         // The first move leads from any pose to well above the first line.
         let high = lift.min(hop);
-        let begun = hopped.way.iter().position(|[x, y, z]| z - surface.at([*x, *y]) < MAY_MARK);
+        let begun = hopped.way.iter().position(|[x, y, z]| z - surface.at([*x, *y]) < MARKING_HEIGHT);
         for [x, y, z] in &hopped.way[begun.unwrap_or(0)..] {
-            let (above, aside) = (z - surface.at([*x, *y]), off(&drawn, [*x, *y]));
+            let (above, aside) = (z - surface.at([*x, *y]), distance_to_lines(&drawn, [*x, *y]));
             prop_assert!(above > -0.01, "{above} mm above the paper");
-            prop_assert!(aside <= TAIL || above >= 0.74 * high, "{aside} mm aside, {above} mm above the paper");
+            prop_assert!(aside <= STRAY_DISTANCE || above >= 0.74 * high, "{aside} mm aside, {above} mm above the paper");
         }
         // The virtual arm's table is level.
         if slope != [0.0; 2] {
@@ -124,12 +124,12 @@ proptest! {
         let marks: Vec<_> = hopped.drawing.strokes().iter().map(|stroke| stroke.points.clone()).collect();
         for stroke in hopped.drawing.strokes() {
             for point in &stroke.points {
-                prop_assert!(off(&drawn, *point) <= 0.05, "{point:?}");
+                prop_assert!(distance_to_lines(&drawn, *point) <= 0.05, "{point:?}");
             }
         }
         for stroke in before.drawing.strokes() {
             for point in &stroke.points {
-                prop_assert!(off(&marks, *point) <= 0.05, "{point:?}");
+                prop_assert!(distance_to_lines(&marks, *point) <= 0.05, "{point:?}");
             }
         }
     }
@@ -151,7 +151,7 @@ fn seconds(plan: &Plan) -> f64 {
 }
 
 #[test]
-fn a_short_way_takes_half_of_the_time() {
+fn short_hop_takes_half_the_time() {
     for marking in [Marking::pen(), Marking::laser(40.0)] {
         let placed = artwork(&dashes(11)).placed(&Layout::on(PAPER), &marking);
         let one = artwork(&dashes(1)).placed(&Layout::on(PAPER), &marking);
@@ -168,7 +168,7 @@ fn a_short_way_takes_half_of_the_time() {
 }
 
 #[test]
-fn a_pen_is_lifted_by_half_of_its_way() {
+fn hop_height_is_half_the_distance() {
     let pen = Marking::pen();
     let row = |apart: f64| {
         vec![
@@ -206,7 +206,7 @@ fn a_pen_is_lifted_by_half_of_its_way() {
 }
 
 #[test]
-fn a_pen_stays_down_where_a_line_goes_on() {
+fn pen_stays_down_where_a_line_continues() {
     let lines = [
         vec![[0.0, 0.0], [10.0, 0.0]],
         vec![[10.0, 0.0], [10.0, 10.0]],
@@ -243,7 +243,7 @@ fn a_slow_pen_hops_slowly() {
 }
 
 #[test]
-fn ways_of_all_joints_keep_to_the_fence() {
+fn joint_moves_respect_the_fence() {
     // A box next to the lines: a joint move towards it would cross them.
     let lines: Vec<Vec<[f64; 2]>> = (0..6)
         .map(|nth| f64::from(nth) * 12.0)

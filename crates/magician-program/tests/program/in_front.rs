@@ -12,7 +12,7 @@ use magician_program::{
 };
 use serde_json::{Value, json};
 
-fn lay(format: Format, bytes: &[u8], options: &Value) -> Result<PreparedProgram, Diagnostic> {
+fn prepare(format: Format, bytes: &[u8], options: &Value) -> Result<PreparedProgram, Diagnostic> {
     let mut file = PrepareRequest::new(format, bytes);
     file.options = SetupOptions::from_fields(options.as_object().unwrap()).unwrap();
     file.defaults.surface = Some(Surface::level(-50.0));
@@ -62,7 +62,7 @@ fn image([width, height]: [f64; 2]) -> Vec<u8> {
 }
 
 /// Drawing of 240 by 20 mm in every format, with the options that place it.
-fn wide() -> [(Format, Vec<u8>, Value); 5] {
+fn wide_drawings() -> [(Format, Vec<u8>, Value); 5] {
     let size = [240.0, 20.0];
     [
         (Format::Svg, svg(size), json!({})),
@@ -77,7 +77,7 @@ fn wide() -> [(Format, Vec<u8>, Value); 5] {
     ]
 }
 
-fn with(options: &Value, more: Value) -> Value {
+fn merged(options: &Value, more: Value) -> Value {
     let mut all = options.clone();
     for (key, value) in more.as_object().unwrap() {
         all[key] = value.clone();
@@ -96,7 +96,7 @@ fn bounds(laid: &PreparedProgram) -> [[f64; 3]; 2] {
         .expect("something is drawn")
 }
 
-fn said(laid: &PreparedProgram) -> String {
+fn note_text(laid: &PreparedProgram) -> String {
     let notes: Vec<_> = laid
         .notes
         .iter()
@@ -107,8 +107,8 @@ fn said(laid: &PreparedProgram) -> String {
 
 #[test]
 fn wide_drawing_of_every_format_is_turned_to_lie_in_front_of_the_arm() {
-    for (format, bytes, options) in wide() {
-        let laid = lay(format, &bytes, &options).unwrap();
+    for (format, bytes, options) in wide_drawings() {
+        let laid = prepare(format, &bytes, &options).unwrap();
         let [least, most] = bounds(&laid);
         assert!(
             least[1] <= 0.1 && most[1] >= -0.1,
@@ -122,7 +122,7 @@ fn wide_drawing_of_every_format_is_turned_to_lie_in_front_of_the_arm() {
             (90.0, None, 1.0),
             "{format:?}"
         );
-        let said = said(&laid);
+        let said = note_text(&laid);
         assert!(
             said.contains("turned by 90 degrees to fit in front of the arm"),
             "{said}"
@@ -132,12 +132,12 @@ fn wide_drawing_of_every_format_is_turned_to_lie_in_front_of_the_arm() {
 
 #[test]
 fn drawing_that_may_not_be_turned_lies_beside_the_arm_with_a_note() {
-    for (format, bytes, options) in wide() {
+    for (format, bytes, options) in wide_drawings() {
         // Points include rotations of the tool, which are limited to 180 degrees.
         let turned = json!({"rotate": 180});
         let turned = Some(turned).filter(|_| format != Format::Points);
         for more in turned.into_iter().chain([json!({"turn": false})]) {
-            let laid = lay(format, &bytes, &with(&options, more)).unwrap();
+            let laid = prepare(format, &bytes, &merged(&options, more)).unwrap();
             let [least, most] = bounds(&laid);
             let placed = laid.placed.unwrap();
             let side = placed
@@ -147,7 +147,7 @@ fn drawing_that_may_not_be_turned_lies_beside_the_arm_with_a_note() {
                 Side::Left => assert!(least[1] > 0.0, "{format:?}"),
                 _ => assert!(most[1] < 0.0, "{format:?}"),
             }
-            let said = said(&laid);
+            let said = note_text(&laid);
             let told = format!("does not fit in front of the arm: lies at its {side}, x ");
             assert!(said.contains(&told), "{said}");
         }
@@ -156,13 +156,17 @@ fn drawing_that_may_not_be_turned_lies_beside_the_arm_with_a_note() {
 
 #[test]
 fn given_place_is_kept_without_a_note() {
-    let laid = lay(Format::Svg, &svg([20.0, 20.0]), &json!({"at": [150, -180]})).unwrap();
+    let laid = prepare(Format::Svg, &svg([20.0, 20.0]), &json!({"at": [150, -180]})).unwrap();
     let placed = laid.placed.unwrap();
     assert_eq!(
         (placed.at, placed.turn, placed.beside),
         ([150.0, -180.0], 0.0, None)
     );
-    assert!(!said(&laid).contains("in front"), "{}", said(&laid));
+    assert!(
+        !note_text(&laid).contains("in front"),
+        "{}",
+        note_text(&laid)
+    );
 }
 
 /// `fit`, the size named by a refusal, and `would_fit` agree: that size passes, and no larger one
@@ -178,7 +182,7 @@ fn fitted_and_named_sizes_are_the_same_and_the_largest() {
         for turn in [true, false] {
             let bytes = svg(size);
             let options = json!({"turn": turn});
-            let of = |more: Value| lay(Format::Svg, &bytes, &with(&options, more)).unwrap();
+            let of = |more: Value| prepare(Format::Svg, &bytes, &merged(&options, more)).unwrap();
             let fitted = of(json!({"fit": true})).placed.unwrap().scale;
             let refused = of(json!({}));
             let misfit = refused.misfit.expect("it is too large");
@@ -211,7 +215,7 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
     };
     // From the upper left corner of the page, which has the least x and the greatest y.
     let from_corner = |bytes: &[u8], options: Value| {
-        let laid = lay(Format::Svg, bytes, &options).unwrap();
+        let laid = prepare(Format::Svg, bytes, &options).unwrap();
         let placed = laid.placed.unwrap();
         let [lower_left, _, _, upper_left] = placed.page.unwrap();
         assert_eq!(lower_left[0], upper_left[0]);
@@ -229,7 +233,7 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
     // On paper of another size it is centred.
     assert_eq!(from_corner(&a5, json!({"page": "a6"})), [53.0, 74.0]);
     // At twice the size the page is another one.
-    let doubled = lay(
+    let doubled = prepare(
         Format::Svg,
         &page(105, 148),
         &json!({"page": "a6", "scale": 0.5}),
@@ -242,10 +246,10 @@ fn page_of_the_file_is_kept_on_paper_of_its_size() {
 }
 
 /// LightBurn file without comments, with air assist.
-const AIR: &[u8] =
+const AIR_ASSIST_PROGRAM: &[u8] =
     b"G21\nG90\nM4\nM8\nG0 X10Y10\nG1 X60S200F1200\nG1 Y40\nG1 X10\nG1 Y10\nM9\nG1 S0\nM5\nM2\n";
 /// Program of a mill.
-const MILL: &[u8] =
+const MILLING_PROGRAM: &[u8] =
     b"G21\nG90\nM3 S12000\nG0 X10Y10Z5\nG1 Z-1F100\nG1 X60F1200\nG1 Y40\nG0 Z5\nM5\nM2\n";
 
 #[test]
@@ -254,10 +258,10 @@ fn file_that_is_engraved_burns_or_is_refused() {
         json!({"work": "engrave"}),
         json!({"place": true, "s_max": 1000}),
     ] {
-        let laid = lay(Format::Gcode, AIR, &options).unwrap();
+        let laid = prepare(Format::Gcode, AIR_ASSIST_PROGRAM, &options).unwrap();
         assert!(laid.program.plan().burns(), "{options}");
     }
-    let refused = lay(Format::Gcode, MILL, &json!({"work": "engrave"})).unwrap_err();
+    let refused = prepare(Format::Gcode, MILLING_PROGRAM, &json!({"work": "engrave"})).unwrap_err();
     assert_eq!(refused.message, "nothing would burn");
     let settings = refused
         .remedies
@@ -271,24 +275,24 @@ fn file_that_is_engraved_burns_or_is_refused() {
         [Setting::Dialect, Setting::SMax]
     );
     // If it is run unchanged, coolant indicates a mill, with a remedy.
-    let laid = lay(Format::Gcode, AIR, &json!({"place": true})).unwrap();
+    let laid = prepare(Format::Gcode, AIR_ASSIST_PROGRAM, &json!({"place": true})).unwrap();
     assert!(!laid.program.plan().burns());
     let engraves = |note: &Diagnostic| {
         let mut acts = note.remedies.iter().map(|remedy| &remedy.act);
         acts.any(|act| *act == Act::Do(Action::Engrave))
     };
-    assert!(laid.notes.iter().any(engraves), "{}", said(&laid));
+    assert!(laid.notes.iter().any(engraves), "{}", note_text(&laid));
 }
 
 #[test]
-fn drawing_with_the_laser_on_the_arm_says_that_it_stays_dark() {
+fn drawing_with_the_laser_tool_notes_that_it_stays_off() {
     let options = json!({"work": "draw", "tool": "laser"});
-    let laid = lay(Format::Svg, &svg([20.0, 20.0]), &options).unwrap();
+    let laid = prepare(Format::Svg, &svg([20.0, 20.0]), &options).unwrap();
     let dark = laid
         .notes
         .iter()
         .find(|note| note.code == DiagnosticCode::Power);
-    let dark = dark.unwrap_or_else(|| panic!("{}", said(&laid)));
+    let dark = dark.unwrap_or_else(|| panic!("{}", note_text(&laid)));
     assert!(dark.message.starts_with("the laser stays dark"), "{dark}");
     assert_eq!(dark.remedies[0].act, Act::Do(Action::Engrave));
 }
@@ -304,7 +308,7 @@ fn coordinates_of_another_machine_are_recognised() {
             y + 30.0
         );
         let text = format!("G21 G90\n{path}G0 Z20\n");
-        let laid = lay(Format::Gcode, text.as_bytes(), &json!({"raw": true})).unwrap();
+        let laid = prepare(Format::Gcode, text.as_bytes(), &json!({"raw": true})).unwrap();
         let report = check(laid.program.plan(), &start());
         let foreign = foreign_coordinates(laid.program.plan(), &report);
         (report.is_good(), foreign)

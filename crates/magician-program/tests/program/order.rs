@@ -34,9 +34,9 @@ fn pieces(artwork: &Artwork) -> Vec<[[u64; 2]; 2]> {
 }
 
 /// Deterministic random numbers.
-struct Dice(u64);
+struct RandomSource(u64);
 
-impl Dice {
+impl RandomSource {
     fn next(&mut self) -> f64 {
         self.0 = self
             .0
@@ -47,7 +47,7 @@ impl Dice {
 }
 
 fn scattered(count: usize, side: f64) -> Artwork {
-    let mut dice = Dice(7);
+    let mut dice = RandomSource(7);
     let mut point = || [side * dice.next(), side * dice.next()];
     let mut lines = Vec::new();
     for nth in 0..count {
@@ -78,7 +78,7 @@ fn a_row_is_drawn_from_one_end_to_the_other() {
 }
 
 #[test]
-fn closed_lines_begin_where_it_is_near() {
+fn closed_lines_begin_at_their_nearest_vertex() {
     let square = |x: f64| vec![[x, 0.0], [x + 4.0, 0.0], [x + 4.0, 4.0], [x, 4.0], [x, 0.0]];
     let mut squares = artwork(vec![square(0.0), square(5.0), square(10.0)]);
     let saving = squares.put_in_order(&Order::default());
@@ -90,7 +90,7 @@ fn closed_lines_begin_where_it_is_near() {
 }
 
 #[test]
-fn lines_that_meet_become_one() {
+fn meeting_lines_are_joined() {
     let lines = vec![
         vec![[0.0, 0.0], [10.0, 0.0]],
         vec![[10.0, 10.0], [0.0, 10.0]],
@@ -114,7 +114,7 @@ fn lines_that_meet_become_one() {
 }
 
 #[test]
-fn putting_in_order_drops_nothing_that_is_there_twice() {
+fn reordering_keeps_duplicates() {
     let lines = vec![
         vec![[0.0, 0.0], [10.0, 3.0]],
         vec![[10.0, 3.0], [0.0, 0.0]],
@@ -130,7 +130,7 @@ fn putting_in_order_drops_nothing_that_is_there_twice() {
 }
 
 #[test]
-fn the_order_of_the_file_is_kept_if_told() {
+fn file_order_is_kept_on_request() {
     let scattered = scattered(200, 100.0);
     let mut kept = scattered.clone();
     let saving = kept.put_in_order(&Order::OF_FILE);
@@ -139,7 +139,7 @@ fn the_order_of_the_file_is_kept_if_told() {
 }
 
 #[test]
-fn many_lines_are_near_to_the_best_order() {
+fn tour_of_many_lines_is_near_the_optimum() {
     let count = 3000;
     let mut many = scattered(count, 300.0);
     let before = pieces(&many);
@@ -177,7 +177,7 @@ fn lines() -> impl Strategy<Value = Vec<Vec<[f64; 2]>>> {
 
 proptest! {
     #[test]
-    fn the_ways_never_grow_and_what_is_drawn_stays(lines in lines(), joining in prop_oneof![Just(-1.0), Just(0.01)]) {
+    fn reordering_never_lengthens_travel_and_keeps_the_strokes(lines in lines(), joining in prop_oneof![Just(-1.0), Just(0.01)]) {
         let original = artwork(lines);
         let mut ordered = original.clone();
         let saving = ordered.put_in_order(&Order { joining, ..Order::default() });
@@ -275,7 +275,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_there_twice_is_drawn_once_wherever_it_begins() {
+fn duplicates_are_drawn_once_regardless_of_their_start() {
     let square = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
     let from = |at: usize, back: bool| {
         let mut corners: Vec<[f64; 2]> = square.into_iter().cycle().skip(at).take(5).collect();
@@ -302,7 +302,7 @@ fn what_is_there_twice_is_drawn_once_wherever_it_begins() {
 }
 
 #[test]
-fn strokes_whose_order_has_a_meaning_are_not_joined() {
+fn ordered_strokes_are_not_joined() {
     let lines = vec![vec![[0.0, 0.0], [9.0, 0.0]], vec![[9.0, 0.0], [9.0, 9.0]]];
     let mut drawing = artwork(lines);
     drawing.in_order = true;
@@ -378,7 +378,7 @@ fn file_that_cuts_the_inside_first_by_short_ways_is_left_alone() {
 
 proptest! {
     #[test]
-    fn whatever_lies_within_a_square_comes_before_it(
+    fn content_of_a_square_comes_before_it(
         squares in prop::collection::vec(((-50_i32..50), (-50_i32..50), (1_u32..60)), 1..40),
     ) {
         let lines = squares.iter().map(|(x, y, side)| square([f64::from(*x), f64::from(*y)], f64::from(*side)));

@@ -32,7 +32,7 @@ fn bmp() -> Vec<u8> {
     bytes
 }
 
-fn lay(
+fn prepare(
     format: Format,
     bytes: &[u8],
     options: &Value,
@@ -50,7 +50,7 @@ fn lay(
 }
 
 fn svg(options: &Value) -> PreparedProgram {
-    lay(Format::Svg, SVG, options, None).unwrap()
+    prepare(Format::Svg, SVG, options, None).unwrap()
 }
 
 fn start() -> Preflight {
@@ -96,7 +96,7 @@ fn assert_near(found: &[[f64; 2]], expected: &[[f64; 2]]) {
     );
 }
 
-fn told(laid: &PreparedProgram) -> Vec<String> {
+fn note_texts(laid: &PreparedProgram) -> Vec<String> {
     laid.notes
         .iter()
         .map(|note| note.message.to_string())
@@ -112,7 +112,7 @@ fn a_drawing_lies_with_its_middle_on_the_middle_of_the_page() {
     );
     assert_near(&on_page(&laid), &[[-30.0, -10.0], [30.0, 10.0]]);
     assert_eq!(laid.placed.unwrap().at, [240.0, 10.0]);
-    let said = told(&laid);
+    let said = note_texts(&laid);
     assert_eq!(
         said,
         ["the page is 105 x 148 mm: its lower left corner at x = 187.5, y = -64.0"]
@@ -125,7 +125,7 @@ fn a_drawing_lies_with_its_middle_on_the_middle_of_the_page() {
 }
 
 #[test]
-fn a_page_without_a_place_lies_where_the_most_of_it_is_within_reach() {
+fn page_without_a_position_maximises_the_reachable_part() {
     let laid = svg(&json!({"page": "a6"}));
     let [from, .., end] = corners(&laid);
     assert_near(&[[f64::midpoint(from[1], end[1]), 0.0]], &[[0.0, 0.0]]);
@@ -134,7 +134,7 @@ fn a_page_without_a_place_lies_where_the_most_of_it_is_within_reach() {
     let a3 = b"<svg xmlns='http://www.w3.org/2000/svg' width='297mm' height='420mm' viewBox='0 0 297 420'>\
         <path d='M0 0 h297 v420 h-297 z' fill='none' stroke='black'/></svg>";
     let scale = |options: Value| {
-        let laid = lay(Format::Svg, a3, &options, None).unwrap();
+        let laid = prepare(Format::Svg, a3, &options, None).unwrap();
         laid.placed.unwrap().scale
     };
     let on_page = scale(json!({"page": "a3", "margin": 0, "fit": true, "turn": false}));
@@ -150,7 +150,7 @@ fn a_page_lies_on_the_calibrated_sheet() {
         surface: Surface::level(-45.0),
         size: Some([120.0, 100.0]),
     };
-    let laid = |sheet, options: &Value| lay(Format::Svg, SVG, options, Some(sheet)).unwrap();
+    let laid = |sheet, options: &Value| prepare(Format::Svg, SVG, options, Some(sheet)).unwrap();
     let page = json!({"page": "100x60"});
     assert_near(&corners(&laid(sheet, &page))[..1], &[[190.0, -40.0]]);
     assert_near(
@@ -166,9 +166,9 @@ fn a_page_lies_on_the_calibrated_sheet() {
     );
     assert_near(&on_page(&there), &[[-30.0, -10.0], [30.0, 10.0]]);
     assert!(
-        told(&there)[0].ends_with("turned by 90 degrees"),
+        note_texts(&there)[0].ends_with("turned by 90 degrees"),
         "{:?}",
-        told(&there)
+        note_texts(&there)
     );
     // On a sheet with only a known corner, the corners coincide.
     (sheet.rotation, sheet.size) = (0.0, None);
@@ -176,7 +176,7 @@ fn a_page_lies_on_the_calibrated_sheet() {
 }
 
 #[test]
-fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
+fn fitted_content_keeps_the_page_margin_in_every_format() {
     let bmp = bmp();
     let sheet = Sheet {
         corner: [200.0, -40.0],
@@ -208,7 +208,7 @@ fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
                 .as_object_mut()
                 .unwrap()
                 .extend(more.as_object().unwrap().clone());
-            let laid = lay(format, bytes, &options, sheet).unwrap();
+            let laid = prepare(format, bytes, &options, sheet).unwrap();
             let what = format!("{format} {options} {}", sheet.is_some());
             assert_eq!(laid.misfit, None, "{what}");
             let [least, most] = on_page(&laid);
@@ -237,7 +237,7 @@ fn what_is_made_to_fit_keeps_off_the_edges_of_the_page_in_every_format() {
 }
 
 #[test]
-fn what_has_room_on_the_page_is_not_made_smaller_and_what_has_more_room_turned_is_turned() {
+fn content_with_room_keeps_its_size_and_turns_for_more_room() {
     let page =
         |margin: f64| json!({"page": "80x100", "at": [240, 0], "margin": margin, "fit": true});
     let placed = |options: &Value| svg(options).placed.unwrap();
@@ -252,7 +252,7 @@ fn what_has_room_on_the_page_is_not_made_smaller_and_what_has_more_room_turned_i
 }
 
 #[test]
-fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
+fn overhang_is_noted_with_its_length_and_drawn() {
     let told = |options: Value| {
         let laid = svg(&options);
         assert_eq!(laid.misfit, None);
@@ -264,27 +264,31 @@ fn what_leaves_the_page_is_told_with_how_far_and_done_all_the_same() {
         note.map(|note| (note.message.clone(), note.remedies.clone()))
     };
     let at = json!([240, 0]);
-    let (message, remedies) = told(json!({"page": "50x40", "at": at})).unwrap();
+    let (message, remedies) = note_texts(json!({"page": "50x40", "at": at})).unwrap();
     assert_eq!(message, "it reaches 5 mm beyond the edge of the page");
     assert_eq!(remedies[0].act, Act::Give(Setting::Fit, Given::On));
-    let (message, _) = told(json!({"page": "70x100", "at": at})).unwrap();
+    let (message, _) = note_texts(json!({"page": "70x100", "at": at})).unwrap();
     assert_eq!(
         message,
         "it comes within 5 mm of the edge of the page; the margin is 10 mm"
     );
-    assert_eq!(told(json!({"page": "70x100", "at": at, "margin": 5})), None);
-    let (message, _) = told(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
+    assert_eq!(
+        note_texts(json!({"page": "70x100", "at": at, "margin": 5})),
+        None
+    );
+    let (message, _) =
+        note_texts(json!({"page": "80x40", "at": at, "move": [0, -21.25, 0]})).unwrap();
     assert_eq!(message, "it reaches 11.3 mm beyond the edge of the page");
     // The whole grid is checked against the page; a fitted drawing causes no warning.
     let (message, remedies) =
-        told(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
+        note_texts(json!({"page": "80x40", "at": at, "fit": true, "grid": "2x1:0x-30"})).unwrap();
     assert_eq!(message, "it reaches 20 mm beyond the edge of the page");
     assert_eq!(remedies, []);
 }
 
 #[test]
-fn a_page_places_a_file_of_coordinates_and_raw_does_not_go_with_it() {
-    let placed = lay(
+fn page_places_a_coordinate_file_and_contradicts_raw() {
+    let placed = prepare(
         Format::Gcode,
         GCODE,
         &json!({"page": "a6", "at": [240, 0]}),
@@ -298,7 +302,7 @@ fn a_page_places_a_file_of_coordinates_and_raw_does_not_go_with_it() {
 }
 
 #[test]
-fn what_is_too_large_for_reach_and_page_is_told_the_size_that_fits_both() {
+fn oversize_error_gives_the_size_that_fits_reach_and_page() {
     let laid = svg(&json!({"page": "50x40", "at": [240, 0], "scale": 6}));
     let misfit = laid.misfit.expect("it is out of reach").message;
     assert_eq!(

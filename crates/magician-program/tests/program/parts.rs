@@ -37,17 +37,21 @@ fn prepared(format: Format, text: &str, fields: Value) -> Result<Prepared, Diagn
     setup.plan(format, parsed.content)
 }
 
-fn made(format: Format, text: &str, fields: Value) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+fn prepared_plan(
+    format: Format,
+    text: &str,
+    fields: Value,
+) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let made = prepared(format, text, fields)?;
     Ok((made.plan, made.notes))
 }
 
 fn plan(text: &str, fields: Value) -> Plan {
-    made(Format::Svg, text, fields).expect("a plan").0
+    prepared_plan(Format::Svg, text, fields).expect("a plan").0
 }
 
 /// Parts and pauses, one per line.
-fn shown(plan: &Plan) -> Vec<String> {
+fn step_texts(plan: &Plan) -> Vec<String> {
     let steps = plan.steps.iter().filter_map(|step| match &step.action {
         Action::Part(part) => Some(match part.pass {
             Some(pass) => format!("{part} pass {pass}"),
@@ -76,9 +80,9 @@ fn three() -> String {
 }
 
 #[test]
-fn a_drawing_has_no_parts_unless_they_are_asked_for() {
+fn drawing_has_no_parts_unless_requested() {
     let plain = plan(&three(), json!({}));
-    assert!(shown(&plain).is_empty());
+    assert!(step_texts(&plain).is_empty());
     assert!(
         plain
             .to_json()
@@ -90,7 +94,7 @@ fn a_drawing_has_no_parts_unless_they_are_asked_for() {
 fn layers_are_parts_in_the_order_in_which_they_first_appear() {
     let layers = plan(&three(), json!({"parts": "layer"}));
     assert_eq!(
-        shown(&layers),
+        step_texts(&layers),
         [
             "1, outline (#ff0000)",
             "part: mount the pen for part 2, fine (#0000ff)",
@@ -102,7 +106,7 @@ fn layers_are_parts_in_the_order_in_which_they_first_appear() {
     assert_eq!(drawn(&layers).len(), 5);
     let colors = plan(&three(), json!({"parts": "color"}));
     assert_eq!(
-        shown(&colors),
+        step_texts(&colors),
         [
             "1, #ff0000",
             "part: mount the pen for part 2, #0000ff",
@@ -115,7 +119,7 @@ fn layers_are_parts_in_the_order_in_which_they_first_appear() {
 
 /// The pen is up where a part begins and at a pause, and goes down only after it.
 #[test]
-fn the_pen_is_up_between_parts() {
+fn pen_is_up_between_parts() {
     let layers = plan(&three(), json!({"parts": "layer"}));
     let mut z = None;
     for step in &layers.steps {
@@ -135,7 +139,7 @@ fn groups_with_an_id_are_layers_where_inkscape_has_made_none() {
         line(15, "red"),
         line(20, "red")
     );
-    let parts = shown(&plan(
+    let parts = step_texts(&plan(
         &svg(&groups),
         json!({"parts": "layer", "no_pause": true}),
     ));
@@ -143,14 +147,14 @@ fn groups_with_an_id_are_layers_where_inkscape_has_made_none() {
 }
 
 #[test]
-fn what_is_used_in_a_layer_belongs_to_it() {
+fn used_elements_belong_to_the_layer_of_the_use() {
     let body = format!(
         "<defs><g id='mark'>{}</g></defs>{}{}",
         line(5, "red"),
         layer("one", "<use href='#mark'/>"),
         layer("two", "<use href='#mark' y='10'/>")
     );
-    let parts = shown(&plan(
+    let parts = step_texts(&plan(
         &svg(&body),
         json!({"parts": "layer", "no_pause": true}),
     ));
@@ -158,7 +162,7 @@ fn what_is_used_in_a_layer_belongs_to_it() {
 }
 
 #[test]
-fn names_of_layers_leave_out_and_wait() {
+fn layer_names_can_skip_and_pause() {
     let named = svg(&[
         layer("%guides", &line(5, "grey")),
         layer("cut", &line(10, "red")),
@@ -167,9 +171,9 @@ fn names_of_layers_leave_out_and_wait() {
     ]
     .concat());
     // Layers with commands are parts without being requested.
-    let (pen, notes) = made(Format::Svg, &named, json!({})).expect("a plan");
+    let (pen, notes) = prepared_plan(Format::Svg, &named, json!({})).expect("a plan");
     assert_eq!(
-        shown(&pen),
+        step_texts(&pen),
         [
             "2, cut (#ff0000)",
             "part: mount the pen for part 3, !fold (#ff0000)",
@@ -185,7 +189,7 @@ fn names_of_layers_leave_out_and_wait() {
     let three = named.replace("%guides", "guides");
     let burnt = plan(&three, json!({"work": "engrave"}));
     assert_eq!(
-        shown(&burnt),
+        step_texts(&burnt),
         [
             "1, guides (#808080)",
             "2, cut (#ff0000)",
@@ -204,9 +208,9 @@ fn names_of_layers_leave_out_and_wait() {
     assert!(before.all(|step| matches!(step.action, Action::Command(_))));
     // A layer requested by name is drawn.
     let only = plan(&named, json!({"only": ["%guides"]}));
-    assert_eq!(shown(&only), ["1, %guides (#808080)"]);
+    assert_eq!(step_texts(&only), ["1, %guides (#808080)"]);
     let none = plan(&named, json!({"parts": "none"}));
-    assert!(shown(&none).is_empty());
+    assert!(step_texts(&none).is_empty());
 }
 
 #[test]
@@ -217,7 +221,7 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
         layer("c", &line(15, "red")),
     ]
     .concat());
-    let chosen = |only: Value| shown(&plan(&named, json!({"only": only, "no_pause": true})));
+    let chosen = |only: Value| step_texts(&plan(&named, json!({"only": only, "no_pause": true})));
     assert_eq!(chosen(json!(["red"])), ["2, red (#0000ff)"]);
     assert_eq!(chosen(json!(["2"])), ["1, 2 (#ff0000)"]);
     assert_eq!(
@@ -228,10 +232,10 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
         chosen(json!(["3", "blue"])),
         ["2, red (#0000ff)", "3, c (#ff0000)"]
     );
-    let refused = made(Format::Svg, &named, json!({"only": ["Red"]}));
+    let refused = prepared_plan(Format::Svg, &named, json!({"only": ["Red"]}));
     assert!(refused.is_ok(), "a colour's name has no case");
     let refused =
-        made(Format::Svg, &named, json!({"only": ["pencil"]})).expect_err("there is none");
+        prepared_plan(Format::Svg, &named, json!({"only": ["pencil"]})).expect_err("there is none");
     assert_eq!(
         refused.message,
         "no part has the name, colour or number 'pencil'; the parts are 1, 2 (#ff0000); 2, red (#0000ff); 3, c (#ff0000)"
@@ -239,7 +243,7 @@ fn parts_are_chosen_by_name_then_colour_then_number() {
 }
 
 #[test]
-fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
+fn parts_drawn_separately_align_with_the_whole() {
     let long = "<path d='M0 0H600' stroke='blue' fill='none'/>";
     let short = "<path d='M290 5H310' stroke='red' fill='none'/>";
     let drawing = svg(&[layer("small", short), layer("long", long)].concat());
@@ -254,10 +258,10 @@ fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
         let marks = marks.filter_map(|step| step.action.target());
         marks.map(|[x, y, _]| [x, y]).collect()
     };
-    let together = made(json!({}));
+    let together = prepared_plan(json!({}));
     let (small, large) = (
-        made(json!({"only": ["small"]})),
-        made(json!({"only": ["long"]})),
+        prepared_plan(json!({"only": ["small"]})),
+        prepared_plan(json!({"only": ["long"]})),
     );
     let apart = [marks(&small.plan), marks(&large.plan)].concat();
     assert!(!apart.is_empty());
@@ -266,9 +270,9 @@ fn parts_that_are_drawn_one_after_the_other_lie_as_they_do_together() {
     assert_eq!([small.placed, large.placed], [together.placed; 2]);
     assert!(small.placed.is_some_and(|placed| placed.scale < 1.0));
     // A part may fit although the whole does not.
-    let part = made(json!({"fit": false, "only": ["small"]}));
+    let part = prepared_plan(json!({"fit": false, "only": ["small"]}));
     assert!(part.misfit.is_none());
-    assert!(made(json!({"fit": false})).misfit.is_some());
+    assert!(prepared_plan(json!({"fit": false})).misfit.is_some());
 }
 
 #[test]
@@ -278,7 +282,7 @@ fn each_pass_is_written_out_before_the_next_part() {
         json!({"parts": "layer", "passes": 2, "only": ["1", "2"]}),
     );
     assert_eq!(
-        shown(&passes),
+        step_texts(&passes),
         [
             "1, outline (#ff0000) pass 1",
             "1, outline (#ff0000) pass 2",
@@ -290,17 +294,17 @@ fn each_pass_is_written_out_before_the_next_part() {
     let marks = drawn(&passes);
     assert_eq!(marks.len(), 2 * 4);
     let whole = plan(&three(), json!({"passes": 3}));
-    assert_eq!(shown(&whole), ["1 pass 1", "1 pass 2", "1 pass 3"]);
+    assert_eq!(step_texts(&whole), ["1 pass 1", "1 pass 2", "1 pass 3"]);
     assert_eq!(drawn(&whole).len(), 3 * 5);
     let program = "G0 X220 Y0 Z20\nG0 Z0\nG1 X240 F600\nG0 Z20\n";
-    let twice = made(Format::Gcode, program, json!({"passes": 2}))
+    let twice = prepared_plan(Format::Gcode, program, json!({"passes": 2}))
         .expect("a plan")
         .0;
-    assert_eq!(shown(&twice), ["1 pass 1", "1 pass 2"]);
+    assert_eq!(step_texts(&twice), ["1 pass 1", "1 pass 2"]);
 }
 
 #[test]
-fn a_part_has_the_pen_that_is_for_it() {
+fn part_uses_its_matching_pen() {
     let pens = json!({
         "parts": "layer",
         "speed": 40,
@@ -311,7 +315,7 @@ fn a_part_has_the_pen_that_is_for_it() {
             {"match": "chalk"},
         ]
     });
-    let (plan, notes) = made(Format::Svg, &three(), pens).expect("a plan");
+    let (plan, notes) = prepared_plan(Format::Svg, &three(), pens).expect("a plan");
     let unused = notes
         .iter()
         .any(|note| note.message == "a pen is not used: no part has the name or colour 'chalk'");
@@ -358,7 +362,9 @@ fn a_part_has_the_pen_that_is_for_it() {
         Some(PAPER + 1.5)
     );
     let burnt = json!({"work": "engrave", "power": 80, "parts": "layer", "pens": [{"match": "fine", "power": 30}]});
-    let plan = made(Format::Svg, &three(), burnt).expect("a plan").0;
+    let plan = prepared_plan(Format::Svg, &three(), burnt)
+        .expect("a plan")
+        .0;
     let powers: Vec<f32> = { plan.steps.iter() }
         .filter_map(|step| match step.action {
             Action::Burn { power, .. } => Some(power),
@@ -369,7 +375,7 @@ fn a_part_has_the_pen_that_is_for_it() {
 }
 
 #[test]
-fn shapes_are_filled_in_the_parts_that_say_so() {
+fn shapes_are_filled_only_in_parts_with_a_fill() {
     let square = |x: u32, color: &str| {
         format!("<rect x='{x}' y='5' width='10' height='10' fill='{color}'/>")
     };
@@ -394,18 +400,18 @@ fn shapes_are_filled_in_the_parts_that_say_so() {
 #[test]
 fn pens_of_plots_and_layers_of_dxf_are_parts() {
     let plot = "IN;SP1;PU0,0;PD400,0;SP2;PU0,400;PD400,400;SP1;PU0,800;PD400,800;";
-    let (alike, notes) = made(Format::Hpgl, plot, json!({})).expect("a plan");
-    assert!(shown(&alike).is_empty());
+    let (alike, notes) = prepared_plan(Format::Hpgl, plot, json!({})).expect("a plan");
+    assert!(step_texts(&alike).is_empty());
     assert!(
         notes
             .iter()
             .any(|note| note.message.starts_with("pens 1, 2 draw alike"))
     );
-    let pens = made(Format::Hpgl, plot, json!({"parts": "layer"}))
+    let pens = prepared_plan(Format::Hpgl, plot, json!({"parts": "layer"}))
         .expect("a plan")
         .0;
     assert_eq!(
-        shown(&pens),
+        step_texts(&pens),
         [
             "1, pen 1",
             "part: mount the pen for part 2, pen 2",
@@ -414,14 +420,17 @@ fn pens_of_plots_and_layers_of_dxf_are_parts() {
     );
     let dxf = "0\nSECTION\n2\nTABLES\n0\nTABLE\n2\nLAYER\n0\nLAYER\n2\ncut\n70\n0\n62\n1\n0\nENDTAB\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n\
         0\nLINE\n8\ncut\n10\n0\n20\n0\n11\n20\n21\n0\n0\nLINE\n8\nmark\n62\n5\n10\n0\n20\n9\n11\n20\n21\n9\n0\nENDSEC\n0\nEOF\n";
-    let layers = made(
+    let layers = prepared_plan(
         Format::Dxf,
         dxf,
         json!({"parts": "layer", "no_pause": true}),
     )
     .expect("a plan")
     .0;
-    assert_eq!(shown(&layers), ["1, cut (#ff0000)", "2, mark (#0000ff)"]);
+    assert_eq!(
+        step_texts(&layers),
+        ["1, cut (#ff0000)", "2, mark (#0000ff)"]
+    );
 }
 
 const TOOLS: &str = "T1\nG0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nM0 (turn the paper)\nG1 Y10\nG0 Z20\n\
@@ -435,10 +444,10 @@ fn run(options: &SetupOptions) -> Result<Plan, Diagnostic> {
 }
 
 #[test]
-fn g_code_waits_where_it_says_so() {
+fn g_code_pauses_at_pause_commands() {
     let plan = run(&SetupOptions::by_file()).expect("a plan");
     assert_eq!(
-        shown(&plan),
+        step_texts(&plan),
         [
             "program: turn the paper",
             "program: mount tool 2",
@@ -464,7 +473,7 @@ fn g_code_waits_where_it_says_so() {
 
 /// Lines before the first named tool were drawn with another one.
 #[test]
-fn the_first_tool_is_a_change_where_something_was_drawn_before() {
+fn first_tool_is_a_change_after_earlier_drawing() {
     const TEXT: &str =
         "G0 X220 Y0 Z20 F3000\nG0 Z0\nG1 X240 F600\nG0 Z20\nT2\nG0 Z0\nG1 Y10\nG0 Z20\nM2\n";
     let run = |options: &SetupOptions| {
@@ -476,19 +485,19 @@ fn the_first_tool_is_a_change_where_something_was_drawn_before() {
             .plan
     };
     let mut options = SetupOptions::by_file();
-    assert_eq!(shown(&run(&options)), ["program: mount tool 2"]);
+    assert_eq!(step_texts(&run(&options)), ["program: mount tool 2"]);
     options.parts = Some(PartMode::Layer);
     assert_eq!(
-        shown(&run(&options)),
+        step_texts(&run(&options)),
         ["1", "part: mount tool 2", "2, tool 2"]
     );
 }
 
 #[test]
-fn tools_are_parts_if_that_is_asked_for() {
+fn tools_become_parts_on_request() {
     let mut options = SetupOptions::by_file();
     options.parts = Some(PartMode::Layer);
-    let all = shown(&run(&options).expect("a plan"));
+    let all = step_texts(&run(&options).expect("a plan"));
     assert_eq!(
         all[..6],
         [
@@ -509,7 +518,7 @@ fn tools_are_parts_if_that_is_asked_for() {
 }
 
 #[test]
-fn without_pauses_all_else_is_the_same() {
+fn without_pauses_everything_else_is_equal() {
     let pauses = plan(&three(), json!({"parts": "layer"}));
     let never = plan(&three(), json!({"parts": "layer", "no_pause": true}));
     assert!(never.pauses().next().is_none());
@@ -572,7 +581,7 @@ fn a_plan_with_parts_is_read_back_byte_for_byte() {
 }
 
 #[test]
-fn all_parts_are_listed_with_what_is_left_out() {
+fn all_parts_are_listed_with_skipped_ones_marked() {
     let named = svg(&[
         layer("a", &line(5, "red")),
         layer("%b", &(line(10, "blue") + &line(20, "red"))),

@@ -43,7 +43,7 @@ fn homed() -> Preflight {
 }
 
 #[test]
-fn a_drawing_is_laid_in_true_size_in_the_middle_of_what_is_reached() {
+fn drawing_is_placed_at_true_size_in_the_middle_of_the_reach() {
     let placed = rectangle(80.0, 60.0)
         .placed(&Layout::on(PAPER), &Marking::pen())
         .unwrap();
@@ -130,7 +130,7 @@ fn on_a_sheet_the_page_lies_corner_on_corner() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_with_both_sizes() {
+fn oversize_drawing_is_refused_with_both_sizes() {
     let page = rectangle(210.0, 297.0);
     let diagnostic = page
         .placed(&Layout::on(PAPER), &Marking::pen())
@@ -164,7 +164,7 @@ fn what_does_not_fit_is_refused_with_both_sizes() {
 }
 
 #[test]
-fn what_cannot_be_placed_is_refused_in_words() {
+fn unplaceable_drawing_is_refused_with_an_explanation() {
     let pen = Marking::pen();
     let refusal =
         |artwork: &Artwork, layout: &Layout| artwork.placed(layout, &pen).unwrap_err().to_string();
@@ -225,7 +225,7 @@ fn a_laser_is_dark_between_lines_and_at_the_end() {
 }
 
 #[test]
-fn a_way_that_the_base_is_in_goes_around_it() {
+fn travel_goes_around_the_base() {
     // Two lines to the left and right of the arm.
     let drawing = artwork(&[
         &[[0.0, 230.0], [20.0, 230.0]],
@@ -274,7 +274,7 @@ fn a_tilted_surface_is_followed() {
 /// Basis for planning the first move: from a tool 3 mm above the surface, a joint move that ends 50
 /// mm above travel height never leads below the surface.
 #[test]
-fn the_first_way_never_leads_through_the_paper() {
+fn first_move_never_crosses_the_paper() {
     let geometry = Geometry::magician(ToolBias::PEN);
     let planner = Planner {
         geometry,

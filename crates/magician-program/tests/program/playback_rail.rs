@@ -79,14 +79,14 @@ fn rail_positions_of_a_playback_move_the_rail() {
 }
 
 #[test]
-fn rail_that_is_0_throughout_is_none() {
+fn rail_column_of_zeros_is_ignored() {
     let text = file(&[row(0, 1, 220, &at(0.0)), row(1, 2, 230, &at(0.0))]);
     let (plan, notes) = taught(Format::Playback, &text).unwrap();
     assert!(along(&plan).is_empty() && notes.is_empty(), "{notes:?}");
 }
 
 #[test]
-fn arm_that_is_not_told_of_a_rail_is_refused() {
+fn moves_along_an_unconfigured_rail_are_refused() {
     let (plan, _) = taught(Format::Playback, &on_rail()).unwrap();
     let start = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
     let report = check(&plan, &start);
@@ -138,7 +138,7 @@ fn playback_that_is_written_keeps_the_rail() {
 }
 
 #[test]
-fn unknown_item_that_changes_is_told_as_a_possible_motion() {
+fn changing_unknown_item_is_noted_as_possible_motion() {
     let other = |value: u32| format!("<item_37>{value}</item_37>");
     let text = file(&[row(0, 1, 220, &other(3)), row(1, 1, 230, &other(4))]);
     let (_, notes) = taught(Format::Playback, &text).unwrap();

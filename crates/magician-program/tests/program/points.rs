@@ -94,7 +94,7 @@ fn csv_with_pauses_names_styles_and_other_signs() {
 }
 
 #[test]
-fn what_convert_writes_is_read_again() {
+fn converted_file_reads_back() {
     let text = "step,action,x,y,z,r,line,name\n\
                 1,movj,200,0,0,0,4,\n\
                 2,path,220,0,0,,5,\"a \"\"b\"\"\"\n\
@@ -166,7 +166,7 @@ fn strokes_of_a_text() {
 }
 
 #[test]
-fn a_refusal_says_where_and_why() {
+fn refusal_has_origin_and_reason() {
     for (text, hints) in [
         ("X,Y,Z\n200,0,x\n", ["line 2, column 7", "'x'"]),
         ("X,Y,Z\n200,0,nan\n", ["line 2, column 7", "number"]),
@@ -207,7 +207,7 @@ fn a_refusal_says_where_and_why() {
 }
 
 #[test]
-fn other_texts_are_no_points() {
+fn other_texts_are_not_detected_as_points() {
     for text in [
         "1 2 3",
         "x marks the spot",
@@ -221,7 +221,7 @@ fn other_texts_are_no_points() {
 }
 
 #[test]
-fn many_rows_in_one_line_take_no_longer_than_their_number() {
+fn many_rows_in_one_line_take_linear_time() {
     let rows = (0..20_000).map(|nth| {
         format!(
             "\"row{nth}\":{{\"X\":200,\"Y\":{},\"Z\":0,\"名\":\"é\"}}",
@@ -253,7 +253,7 @@ fn recording(seconds: f64, rate: f64) -> String {
 }
 
 #[test]
-fn a_recording_takes_as_long_as_it_took() {
+fn recording_keeps_its_duration() {
     for (seconds, rate, resample) in [
         (7.7, 20.0, None),
         (7.7, 10.0, None),
@@ -288,7 +288,7 @@ fn a_recording_takes_as_long_as_it_took() {
 /// Arm whose motion ends at the end of a period of 20 ms. Periods start 7 ms after the recording,
 /// and readings are at other times.
 #[test]
-fn a_recording_of_an_arm_that_moves_in_periods_takes_as_long_as_it_took() {
+fn recording_of_an_arm_with_periods_keeps_its_duration() {
     let seconds = 7.7;
     let even = recording(seconds, 1000.0);
     let mut rows = even.lines();
@@ -352,7 +352,7 @@ fn square(sides: u8, late: f64) -> (String, f64) {
 }
 
 #[test]
-fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
+fn recording_with_sharp_corners_or_jitter_keeps_its_duration() {
     for (sides, late) in [(4, 0.0), (4, 0.01), (4, 0.04), (3, 0.0)] {
         let (rows, seconds) = square(sides, late);
         let (plan, _) = points(&rows).unwrap();
@@ -378,7 +378,7 @@ fn recording_with_sharp_corners_or_rows_that_jitter_takes_as_long_as_it_took() {
 }
 
 #[test]
-fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
+fn resampling_drops_near_points_and_keeps_the_times() {
     // Along a line with a trembling hand, and a pause on it.
     let mut rows = String::from("t,x,y,z\n");
     for nth in 0..=200 {
@@ -426,7 +426,7 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
 }
 
 #[test]
-fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
+fn truncated_or_backward_recording_is_reported() {
     let whole = recording(2.0, 20.0);
     let cut = &whole[..whole.len() - 30];
     let (plan, notes) = points(cut).unwrap();

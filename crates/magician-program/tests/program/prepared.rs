@@ -18,7 +18,7 @@ fn request(format: Format, text: &str, options: Value) -> PrepareRequest {
     request
 }
 
-fn done(preparation: Preparation) -> PreparedProgram {
+fn expect_done(preparation: Preparation) -> PreparedProgram {
     match preparation {
         Preparation::Done(program) => *program,
         Preparation::NeedsStart => panic!("it needs a start"),
@@ -38,7 +38,7 @@ fn opened_file_is_not_read_again() {
         let request = request(format, text, json!({}));
         let mut opened = without_file(request.open().unwrap());
         assert!(
-            !done(opened.prepare().unwrap())
+            !expect_done(opened.prepare().unwrap())
                 .program
                 .plan()
                 .steps
@@ -54,7 +54,7 @@ fn gcode_is_read_again_if_another_tool_makes_it_burn() {
     framed.defaults.tool = Some(Tool::Pen);
     let mut opened = framed.open().unwrap();
     opened.request.tool = Some(Tool::Laser);
-    let program = done(opened.prepare().unwrap());
+    let program = expect_done(opened.prepare().unwrap());
     assert!(matches!(
         program.setup.work,
         magician_program::Work::Engrave(_)
@@ -79,14 +79,14 @@ fn frame_depends_on_the_tool_in_force_unless_work_or_tool_is_given() {
 }
 
 #[test]
-fn start_is_asked_for_once_and_told_with_its_option() {
+fn missing_start_is_requested_once_with_its_option() {
     let text = "G91\nG1 X5 Y5 F600\nG1 X5\n";
     let mut opened = PrepareRequest::new(Format::Gcode, text.as_bytes())
         .open()
         .unwrap();
     assert_eq!(opened.prepare(), Ok(Preparation::NeedsStart));
     opened.request.start = StartPosition::At([200.000_04, 0.0, 20.0]);
-    let program = done(opened.prepare().unwrap());
+    let program = expect_done(opened.prepare().unwrap());
     assert_eq!(program.start, Some([200.0, 0.0, 20.0]));
     let note = &program.notes[0];
     assert_eq!(note.code, DiagnosticCode::Assumed);
@@ -104,7 +104,7 @@ fn start_is_asked_for_once_and_told_with_its_option() {
     assert!(!program.has_lost_start(0, false));
     // A start given by the options is not reported, and may be used again.
     opened.request.options.start = Some([200.0, 0.0, 20.0]);
-    let given = done(opened.prepare().unwrap());
+    let given = expect_done(opened.prepare().unwrap());
     assert_eq!(
         (given.start, given.notes.len()),
         (None, program.notes.len() - 1)
@@ -117,12 +117,12 @@ fn start_is_asked_for_once_and_told_with_its_option() {
 fn staged_start_comes_with_the_joints_of_its_arm() {
     let mut request = PrepareRequest::new(Format::Gcode, b"G91\nG1 X5 F600\n");
     request.start = StartPosition::Staged;
-    let program = done(request.prepare().unwrap());
+    let program = expect_done(request.prepare().unwrap());
     assert!(program.start.is_some() && program.stands.is_some());
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_stage_and_the_notes_before_it() {
+fn error_has_its_stage_and_the_earlier_notes() {
     let broken = PrepareRequest::new(Format::Gcode, b"G90\nG1 X10 Y%\n");
     assert_eq!(broken.open().unwrap_err().stage, PrepareStage::Read);
     let empty = PrepareRequest::new(Format::Plan, br#"{"plan":1,"title":"nothing","steps":[]}"#);
@@ -141,8 +141,8 @@ fn what_is_wrong_is_told_with_its_stage_and_the_notes_before_it() {
 }
 
 #[test]
-fn misfit_is_a_finding_for_a_look_and_an_error_for_a_run() {
-    let program = done(
+fn misfit_is_a_finding_for_a_preview_and_an_error_for_a_run() {
+    let program = expect_done(
         request(Format::Svg, SQUARE, json!({"scale": 40}))
             .prepare()
             .unwrap(),
@@ -153,19 +153,19 @@ fn misfit_is_a_finding_for_a_look_and_an_error_for_a_run() {
 }
 
 #[test]
-fn rest_comes_after_the_last_place_of_a_grid() {
+fn rest_follows_the_last_position_of_a_grid() {
     let mut request = request(Format::Svg, SQUARE, json!({"grid": "2x1:30x20"}));
-    let without = done(request.prepare().unwrap());
+    let without = expect_done(request.prepare().unwrap());
     request.rest = 250;
-    let with = done(request.prepare().unwrap());
+    let with = expect_done(request.prepare().unwrap());
     let [count, more] = [&without, &with].map(|program| program.program.plan().steps.len());
     assert_eq!(more, count + 1);
 }
 
 #[test]
-fn scale_that_is_told_beside_a_width_fits_beside_it() {
+fn suggested_scale_fits_together_with_a_width() {
     for side in ["width", "height"] {
-        let program = done(
+        let program = expect_done(
             request(Format::Svg, SQUARE, json!({side: 500}))
                 .prepare()
                 .unwrap(),
@@ -173,7 +173,7 @@ fn scale_that_is_told_beside_a_width_fits_beside_it() {
         assert!(program.misfit.is_some());
         let scale = program.would_fit.unwrap().scale;
         let again = json!({side: 500, "scale": scale});
-        let program = done(request(Format::Svg, SQUARE, again).prepare().unwrap());
+        let program = expect_done(request(Format::Svg, SQUARE, again).prepare().unwrap());
         assert!(program.misfit.is_none(), "{side}, {scale}");
     }
 }
@@ -191,7 +191,7 @@ fn grid_of_a_million_places_is_refused() {
 fn laser_that_is_lit_with_another_tool_is_noted() {
     for (tool, noted) in [("pen", true), ("laser", false)] {
         let options = json!({"work": "engrave", "tool": tool});
-        let program = done(request(Format::Svg, SQUARE, options).prepare().unwrap());
+        let program = expect_done(request(Format::Svg, SQUARE, options).prepare().unwrap());
         let told = { program.notes.iter() }.any(|note| note.message.contains("the laser is lit"));
         assert_eq!(told, noted, "{tool}");
     }

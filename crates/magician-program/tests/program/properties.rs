@@ -25,7 +25,7 @@ fn config(cases: u32) -> ProptestConfig {
 
 /// Result for an input text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+enum FileOutcome {
     /// Refused by its reader, or because there is no place for it.
     Unread,
     /// Refused by the check.
@@ -43,24 +43,24 @@ fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
 }
 
 /// Runs an accepted text without an alarm; checks that nothing of a refused one is sent.
-fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
+fn fate(format: Format, text: &str, fit: bool) -> Result<FileOutcome, TestCaseError> {
     let plan = match planned(format, text, fit) {
         Ok(plan) => plan,
         Err(diagnostic) => {
             prop_assert!(!diagnostic.message.is_empty());
-            return Ok(Fate::Unread);
+            return Ok(FileOutcome::Unread);
         }
     };
     let options = RehearseOptions::default();
     let Ok(arm) = stage(&plan, &options) else {
-        return Ok(Fate::Refused);
+        return Ok(FileOutcome::Refused);
     };
     let report = check(&plan, &start_of(&arm));
     if report.is_good() {
         let done = rehearse(&plan, &options).expect("commands fit into frames");
         prop_assert!(done.is_good(), "{:?} {:?}", done.alarms, done.log);
         prop_assert_eq!(Some(done.time), report.time);
-        return Ok(Fate::Done);
+        return Ok(FileOutcome::Done);
     }
     let cell = VirtualArm::from(arm);
     let arm = Arm::simulated(cell.clone(), Options::default()).expect("it answers");
@@ -84,14 +84,14 @@ fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
         (after.pose, after.queue.current_index),
         (before.pose, before.queue.current_index)
     );
-    Ok(Fate::Refused)
+    Ok(FileOutcome::Refused)
 }
 
 /// Runs a property and prints how many texts had which result.
 fn fates<S: Strategy>(
     cases: u32,
     strategy: S,
-    fate: impl Fn(S::Value) -> Result<Fate, TestCaseError>,
+    fate: impl Fn(S::Value) -> Result<FileOutcome, TestCaseError>,
 ) -> [u32; 3] {
     let counts: [Cell<u32>; 3] = Default::default();
     let mut runner = proptest::test_runner::TestRunner::new(config(cases));
@@ -287,7 +287,7 @@ fn svg_stays_within_limits_or_is_refused() {
 }
 
 #[test]
-fn large_files_are_done_or_refused_too() {
+fn large_files_run_or_are_refused() {
     let lines = (0..3000).map(|nth| {
         let (column, row) = (nth % 60, nth / 60);
         let (x, y) = (f64::from(column) * 1.2, f64::from(row) * 1.2);
@@ -298,7 +298,7 @@ fn large_files_are_done_or_refused_too() {
          <g fill=\"none\" stroke=\"black\">{}</g></svg>",
         lines.collect::<String>()
     );
-    assert_eq!(fate(Format::Svg, &svg, false).unwrap(), Fate::Done);
+    assert_eq!(fate(Format::Svg, &svg, false).unwrap(), FileOutcome::Done);
     let rows = (0..5000).map(|nth| {
         let y = f64::from(nth % 50) * 0.5;
         format!("G1 X{} Y{y}\n", if nth % 2 == 0 { 220 } else { 250 })
@@ -307,9 +307,15 @@ fn large_files_are_done_or_refused_too() {
         "G21 G90\nG0 X220 Y0 Z5\nG1 Z0 F3000\n{}",
         rows.collect::<String>()
     );
-    assert_eq!(fate(Format::Gcode, &program, false).unwrap(), Fate::Done);
+    assert_eq!(
+        fate(Format::Gcode, &program, false).unwrap(),
+        FileOutcome::Done
+    );
     let far = format!("{program}G1 X900\n");
-    assert_eq!(fate(Format::Gcode, &far, false).unwrap(), Fate::Refused);
+    assert_eq!(
+        fate(Format::Gcode, &far, false).unwrap(),
+        FileOutcome::Refused
+    );
 }
 
 /// Any bytes are read or refused, and a reported place is within the file.

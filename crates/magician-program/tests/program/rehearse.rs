@@ -1,7 +1,7 @@
 //! Plans on the virtual arm.
 
 use magician::{Options, VirtualArm, blocking::Arm, build};
-use magician_program::rehearse::{RehearseOptions, rehearse, stage, stands, start_of};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of, start_of_stage};
 use magician_program::{
     Action, Format, Grip, Origin, Plan, Preparation, PrepareRequest, StartPosition, Surface, Tool,
     Travel, check,
@@ -49,7 +49,7 @@ fn drawing() -> Plan {
 }
 
 #[test]
-fn a_rehearsal_takes_as_long_as_a_check_says() {
+fn rehearsal_takes_the_checked_time() {
     let plan = drawing();
     let options = RehearseOptions::default();
     let done = rehearse(&plan, &options).unwrap();
@@ -61,7 +61,7 @@ fn a_rehearsal_takes_as_long_as_a_check_says() {
 }
 
 #[test]
-fn the_driver_leaves_the_same_drawing() {
+fn driver_leaves_the_same_drawing() {
     let plan = drawing();
     let options = RehearseOptions::default();
     let cell = VirtualArm::from(stage(&plan, &options).unwrap());
@@ -75,14 +75,14 @@ fn the_driver_leaves_the_same_drawing() {
 }
 
 #[test]
-fn the_same_plan_gives_the_same_rehearsal() {
+fn rehearsal_is_deterministic() {
     let [one, two] = [(); 2].map(|()| rehearse(&drawing(), &RehearseOptions::default()).unwrap());
     assert_eq!(one.drawing, two.drawing);
     assert_eq!((one.time, one.pose), (two.time, two.pose));
 }
 
 #[test]
-fn what_is_out_of_reach_is_an_alarm() {
+fn unreachable_target_raises_an_alarm() {
     let mut plan = drawing();
     travel(&mut plan, 500.0, 0.0, 0.0);
     let done = rehearse(&plan, &RehearseOptions::default()).unwrap();
@@ -91,7 +91,7 @@ fn what_is_out_of_reach_is_an_alarm() {
 }
 
 #[test]
-fn a_wait_without_an_end_ends_the_rehearsal() {
+fn endless_wait_ends_the_rehearsal() {
     let mut plan = Plan::new("waits");
     plan.push(build::wait_for_level(1, true), Origin::NONE);
     travel(&mut plan, 220.0, 0.0, 0.0);
@@ -134,7 +134,7 @@ fn a_table_at_no_height_is_refused() {
 }
 
 #[test]
-fn steps_tell_the_tool_that_they_need() {
+fn needed_tool_follows_from_the_steps() {
     use magician_program::rehearse::tool_of;
     let with = |action: Action| {
         let mut plan = Plan::new("");
@@ -182,7 +182,7 @@ fn a_watched_way_goes_from_the_start_to_the_end() {
 }
 
 #[test]
-fn where_the_arm_of_a_stage_stands_is_known_without_making_it() {
+fn start_of_a_stage_is_known_without_building_it() {
     for (name, surface) in [
         ("house.svg", -60.0),
         ("house.svg", 5.0),
@@ -202,7 +202,7 @@ fn where_the_arm_of_a_stage_stands_is_known_without_making_it() {
         };
         let (plan, options) = (laid.program.plan(), RehearseOptions::default());
         let arm = start_of(&stage(plan, &options).unwrap());
-        let known = stands(plan, &options).unwrap();
+        let known = start_of_stage(plan, &options).unwrap();
         assert_eq!(known.arm(), arm.arm(), "{name}");
     }
 }

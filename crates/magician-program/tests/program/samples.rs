@@ -29,13 +29,13 @@ const TABLE: f64 = -60.0;
 const TOLERANCE: f64 = 0.05;
 /// Largest distance of the drawing from its source, mm: tolerance of curves, accuracy of a drawing
 /// (0.02), and a pixel's diagonal.
-const WORST: f64 = TOLERANCE + 0.02 + 0.071;
+const DRAWING_TOLERANCE: f64 = TOLERANCE + 0.02 + 0.071;
 /// Width of an image, mm.
 const WIDTH: f64 = 16.0;
 /// Distance of its engraved lines, mm.
 const SPACING: f64 = 0.25;
 /// Largest mean error of its tones, as a share of black.
-const TONE: f64 = 0.02;
+const TONE_TOLERANCE: f64 = 0.02;
 
 fn bytes_of(name: &str) -> Vec<u8> {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
@@ -63,7 +63,7 @@ fn start(plan: &Plan) -> Preflight {
 
 /// Checks a plan, runs it on the virtual arm, and again from its plan file: it passes, takes as
 /// long as the check says, and leaves the same marks.
-fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
+fn rehearsed(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let options = RehearseOptions::default();
     let report = check(plan, &start(plan));
     assert!(report.is_good(), "{name}: {:?}", report.refused_steps);
@@ -86,7 +86,7 @@ fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     (done, report)
 }
 
-fn tell(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
+fn print_figures(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
     println!(
         "{name} {how}: missing {:.4} %, too much {:.4} %, worst {:.3} mm, mean {:.4} mm (pixels of {:.2} mm); {} steps, {:.3} s",
         100.0 * matched.missing_share,
@@ -99,13 +99,13 @@ fn tell(name: &str, how: &str, matched: &Match, done: &Rehearsal) {
     );
 }
 
-fn is_the_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
+fn matches_source(name: &str, how: &str, source: &[Line], done: &Rehearsal) {
     assert!(!source.is_empty() && !done.drawing.is_empty(), "{name}");
-    let matched = compare(source, &lines_of(&done.drawing), WORST).matched;
-    tell(name, how, &matched, done);
+    let matched = compare(source, &lines_of(&done.drawing), DRAWING_TOLERANCE).matched;
+    print_figures(name, how, &matched, done);
     assert!(matched.is_good(), "{name} {how}: {matched:?}");
     assert!(
-        matched.worst() <= WORST && matched.mean < 0.05,
+        matched.worst() <= DRAWING_TOLERANCE && matched.mean < 0.05,
         "{name} {how}: {matched:?}"
     );
 }
@@ -126,19 +126,19 @@ fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
         let source: Vec<Line> = (source.iter())
             .map(|line| line.iter().map(to_arm).collect())
             .collect();
-        let (done, report) = done(name, &placed.plan(&marking));
+        let (done, report) = rehearsed(name, &placed.plan(&marking));
         assert!(
             done.drawing
                 .strokes()
                 .iter()
                 .all(|stroke| stroke.kind == kind)
         );
-        is_the_source(name, how, &source, &done);
-        is_as_long_as_checked(name, &done, &report);
+        matches_source(name, how, &source, &done);
+        takes_checked_time(name, &done, &report);
     }
 }
 
-fn is_as_long_as_checked(name: &str, done: &Rehearsal, report: &Report) {
+fn takes_checked_time(name: &str, done: &Rehearsal, report: &Report) {
     let drawn: f64 = lines_of(&done.drawing)
         .iter()
         .map(|line| length(line))
@@ -156,16 +156,16 @@ fn length(line: &[[f64; 2]]) -> f64 {
 }
 
 /// Checks for a program without marks that the preview shows the path of the virtual arm's tool.
-fn way(name: &str, plan: &Plan) {
+fn check_path(name: &str, plan: &Plan) {
     let options = RehearseOptions::default();
     let start = start(plan);
-    let (_, report) = done(name, plan);
+    let (_, report) = rehearsed(name, plan);
     let preview = Preview::new(plan, &report, &start, &PreviewOptions::default());
     let watched = rehearse(plan, &options.watch(Duration::from_millis(2))).unwrap();
     let taken: Line = watched.way.iter().map(|[x, y, _]| [*x, *y]).collect();
-    let shown: Vec<Line> = preview.ways().map(<[_]>::to_vec).collect();
-    let matched = compare(&shown, &[taken], WORST).matched;
-    tell(name, "way", &matched, &watched);
+    let shown: Vec<Line> = preview.paths().map(<[_]>::to_vec).collect();
+    let matched = compare(&shown, &[taken], DRAWING_TOLERANCE).matched;
+    print_figures(name, "way", &matched, &watched);
     // A preview does not show the search for the home position.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
     assert_eq!(matched.missing_share, 0.0, "{name}: {matched:?}");
@@ -196,7 +196,7 @@ fn image(name: &str, image: &Raster) {
     let surface = Surface::level(TABLE);
     let grid = Grid::centred(size, [240.0, 0.0], 0.0, false);
     let plan = engrave.plan(image, &grid, surface).unwrap();
-    let (done, _) = done(name, &plan);
+    let (done, _) = rehearsed(name, &plan);
     let corners = [grid.at([0.0, 1.0]), grid.at([1.0, 0.0])];
     let burnt = Tones::of_burns(&done.drawing, corners, 1.0, SPACING);
     let matched = burnt
@@ -209,7 +209,7 @@ fn image(name: &str, image: &Raster) {
         done.steps,
         done.time.as_secs_f64()
     );
-    assert!(matched.mean < TONE, "{matched:?}");
+    assert!(matched.mean < TONE_TOLERANCE, "{matched:?}");
 }
 
 fn sample(name: &str) {
@@ -218,15 +218,15 @@ fn sample(name: &str) {
     match content {
         Content::Plan(plan) => match format {
             Format::Gcode => {
-                let (done, report) = done(name, &plan);
-                is_as_long_as_checked(name, &done, &report);
+                let (done, report) = rehearsed(name, &plan);
+                takes_checked_time(name, &done, &report);
                 let source: Vec<Line> = source::gcode(text())
                     .into_iter()
                     .map(|(_, line)| line)
                     .collect();
-                is_the_source(name, "followed", &source, &done);
+                matches_source(name, "followed", &source, &done);
             }
-            _ => way(name, &plan),
+            _ => check_path(name, &plan),
         },
         Content::Artwork(lines) => {
             let source = match format {
@@ -276,7 +276,7 @@ samples! {
 }
 
 #[test]
-fn none_is_left_out() {
+fn every_sample_is_covered() {
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
     let mut found: Vec<String> = std::fs::read_dir(samples)
         .unwrap()

@@ -11,21 +11,21 @@ use magician_protocol::CpMode;
 use super::interrupted::{place, run_until};
 
 const PAPER: f64 = -60.0;
-const UP: f32 = -45.0;
+const TRAVEL_HEIGHT: f32 = -45.0;
 /// Longest gap, mm.
-const MOST: f64 = 0.2;
+const MAX_GAP: f64 = 0.2;
 /// Radius of the bend, mm.
-const RADIUS: f64 = 8.0;
+const BEND_RADIUS: f64 = 8.0;
 /// Angle of each piece of the bend, degrees.
-const PIECE: f64 = 3.0;
+const PIECE_ANGLE: f64 = 3.0;
 /// Longest double stroke, mm: the distance of one 20 ms period in the bend, 0.42 mm, because each
 /// of its pieces takes one period. A segment that is replanned to rest within a period is slower
 /// after the last pose than the pen was, which is up to this distance ahead of where the line
 /// resumes.
-const PERIOD_WAY: f64 = RADIUS * PIECE.to_radians();
+const MAX_OVERLAP: f64 = BEND_RADIUS * PIECE_ANGLE.to_radians();
 
 /// Number of instants at which each line is stopped.
-const COUNT: u32 = 17;
+const STOP_INSTANTS: u32 = 17;
 
 type Point = [f64; 2];
 
@@ -42,10 +42,10 @@ enum Kind {
 fn corners() -> Vec<Point> {
     let mut points = vec![[205.0, -30.0], [235.0, -30.0], [235.0, -12.0]];
     let bend = (1..=60).map(|nth| {
-        let turned = f64::from(nth) * PIECE.to_radians();
+        let turned = f64::from(nth) * PIECE_ANGLE.to_radians();
         [
-            235.0 + RADIUS * (1.0 - turned.cos()),
-            -12.0 + RADIUS * turned.sin(),
+            235.0 + BEND_RADIUS * (1.0 - turned.cos()),
+            -12.0 + BEND_RADIUS * turned.sin(),
         ]
     });
     points.extend(bend);
@@ -67,7 +67,7 @@ fn plan(kind: Kind) -> Plan {
         to,
         by: Travel::Line,
     };
-    push(line(at(first, UP)));
+    push(line(at(first, TRAVEL_HEIGHT)));
     push(line(at(first, paper)));
     for pair in corners.windows(2) {
         let by = [0, 1].map(|axis| (pair[1][axis] - pair[0][axis]) as f32);
@@ -92,7 +92,7 @@ fn plan(kind: Kind) -> Plan {
             },
         });
     }
-    push(line(at(last, UP)));
+    push(line(at(last, TRAVEL_HEIGHT)));
     plan
 }
 
@@ -104,7 +104,7 @@ async fn run(
     stop: Option<Duration>,
 ) -> Option<(u64, Option<[f64; 3]>)> {
     let (rest, resume_point, pose) = run_until(arm, program, from, stop).await?;
-    let next = rest.goes_on(resume_point, &pose);
+    let next = rest.resume_place(resume_point, &pose);
     assert!(next.is_some(), "{resume_point:?}");
     next
 }
@@ -141,7 +141,7 @@ fn strokes(cell: &VirtualArm) -> Vec<Stroke> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke() {
+async fn line_stopped_at_any_instant_has_neither_gap_nor_overlap() {
     for kind in [Kind::Path, Kind::PathBy, Kind::Line, Kind::LineBy] {
         let program = Program::new(plan(kind), Some(1));
         let (cell, arm) = place(&program).await;
@@ -150,12 +150,12 @@ async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke
         let whole = cell.state().now - began;
         let (_, end) = span(&strokes(&cell)).expect("it is drawn");
         let mut on_paper = 0;
-        for nth in 1..COUNT {
+        for nth in 1..STOP_INSTANTS {
             // Stopped twice: a resumed run can be stopped too.
             let (cell, arm) = place(&program).await;
             let (mut from, mut stop) = (
                 (0, None),
-                Some(whole.mul_f64(f64::from(nth) / f64::from(COUNT))),
+                Some(whole.mul_f64(f64::from(nth) / f64::from(STOP_INSTANTS))),
             );
             let mut drawn = 0.0;
             for again in 0.. {
@@ -164,8 +164,8 @@ async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke
                 if let Some((from, to)) = span(&strokes(&cell)[before..]) {
                     let gap = from - drawn;
                     assert!(
-                        (-PERIOD_WAY..=MOST).contains(&gap),
-                        "{kind:?} {nth} of {COUNT}, {again}: {drawn} {from} {to}"
+                        (-MAX_OVERLAP..=MAX_GAP).contains(&gap),
+                        "{kind:?} {nth} of {STOP_INSTANTS}, {again}: {drawn} {from} {to}"
                     );
                     drawn = to;
                 }
@@ -180,7 +180,7 @@ async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke
                 );
             }
             assert!(
-                (drawn - end).abs() <= MOST,
+                (drawn - end).abs() <= MAX_GAP,
                 "{kind:?} {nth}: {drawn} of {end}"
             );
         }

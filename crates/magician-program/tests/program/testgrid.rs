@@ -37,7 +37,7 @@ fn prepared(file: &Value, options: &Value) -> Prepared {
 const PERIOD: f64 = 0.02;
 
 /// Cell of this name in a plan: powers above 0, speeds, and bounds of the burn.
-fn said(plan: &Plan, name: &str) -> (Vec<f32>, Vec<f32>, [[f64; 2]; 2]) {
+fn cell_figures(plan: &Plan, name: &str) -> (Vec<f32>, Vec<f32>, [[f64; 2]; 2]) {
     let (mut powers, mut speeds, mut bounds) = (vec![], vec![], [[f64::MAX; 2], [f64::MIN; 2]]);
     let mut at = [0.0; 2];
     for step in plan
@@ -80,7 +80,7 @@ fn each_cell_has_the_power_and_the_speed_it_names_in_the_plan_and_at_the_arm() {
     assert!(done.is_good(), "{:?}", done.log);
     for cell in cells {
         let name = format!("{} % at {} mm/s", cell.power, cell.speed);
-        let (powers, speeds, [[left, low], [right, high]]) = said(&plan, &name);
+        let (powers, speeds, [[left, low], [right, high]]) = cell_figures(&plan, &name);
         assert_eq!(
             (powers, speeds),
             (vec![cell.power as f32], vec![cell.speed as f32]),
@@ -202,7 +202,7 @@ fn a_grid_is_placed_as_drawings_are() {
     );
     let scale = fitted.placed.unwrap().scale;
     assert!(scale < 1.0);
-    let (powers, _, [[_, low], [_, high]]) = said(&fitted.plan, "20 % at 5 mm/s");
+    let (powers, _, [[_, low], [_, high]]) = cell_figures(&fitted.plan, "20 % at 5 mm/s");
     assert_eq!(powers, [20.0]);
     assert!((high - low - (40.0 * scale - 0.2)).abs() < 0.3);
     let report = check(
@@ -213,7 +213,7 @@ fn a_grid_is_placed_as_drawings_are() {
 }
 
 #[test]
-fn what_contradicts_a_grid_or_is_none_is_refused() {
+fn invalid_or_contradicting_grid_options_are_refused() {
     for (file, what) in [
         (
             r#"{"format": "magician-testgrid", "power": "10:120:3"}"#,

@@ -72,7 +72,7 @@ fn file(kind: usize, border: [u8; 3], inside: [u8; 4]) -> Vec<u8> {
     }
 }
 
-fn laid(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
+fn prepared_plan(bytes: &[u8], said: Value) -> Result<Plan, Diagnostic> {
     let Value::Object(mut fields) = said else {
         panic!("{said}");
     };
@@ -111,7 +111,7 @@ fn marks(plan: &Plan) -> Vec<([f64; 2], [f64; 2], f64)> {
 }
 
 /// Distance of a position from the opaque square, mm; 0 within it.
-fn beyond([x, y]: [f64; 2]) -> f64 {
+fn distance_outside([x, y]: [f64; 2]) -> f64 {
     let half = SIZE * f64::from(SIDE - 2 * BORDER) / f64::from(SIDE) / 2.0;
     let off = [x - CENTRE[0], y - CENTRE[1]].map(|off| (off.abs() - half).max(0.0));
     off[0].max(off[1])
@@ -128,9 +128,9 @@ fn burnt(plan: &Plan) -> f64 {
 }
 
 #[test]
-fn white_logo_on_transparent_is_what_inverted_engraving_burns() {
+fn inverted_engraving_burns_a_white_logo_on_transparent() {
     let logo = file(0, [255; 3], [255; 4]);
-    let nothing = laid(&logo, json!({"work": "engrave"})).unwrap_err();
+    let nothing = prepared_plan(&logo, json!({"work": "engrave"})).unwrap_err();
     assert_eq!(nothing.message, "nothing to burn: all of it is white");
     let remedies: Vec<_> = nothing
         .remedies
@@ -141,10 +141,10 @@ fn white_logo_on_transparent_is_what_inverted_engraving_burns() {
         remedies.contains(&"burns the white parts, and nothing where it is transparent"),
         "{remedies:?}"
     );
-    let plan = laid(&logo, json!({"work": "engrave", "invert": true})).unwrap();
+    let plan = prepared_plan(&logo, json!({"work": "engrave", "invert": true})).unwrap();
     // Lines 0.2 mm apart on 10 by 10 mm.
     assert!((burnt(&plan) - 500.0).abs() < 15.0, "{}", burnt(&plan));
-    let clear = laid(
+    let clear = prepared_plan(
         &file(0, [0; 3], [0; 4]),
         json!({"work": "engrave", "invert": true}),
     );
@@ -169,11 +169,11 @@ fn half_transparent_pixels_burn_in_proportion() {
             [102, 102, 102, 255],
         ),
     ] {
-        let whole = burnt(&laid(&file(0, [9; 3], inside), said.clone()).unwrap());
+        let whole = burnt(&prepared_plan(&file(0, [9; 3], inside), said.clone()).unwrap());
         for opacity in [64_u8, 128, 191] {
             let [red, green, blue, _] = inside;
             let glass = file(0, [9; 3], [red, green, blue, opacity]);
-            let share = burnt(&laid(&glass, said.clone()).unwrap()) / whole;
+            let share = burnt(&prepared_plan(&glass, said.clone()).unwrap()) / whole;
             let expected = f64::from(opacity) / 255.0;
             assert!((share - expected).abs() < 0.03, "{said} {opacity}: {share}");
         }
@@ -249,10 +249,10 @@ proptest! {
         }
         let bytes = file(kind, border, [red, green, blue, opacity]);
         // The drawing may be empty.
-        if let Ok(plan) = laid(&bytes, Value::Object(said.clone())) {
+        if let Ok(plan) = prepared_plan(&bytes, Value::Object(said.clone())) {
             for (from, to, power) in marks(&plan) {
                 for place in [from, to] {
-                    let off = beyond(place);
+                    let off = distance_outside(place);
                     prop_assert!(off <= blur, "{said:?}: {off:.2} mm beyond, {power} %");
                 }
             }
@@ -272,7 +272,8 @@ fn large_image_keeps_its_opacity() {
         let bytes = encoded(image.clone(), format);
         let size = Cursor::new(&bytes).get_ref().len();
         let said = json!({"work": "engrave", "invert": true, "width": 100.0});
-        let plan = laid(&bytes, said).unwrap_or_else(|error| panic!("{format:?} {size}: {error}"));
+        let plan = prepared_plan(&bytes, said)
+            .unwrap_or_else(|error| panic!("{format:?} {size}: {error}"));
         let marks = marks(&plan);
         assert!(!marks.is_empty(), "{format:?}");
         for (from, to, _) in marks {

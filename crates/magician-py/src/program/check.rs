@@ -129,9 +129,9 @@ pub(crate) fn findings<'py>(
     parts.set_item("bounds", report.bounds)?;
     parts.set_item("travel_bounds", report.travel_bounds)?;
     let longest = report
-        .longest_way
+        .longest_motion
         .map(|(step, way)| (report.number(step), way));
-    parts.set_item("longest_way", longest)?;
+    parts.set_item("longest_motion", longest)?;
     let longest = report
         .longest_time
         .map(|(step, time)| (report.number(step), time.as_secs_f64()));

@@ -163,7 +163,7 @@ impl Job {
         let picture = self.picture(&place, context)?;
         let made = self.prepared(parsed, &place, context)?;
         let from = self.way.from.map_or(0, |step| step - 1);
-        let there = made.prepared.program.has(from);
+        let there = made.prepared.program.check_step(from);
         there.map_err(|problem| Failure::usage(problem.to_string()))?;
         if made.prepared.has_lost_start(from, self.way.resume) {
             return Err(needs_start());
@@ -456,7 +456,7 @@ impl PreparedJob {
         let mut options = RehearseOptions::default();
         let setup = &self.prepared.setup;
         options.tool = setup.tool.or(setup.default_tool);
-        options.standing = self.prepared.stands;
+        options.standing = self.prepared.staged_joints;
         Ok(stage(self.prepared.program.plan(), &options)?)
     }
 

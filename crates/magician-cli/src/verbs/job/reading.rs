@@ -49,7 +49,7 @@ impl Job {
         request.fence = context.fence();
         request.start = match place {
             RunPlace::NoArm | RunPlace::VirtualArm(_) => StartPosition::Staged,
-            RunPlace::Arm => StartPosition::Ask,
+            RunPlace::Arm => StartPosition::Unread,
         };
         match request.open() {
             Ok(file) => Ok(ParsedFile { source, file }),

@@ -124,7 +124,7 @@ impl PreviewedProgram<'_> {
         let page = self.made.prepared.placed.and_then(|placed| placed.page);
         options.page = page.map(Vec::from);
         options.fence = self.made.prepared.setup.fence;
-        let preview = Preview::new(rest.first(), report, rest.told(), &options);
+        let preview = Preview::new(rest.first(), report, rest.start_with_settings(), &options);
         let bytes = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => preview.to_svg().as_bytes().to_vec(),
             Some("png") => {

@@ -10,7 +10,7 @@ use super::kd_tree::{Entry, KdTree};
 ///
 /// A choice: more vertices improve the tour little, because
 /// [`rotate_closed`](super::improve::rotate_closed) tries all of them later.
-const MOST_CORNERS: usize = 64;
+const MAX_START_VERTICES: usize = 64;
 
 /// Returns the tour, which begins with the stroke nearest to the lower left corner.
 pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
@@ -21,13 +21,13 @@ pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
         .enumerate()
         .map(|(owner, stroke)| {
             let from = entries.len();
-            entries.extend(beginnings(owner, stroke));
+            entries.extend(start_points(owner, stroke));
             from..entries.len()
         })
         .collect();
     let mut near = KdTree::new(entries);
     let mut stops = Vec::with_capacity(strokes.len());
-    let mut at = least(strokes);
+    let mut at = lower_left(strokes);
     while let Some(next) = near.nearest(at) {
         let range = ranges.get(next.owner).cloned().unwrap_or_default();
         range.for_each(|nth| near.remove(nth));
@@ -39,7 +39,7 @@ pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
     stops
 }
 
-fn least(strokes: &[Stroke]) -> [f64; 2] {
+fn lower_left(strokes: &[Stroke]) -> [f64; 2] {
     let points = strokes.iter().flat_map(|stroke| &stroke.points);
     points.fold([f64::INFINITY; 2], |least, point| {
         [least[0].min(point[0]), least[1].min(point[1])]
@@ -47,11 +47,11 @@ fn least(strokes: &[Stroke]) -> [f64; 2] {
 }
 
 /// Iterates over the points at which a stroke can begin.
-fn beginnings(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_ {
+fn start_points(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_ {
     let last = stroke.points.len().saturating_sub(1);
     let (step, until) = if stroke.is_closed() {
         // The last vertex of a closed stroke repeats its first.
-        (last.div_ceil(MOST_CORNERS).max(1), last)
+        (last.div_ceil(MAX_START_VERTICES).max(1), last)
     } else {
         (last.max(1), last + 1)
     };

@@ -15,20 +15,20 @@ use super::TourStop;
 use super::kd_tree::{Entry, KdTree};
 
 /// Number of nearest points to consider per end. A choice usual for 2-opt with neighbour lists.
-const NEIGHBOURS: usize = 8;
+const NEIGHBOUR_COUNT: usize = 8;
 /// Smallest gain that counts, mm. It absorbs rounding, so that the search cannot cycle.
-const WORTH: f64 = 1e-9;
+const MIN_GAIN: f64 = 1e-9;
 /// Longest chain that or-opt moves, strokes.
-const CHAIN: usize = 3;
+const MAX_CHAIN: usize = 3;
 /// Number of kicks per stroke. A choice between time and quality.
-const KICKS: usize = 10;
+const KICKS_PER_STROKE: usize = 10;
 /// Effort that all kicks together may use, steps.
-const KICKED: u64 = 25_000_000;
+const MAX_KICK_EFFORT: u64 = 25_000_000;
 /// Longest stretch that a kick swaps, strokes. Short stretches keep the damage local, so that the
 /// local search can repair it.
-const STRETCH: usize = 30;
+const MAX_SWAPPED_STROKES: usize = 30;
 /// Effort of examining two neighbouring strokes, steps.
-const LOOK: u64 = 50;
+const PAIR_EFFORT: u64 = 50;
 
 /// Improves the tour until no change near a stroke shortens it, then by kicks. Returns the
 /// remaining effort.
@@ -40,13 +40,13 @@ pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) -> u64 {
     search.queue.extend(0..search.near.len());
     search.queued.fill(true);
     search.settle();
-    let mut dice = Dice(search.stops.len() as u64);
-    let enough = search.effort.saturating_sub(KICKED);
-    for _ in 0..KICKS * search.stops.len() {
+    let mut random = RandomSource(search.stops.len() as u64);
+    let enough = search.effort.saturating_sub(MAX_KICK_EFFORT);
+    for _ in 0..KICKS_PER_STROKE * search.stops.len() {
         if search.effort <= enough {
             break;
         }
-        search.kick(&mut dice);
+        search.kick(&mut random);
     }
     *stops = search.stops;
     search.effort
@@ -60,7 +60,7 @@ fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
         let pairs = ways.map(|(a, b)| (turned(*one, a), turned(*other, b)));
         let gap = |(one, other): &(TourStop, TourStop)| distance(one.end, other.start);
         for pair in pairs {
-            if gap(&pair) < gap(&(*one, *other)) - WORTH {
+            if gap(&pair) < gap(&(*one, *other)) - MIN_GAIN {
                 (*one, *other) = pair;
             }
         }
@@ -69,9 +69,9 @@ fn improve_pair(stops: &mut [TourStop], effort: u64) -> u64 {
 }
 
 /// Linear congruential generator with a fixed seed.
-struct Dice(u64);
+struct RandomSource(u64);
 
-impl Dice {
+impl RandomSource {
     fn below(&mut self, most: usize) -> usize {
         self.0 = (self.0)
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -110,7 +110,7 @@ impl LocalSearch {
         let mut near = vec![Vec::new(); most];
         for stop in &stops {
             let around = |at| {
-                let found = points.neighbours(at, stop.stroke, NEIGHBOURS);
+                let found = points.neighbours(at, stop.stroke, NEIGHBOUR_COUNT);
                 (found.into_iter()).map(move |entry| (entry.owner, distance(at, entry.at)))
             };
             let mut owners: Vec<_> = [stop.start, stop.end]
@@ -162,10 +162,11 @@ impl LocalSearch {
             let near = self.near.get(stroke).and_then(|near| near.get(nth));
             // A new gap gains nothing unless it is shorter than the gap it replaces. Neighbours are
             // sorted, so no later neighbour gains anything either.
-            let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + WORTH) else {
+            let Some((other, _)) = near.copied().filter(|(_, far)| *far <= longest + MIN_GAIN)
+            else {
                 return false;
             };
-            self.effort = self.effort.saturating_sub(LOOK);
+            self.effort = self.effort.saturating_sub(PAIR_EFFORT);
             if self.two_opt(stroke, other) || self.or_opt(stroke, other) {
                 return true;
             }
@@ -175,11 +176,11 @@ impl LocalSearch {
 
     /// Swaps two neighbouring stretches and repairs the tour. Undone unless the tour ends up
     /// shorter.
-    fn kick(&mut self, dice: &mut Dice) {
+    fn kick(&mut self, random: &mut RandomSource) {
         let count = self.stops.len();
-        let longest = STRETCH.min(count / 2);
-        let [first, second] = [(); 2].map(|()| 1 + dice.below(longest));
-        let from = dice.below(count - first - second + 1);
+        let longest = MAX_SWAPPED_STROKES.min(count / 2);
+        let [first, second] = [(); 2].map(|()| 1 + random.below(longest));
+        let from = random.below(count - first - second + 1);
         let (middle, to) = (from + first, from + first + second);
         let ways = |search: &Self| -> f64 {
             let gaps = [from, middle, to].map(|at| search.gap(search.before(at), search.stop(at)));
@@ -195,9 +196,9 @@ impl LocalSearch {
         self.longer += gaps.iter().sum::<f64>();
         [from, split, to]
             .into_iter()
-            .for_each(|at| self.look_at(at));
+            .for_each(|at| self.enqueue_around(at));
         self.settle();
-        if self.longer > -WORTH {
+        if self.longer > -MIN_GAIN {
             while let Some(range) = self.turned.pop() {
                 self.turn(range);
             }
@@ -205,7 +206,7 @@ impl LocalSearch {
     }
 
     /// Queues the strokes on both sides of a gap.
-    fn look_at(&mut self, at: usize) {
+    fn enqueue_around(&mut self, at: usize) {
         for at in [at.checked_sub(1), Some(at)].into_iter().flatten() {
             let Some(stroke) = self.stops.get(at).map(|stop| stop.stroke) else {
                 continue;
@@ -247,10 +248,10 @@ impl LocalSearch {
         );
         for range in [first + 1..last + 1, first..last, first..last + 1] {
             let gain = self.two_opt_gain(&range);
-            if gain < -WORTH && self.afford(range.len()) {
+            if gain < -MIN_GAIN && self.afford(range.len()) {
                 self.longer += gain;
-                self.look_at(range.start);
-                self.look_at(range.end);
+                self.enqueue_around(range.start);
+                self.enqueue_around(range.end);
                 self.reverse(range);
                 return true;
             }
@@ -302,12 +303,12 @@ impl LocalSearch {
     /// either direction.
     fn or_opt(&mut self, one: usize, other: usize) -> bool {
         let (at, beside) = (self.at(one), self.at(other));
-        for long in 1..=CHAIN {
+        for long in 1..=MAX_CHAIN {
             let ahead = at..at + long;
             let behind = (at + 1).saturating_sub(long)..at + 1;
             for chain in [ahead, behind] {
                 let is_there = chain.end <= self.stops.len() && chain.len() == long;
-                if is_there && !chain.contains(&beside) && self.put(&chain, beside) {
+                if is_there && !chain.contains(&beside) && self.try_insert(&chain, beside) {
                     return true;
                 }
             }
@@ -316,7 +317,7 @@ impl LocalSearch {
     }
 
     /// Moves a chain next to a stroke if that shortens the tour.
-    fn put(&mut self, chain: &Range<usize>, beside: usize) -> bool {
+    fn try_insert(&mut self, chain: &Range<usize>, beside: usize) -> bool {
         let (before, after) = (self.before(chain.start), self.stop(chain.end));
         let (Some(first), Some(last)) = (self.stop(chain.start), self.before(chain.end)) else {
             return false;
@@ -334,7 +335,7 @@ impl LocalSearch {
             for (turned, (first, last)) in [false, true].into_iter().zip(&ways) {
                 let cost = self.gap(before, Some(first)) + self.gap(Some(last), after) - there;
                 let gain = cost - saved;
-                if gain < -WORTH {
+                if gain < -MIN_GAIN {
                     return self.relocate(chain.clone(), to, turned, gain);
                 }
             }
@@ -350,7 +351,7 @@ impl LocalSearch {
         self.longer += gain;
         [chain.start, chain.end, to]
             .into_iter()
-            .for_each(|at| self.look_at(at));
+            .for_each(|at| self.enqueue_around(at));
         let long = chain.len();
         // Reversing the whole range swaps chain and others; then each of the two is reversed back
         // unless it shall stay reversed.
@@ -390,7 +391,7 @@ pub(super) fn rotate_closed(stops: &mut [TourStop], strokes: &[Stroke]) {
             let from = before.map_or(0.0, |before| distance(before, point));
             from + after.map_or(0.0, |after| distance(point, after))
         };
-        let mut best = (cost(stop.start) - WORTH, stop.start, stop.corner);
+        let mut best = (cost(stop.start) - MIN_GAIN, stop.start, stop.corner);
         for (corner, point) in stroke.points.iter().enumerate().skip(1) {
             if cost(*point) < best.0 {
                 best = (cost(*point), *point, corner);

@@ -29,7 +29,7 @@ pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize 
                     *taken = true;
                 }
                 joined += 1;
-                go_on(strokes, at, other, from_end);
+                append_stroke(strokes, at, other, from_end);
             }
             if let Some(stroke) = strokes.get_mut(at) {
                 stroke.points.reverse();
@@ -42,7 +42,7 @@ pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize 
     joined
 }
 
-fn go_on(strokes: &mut [Stroke], at: usize, other: usize, from_end: bool) {
+fn append_stroke(strokes: &mut [Stroke], at: usize, other: usize, from_end: bool) {
     let Some(mut more) = strokes
         .get_mut(other)
         .map(|other| std::mem::take(&mut other.points))

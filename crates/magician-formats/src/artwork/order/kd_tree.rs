@@ -9,7 +9,7 @@
 use super::super::distance;
 
 /// Largest number of points in a leaf. A choice.
-const FEW: usize = 8;
+const LEAF_CAPACITY: usize = 8;
 
 /// A point and its owner.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ struct Cell {
 
 impl Cell {
     fn is_whole(self) -> bool {
-        self.to - self.from <= FEW
+        self.to - self.from <= LEAF_CAPACITY
     }
 
     fn halves(self) -> [Self; 2] {
@@ -59,23 +59,23 @@ impl Cell {
 }
 
 impl KdTree {
-    pub(super) fn new(given: Vec<Entry>) -> Self {
-        let mut order: Vec<usize> = (0..given.len()).collect();
+    pub(super) fn new(unsorted: Vec<Entry>) -> Self {
+        let mut order: Vec<usize> = (0..unsorted.len()).collect();
         let mut near = Self {
             entries: Vec::new(),
-            places: vec![0; given.len()],
-            gone: vec![false; given.len()],
+            places: vec![0; unsorted.len()],
+            gone: vec![false; unsorted.len()],
             boxes: Vec::new(),
             left: Vec::new(),
         };
         let all = near.all();
-        near.divide(all, &mut order, &given);
+        near.divide(all, &mut order, &unsorted);
         for (place, nth) in order.iter().enumerate() {
             if let Some(known) = near.places.get_mut(*nth) {
                 *known = place;
             }
         }
-        let sorted = order.iter().filter_map(|nth| given.get(*nth).copied());
+        let sorted = order.iter().filter_map(|nth| unsorted.get(*nth).copied());
         near.entries = sorted.collect();
         near
     }
@@ -89,8 +89,8 @@ impl KdTree {
     }
 
     /// Halves a cell across its longer side, recursively.
-    fn divide(&mut self, cell: Cell, order: &mut [usize], given: &[Entry]) {
-        let at = |nth: &usize| given.get(*nth).map_or([0.0; 2], |entry| entry.at);
+    fn divide(&mut self, cell: Cell, order: &mut [usize], unsorted: &[Entry]) {
+        let at = |nth: &usize| unsorted.get(*nth).map_or([0.0; 2], |entry| entry.at);
         let none = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         let [least, most] = order.iter().map(at).fold(none, |[least, most], [x, y]| {
             [
@@ -116,8 +116,8 @@ impl KdTree {
                 .then(one.cmp(other))
         });
         let (before, behind) = order.split_at_mut(middle);
-        self.divide(first, before, given);
-        self.divide(second, behind, given);
+        self.divide(first, before, unsorted);
+        self.divide(second, behind, unsorted);
     }
 
     /// Removes a point by its index among the points as given. No effect if it is already removed.
@@ -143,7 +143,7 @@ impl KdTree {
     /// Returns the nearest remaining point, or `None` if all are removed.
     pub(super) fn nearest(&self, at: [f64; 2]) -> Option<Entry> {
         let mut found = Vec::with_capacity(2);
-        self.look(self.all(), at, None, 1, &mut found);
+        self.collect_nearest(self.all(), at, None, 1, &mut found);
         found.first().map(|(_, entry)| *entry)
     }
 
@@ -151,12 +151,12 @@ impl KdTree {
     /// `but`.
     pub(super) fn neighbours(&self, at: [f64; 2], but: usize, count: usize) -> Vec<Entry> {
         let mut found = Vec::with_capacity(count + 1);
-        self.look(self.all(), at, Some(but), count, &mut found);
+        self.collect_nearest(self.all(), at, Some(but), count, &mut found);
         found.into_iter().map(|(_, entry)| entry).collect()
     }
 
     /// Collects the nearest points of a cell in order of distance.
-    fn look(
+    fn collect_nearest(
         &self,
         cell: Cell,
         at: [f64; 2],
@@ -168,18 +168,18 @@ impl KdTree {
             found.len() >= count && found.last().is_none_or(|(known, _)| way >= *known)
         };
         if self.left.get(cell.number).is_none_or(|left| *left == 0)
-            || is_enough(found, self.way_to(cell, at))
+            || is_enough(found, self.distance_to(cell, at))
         {
             return;
         }
         if !cell.is_whole() {
             let mut halves = cell.halves();
-            let [first, second] = halves.map(|half| self.way_to(half, at));
+            let [first, second] = halves.map(|half| self.distance_to(half, at));
             if second < first {
                 halves.reverse();
             }
             for half in halves {
-                self.look(half, at, but, count, found);
+                self.collect_nearest(half, at, but, count, found);
             }
             return;
         }
@@ -196,7 +196,7 @@ impl KdTree {
     }
 
     /// Lower bound of the distance from a point to the points of a cell.
-    fn way_to(&self, cell: Cell, [x, y]: [f64; 2]) -> f64 {
+    fn distance_to(&self, cell: Cell, [x, y]: [f64; 2]) -> f64 {
         let Some([least, most]) = self.boxes.get(cell.number) else {
             return f64::INFINITY;
         };
@@ -225,12 +225,12 @@ mod tests {
     }
 
     #[test]
-    fn it_finds_what_a_look_at_every_point_finds() {
+    fn search_matches_brute_force() {
         for count in [0, 1, 2, 7, 8, 9, 40, 500] {
-            let given = points(count);
-            let mut near = KdTree::new(given.clone());
-            let mut left = given.clone();
-            for (nth, gone) in given.iter().enumerate() {
+            let unsorted = points(count);
+            let mut near = KdTree::new(unsorted.clone());
+            let mut left = unsorted.clone();
+            for (nth, gone) in unsorted.iter().enumerate() {
                 let at = [nth as f64 % 70.0 - 3.0, (nth * 7) as f64 % 70.0];
                 let way = |entry: &Entry| distance(at, entry.at);
                 let least = left.iter().map(way).fold(f64::INFINITY, f64::min);

@@ -107,7 +107,7 @@ impl Artwork {
                 }
                 let joined = join::join(&mut candidate, order.joining);
                 let around = if order.inside_first {
-                    nesting::surrounding(&candidate)
+                    nesting::enclosing_strokes(&candidate)
                 } else {
                     vec![None; candidate.len()]
                 };
@@ -157,7 +157,7 @@ impl TourStop {
 
 /// True if everything within a closed line comes before it.
 fn is_inside_first(strokes: &[Stroke]) -> bool {
-    let around = nesting::surrounding(strokes);
+    let around = nesting::enclosing_strokes(strokes);
     let mut pairs = around.iter().enumerate();
     pairs.all(|(inner, outer)| outer.is_none_or(|outer| inner < outer))
 }

@@ -8,23 +8,23 @@ use std::ops::Range;
 use super::super::Stroke;
 
 /// Largest number of strips per drawing or stroke. A choice that bounds memory.
-const MOST_STRIPS: usize = 1024;
+const MAX_STRIPS: usize = 1024;
 /// Largest number of enclosing strokes to search per stroke. Those beyond enclose the found ones
 /// themselves, so they are reached from there.
-const MOST_AROUND: usize = 256;
+const MAX_ENCLOSING: usize = 256;
 /// Largest number of segments to probe per stroke. A choice: a stroke that is only partly inside is
 /// rare.
-const PROBES: usize = 8;
+const MAX_PROBES: usize = 8;
 
 /// Returns for each stroke the index of the closed stroke around it, or `None`.
 ///
 /// A stroke may lie within several that do not contain each other. These are chained by size, so
 /// that following the chain visits all of them.
-pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
+pub(super) fn enclosing_strokes(strokes: &[Stroke]) -> Vec<Option<usize>> {
     let boxes: Vec<Bounds> = strokes.iter().map(Bounds::of).collect();
-    let mut closed: Vec<Closed<'_>> = (strokes.iter().zip(&boxes).enumerate())
+    let mut closed: Vec<ClosedStroke<'_>> = (strokes.iter().zip(&boxes).enumerate())
         .filter(|(_, (stroke, bounds))| stroke.is_closed() && bounds.area() > 0.0)
-        .map(|(index, (stroke, bounds))| Closed::new(index, stroke, *bounds))
+        .map(|(index, (stroke, bounds))| ClosedStroke::new(index, stroke, *bounds))
         .collect();
     closed.sort_by(|one, other| one.bounds.area().total_cmp(&other.bounds.area()));
     let all = boxes.iter().fold(Bounds::NONE, |all, one| all.with(*one));
@@ -46,8 +46,8 @@ pub(super) fn surrounding(strokes: &[Stroke]) -> Vec<Option<usize>> {
         let larger = candidates[from..].iter().map(|at| &closed[*at]);
         let around = larger.filter(|shape| shape.bounds.contain(bounds) && shape.contain(stroke));
         let mut within = line;
-        for shape in around.take(MOST_AROUND) {
-            tree.put(within, shape.index);
+        for shape in around.take(MAX_ENCLOSING) {
+            tree.insert(within, shape.index);
             within = shape.index;
         }
     }
@@ -72,7 +72,7 @@ impl Tree {
     }
 
     /// Inserts a larger closed stroke into the chain of a stroke, which is sorted by size.
-    fn put(&mut self, mut line: usize, mut into: usize) {
+    fn insert(&mut self, mut line: usize, mut into: usize) {
         while let Some(next) = self.around[line].replace(into) {
             if next == into {
                 return;
@@ -137,8 +137,8 @@ struct Strips {
 
 impl Strips {
     /// Creates about one strip per item.
-    fn new([least, most]: [f64; 2], things: usize) -> Self {
-        let count = things.clamp(1, MOST_STRIPS);
+    fn new([least, most]: [f64; 2], items: usize) -> Self {
+        let count = items.clamp(1, MAX_STRIPS);
         let height = (most - least) / count as f64;
         Self {
             least,
@@ -156,7 +156,7 @@ impl Strips {
 }
 
 /// A closed stroke with its segments by strip.
-struct Closed<'a> {
+struct ClosedStroke<'a> {
     index: usize,
     stroke: &'a Stroke,
     bounds: Bounds,
@@ -165,7 +165,7 @@ struct Closed<'a> {
     segments: Vec<Vec<usize>>,
 }
 
-impl<'a> Closed<'a> {
+impl<'a> ClosedStroke<'a> {
     fn new(index: usize, stroke: &'a Stroke, bounds: Bounds) -> Self {
         let strips = Strips::new([bounds.least[1], bounds.most[1]], stroke.points.len() / 2);
         let mut segments = vec![Vec::new(); strips.count];
@@ -191,7 +191,7 @@ impl<'a> Closed<'a> {
         let probed = line
             .points
             .windows(2)
-            .step_by(segments.div_ceil(PROBES).max(1));
+            .step_by(segments.div_ceil(MAX_PROBES).max(1));
         let mut middles =
             probed.map(|ends| [0, 1].map(|axis| ends[0][axis].midpoint(ends[1][axis])));
         segments > 0 && middles.all(|middle| self.surrounds(middle))

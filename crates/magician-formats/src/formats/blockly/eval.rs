@@ -7,7 +7,7 @@ use super::{refused, robot};
 use crate::Diagnostic;
 
 /// Standard value blocks.
-const VALUES: [&str; 16] = [
+const VALUE_BLOCKS: [&str; 16] = [
     "logic_boolean",
     "logic_compare",
     "logic_negate",
@@ -28,7 +28,7 @@ const VALUES: [&str; 16] = [
 
 impl Machine<'_> {
     pub(super) fn is_value(&self, block: &Block) -> bool {
-        VALUES.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
+        VALUE_BLOCKS.contains(&block.kind.as_str()) || block.kind == robot::JOINT_ANGLE
     }
 
     /// Evaluates the block in an input; `None` if the input is empty.
@@ -64,7 +64,7 @@ impl Machine<'_> {
             if let Some(value) = self.value(block, name, depth)? {
                 let number = value.number().filter(|number| number.is_finite());
                 return number.ok_or_else(|| {
-                    let said = value.said();
+                    let said = value.to_text();
                     block.diagnostic(format!(
                         "{name} of {} is '{said}', not a number",
                         block.kind
@@ -87,7 +87,7 @@ impl Machine<'_> {
             return Ok(0.0);
         };
         value.number().ok_or_else(|| {
-            let said = value.said();
+            let said = value.to_text();
             block.diagnostic(format!(
                 "{} computes with '{said}', not a number",
                 block.kind
@@ -149,7 +149,7 @@ impl Machine<'_> {
                 let a = self.value(block, "A", depth)?.unwrap_or(zero.clone());
                 let b = self.value(block, "B", depth)?.unwrap_or(zero);
                 let cannot = || {
-                    let (a, b) = (a.said(), b.said());
+                    let (a, b) = (a.to_text(), b.to_text());
                     block.diagnostic(format!("{operator} cannot compare '{a}' with '{b}'"))
                 };
                 return compare(operator, &a, &b)

@@ -10,9 +10,9 @@ use super::value::BlockValue;
 use crate::{Action, Diagnostic, DiagnosticCode, Parsed, Plan};
 
 /// Largest number of executed blocks. More counts as an endless loop.
-pub(super) const MOST_STEPS: u32 = 200_000;
+pub(super) const MAX_BLOCKS: u32 = 200_000;
 /// Largest nesting depth. A stack counts as one level regardless of its length.
-pub(super) const MOST_NESTED: u32 = 100;
+pub(super) const MAX_DEPTH: u32 = 100;
 
 /// Outcome of a stack of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,13 +98,13 @@ impl<'t> Machine<'t> {
 
     /// Counts an executed block, and refuses a program that does not end.
     pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Diagnostic> {
-        if depth > MOST_NESTED {
-            let message = format!("blocks are nested more than {MOST_NESTED} deep here");
+        if depth > MAX_DEPTH {
+            let message = format!("blocks are nested more than {MAX_DEPTH} deep here");
             return Err(block.diagnostic(message));
         }
         self.steps += 1;
-        if self.steps > MOST_STEPS {
-            let message = format!("the program has not ended after {MOST_STEPS} blocks");
+        if self.steps > MAX_BLOCKS {
+            let message = format!("the program has not ended after {MAX_BLOCKS} blocks");
             return Err(block
                 .diagnostic(message)
                 .help("end its loops")
@@ -163,7 +163,7 @@ impl<'t> Machine<'t> {
             }
             "text_print" => {
                 let said = self.value(block, "TEXT", depth)?;
-                let said = said.map(|value| value.said()).unwrap_or_default();
+                let said = said.map(|value| value.to_text()).unwrap_or_default();
                 self.note(index, "print", format!("it prints: {said}"));
             }
             _ if self.is_value(block) => {

@@ -24,10 +24,10 @@ mod value;
 
 use super::{Content, Parsed, ReadOptions};
 use crate::Diagnostic;
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     let tree = tree::Tree::read(&decoded.text)?;
     let Parsed {
         content: mut plan,

@@ -18,7 +18,7 @@ enum Reason {
     MagicBox,
 }
 
-const REFUSED: [(&str, Reason); 20] = [
+const REFUSED_BLOCKS: [(&str, Reason); 20] = [
     ("dobot_get_input", Reason::Sensor),
     ("dobot_get_adc", Reason::Sensor),
     ("dobot_getiopwm", Reason::Sensor),
@@ -42,7 +42,7 @@ const REFUSED: [(&str, Reason); 20] = [
 ];
 
 fn reason(kind: &str) -> Option<Reason> {
-    let mut known = REFUSED.iter();
+    let mut known = REFUSED_BLOCKS.iter();
     if let Some((_, reason)) = known.find(|(own, _)| own.eq_ignore_ascii_case(kind)) {
         return Some(*reason);
     }

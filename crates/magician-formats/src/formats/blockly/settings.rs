@@ -12,7 +12,7 @@ use crate::{Action, Diagnostic, Grip, Tool};
 /// Pulses per mm of belt in the studio. In fact the belt moves about 1.9 mm (model section 13).
 const STUDIO_PULSES_PER_MM: f64 = 32_000.0 / (36.0 * std::f64::consts::PI);
 /// Fastest rate of a motor, pulses/s. Beyond it the arm misreads the number (errata E41).
-const FASTEST_PULSES: f64 = 1e6;
+const MAX_PULSE_RATE: f64 = 1e6;
 
 impl Call<'_, '_> {
     /// Executes a block that does not move the arm.
@@ -171,9 +171,9 @@ impl Call<'_, '_> {
         } else {
             self.number(&["speed"], 10_000.0)?
         };
-        if pulses.abs() > FASTEST_PULSES {
+        if pulses.abs() > MAX_PULSE_RATE {
             let message =
-                format!("a motor would run at {pulses} pulses/s, limit {FASTEST_PULSES} pulses/s");
+                format!("a motor would run at {pulses} pulses/s, limit {MAX_PULSE_RATE} pulses/s");
             return Err(self.block.diagnostic(message));
         }
         let rate = pulses.trunc() as i32;

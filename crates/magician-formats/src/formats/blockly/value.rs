@@ -26,7 +26,7 @@ impl BlockValue {
         }
     }
 
-    pub(super) fn said(&self) -> String {
+    pub(super) fn to_text(&self) -> String {
         match self {
             Self::Number(number) => number.to_string(),
             Self::Truth(truth) => truth.to_string(),

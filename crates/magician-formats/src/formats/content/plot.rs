@@ -51,11 +51,11 @@ impl<'t> Scanner<'t> {
     /// Moves to the next instruction and returns its first byte; `None` at the end.
     pub(in crate::formats) fn begin(&mut self) -> Option<u8> {
         loop {
-            self.skip(is_between);
+            self.skip(is_separator);
             match self.peek()? {
                 ESCAPE => self.escape(),
                 // Printer job language (PJL) around the plot.
-                b'@' => self.line_for_the_printer(),
+                b'@' => self.skip_printer_line(),
                 byte => return Some(byte),
             }
         }
@@ -63,7 +63,7 @@ impl<'t> Scanner<'t> {
 
     /// Skips a PJL line such as `@PJL ENTER LANGUAGE=HPGL2`. After a switch to PCL, skips to the
     /// next plot.
-    fn line_for_the_printer(&mut self) {
+    fn skip_printer_line(&mut self) {
         let start = self.at;
         self.skip(|byte| byte != b'\n');
         let line = self.text.get(start..self.at).unwrap_or_default();
@@ -135,6 +135,6 @@ pub(in crate::formats) fn is_blank(byte: u8) -> bool {
     byte.is_ascii_whitespace() || byte == 0
 }
 
-fn is_between(byte: u8) -> bool {
+fn is_separator(byte: u8) -> bool {
     is_blank(byte) || matches!(byte, b';' | b':' | b',' | END_OF_TEXT | b'\x1a')
 }

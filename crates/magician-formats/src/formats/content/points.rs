@@ -4,17 +4,17 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 /// Magic bytes of an MCAP recording.
-pub(in crate::formats) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+pub(in crate::formats) const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Separators of cells, the most common first.
-const BETWEEN: [char; 3] = [',', ';', '\t'];
+const CELL_SEPARATORS: [char; 3] = [',', ';', '\t'];
 
 /// True if a file with this head is a binary recording.
 pub(super) fn is_recording(head: &[u8]) -> bool {
-    head.starts_with(MAGIC)
+    head.starts_with(MCAP_MAGIC)
 }
 
 /// True if a text with this head is a list of points.
-pub(super) fn is_one(text: &str) -> bool {
+pub(super) fn is_point_list(text: &str) -> bool {
     if text.starts_with('{') {
         is_json(text)
     } else {
@@ -27,7 +27,7 @@ fn is_csv(text: &str) -> bool {
     let Some((_, first)) = lines(text).next() else {
         return false;
     };
-    let between = between(first);
+    let between = separator(first);
     let cells = cells(first, 0, between);
     let fields: Vec<_> = cells.filter_map(|(_, cell)| Field::named(&cell)).collect();
     (0..3).all(|axis| fields.contains(&Field::Place(axis)))
@@ -120,9 +120,9 @@ pub(in crate::formats) fn lines(text: &str) -> impl Iterator<Item = (usize, &str
 }
 
 /// Returns the separator that occurs most often in a header.
-pub(in crate::formats) fn between(header: &str) -> char {
+pub(in crate::formats) fn separator(header: &str) -> char {
     let count = |sign: &char| header.matches(*sign).count();
-    let most = BETWEEN.into_iter().rev().max_by_key(count);
+    let most = CELL_SEPARATORS.into_iter().rev().max_by_key(count);
     most.unwrap_or(',')
 }
 

@@ -24,14 +24,14 @@ use crate::lettering::{Glyph, Lettering};
 use crate::{Artwork, Color, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
 /// Largest number of points of all lines. It bounds memory.
-pub(super) const MOST_POINTS: usize = 2_000_000;
+pub(super) const MAX_POINTS: usize = 2_000_000;
 /// Largest number of pairs to read, counting those of blocks once per insertion. It bounds time for
 /// nested blocks.
-const MOST_PAIRS: usize = 5_000_000;
+const MAX_PAIRS: usize = 5_000_000;
 /// Largest nesting depth of blocks. It protects the stack; real drawings nest a few levels.
-const MOST_DEPTH: usize = 32;
+const MAX_DEPTH: usize = 32;
 /// Largest number of notes. A choice: a user does not read more.
-const MOST_NOTES: usize = 50;
+const MAX_NOTES: usize = 50;
 /// Reason why an entity in paper space is not drawn.
 const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 
@@ -154,7 +154,7 @@ impl<'p> Canvas<'p> {
         notes.sort_by(|one, other| {
             (one.origin, one.message.as_str()).cmp(&(other.origin, other.message.as_str()))
         });
-        notes.truncate(MOST_NOTES);
+        notes.truncate(MAX_NOTES);
         if self.drawing.unit.is_none() {
             let why = "the drawing has no unit: mm is used";
             notes.insert(
@@ -214,7 +214,7 @@ impl<'p> Canvas<'p> {
 
     fn count(&mut self, record: &Record<'p>) -> Result<(), Diagnostic> {
         self.pairs += record.pairs.len() + 1;
-        if self.pairs > MOST_PAIRS {
+        if self.pairs > MAX_PAIRS {
             let why = "the blocks of the drawing expand to more than can be drawn";
             return Err(Diagnostic::new(record.origin, why));
         }
@@ -305,8 +305,8 @@ impl<'p> Canvas<'p> {
             self.leave_out(record, "its block contains itself")?;
             return Ok(None);
         }
-        if place.blocks.len() >= MOST_DEPTH {
-            let why = format!("blocks are nested more than {MOST_DEPTH} deep");
+        if place.blocks.len() >= MAX_DEPTH {
+            let why = format!("blocks are nested more than {MAX_DEPTH} deep");
             self.leave_out(record, why)?;
             return Ok(None);
         }
@@ -446,7 +446,7 @@ impl<'p> Canvas<'p> {
         let glyph = lettering.glyph(character, size);
         if glyph.is_none() && self.missing.iter().all(|(known, _)| *known != character) {
             let note = lettering.lacks(character, record.origin)?;
-            if self.missing.len() < MOST_NOTES {
+            if self.missing.len() < MAX_NOTES {
                 self.missing.push((character, note));
             }
         }
@@ -496,8 +496,8 @@ impl<'p> Canvas<'p> {
         let mut points: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
         points.dedup();
         self.points += points.len();
-        if self.points > MOST_POINTS {
-            let why = format!("the drawing has more than {MOST_POINTS} points");
+        if self.points > MAX_POINTS {
+            let why = format!("the drawing has more than {MAX_POINTS} points");
             let tolerance = (Setting::Tolerance, Given::Any("MM"));
             return Err(Diagnostic::new(record.origin, why)
                 .remedy(tolerance, "needs fewer if it is larger"));
@@ -528,6 +528,6 @@ impl<'p> Canvas<'p> {
 
     /// Number of points that may still be added.
     pub(super) fn room(&self) -> usize {
-        MOST_POINTS.saturating_sub(self.points)
+        MAX_POINTS.saturating_sub(self.points)
     }
 }

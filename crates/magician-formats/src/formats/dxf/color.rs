@@ -4,7 +4,7 @@ use super::pairs::Record;
 use crate::Color;
 
 /// Colours 1 to 9 of the index, which have names.
-const FIRST: [[u8; 3]; 9] = [
+const NAMED_COLORS: [[u8; 3]; 9] = [
     [255, 0, 0],
     [255, 255, 0],
     [0, 255, 0],
@@ -17,9 +17,9 @@ const FIRST: [[u8; 3]; 9] = [
     [192, 192, 192],
 ];
 /// Greys from 250.
-const GREYS: [u8; 6] = [51, 91, 132, 173, 214, 255];
+const GREY_LEVELS: [u8; 6] = [51, 91, 132, 173, 214, 255];
 /// Brightness of the ten shades of a hue in pairs, 0 to 255.
-const BRIGHT: [f64; 5] = [255.0, 165.0, 127.0, 76.0, 38.0];
+const SHADE_LEVELS: [f64; 5] = [255.0, 165.0, 127.0, 76.0, 38.0];
 
 /// Returns the colour of a record. `None` if it takes the colour of its layer; `Some(None)` if its
 /// number is not a colour.
@@ -39,11 +39,11 @@ pub(super) fn of(record: &Record<'_>) -> Option<Option<Color>> {
 fn indexed(index: u64) -> Option<Color> {
     let index = usize::try_from(index).ok()?;
     match index {
-        1..=9 => FIRST.get(index - 1).copied().map(Color),
-        250..=255 => GREYS.get(index - 250).map(|grey| Color([*grey; 3])),
+        1..=9 => NAMED_COLORS.get(index - 1).copied().map(Color),
+        250..=255 => GREY_LEVELS.get(index - 250).map(|grey| Color([*grey; 3])),
         10..250 => {
             let hue = (index / 10 - 1) as f64 * 15.0;
-            let bright = *BRIGHT.get(index % 10 / 2)?;
+            let bright = *SHADE_LEVELS.get(index % 10 / 2)?;
             let pale = if index % 2 == 1 { 0.5 } else { 0.0 };
             // A channel is full within 60 degrees of its hue, and zero beyond 120.
             let channel = |own: f64| {

@@ -5,7 +5,7 @@ use kurbo::{Affine, Point, Vec2};
 use crate::formats::Chords;
 
 /// Largest number of chords per curve. It bounds memory for huge radii.
-const MOST_PIECES: f64 = 100_000.0;
+const MAX_PIECES: f64 = 100_000.0;
 
 /// An elliptic arc `centre + cos t * one + sin t * other`; t starts at `from` and covers `sweep`,
 /// radians.
@@ -48,7 +48,7 @@ impl Ellipse {
         // On a circle a chord over an angle a deviates by r (1 - cos(a / 2)). An ellipse is a
         // squeezed circle, so the bound holds with its longer semi-axis.
         let step = 4.0 * libm::asin((tolerance / (2.0 * self.radius())).sqrt().min(0.19));
-        let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MOST_PIECES);
+        let pieces = (self.sweep.abs() / step).ceil().clamp(1.0, MAX_PIECES);
         let mut points: Vec<Point> = (0..=pieces as u32)
             .map(|nth| self.at(self.from + self.sweep * f64::from(nth) / pieces))
             .collect();

@@ -56,7 +56,7 @@ impl<'p> Drawing<'p> {
             hidden: HashMap::new(),
             styles: HashMap::new(),
             arrows: HashMap::new(),
-            arrow: ARROW,
+            arrow: DEFAULT_ARROW_LENGTH,
             objects: HashMap::new(),
             colors: HashMap::new(),
             unit: None,
@@ -224,7 +224,7 @@ impl<'p> Drawing<'p> {
 }
 
 /// Default length of arrows, in drawing units: that of `$DIMASZ` in metric templates.
-const ARROW: f64 = 2.5;
+const DEFAULT_ARROW_LENGTH: f64 = 2.5;
 
 /// Returns the length of arrows by `$DIMASZ` and `$DIMSCALE`.
 fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
@@ -233,7 +233,9 @@ fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
         pairs.find(|pair| (pair.code, pair.value) == (9, name))?;
         Some(pairs.next()?.number())
     };
-    let size = value("$DIMASZ").transpose()?.unwrap_or(ARROW);
+    let size = value("$DIMASZ")
+        .transpose()?
+        .unwrap_or(DEFAULT_ARROW_LENGTH);
     let scale = value("$DIMSCALE").transpose()?.filter(|scale| *scale > 0.0);
     Ok(size * scale.unwrap_or(1.0))
 }

@@ -8,7 +8,7 @@ use crate::artwork::Style;
 
 /// Grid of end points, mm: ends in the same cell meet. It absorbs the rounding of coordinates in
 /// the file.
-const NEAR: f64 = 1e-4;
+const END_GRID: f64 = 1e-4;
 
 /// End of a line: twice its index, plus 1 for its last point.
 type End = usize;
@@ -81,7 +81,7 @@ fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
             continue;
         };
         for (end, point) in [(2 * nth, first), (2 * nth + 1, last)] {
-            let cell = point.map(|value| (value / NEAR).round() as i64);
+            let cell = point.map(|value| (value / END_GRID).round() as i64);
             let met = meetings.entry((stroke.style, cell)).or_default();
             met.push(end);
         }

@@ -11,7 +11,7 @@ use crate::Diagnostic;
 type DrawResult = Result<(), Diagnostic>;
 
 /// Width of an arrow relative to its length.
-const WIDE: f64 = 1.0 / 3.0;
+const ARROW_WIDTH_SHARE: f64 = 1.0 / 3.0;
 
 /// Draws a LEADER. Its text is a separate entity.
 pub(super) fn leader<'p>(
@@ -54,7 +54,7 @@ fn with_arrow<'p>(
         return Ok(());
     }
     let along = way / way.hypot() * size;
-    let aside = Vec2::new(-along.y, along.x) * (WIDE / 2.0);
+    let aside = Vec2::new(-along.y, along.x) * (ARROW_WIDTH_SHARE / 2.0);
     let corners = [*tip, *tip + along + aside, *tip + along - aside];
     let corners = corners.map(|corner| place.map * corner).to_vec();
     canvas.area(vec![corners], record, layer)

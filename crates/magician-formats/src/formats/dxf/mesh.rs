@@ -9,13 +9,13 @@ use super::pairs::Record;
 use crate::Diagnostic;
 
 /// Flags of a POLYLINE for a mesh closed in the M and in the N direction.
-const CLOSED: [i64; 2] = [1, 32];
+const CLOSED_FLAGS: [i64; 2] = [1, 32];
 /// Flag of a vertex: it is a face of a polyface mesh.
-const FACE: i64 = 128;
+const FACE_FLAG: i64 = 128;
 /// Flag of a vertex: it has coordinates.
-const PLACE: i64 = 64;
+const COORDINATES_FLAG: i64 = 64;
 /// Flag of a vertex that is a control point. The smooth surface has separate vertices.
-const CONTROL: i64 = 16;
+const CONTROL_POINT_FLAG: i64 = 16;
 
 /// Draws the mesh of a POLYLINE, either a grid or a list of faces.
 pub(super) fn draw<'p>(
@@ -30,17 +30,17 @@ pub(super) fn draw<'p>(
     let mut faces = Vec::new();
     for vertex in vertices {
         let kind = vertex.integer(70)?;
-        if kind & CONTROL != 0 {
+        if kind & CONTROL_POINT_FLAG != 0 {
             continue;
         }
-        if kind & FACE != 0 && kind & PLACE == 0 {
+        if kind & FACE_FLAG != 0 && kind & COORDINATES_FLAG == 0 {
             faces.push(vertex);
         } else {
             let [x, y, _] = vertex.point(10)?;
             places.push(map * Point::new(x, y));
         }
     }
-    let pairs = if flags & PLACE != 0 {
+    let pairs = if flags & COORDINATES_FLAG != 0 {
         edges_of(&faces)?
     } else {
         // A smoothed surface has its own numbers of rows and columns.
@@ -49,7 +49,11 @@ pub(super) fn draw<'p>(
             count => Ok(count),
         };
         let counts = [count(71, 73)?, count(72, 74)?];
-        grid(counts, CLOSED.map(|flag| flags & flag != 0), places.len())
+        grid(
+            counts,
+            CLOSED_FLAGS.map(|flag| flags & flag != 0),
+            places.len(),
+        )
     };
     let mut drawn = HashSet::new();
     for [from, to] in pairs {

@@ -31,7 +31,7 @@ use canvas::Canvas;
 use drawing::Drawing;
 
 use super::{Chords, Content, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, Origin};
 
 pub(super) fn read(
@@ -48,7 +48,7 @@ pub(super) fn read(
                 ..diagnostic
             }),
         None => {
-            let decoded = decode(bytes, Otherwise::Western)?;
+            let decoded = decode(bytes, Fallback::Western)?;
             let mut parsed = read_text(&decoded.text, options, chords)?;
             parsed.notes.extend(decoded.note);
             Ok(parsed)

@@ -5,19 +5,19 @@ use kurbo::{Affine, Vec2};
 use super::canvas::{Canvas, InsertContext};
 use super::entity::plane;
 use super::pairs::Record;
-use super::text::{BELOW, Row, bounded, decoded, turn_of};
+use super::text::{DESCENDER_DEPTH, Row, bounded, decoded, turn_of};
 use crate::Diagnostic;
 
 /// Distance of baselines at a factor of 1, in heights of a capital.
-const LINE: f64 = 5.0 / 3.0;
+const BASELINE_DISTANCE: f64 = 5.0 / 3.0;
 /// Size of numerator and denominator relative to the text.
-const STACKED: f64 = 0.7;
+const FRACTION_SCALE: f64 = 0.7;
 /// Height of an underline above the baseline, in heights of a capital.
-const UNDER: f64 = -0.2;
+const UNDERLINE_HEIGHT: f64 = -0.2;
 /// Height of a strike-through, in heights of a capital.
-const THROUGH: f64 = 0.5;
+const STRIKE_THROUGH_HEIGHT: f64 = 0.5;
 /// Height of an overline, in heights of a capital.
-const OVER: f64 = 1.2;
+const OVERLINE_HEIGHT: f64 = 1.2;
 
 /// A run of characters with the same format.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,14 +130,14 @@ impl Paragraph {
         for line in parsed(content, self.height) {
             self.broken(canvas, &line, record, &mut rows)?;
         }
-        let step = LINE * self.height * self.spacing;
+        let step = BASELINE_DISTANCE * self.height * self.spacing;
         let top = rows
             .first()
             .map_or(self.height, |row: &Row| row.height.max(self.height));
-        let below = (rows.len().saturating_sub(1)) as f64 * step + BELOW * self.height;
+        let below = (rows.len().saturating_sub(1)) as f64 * step + DESCENDER_DEPTH * self.height;
         let column = (self.attachment - 1).rem_euclid(3);
         let first = match self.attachment {
-            4..=6 => (below - BELOW * self.height - top) / 2.0,
+            4..=6 => (below - DESCENDER_DEPTH * self.height - top) / 2.0,
             7..=9 => below,
             _ => -top,
         };
@@ -270,7 +270,7 @@ impl Reader<'_> {
     }
 
     /// Returns the argument of a code, up to the semicolon.
-    fn said(&mut self) -> &str {
+    fn argument(&mut self) -> &str {
         let (said, rest) = self.rest.split_once(';').unwrap_or((self.rest, ""));
         self.rest = rest;
         said
@@ -304,15 +304,15 @@ impl Reader<'_> {
                 self.rest = self.rest.get(6..).unwrap_or_default();
                 self.write('?');
             }
-            'L' => self.look.bars[0] = Some(UNDER),
+            'L' => self.look.bars[0] = Some(UNDERLINE_HEIGHT),
             'l' => self.look.bars[0] = None,
-            'K' => self.look.bars[1] = Some(THROUGH),
+            'K' => self.look.bars[1] = Some(STRIKE_THROUGH_HEIGHT),
             'k' => self.look.bars[1] = None,
-            'O' => self.look.bars[2] = Some(OVER),
+            'O' => self.look.bars[2] = Some(OVERLINE_HEIGHT),
             'o' => self.look.bars[2] = None,
             'H' => {
                 let usual = self.look.size;
-                let said = self.said();
+                let said = self.argument();
                 let is_factor = said.ends_with(['x', 'X']);
                 let told = number(said, f64::NAN);
                 self.look.size = match (told.is_finite(), is_factor) {
@@ -323,20 +323,20 @@ impl Reader<'_> {
             }
             'W' => {
                 let usual = self.look.width;
-                self.look.width = number(self.said(), usual);
+                self.look.width = number(self.argument(), usual);
             }
             'T' => {
                 let usual = self.look.spacing;
-                self.look.spacing = number(self.said(), usual);
+                self.look.spacing = number(self.argument(), usual);
             }
             'Q' => {
-                let said = self.said().parse::<f64>();
+                let said = self.argument().parse::<f64>();
                 self.look.oblique = said.unwrap_or(self.look.oblique);
             }
             'S' => self.stacked(),
             // Colour, font, alignment within the line, indents and tabs are ignored.
             'A' | 'C' | 'c' | 'f' | 'F' | 'p' => {
-                self.said();
+                self.argument();
             }
             other => self.write(other),
         }
@@ -344,7 +344,7 @@ impl Reader<'_> {
 
     /// Parses a stacked fraction or tolerance.
     fn stacked(&mut self) {
-        let said = self.said().to_owned();
+        let said = self.argument().to_owned();
         let Some(at) = said.find(['^', '/', '#']) else {
             said.chars().for_each(|sign| self.write(sign));
             return;
@@ -354,7 +354,7 @@ impl Reader<'_> {
         let is_bar = said.get(at..=at) == Some("/");
         let part = |text: String, raise: f64, back: bool| Run {
             text,
-            size: self.look.size * STACKED,
+            size: self.look.size * FRACTION_SCALE,
             raise,
             back,
             bars: [None; 3],

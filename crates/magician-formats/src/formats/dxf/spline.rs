@@ -4,12 +4,12 @@ use kurbo::{BezPath, PathEl, Point, Vec2};
 
 /// Largest degree. It bounds the stack array of de Boor's algorithm; CAD programs use 3, rarely
 /// more.
-const MOST_DEGREE: usize = 25;
+const MAX_DEGREE: usize = 25;
 /// Largest number of bisections of a piece. It bounds time where a curve has a kink.
-const HALVINGS: u32 = 16;
+const MAX_BISECTIONS: u32 = 16;
 /// Parameters at which a piece is compared with its chord. They are in no simple ratio, so that a
 /// curve that oscillates does not meet the chord at all of them.
-const CHECKS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
+const CHECK_PARAMETERS: [f64; 5] = [0.2137, 0.3791, 0.5, 0.6173, 0.7919];
 
 /// Returns the curve through fit points as CAD programs draw it: a cubic spline of minimum bending,
 /// parameterised by chord length. `ends` are the tangents at both ends, if given.
@@ -125,7 +125,7 @@ impl Spline {
     ) -> Result<Self, String> {
         let count = points.len();
         let degree = usize::try_from(degree).unwrap_or(0);
-        if !(1..=MOST_DEGREE).contains(&degree) {
+        if !(1..=MAX_DEGREE).contains(&degree) {
             return Err(format!("a spline of degree {degree} is not drawn"));
         }
         if count <= degree {
@@ -175,7 +175,7 @@ impl Spline {
             if points.is_empty() {
                 points.push(ends[0].1);
             }
-            self.flatten(span, ends, tolerance, HALVINGS, most, &mut points);
+            self.flatten(span, ends, tolerance, MAX_BISECTIONS, most, &mut points);
         }
         points
     }
@@ -192,9 +192,9 @@ impl Spline {
     ) {
         let strays = |share: &f64| {
             let at = self.at(span, from.0 + (to.0 - from.0) * share);
-            off_chord(at, from.1, to.1) > tolerance
+            distance_to_chord(at, from.1, to.1) > tolerance
         };
-        if halvings == 0 || points.len() >= most || !CHECKS.iter().any(strays) {
+        if halvings == 0 || points.len() >= most || !CHECK_PARAMETERS.iter().any(strays) {
             points.push(to.1);
             return;
         }
@@ -207,7 +207,7 @@ impl Spline {
     /// Evaluates the spline within a span of knots (de Boor).
     fn at(&self, span: usize, u: f64) -> Point {
         let first = span - self.degree;
-        let mut near = [[0.0; 3]; MOST_DEGREE + 1];
+        let mut near = [[0.0; 3]; MAX_DEGREE + 1];
         let controls = self.controls.get(first..=span).unwrap_or_default();
         for (slot, control) in near.iter_mut().zip(controls) {
             *slot = *control;
@@ -241,7 +241,7 @@ fn even(degree: usize, count: usize) -> Vec<f64> {
         .collect()
 }
 
-fn off_chord(point: Point, from: Point, to: Point) -> f64 {
+fn distance_to_chord(point: Point, from: Point, to: Point) -> f64 {
     let (chord, way) = (to - from, point - from);
     let square = chord.hypot2();
     let share = if square > 0.0 {

@@ -11,9 +11,9 @@ use crate::Diagnostic;
 type DrawResult = Result<(), Diagnostic>;
 
 /// Depth of descenders below the baseline, in heights of a capital.
-pub(super) const BELOW: f64 = 1.0 / 3.0;
+pub(super) const DESCENDER_DEPTH: f64 = 1.0 / 3.0;
 /// Largest number of characters of a text. It bounds the work for damaged files.
-pub(super) const LONGEST: usize = 100_000;
+pub(super) const MAX_CHARACTERS: usize = 100_000;
 
 /// Text style.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +104,7 @@ pub(super) fn text<'p>(
     };
     let down = match (across, up) {
         (4, 0) | (_, 2) => -size / 2.0,
-        (_, 1) => size * BELOW,
+        (_, 1) => size * DESCENDER_DEPTH,
         (_, 3) => -size,
         _ => 0.0,
     };
@@ -194,10 +194,10 @@ pub(super) fn turn_of(direction: Vec2) -> Affine {
 /// Refuses a text with too many characters.
 pub(super) fn bounded(record: &Record<'_>, text: String) -> Result<String, Diagnostic> {
     let count = text.chars().count();
-    if count <= LONGEST {
+    if count <= MAX_CHARACTERS {
         return Ok(text);
     }
-    let message = format!("the text has {count} characters, limit {LONGEST}");
+    let message = format!("the text has {count} characters, limit {MAX_CHARACTERS}");
     Err(Diagnostic::new(record.origin, message))
 }
 

@@ -8,7 +8,7 @@ use crate::Diagnostic;
 use crate::fill::{Area, FillRule, Region};
 
 /// Largest number of tests of a segment against an edge per line.
-const MOST_WORK: usize = 50_000_000;
+const MAX_WORK: usize = 50_000_000;
 
 /// A clip polygon, mm.
 pub(super) struct Clip(Vec<Point>);
@@ -55,7 +55,7 @@ impl Clip {
 
     /// Returns the parts of a line inside; `None` if that is too much work.
     pub(super) fn line(&self, line: &[Point]) -> Option<Vec<Vec<Point>>> {
-        if line.len().saturating_mul(self.0.len()) > MOST_WORK {
+        if line.len().saturating_mul(self.0.len()) > MAX_WORK {
             return None;
         }
         if let [dot] = line {

@@ -6,14 +6,14 @@ use crate::artwork::distance;
 
 /// Distance below which both ends of an arc coincide, mm: it is a full circle. It absorbs the
 /// rounding of coordinates in the program.
-const SAME: f64 = 1e-4;
+const FULL_CIRCLE_TOLERANCE: f64 = 1e-4;
 /// Largest relative difference of the radii at both ends. Programs round their coordinates.
-const ROUNDING: f64 = 1e-3;
+const RADIUS_TOLERANCE: f64 = 1e-3;
 /// Largest sweep of an arc of the arm, radians. The arm defines a circle by three points, which
 /// determine it badly if two of them are close.
-const WIDEST: f64 = PI * 5.0 / 3.0;
+const MAX_SWEEP: f64 = PI * 5.0 / 3.0;
 /// Largest number of chords. More means a damaged program.
-const MOST_PIECES: f64 = 2000.0;
+const MAX_PIECES: f64 = 2000.0;
 
 /// Plane of arcs: G17, G18 or G19.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -112,17 +112,17 @@ impl Arc {
         };
         let radii = [distance(centre, [ax, ay]), distance(centre, [bx, by])];
         let [first, last] = radii;
-        if first < SAME {
+        if first < FULL_CIRCLE_TOLERANCE {
             return Err("the arc begins at its centre".into());
         }
-        if (first - last).abs() > tolerance.max(ROUNDING * first) {
+        if (first - last).abs() > tolerance.max(RADIUS_TOLERANCE * first) {
             return Err(format!(
                 "the arc begins {first:.3} mm from its centre and ends {last:.3} mm from it"
             ));
         }
         let start = libm::atan2(ay - centre[1], ax - centre[0]);
         let end = libm::atan2(by - centre[1], bx - centre[0]);
-        let mut sweep = if chord < SAME {
+        let mut sweep = if chord < FULL_CIRCLE_TOLERANCE {
             TAU
         } else if ends.clockwise {
             (start - end).rem_euclid(TAU)
@@ -157,7 +157,7 @@ impl Arc {
 
     /// True if it stays at one height.
     pub(super) fn is_level(&self) -> bool {
-        self.plane == Plane::Xy && (self.from[2] - self.to[2]).abs() < SAME
+        self.plane == Plane::Xy && (self.from[2] - self.to[2]).abs() < FULL_CIRCLE_TOLERANCE
     }
 
     /// Largest distance from its chord, mm.
@@ -171,7 +171,7 @@ impl Arc {
 
     /// Iterates over arcs that the arm can execute, each as a point on the way and its end.
     pub(super) fn parts(&self) -> impl Iterator<Item = [[f64; 3]; 2]> + use<> {
-        let count = (self.sweep.abs() / WIDEST).ceil().max(1.0);
+        let count = (self.sweep.abs() / MAX_SWEEP).ceil().max(1.0);
         let arc = *self;
         (0..count as u32).map(move |nth| {
             let nth = f64::from(nth);
@@ -189,10 +189,10 @@ impl Arc {
         let widest = 2.0 * libm::acos((1.0 - tolerance / radius).clamp(-1.0, 1.0));
         // At most a quarter per chord, so that a small circle does not degenerate to a line.
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
-        if count > MOST_PIECES {
+        if count > MAX_PIECES {
             return Err(format!(
                 "the arc has a radius of {radius:.0} mm and takes {count:.0} lines, limit \
-                    {MOST_PIECES}"
+                    {MAX_PIECES}"
             ));
         }
         let arc = *self;
@@ -203,14 +203,14 @@ impl Arc {
 /// Computes the centre of an arc from its radius.
 fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f64; 2], String> {
     let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
-    if chord < SAME {
+    if chord < FULL_CIRCLE_TOLERANCE {
         let words = ends.plane.centre_words().replace(", ", " and ");
         return Err(format!(
             "an arc given by its radius must not end where it begins; a circle needs {words}"
         ));
     }
     let (size, half) = (radius.abs(), chord / 2.0);
-    if half - size > tolerance.max(ROUNDING * half) {
+    if half - size > tolerance.max(RADIUS_TOLERANCE * half) {
         return Err(format!(
             "a radius of {size:.3} mm is too small for ends that are {chord:.3} mm apart, it must \
                 be at least {half:.3} mm"
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_round_is_as_seen_from_above() {
+    fn arc_direction_is_as_seen_from_above() {
         let centre = ArcForm::Centre([10.0, 20.0]);
         let quarter = arc([15.0, 20.0], [10.0, 25.0], !CLOCKWISE, centre);
         let root = 5.0 / 2f64.sqrt();
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_radius_means_the_shorter_way_and_a_negative_one_the_longer() {
+    fn positive_radius_gives_the_shorter_arc_and_negative_the_longer() {
         let (from, to) = ([5.0, 0.0], [0.0, 5.0]);
         let middle = |clockwise, radius| arc(from, to, clockwise, ArcForm::Radius(radius)).at(0.5);
         let root = 5.0 / 2f64.sqrt();
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_as_near_as_they_are_to_be() {
+    fn arc_chords_are_within_tolerance() {
         let circle = arc(
             [30.0, 0.0],
             [30.0, 0.0],
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_arc_is_refused_with_both_values() {
+    fn invalid_arc_is_refused_with_both_values() {
         let ends = Ends {
             plane: Plane::Xy,
             from: [0.0, 0.0, 0.0],

@@ -20,7 +20,7 @@ const LOWERED_LATER: &str = "the program lowers the tool before it gives X and Y
 
 /// State of the program's start.
 #[derive(Debug, Default)]
-pub(super) struct Begin {
+pub(super) struct ProgramStart {
     /// True for X and Y if the program itself has defined it. Otherwise the value is the arm's
     /// position.
     own: [bool; 2],
@@ -37,7 +37,7 @@ pub(super) struct Begin {
     moved: bool,
 }
 
-impl Begin {
+impl ProgramStart {
     pub(super) fn new(placed: bool) -> Self {
         Self {
             own: [placed; 2],
@@ -56,14 +56,14 @@ impl Begin {
     }
 
     /// Marks the position along X or Y as not defined by the program.
-    pub(super) fn forgets(&mut self, axis: usize) {
+    pub(super) fn forget_axis(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {
             *own = false;
         }
     }
 
     /// Marks the position along an axis as defined by the program (G92).
-    pub(super) fn takes(&mut self, axis: usize) {
+    pub(super) fn claim_axis(&mut self, axis: usize) {
         if let Some(own) = self.own.get_mut(axis) {
             *own = true;
         }
@@ -72,7 +72,7 @@ impl Begin {
 
 impl Machine<'_> {
     /// True if a line names a target in X or Y, while the program has not defined where it starts.
-    fn is_stray(&self, block: &Block) -> bool {
+    fn moves_before_definition(&self, block: &Block) -> bool {
         let absolute = !self.relative || block.has(b'G', 53);
         let mut axes = AXES.iter().zip(self.begin.own);
         absolute && axes.any(|(letter, own)| !own && block.number(*letter).is_some())
@@ -90,8 +90,8 @@ impl Machine<'_> {
 
     pub(super) fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         self.note_z(block, origin);
-        self.hear_z(block);
-        let stray = self.is_stray(block);
+        self.note_first_z(block);
+        let stray = self.moves_before_definition(block);
         let (from, to) = (self.at, self.target(block)?);
         self.claim(block);
         // One axis is still unknown: remember the known ones and move once both are given.
@@ -118,7 +118,7 @@ impl Machine<'_> {
             self.begin.held = None;
             self.out.enter(place, origin);
         } else if stray || !self.begin.is_own() && !self.relative && !block.has_any(b"XY") {
-            self.before_own(from, place, (stray, feeds), origin);
+            self.move_before_definition(from, place, (stray, feeds), origin);
         } else {
             self.lower();
             // A feed to where a placed program starts draws nothing, and must not lower the pen.
@@ -137,7 +137,7 @@ impl Machine<'_> {
 
     /// Executes a move from the arm's own position, before the program has defined X and Y. Nothing
     /// is drawn, and the tool is lowered only at its end.
-    fn before_own(
+    fn move_before_definition(
         &mut self,
         from: [Option<f64>; 3],
         [x, y, z]: [f64; 3],
@@ -176,9 +176,12 @@ impl Machine<'_> {
 
     /// Refuses an arc that starts at a position the program does not define, because its shape
     /// would depend on it.
-    pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), SpanDiagnostic> {
+    pub(super) fn check_defined_start(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         let about = self.absolute_centres && block.has_any(b"IJK") && !self.begin.is_own();
-        if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
+        if self.at[0].is_none()
+            || self.at[1].is_none()
+            || !(self.moves_before_definition(block) || about)
+        {
             return Ok(());
         }
         let message = "this arc begins at the arm's position, which the program does not give";
@@ -241,7 +244,7 @@ impl Machine<'_> {
     }
 
     /// Records the first Z of a placed program. Until then relative heights count from 0.
-    pub(super) fn hear_z(&mut self, block: &Block) {
+    pub(super) fn note_first_z(&mut self, block: &Block) {
         if self.options.placed && !self.begin.says_z && block.number(b'Z').is_some() {
             if self.begin.lifted && self.relative {
                 self.at[2] = Some(0.0);

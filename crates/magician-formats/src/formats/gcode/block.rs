@@ -7,7 +7,7 @@ use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest number of codes on a line. A choice above any program.
-const MOST_CODES: usize = 16;
+const MAX_CODES: usize = 16;
 
 /// A G or M code.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,7 +90,7 @@ impl Block {
                 (b'N', _) => {}
                 (letter @ (b'G' | b'M'), Some(number)) => {
                     self.push(letter, number, word.range)?;
-                    if self.goes_on_as_text() {
+                    if self.is_followed_by_text() {
                         break;
                     }
                 }
@@ -114,7 +114,7 @@ impl Block {
                 format!("unknown code {letter}{number}"),
             ));
         }
-        if self.codes.len() == MOST_CODES {
+        if self.codes.len() == MAX_CODES {
             return Err(SpanDiagnostic::new(range, "too many codes on one line"));
         }
         let tenths = tenths as u32;
@@ -126,7 +126,7 @@ impl Block {
         Ok(())
     }
 
-    fn goes_on_as_text(&self) -> bool {
+    fn is_followed_by_text(&self) -> bool {
         let last = self.codes.last();
         last.is_some_and(|code| WITH_TEXT.iter().any(|number| code.is(b'M', *number)))
     }
@@ -145,7 +145,7 @@ impl Block {
     }
 
     /// Returns a line with only these numbers, at the place of this one.
-    pub(super) fn instead(&self, numbers: &[(u8, f64)]) -> Self {
+    pub(super) fn with_numbers(&self, numbers: &[(u8, f64)]) -> Self {
         let mut block = Self {
             range: self.range.clone(),
             ..Self::default()

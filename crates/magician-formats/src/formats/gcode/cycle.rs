@@ -10,7 +10,7 @@ use crate::{DiagnosticCode, Origin};
 
 /// Largest number of holes per line. A choice above any program, so that a damaged L cannot fill
 /// the memory.
-const MOST_HOLES: f64 = 1000.0;
+const MAX_HOLES: f64 = 1000.0;
 
 /// State shared by the lines of a cycle: values as commanded, mm in program coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -89,9 +89,9 @@ impl Machine<'_> {
         } else {
             1.0
         };
-        if !(0.0..=MOST_HOLES).contains(&holes) {
+        if !(0.0..=MAX_HOLES).contains(&holes) {
             return Err(error(format!(
-                "{name} makes {holes} holes, limit {MOST_HOLES}"
+                "{name} makes {holes} holes, limit {MAX_HOLES}"
             )));
         }
         let message = format!("{name} becomes one move down and up for each hole");
@@ -135,7 +135,7 @@ impl Machine<'_> {
     ) -> Result<(), SpanDiagnostic> {
         let before = (self.mode, self.relative, self.unit);
         (self.mode, self.relative, self.unit) = (mode, false, 1.0);
-        let done = self.straight(&block.instead(to), origin);
+        let done = self.straight(&block.with_numbers(to), origin);
         (self.mode, self.relative, self.unit) = before;
         done
     }

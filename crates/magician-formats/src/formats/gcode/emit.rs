@@ -84,7 +84,7 @@ impl<'o> Emitter<'o> {
     /// A run on an arm approaches it from above. The laser is switched off first, because a burn
     /// before it began at an unknown position.
     pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
-        self.darken(origin);
+        self.switch_laser_off(origin);
         self.start = None;
         self.travel_speed(origin);
         let to = pose(to);
@@ -193,7 +193,7 @@ impl<'o> Emitter<'o> {
 
     /// Waits with the laser off. Returns true if it was on.
     pub(super) fn wait(&mut self, milliseconds: u32, origin: Origin) -> bool {
-        let was_lit = self.darken(origin);
+        let was_lit = self.switch_laser_off(origin);
         self.plan.push(Action::Wait(milliseconds), origin);
         was_lit
     }
@@ -219,7 +219,7 @@ impl<'o> Emitter<'o> {
     }
 
     /// Switches the laser off if the last segment had power. Returns true if it had.
-    pub(super) fn darken(&mut self, origin: Origin) -> bool {
+    pub(super) fn switch_laser_off(&mut self, origin: Origin) -> bool {
         let was_lit = self.lit;
         if was_lit {
             self.plan.push(Action::Laser(false), origin);

@@ -1,15 +1,15 @@
 //! Evaluation of real values in RS-274: numbers, parameters, bracketed expressions and functions.
 
 use super::lexer::Words;
-use super::parameters::{Key, LAST};
+use super::parameters::{Key, LAST_PARAMETER};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest nesting depth. It protects the stack of the recursive parser.
-const DEEPEST: u32 = 60;
+const MAX_DEPTH: u32 = 60;
 /// Tolerance of comparisons. It absorbs the rounding of computed loop variables.
-const EQUAL: f64 = 1e-6;
+const EQUALITY_TOLERANCE: f64 = 1e-6;
 /// Tolerance for a parameter number to count as whole. It absorbs the rounding of computed numbers.
-const WHOLE: f64 = 1e-4;
+const WHOLE_TOLERANCE: f64 = 1e-4;
 
 const FUNCTIONS: [&str; 14] = [
     "ABS", "ACOS", "ASIN", "ATAN", "COS", "EXISTS", "EXP", "FIX", "FUP", "LN", "ROUND", "SIN",
@@ -73,7 +73,7 @@ impl Operator {
 
     fn of(self, left: f64, right: f64) -> f64 {
         let truth = |holds: bool| f64::from(u8::from(holds));
-        let equal = (left - right).abs() < EQUAL;
+        let equal = (left - right).abs() < EQUALITY_TOLERANCE;
         let (a, b) = (left != 0.0, right != 0.0);
         match self {
             Power => libm::pow(left, right),
@@ -120,8 +120,8 @@ impl Words<'_> {
         {
             return Ok(Some(sign * number));
         }
-        if depth > DEEPEST {
-            let message = format!("values are nested more than {DEEPEST} deep");
+        if depth > MAX_DEPTH {
+            let message = format!("values are nested more than {MAX_DEPTH} deep");
             return Err(SpanDiagnostic::new(start..self.at + 1, message));
         }
         let value = match self.peek() {
@@ -169,10 +169,12 @@ impl Words<'_> {
             return Err(SpanDiagnostic::new(start..start + 1, message));
         };
         let whole = number.round();
-        if (number - whole).abs() < WHOLE && (1.0..=f64::from(LAST)).contains(&whole) {
+        if (number - whole).abs() < WHOLE_TOLERANCE
+            && (1.0..=f64::from(LAST_PARAMETER)).contains(&whole)
+        {
             return Ok(Key::Number(whole as u16));
         }
-        let message = format!("unknown parameter #{number}; they are #1 to #{LAST}");
+        let message = format!("unknown parameter #{number}; they are #1 to #{LAST_PARAMETER}");
         Err(SpanDiagnostic::new(start..self.at, message))
     }
 
@@ -322,7 +324,7 @@ impl Words<'_> {
                 let name = self.name()?;
                 exists = Some(self.values.exists(&name));
             } else if let Some(number) = self.value_at(depth + 1)? {
-                exists = Some((1.0..=f64::from(LAST)).contains(&number));
+                exists = Some((1.0..=f64::from(LAST_PARAMETER)).contains(&number));
             }
         }
         self.skip_blanks();

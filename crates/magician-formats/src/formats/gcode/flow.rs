@@ -1,13 +1,13 @@
 //! Control flow by O-words: branches, loops and subroutines.
 
 use super::SourceLine;
-use super::interpreter::{CallFrame, CallKind, DEEPEST, FILES, Interpreter};
+use super::interpreter::{CALLED_FILE_ADVICE, CallFrame, CallKind, Interpreter, MAX_CALL_DEPTH};
 use super::lexer::Words;
 use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest number of arguments of a call: RS-274 of LinuxCNC has #1 to #30.
-const MOST_ARGUMENTS: usize = 30;
+const MAX_ARGUMENTS: usize = 30;
 
 impl<'p, 't> Interpreter<'p, 't> {
     /// Returns the position after an O-word.
@@ -17,7 +17,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 
     /// Executes an O-word.
-    pub(super) fn lead(
+    pub(super) fn execute_oword(
         &mut self,
         oword: &'p Oword,
         own: usize,
@@ -136,9 +136,9 @@ impl<'p, 't> Interpreter<'p, 't> {
         words.at = oword.rest;
         let mut arguments = Vec::new();
         while let Some(byte) = words.begin() {
-            if byte != b'[' || arguments.len() == MOST_ARGUMENTS {
+            if byte != b'[' || arguments.len() == MAX_ARGUMENTS {
                 let message = format!(
-                    "call takes up to {MOST_ARGUMENTS} values in brackets, as in o100 call [1] [#2]"
+                    "call takes up to {MAX_ARGUMENTS} values in brackets, as in o100 call [1] [#2]"
                 );
                 return Err(SpanDiagnostic::new(words.at..words.at + 1, message));
             }
@@ -146,10 +146,10 @@ impl<'p, 't> Interpreter<'p, 't> {
         }
         let Some(sub) = self.program.owords.sub(&label) else {
             let message = format!("{label} is called, but this file has no such subroutine");
-            return Err(SpanDiagnostic::new(0..oword.rest, message).help(FILES));
+            return Err(SpanDiagnostic::new(0..oword.rest, message).help(CALLED_FILE_ADVICE));
         };
-        if self.frames.len() > DEEPEST {
-            let message = format!("subroutines call each other more than {DEEPEST} deep");
+        if self.frames.len() > MAX_CALL_DEPTH {
+            let message = format!("subroutines call each other more than {MAX_CALL_DEPTH} deep");
             return Err(SpanDiagnostic::new(0..oword.rest, message));
         }
         let saved = self.parameters.enter(&arguments);

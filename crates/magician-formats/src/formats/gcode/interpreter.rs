@@ -11,19 +11,19 @@ use super::Notes;
 use super::block::Block;
 use super::modes::Modes;
 use super::oword::{Owords, TextPosition, line_at};
-use super::parameters::{Parameters, Saved};
+use super::parameters::{Parameters, SavedParameters};
 use super::{SourceLine, behind_number};
 use crate::formats::span::SpanDiagnostic;
 use crate::{Diagnostic, DiagnosticCode};
 
 /// Number of lines that a program may execute beyond its own length. A choice above any real
 /// drawing, which stops endless loops.
-const MOST_REPEATED: u64 = 300_000;
+const MAX_REPEATED_LINES: u64 = 300_000;
 /// Number of bytes for which a long line counts as one more, so that the limit bounds time and not
 /// only lines.
-const BYTES_OF_A_LINE: usize = 25;
+const BYTES_PER_LINE: usize = 25;
 /// Largest depth of calls. It stops endless recursion.
-pub(super) const DEEPEST: usize = 100;
+pub(super) const MAX_CALL_DEPTH: usize = 100;
 
 /// A parsed program, which can be executed repeatedly.
 #[derive(Debug)]
@@ -37,11 +37,11 @@ pub(super) struct Program<'t> {
 impl<'t> Program<'t> {
     pub(super) fn new(text: &'t str) -> Result<Self, Diagnostic> {
         let lines = text.bytes().filter(|byte| *byte == b'\n').count() + 1;
-        let all = lines + text.len() / BYTES_OF_A_LINE;
+        let all = lines + text.len() / BYTES_PER_LINE;
         Ok(Self {
             text,
             owords: Owords::of(text)?,
-            allowed: MOST_REPEATED + all as u64,
+            allowed: MAX_REPEATED_LINES + all as u64,
         })
     }
 
@@ -64,7 +64,7 @@ pub(super) struct CallFrame {
 #[derive(Debug)]
 pub(super) enum CallKind {
     Main,
-    Sub(Saved),
+    Sub(SavedParameters),
     /// A numbered program, and the number of remaining repetitions.
     Numbered(u32, u64),
 }
@@ -77,7 +77,7 @@ pub(super) enum LineOutcome {
     /// Skipped: block delete (`/`) or a controller setting (`$`).
     LeftOut,
     /// Control flow only.
-    Led,
+    ControlFlow,
 }
 
 #[derive(Debug)]
@@ -146,21 +146,22 @@ impl<'p, 't> Interpreter<'p, 't> {
             number: here.number.saturating_add(1),
             oword: here.oword,
         };
-        let stepped = self.carry_out(&line, here, block);
+        let stepped = self.execute_line(&line, here, block);
         let stepped = stepped.map_err(|error| line.diagnostic(error))?;
         Ok(Some((line, stepped)))
     }
 
-    fn carry_out(
+    fn execute_line(
         &mut self,
         line: &SourceLine<'t>,
         here: TextPosition,
         block: &mut Block,
     ) -> Result<LineOutcome, SpanDiagnostic> {
-        self.done += 1 + (line.text.len() / BYTES_OF_A_LINE) as u64;
+        self.done += 1 + (line.text.len() / BYTES_PER_LINE) as u64;
         if self.done > self.program.allowed {
-            let message =
-                format!("the program repeats more than {MOST_REPEATED} lines: it seems endless");
+            let message = format!(
+                "the program repeats more than {MAX_REPEATED_LINES} lines: it seems endless"
+            );
             let help = "end its loops, or export the file without loops";
             return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
@@ -168,7 +169,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             Some(b'/' | b'$') => return Ok(LineOutcome::LeftOut),
             Some(b'%') if line.text.trim() == "%" => {
                 self.ended = self.begun;
-                return Ok(LineOutcome::Led);
+                return Ok(LineOutcome::ControlFlow);
             }
             _ => {}
         }
@@ -180,9 +181,9 @@ impl<'p, 't> Interpreter<'p, 't> {
         {
             self.begun = true;
             self.place.oword = here.oword + 1;
-            self.lead(oword, here.oword, line)?;
+            self.execute_oword(oword, here.oword, line)?;
             self.note_unset(line);
-            return Ok(LineOutcome::Led);
+            return Ok(LineOutcome::ControlFlow);
         }
         block.fill(line.text, &self.parameters)?;
         self.note_unset(line);
@@ -225,7 +226,9 @@ impl<'p, 't> Interpreter<'p, 't> {
             let found = programs.get(&(number as u32));
             let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
                 let message = format!("M98 calls program O{number}, which is not in this file");
-                return Err(SpanDiagnostic::new(block.range.clone(), message).help(FILES));
+                return Err(
+                    SpanDiagnostic::new(block.range.clone(), message).help(CALLED_FILE_ADVICE)
+                );
             };
             if times > 0.0 {
                 let of = CallKind::Numbered(number as u32, times as u64 - 1);
@@ -272,8 +275,8 @@ impl<'p, 't> Interpreter<'p, 't> {
         of: CallKind,
         range: std::ops::Range<usize>,
     ) -> Result<(), SpanDiagnostic> {
-        if self.frames.len() > DEEPEST {
-            let message = format!("subroutines call each other more than {DEEPEST} deep");
+        if self.frames.len() > MAX_CALL_DEPTH {
+            let message = format!("subroutines call each other more than {MAX_CALL_DEPTH} deep");
             return Err(SpanDiagnostic::new(range, message));
         }
         self.frames.push(CallFrame {
@@ -323,14 +326,14 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 }
 
-pub(super) const FILES: &str = "put it into the file: other files are not read";
+pub(super) const CALLED_FILE_ADVICE: &str = "put it into the file: other files are not read";
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn every_loop_has_an_end_and_long_lines_count_for_more() {
+    fn loops_are_bounded_and_long_lines_count_more() {
         let long = format!("o1 while [1]\n#1=[{}1]\no1 endwhile\n", "1+".repeat(10_000));
         for (text, most) in [
             ("o1 while [1]\no1 endwhile\n", 1000),

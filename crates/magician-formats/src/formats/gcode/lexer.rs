@@ -7,13 +7,13 @@ use super::parameters::{Key, Parameters};
 use crate::formats::span::SpanDiagnostic;
 
 /// Letters after a comma that modify the corner of a line (Fanuc): radius, chamfer, angle.
-const CORNERS: [u8; 3] = *b"RCA";
+const CORNER_LETTERS: [u8; 3] = *b"RCA";
 /// Largest magnitude of a number, whatever its unit. Beyond it the file is damaged.
-const GREATEST: f64 = 1e9;
+const MAX_NUMBER: f64 = 1e9;
 /// Number of digits that fit into the integer in which they are collected.
-const MOST_DIGITS: u32 = 19;
+const MAX_DIGITS: u32 = 19;
 /// Powers of ten that are exact in a binary64.
-const TENS: [f64; 23] = [
+const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16,
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
@@ -84,7 +84,7 @@ impl<'l> Words<'l> {
                 // Some programs put a comma between words. A number after a comma has no letter and
                 // is an error.
                 b',' if self
-                    .behind_comma()
+                    .byte_after_comma()
                     .is_some_and(|next| next.is_ascii_alphabetic()) =>
                 {
                     self.at += 1;
@@ -98,10 +98,10 @@ impl<'l> Words<'l> {
 
     /// Returns the first byte after a comma, or `None` if it begins a corner modifier such as
     /// `,R2`.
-    fn behind_comma(&self) -> Option<u8> {
+    fn byte_after_comma(&self) -> Option<u8> {
         let rest = self.line.as_bytes().get(self.at + 1..)?;
         let next = rest.iter().find(|byte| !byte.is_ascii_whitespace())?;
-        (!CORNERS.contains(&next.to_ascii_uppercase())).then_some(*next)
+        (!CORNER_LETTERS.contains(&next.to_ascii_uppercase())).then_some(*next)
     }
 
     /// Skips a comment to its matching parenthesis, or to the first one if parentheses are
@@ -160,7 +160,7 @@ impl<'l> Words<'l> {
             return Err(SpanDiagnostic::new(start..self.at, message).help(help));
         }
         let counts = letter.is_ascii_alphabetic() && !letter.eq_ignore_ascii_case(&b'N');
-        if let Some(number) = number.filter(|number| counts && number.abs() > GREATEST) {
+        if let Some(number) = number.filter(|number| counts && number.abs() > MAX_NUMBER) {
             let letter = char::from(letter);
             return Err(SpanDiagnostic::new(
                 range,
@@ -221,7 +221,7 @@ impl<'l> Words<'l> {
     }
 
     /// Skips a part addressed to a controller, and returns why it is left out.
-    fn of_the_controller(&mut self, sign: char) -> Option<&'static str> {
+    fn skip_controller_part(&mut self, sign: char) -> Option<&'static str> {
         let start = self.at;
         self.at += sign.len_utf8();
         match sign {
@@ -303,8 +303,8 @@ impl<'l> Words<'l> {
         }
         // If integer and power of ten are exact, their quotient is the correctly rounded number.
         // This fast path avoids the general parser for nearly all numbers.
-        let exact = digits <= MOST_DIGITS && whole <= 1 << 53;
-        if let Some(ten) = TENS.get(places).filter(|_| exact) {
+        let exact = digits <= MAX_DIGITS && whole <= 1 << 53;
+        if let Some(ten) = POWERS_OF_TEN.get(places).filter(|_| exact) {
             let number = whole as f64 / ten;
             return Some(if negative { -number } else { number });
         }
@@ -346,7 +346,7 @@ impl Iterator for Words<'_> {
         }
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
-        if let Some(why) = self.of_the_controller(sign) {
+        if let Some(why) = self.skip_controller_part(sign) {
             return Some(Ok(Item::LeftOut(why, start..self.at)));
         }
         self.at = self.line.len();
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn words_need_no_spaces_and_may_have_them_anywhere() {
+    fn words_may_have_spaces_anywhere_or_none() {
         let expected = [('G', Some(1.0)), ('X', Some(-2.5)), ('Z', Some(0.25))];
         for line in [
             "G1X-2.5Z.25",
@@ -411,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_the_nearest_ones() {
+    fn numbers_are_correctly_rounded() {
         for text in [
             "0",
             "-0.0",
@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_word_says_where_it_is() {
+    fn invalid_word_error_has_its_position() {
         let error = |line: &str| {
             let none = Parameters::none();
             let found = Words::new(line, &none).find_map(Result::err);

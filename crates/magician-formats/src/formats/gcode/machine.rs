@@ -7,12 +7,12 @@ use super::GcodeOptions;
 use super::Notes;
 use super::SourceLine;
 use super::arc::Plane;
-use super::begin::Begin;
+use super::begin::ProgramStart;
 use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::LineOutcome;
-use super::motion::ROUNDED;
+use super::motion::MAX_RADIUS_DIFFERENCE;
 use super::offsets::Offsets;
 use super::pause::{self, pause_code};
 use super::power::s_max;
@@ -22,7 +22,7 @@ use crate::formats::span::SpanDiagnostic;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Part, Plan, Step};
 
 /// Largest number of distinct tools. Each new tool is compared with all others, so it bounds time.
-const MOST_TOOLS: usize = 1000;
+const MAX_TOOLS: usize = 1000;
 
 /// Modal motion, which a line without a motion code repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub(super) struct Machine<'o> {
     tool: Option<u64>,
     /// True if something was drawn before the first tool.
     toolless: bool,
-    pub(super) begin: Begin,
+    pub(super) begin: ProgramStart,
     /// Origin of the program in the arm's coordinates.
     pub(super) offsets: Offsets,
 }
@@ -136,7 +136,7 @@ impl<'o> Machine<'o> {
             power: if never { range } else { 0.0 },
             on: !survey.switches && !survey.fan_lights(),
             options,
-            tolerance: chords.drawn().min(ROUNDED),
+            tolerance: chords.drawn().min(MAX_RADIUS_DIFFERENCE),
             out,
             notes,
             mode: Mode::Travel,
@@ -159,7 +159,7 @@ impl<'o> Machine<'o> {
             tools: Vec::new(),
             tool: None,
             toolless: false,
-            begin: Begin::new(options.placed),
+            begin: ProgramStart::new(options.placed),
             offsets: Offsets::default(),
         })
     }
@@ -230,7 +230,7 @@ impl<'o> Machine<'o> {
         if let Some(code) = pause_code(block)
             && !changes
         {
-            let told = pause::told(line.text, block);
+            let told = pause::pause_message(line.text, block);
             let text = told.unwrap_or_else(|| format!("the program pauses ({code})"));
             self.out.pause(text, origin);
         }
@@ -252,7 +252,7 @@ impl<'o> Machine<'o> {
         let pauses = changes || block.has(b'M', 6);
         let tool = named.or(self.tool);
         if pauses {
-            let told = pause::told(line, block).map(|told| format!(": {told}"));
+            let told = pause::pause_message(line, block).map(|told| format!(": {told}"));
             let told = told.unwrap_or_default();
             let text = match tool {
                 Some(tool) => format!("mount tool {tool}{told}"),
@@ -261,7 +261,7 @@ impl<'o> Machine<'o> {
             self.out.pause(text, origin);
         }
         if let Some(tool) = named.filter(|_| named != self.tool) {
-            if !self.tools.contains(&tool) && self.tools.len() < MOST_TOOLS {
+            if !self.tools.contains(&tool) && self.tools.len() < MAX_TOOLS {
                 self.tools.push(tool);
             }
             let nth = self.tools.iter().position(|known| *known == tool);
@@ -331,10 +331,10 @@ impl<'o> Machine<'o> {
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
             match code.tenths / 10 {
                 0 | 1 | 2 | 6 | 30 => {}
-                3 | 4 if self.laser => self.light(code),
-                106 if self.laser && self.survey.fan_lights() => self.light(code),
-                5 if self.laser => self.darken(origin),
-                107 if self.laser && self.survey.fan_lights() => self.darken(origin),
+                3 | 4 if self.laser => self.switch_laser_on(code),
+                106 if self.laser && self.survey.fan_lights() => self.switch_laser_on(code),
+                5 if self.laser => self.switch_laser_off(origin),
+                107 if self.laser && self.survey.fan_lights() => self.switch_laser_off(origin),
                 3..=5 | 280 | 300 if angle.is_some() => {}
                 300 => {
                     let message = "M300 (a tone, a servo that is switched off) is left out";
@@ -366,12 +366,12 @@ impl<'o> Machine<'o> {
         Ok(())
     }
 
-    fn light(&mut self, code: &Code) {
+    fn switch_laser_on(&mut self, code: &Code) {
         self.on = true;
         self.follows_speed = code.is(b'M', 4);
     }
 
-    fn darken(&mut self, origin: Origin) {
+    fn switch_laser_off(&mut self, origin: Origin) {
         self.on = false;
         self.out.laser_off(origin);
     }

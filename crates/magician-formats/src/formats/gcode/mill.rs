@@ -8,7 +8,7 @@ use super::power::setting;
 use crate::Origin;
 
 /// Sign of a mill that also occurs in laser programs, as air assist.
-const COOLANT: &str = "it switches coolant";
+const COOLANT_SIGN: &str = "it switches coolant";
 
 /// Tracks whether a tool is lifted, moved across and fed down again, which a laser never is.
 #[derive(Clone, Debug, Default)]
@@ -78,7 +78,7 @@ impl Mill {
 
     /// Examines the words of a line. `places` is true if its coordinates are not positions in
     /// program coordinates; `marks` is true if it feeds X or Y.
-    pub(super) fn look(
+    pub(super) fn examine(
         &mut self,
         block: &Block,
         line: &SourceLine<'_>,
@@ -108,7 +108,7 @@ impl Mill {
         } else if block.has(b'M', 6) || changes {
             "it changes tools".to_owned()
         } else if !self.has_air_assist && (block.has(b'M', 7) || block.has(b'M', 8)) {
-            COOLANT.to_owned()
+            COOLANT_SIGN.to_owned()
         } else if modes.drills() {
             "it drills, G81 to G89".to_owned()
         } else if block.has(b'G', 43) {
@@ -127,7 +127,7 @@ impl Mill {
 
     /// True if coolant is the first sign of a mill.
     pub(super) fn is_cooled_alone(&self) -> bool {
-        { self.sign.as_ref() }.is_some_and(|(sign, _)| sign == COOLANT)
+        { self.sign.as_ref() }.is_some_and(|(sign, _)| sign == COOLANT_SIGN)
     }
 
     /// True if the header is a laser's.

@@ -59,7 +59,7 @@ use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
 use super::{Arcs, Chords, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 use crate::formats::span::SpanDiagnostic;
@@ -71,7 +71,7 @@ use modes::Modes;
 use survey::Survey;
 
 /// Largest number of moves of a program that repeats lines. It bounds memory.
-const MOST_STEPS: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 pub(super) fn read(
     bytes: &[u8],
@@ -79,7 +79,7 @@ pub(super) fn read(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     // Invalid UTF-8 occurs only in comments, so a guess needs no note.
-    let text = decode(bytes, Otherwise::Bytes)?.text;
+    let text = decode(bytes, Fallback::Bytes)?.text;
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
     let interpreter = || Interpreter::new(&program, Modes::new(gcode.begins_at(), gcode.placed));
@@ -89,8 +89,8 @@ pub(super) fn read(
     let mut block = Block::default();
     while let Some((line, stepped)) = interpreter.step(&mut block)? {
         machine.take(&line, stepped, &block)?;
-        if program.repeats() && machine.steps() > MOST_STEPS {
-            let message = format!("the program makes more than {MOST_STEPS} moves");
+        if program.repeats() && machine.steps() > MAX_STEPS {
+            let message = format!("the program makes more than {MAX_STEPS} moves");
             let help = "reduce its repetitions, or export the file without loops";
             let origin = line.origin(&(0..line.text.trim_end().len()));
             return Err(Diagnostic::new(origin, message).help(help));

@@ -6,7 +6,7 @@ use super::motion::AXES;
 use super::offsets::{Offsets, Setting};
 
 /// Length of an inch, mm.
-pub(super) const INCH: f64 = 25.4;
+pub(super) const MM_PER_INCH: f64 = 25.4;
 /// G codes of the motion group in tenths, as `#<_motion_mode>` returns them.
 const MOTIONS: [u32; 14] = [
     0, 10, 20, 30, 50, 51, 800, 730, 810, 820, 830, 850, 860, 890,
@@ -77,7 +77,7 @@ impl Modes {
                 (b'G', 170) => self.plane = Plane::Xy,
                 (b'G', 180) => self.plane = Plane::Zx,
                 (b'G', 190) => self.plane = Plane::Yz,
-                (b'G', 200) => self.unit = INCH,
+                (b'G', 200) => self.unit = MM_PER_INCH,
                 (b'G', 210) => self.unit = 1.0,
                 (b'G', 900) => self.relative = false,
                 (b'G', 910) => self.relative = true,

@@ -3,12 +3,12 @@
 use magician_host::{Action, Given};
 
 use super::arc::{Arc, ArcForm, Ends, Plane};
-use super::begin::Begin;
+use super::begin::ProgramStart;
 use super::block::{Block, Code};
 use super::emit::CutSettings;
 use super::machine::{Machine, Mode};
 use super::offsets::Setting;
-use super::settings::FASTEST;
+use super::settings::MAX_SPEED;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
@@ -21,14 +21,14 @@ const G10_UNKNOWN: &str =
 const CENTRES: [u8; 3] = *b"IJK";
 /// Largest coordinate, mm. Beyond it 32-bit coordinates cannot resolve a thousandth of a
 /// millimetre.
-const FARTHEST: f64 = 1e6;
+const MAX_COORDINATE: f64 = 1e6;
 /// Largest difference of both radii of an arc even at a coarse tolerance, mm. More is an error in
 /// the program and not rounding.
-pub(super) const ROUNDED: f64 = 0.5;
+pub(super) const MAX_RADIUS_DIFFERENCE: f64 = 0.5;
 /// Largest number of chords per curve. It bounds memory for curves far larger than the arm.
-const MOST_CHORDS: f64 = 10_000.0;
+const MAX_CHORDS: f64 = 10_000.0;
 /// Largest number of turns of an arc. A choice above any drawing.
-const MOST_TURNS: f64 = 100.0;
+const MAX_TURNS: f64 = 100.0;
 
 impl Machine<'_> {
     pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
@@ -72,7 +72,7 @@ impl Machine<'_> {
     fn home(&mut self, code: &Code, block: &Block, origin: Origin) {
         if self.options.home && code.is(b'G', 28) {
             self.out.home(origin);
-            (self.at, self.begin) = ([None; 3], Begin::default());
+            (self.at, self.begin) = ([None; 3], ProgramStart::default());
             return;
         }
         let message = format!("homing ({code}) is left out: the arm stays where it is");
@@ -106,7 +106,7 @@ impl Machine<'_> {
         }
         for (axis, letter) in AXES[..2].iter().enumerate() {
             if block.number(*letter).is_some() {
-                self.begin.forgets(axis);
+                self.begin.forget_axis(axis);
             }
         }
         Ok(())
@@ -134,7 +134,7 @@ impl Machine<'_> {
             match self.at[axis] {
                 Some(at) => {
                     self.offsets.call(axis, at, number * self.unit);
-                    self.begin.takes(axis);
+                    self.begin.claim_axis(axis);
                 }
                 None => self.note_unknown(G92_UNKNOWN, origin),
             }
@@ -168,7 +168,7 @@ impl Machine<'_> {
         if setting == Setting::Here {
             for (axis, letter) in AXES.into_iter().enumerate() {
                 if block.number(letter).is_some() && !missing[axis] {
-                    self.begin.takes(axis);
+                    self.begin.claim_axis(axis);
                 }
             }
         }
@@ -197,7 +197,7 @@ impl Machine<'_> {
                 let error = SpanDiagnostic::new(block.range_of(AXES[axis]), message);
                 return Err(error.without_start());
             };
-            if place.abs() > FARTHEST {
+            if place.abs() > MAX_COORDINATE {
                 let message = format!("{} would be at {place:.0} mm", char::from(letter));
                 return Err(SpanDiagnostic::new(block.range_of(letter), message));
             }
@@ -210,7 +210,7 @@ impl Machine<'_> {
         let power = self.percent();
         let feed = self.feed_of_work(origin);
         CutSettings {
-            feed: feed.map(|feed| feed.min(FASTEST)),
+            feed: feed.map(|feed| feed.min(MAX_SPEED)),
             power,
             follows: feed.filter(|_| self.follows_speed && power > 0.0),
         }
@@ -224,11 +224,11 @@ impl Machine<'_> {
     ) -> Result<(), SpanDiagnostic> {
         let refused = |message: String| SpanDiagnostic::new(block.range.clone(), message);
         if self.plane != Plane::Xy {
-            self.stand_at_a_height(block, origin)?;
+            self.check_known_height(block, origin)?;
         }
         self.note_z(block, origin);
-        self.hear_z(block);
-        self.begins_somewhere(block)?;
+        self.note_first_z(block);
+        self.check_defined_start(block)?;
         self.lower();
         self.put_down(origin);
         let from = self.place(self.at, true, origin);
@@ -259,8 +259,8 @@ impl Machine<'_> {
             return refused("a curve (G5) lies in the plane of G17 only");
         }
         self.note_z(block, origin);
-        self.hear_z(block);
-        self.begins_somewhere(block)?;
+        self.note_first_z(block);
+        self.check_defined_start(block)?;
         self.lower();
         self.put_down(origin);
         let from = self.place(self.at, true, origin);
@@ -304,7 +304,7 @@ impl Machine<'_> {
     }
 
     /// Checks that Z is known before an arc through Z, whose shape depends on it.
-    fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
+    fn check_known_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.lifts {
             let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
             return Err(SpanDiagnostic::new(block.range.clone(), message)
@@ -391,7 +391,7 @@ fn bezier(points: [[f64; 2]; 4], tolerance: f64) -> impl Iterator<Item = (f64, [
     // which is at most 6 times the second difference of the control points.
     let bent = bend(a, b, c).max(bend(b, c, d));
     let count = (0.75 * bent / tolerance).sqrt().ceil();
-    let count = count.clamp(1.0, MOST_CHORDS) as u32;
+    let count = count.clamp(1.0, MAX_CHORDS) as u32;
     (1..=count).map(move |nth| {
         let t = f64::from(nth) / f64::from(count);
         let u = 1.0 - t;
@@ -405,11 +405,11 @@ fn bezier(points: [[f64; 2]; 4], tolerance: f64) -> impl Iterator<Item = (f64, [
 fn turns(block: &Block) -> Result<u32, SpanDiagnostic> {
     match block.number(b'P') {
         None => Ok(0),
-        Some(turns) if (1.0..=MOST_TURNS).contains(&turns) && turns.fract() == 0.0 => {
+        Some(turns) if (1.0..=MAX_TURNS).contains(&turns) && turns.fract() == 0.0 => {
             Ok(turns as u32 - 1)
         }
         Some(turns) => {
-            let message = format!("the arc makes {turns} turns, it must be 1 to {MOST_TURNS}");
+            let message = format!("the arc makes {turns} turns, it must be 1 to {MAX_TURNS}");
             Err(SpanDiagnostic::new(block.range_of(b'P'), message))
         }
     }

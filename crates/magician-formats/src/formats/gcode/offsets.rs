@@ -5,16 +5,16 @@ use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 
 /// Number of coordinate systems.
-const SYSTEMS: usize = 9;
+const SYSTEM_COUNT: usize = 9;
 
 /// Origins in machine coordinates, mm.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Offsets {
-    systems: [[f64; 3]; SYSTEMS],
+    systems: [[f64; 3]; SYSTEM_COUNT],
     /// Index of the active system; 0 is G54.
     active: usize,
     /// True for systems whose origin the program has set.
-    set: [bool; SYSTEMS],
+    set: [bool; SYSTEM_COUNT],
     /// First system selected or used.
     first: Option<usize>,
     /// Local offset of G52 or G92.
@@ -80,7 +80,7 @@ impl Offsets {
 
     /// Selects a system. Returns true if it is a second one whose origin the program has not set.
     pub(super) fn select(&mut self, system: usize) -> bool {
-        self.active = system.min(SYSTEMS - 1);
+        self.active = system.min(SYSTEM_COUNT - 1);
         let first = *self.first.get_or_insert(self.active);
         first != self.active && !self.set[self.active]
     }
@@ -96,7 +96,7 @@ impl Offsets {
     ) -> Result<[bool; 3], SpanDiagnostic> {
         let system = match block.number(b'P').unwrap_or(0.0) {
             0.0 => self.active,
-            number if (1.0..=SYSTEMS as f64).contains(&number) && number.fract() == 0.0 => {
+            number if (1.0..=SYSTEM_COUNT as f64).contains(&number) && number.fract() == 0.0 => {
                 number as usize - 1
             }
             number => {

@@ -12,9 +12,9 @@ use crate::Diagnostic;
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest number of O-words. It bounds memory for generated programs.
-const MOST: usize = 100_000;
+const MAX_O_WORDS: usize = 100_000;
 /// Largest nesting depth. A choice above any program written by hand.
-const DEEPEST: usize = 200;
+const MAX_DEPTH: usize = 200;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Keyword {
@@ -199,8 +199,10 @@ impl Owords {
         };
         let error = |message: String| SpanDiagnostic::new(word.clone(), message);
         let own = self.all.len();
-        if own == MOST {
-            return Err(error(format!("the program has more than {MOST} O-words")));
+        if own == MAX_O_WORDS {
+            return Err(error(format!(
+                "the program has more than {MAX_O_WORDS} O-words"
+            )));
         }
         if head.label == Label::Computed && keyword != Call {
             return Err(error(format!(
@@ -217,8 +219,8 @@ impl Owords {
         }
         let mut other = own;
         if keyword.opens() {
-            if open.len() == DEEPEST {
-                return Err(error(format!("O-words are nested {DEEPEST} deep")));
+            if open.len() == MAX_DEPTH {
+                return Err(error(format!("O-words are nested {MAX_DEPTH} deep")));
             }
             if keyword == Sub {
                 let inside = open.iter().any(|at| self.all[*at].keyword == Sub);

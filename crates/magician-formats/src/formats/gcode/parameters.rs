@@ -7,13 +7,13 @@ use std::collections::HashMap;
 use super::modes::Modes;
 
 /// Number of parameters that are local to a call: #1 to #30.
-const CALL: usize = 30;
+const CALL_PARAMETERS: usize = 30;
 /// Last parameter that programs may use freely; those beyond belong to the machine.
-const LAST_FREE: u16 = 5000;
+const LAST_FREE_PARAMETER: u16 = 5000;
 /// Last parameter.
-pub(super) const LAST: u16 = 5602;
+pub(super) const LAST_PARAMETER: u16 = 5602;
 /// Largest number of names at a time. It bounds memory.
-const MOST_NAMES: usize = 100_000;
+const MAX_NAMES: usize = 100_000;
 
 /// Parameter key.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ type Names = HashMap<Box<str>, f64>;
 
 /// Call parameters of the caller, saved during a call.
 #[derive(Debug)]
-pub(super) struct Saved(Box<[Option<f64>; CALL]>);
+pub(super) struct SavedParameters(Box<[Option<f64>; CALL_PARAMETERS]>);
 
 #[derive(Debug)]
 pub(super) struct Parameters {
@@ -77,14 +77,14 @@ impl Parameters {
     /// Returns the value of a parameter. The error is a sentence if it cannot be known.
     pub(super) fn read(&self, key: &Key) -> Result<f64, String> {
         match key {
-            Key::Number(number) if *number <= LAST_FREE => {
+            Key::Number(number) if *number <= LAST_FREE_PARAMETER => {
                 let value = self.numbered.get(number).copied();
                 if value.is_none() && self.unset.get().is_none() {
                     self.unset.set(Some(*number));
                 }
                 Ok(value.unwrap_or(0.0))
             }
-            Key::Number(number) => self.of_machine(*number),
+            Key::Number(number) => self.machine_parameter(*number),
             Key::Name(name) => match self.named(name)? {
                 Some(value) => Ok(value),
                 None => Err(format!("{key} is read, but never set")),
@@ -101,7 +101,7 @@ impl Parameters {
         matches!(self.named(name), Ok(Some(_)))
     }
 
-    fn of_machine(&self, number: u16) -> Result<f64, String> {
+    fn machine_parameter(&self, number: u16) -> Result<f64, String> {
         let axis = |first: u16| usize::from(number - first);
         let place = |place: Option<f64>| {
             place.ok_or_else(|| format!("#{number} is the tool's position, which is unknown here"))
@@ -171,7 +171,7 @@ impl Parameters {
     /// Sets a parameter. The error is a sentence if it is read-only.
     pub(super) fn set(&mut self, key: Key, value: f64) -> Result<(), String> {
         match key {
-            Key::Number(number) if number <= LAST_FREE => {
+            Key::Number(number) if number <= LAST_FREE_PARAMETER => {
                 self.numbered.insert(number, value);
                 Ok(())
             }
@@ -190,9 +190,9 @@ impl Parameters {
                 };
                 let is_new = names.is_some_and(|names| names.insert(name, value).is_none());
                 self.names += usize::from(is_new);
-                if self.names > MOST_NAMES {
+                if self.names > MAX_NAMES {
                     return Err(format!(
-                        "the program has more than {MOST_NAMES} named parameters"
+                        "the program has more than {MAX_NAMES} named parameters"
                     ));
                 }
                 Ok(())
@@ -207,21 +207,21 @@ impl Parameters {
     }
 
     /// Enters a subroutine: its arguments become the first parameters, and names are local.
-    pub(super) fn enter(&mut self, arguments: &[f64]) -> Saved {
-        let mut saved = [None; CALL];
+    pub(super) fn enter(&mut self, arguments: &[f64]) -> SavedParameters {
+        let mut saved = [None; CALL_PARAMETERS];
         for (number, saved) in (1..).zip(&mut saved) {
             *saved = self.numbered.get(&number).copied();
         }
-        for (number, value) in (1..).zip(arguments.iter().take(CALL)) {
+        for (number, value) in (1..).zip(arguments.iter().take(CALL_PARAMETERS)) {
             self.numbered.insert(number, *value);
         }
         self.locals.push(Names::new());
         self.value = None;
-        Saved(Box::new(saved))
+        SavedParameters(Box::new(saved))
     }
 
     /// Leaves a subroutine and restores the caller's parameters.
-    pub(super) fn leave(&mut self, Saved(saved): Saved) {
+    pub(super) fn leave(&mut self, SavedParameters(saved): SavedParameters) {
         for (number, value) in (1..).zip(*saved) {
             match value {
                 Some(value) => self.numbered.insert(number, value),

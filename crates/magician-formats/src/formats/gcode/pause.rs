@@ -3,7 +3,7 @@
 use super::block::Block;
 
 /// Largest length of a message, characters. A choice that fits a display; the rest is cut off.
-const LONGEST: usize = 200;
+const MAX_MESSAGE_LENGTH: usize = 200;
 
 /// Returns the pause code of a line, if it has one.
 pub(super) fn pause_code(block: &Block) -> Option<&'static str> {
@@ -15,7 +15,7 @@ pub(super) fn pause_code(block: &Block) -> Option<&'static str> {
 }
 
 /// Returns the comment of a pausing line, or the text after its code.
-pub(super) fn told(line: &str, block: &Block) -> Option<String> {
+pub(super) fn pause_message(line: &str, block: &Block) -> Option<String> {
     let end = block.codes.last().map_or(0, |code| code.range.end);
     let text = match (line.find('('), line.find(';')) {
         (Some(open), semicolon) if semicolon.is_none_or(|at| open < at) => {
@@ -30,7 +30,7 @@ pub(super) fn told(line: &str, block: &Block) -> Option<String> {
                 time.is_some_and(|time| time.parse::<f64>().is_ok())
             };
             let words: Vec<&str> = words.skip_while(is_time).collect();
-            return shown(&words.join(" "));
+            return shortened(&words.join(" "));
         }
         _ => return None,
     };
@@ -42,11 +42,11 @@ pub(super) fn told(line: &str, block: &Block) -> Option<String> {
         Some(_) => text.get(3..).unwrap_or_default(),
         None => text,
     };
-    shown(text.trim_start_matches([',', ':']))
+    shortened(text.trim_start_matches([',', ':']))
 }
 
-fn shown(text: &str) -> Option<String> {
+fn shortened(text: &str) -> Option<String> {
     let shown = text.trim().chars().filter(|sign| !sign.is_control());
-    let shown: String = shown.take(LONGEST).collect();
+    let shown: String = shown.take(MAX_MESSAGE_LENGTH).collect();
     (!shown.is_empty()).then_some(shown)
 }

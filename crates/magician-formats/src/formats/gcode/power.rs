@@ -12,9 +12,9 @@ use super::block::Block;
 use crate::{Diagnostic, DiagnosticCode, Origin};
 
 /// Default S of full power, that of GRBL.
-const USUAL: f64 = 1000.0;
+const DEFAULT_FULL_POWER: f64 = 1000.0;
 /// S of full power of a fan, as in printer firmware.
-const FAN: f64 = 255.0;
+const FAN_FULL_POWER: f64 = 255.0;
 
 /// Facts about the powers in a program.
 #[derive(Clone, Debug, Default)]
@@ -50,11 +50,11 @@ pub(super) struct FullPower {
 
 #[derive(Clone, Copy, Debug)]
 enum Rule {
-    Said,
+    Given,
     Setting(Origin),
     Cut(Cut),
     Fan,
-    Usual,
+    Default,
 }
 
 impl Powers {
@@ -77,14 +77,14 @@ impl Powers {
     }
 
     /// Examines the words of a line.
-    pub(super) fn look(&mut self, block: &Block, line: &SourceLine<'_>) {
+    pub(super) fn examine(&mut self, block: &Block, line: &SourceLine<'_>) {
         self.switched |= [3, 4, 106].iter().any(|number| block.has(b'M', *number));
         let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
         let Some(s) = block.power().or(fan) else {
             return;
         };
         self.greatest = Some(self.greatest.map_or(s, |most| most.max(s)));
-        if s > USUAL && self.beyond.is_none() {
+        if s > DEFAULT_FULL_POWER && self.beyond.is_none() {
             self.beyond = Some((s, line.origin(&block.range_of(b'S'))));
         }
         if s > 0.0
@@ -103,11 +103,11 @@ impl Powers {
     }
 
     /// Applies the first rule that fits.
-    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
+    pub(super) fn full(&self, given: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
         let of = |s, rule| Ok(FullPower { s, rule });
-        if let Some(s) = said {
+        if let Some(s) = given {
             return if s.is_finite() && s > 0.0 {
-                of(s, Rule::Said)
+                of(s, Rule::Given)
             } else {
                 let message = format!("full power is S{s}, it must be above 0");
                 Err(Diagnostic::of_file(message).with(s_max()))
@@ -119,13 +119,16 @@ impl Powers {
         if let Some(cut) = self.cut {
             // Not below the default and the largest S, so that no burn exceeds 100 %.
             let greatest = self.greatest.unwrap_or(0.0);
-            return of(cut.full.max(USUAL).max(greatest), Rule::Cut(cut));
+            return of(
+                cut.full.max(DEFAULT_FULL_POWER).max(greatest),
+                Rule::Cut(cut),
+            );
         }
         if fan {
-            return of(FAN, Rule::Fan);
+            return of(FAN_FULL_POWER, Rule::Fan);
         }
         match self.beyond {
-            None => of(USUAL, Rule::Usual),
+            None => of(DEFAULT_FULL_POWER, Rule::Default),
             Some((s, origin)) => {
                 // The default would burn at more than 100 %, and no other value is safe.
                 let message = format!("S{s} is above 1000, but the S of full power is unknown");
@@ -146,7 +149,7 @@ impl FullPower {
         let Self { s, rule } = *self;
         let says = |note: Diagnostic| note.with(s_max());
         match rule {
-            Rule::Said => notes.add(
+            Rule::Given => notes.add(
                 DiagnosticCode::Power,
                 Origin::NONE,
                 &format!("full power is S{s}, as given"),
@@ -173,7 +176,7 @@ impl FullPower {
                 let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
             }
-            Rule::Usual => {
+            Rule::Default => {
                 let message = format!(
                     "full power is assumed to be S{s}: the file does not give it, and no S is \
                         higher"

@@ -5,9 +5,9 @@ use super::block::Block;
 use crate::{Diagnostic, Origin};
 
 /// S of M300 from which it is a tone and not an angle. Servos use 30 and 50.
-const HIGHEST_M300: f64 = 100.0;
+const M300_MIN_TONE: f64 = 100.0;
 /// Angle of M300 below which the pen is down, if both angles feed: 30 is down and 50 is up.
-const M300_DOWN: f64 = 40.0;
+const M300_DOWN_ANGLE: f64 = 40.0;
 
 /// State of the servo.
 #[derive(Clone, Debug, Default)]
@@ -42,8 +42,8 @@ impl Servo {
     pub(super) fn follow(&mut self, block: &Block) -> Option<f64> {
         let m = |number| block.has(b'M', number);
         let s = block.number(b'S');
-        let said = if m(300) {
-            s.filter(|angle| *angle < HIGHEST_M300)
+        let given = if m(300) {
+            s.filter(|angle| *angle < M300_MIN_TONE)
         } else if m(280) {
             s
         } else if self.spindle {
@@ -51,10 +51,10 @@ impl Servo {
         } else {
             None
         };
-        if said.is_some() {
-            self.angle = said;
+        if given.is_some() {
+            self.angle = given;
         }
-        said
+        given
     }
 
     /// Follows a servo on the spindle pin, where M5 means S0.
@@ -80,7 +80,7 @@ impl Angles {
     }
 
     /// Examines a line; `feeds` is true if it feeds X or Y.
-    pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
+    pub(super) fn examine(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
         if let Some(angle) = self.servo.follow(block) {
             self.other |= !block.has(b'M', 300);
             if !self.used.iter().any(|(known, ..)| *known == angle) {
@@ -113,7 +113,7 @@ impl Angles {
                 let help = "export the file with G0 for the moves between lines";
                 Err(Diagnostic::new(*origin, message).help(help))
             }
-            [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN).collect()),
+            [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN_ANGLE).collect()),
             one => Ok(one
                 .iter()
                 .filter(|used| all(used))

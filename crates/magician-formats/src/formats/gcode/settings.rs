@@ -6,13 +6,13 @@ use magician_motion::ArmModel;
 use super::arc::Plane;
 use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
-use super::modes::INCH;
+use super::modes::MM_PER_INCH;
 use super::offsets::{Offsets, Setting};
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
 /// Fastest speed of the arm along a line, mm/s (model section 6).
-pub(super) const FASTEST: f64 = ArmModel::MAGICIAN.ceilings.linear_velocity;
+pub(super) const MAX_SPEED: f64 = ArmModel::MAGICIAN.ceilings.linear_velocity;
 
 impl Machine<'_> {
     pub(super) fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
@@ -73,7 +73,7 @@ impl Machine<'_> {
             170 => self.plane = Plane::Xy,
             180 => self.plane = Plane::Zx,
             190 => self.plane = Plane::Yz,
-            200 => self.unit = INCH,
+            200 => self.unit = MM_PER_INCH,
             210 => self.unit = 1.0,
             900 => self.relative = false,
             910 => self.relative = true,
@@ -161,7 +161,7 @@ impl Machine<'_> {
             return Err(SpanDiagnostic::new(block.range_of(b'F'), message));
         }
         let speed = feed * self.unit / 60.0;
-        if speed > FASTEST {
+        if speed > MAX_SPEED {
             let message =
                 "speeds above 300 mm/s (F18000) are reduced to 300 mm/s: the arm is not faster";
             self.notes.add(DiagnosticCode::Speed, origin, message);

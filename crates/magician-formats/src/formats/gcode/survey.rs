@@ -10,7 +10,7 @@ use super::servo::Angles;
 use super::{Dialect, GcodeOptions};
 
 /// G codes whose axis words are not positions in program coordinates.
-const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];
+const NOT_POSITIONS: [u32; 6] = [10, 28, 30, 52, 53, 92];
 
 /// Tool that a program is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,14 +69,14 @@ impl Survey {
             let setting = line.text.trim_start().starts_with('$');
             survey.seconds |= setting || line.text.contains("LightBurn");
             if stepped == LineOutcome::Words {
-                survey.look(&block, &line, interpreter.modes());
+                survey.examine(&block, &line, interpreter.modes());
             }
         }
         survey
     }
 
     /// Examines a line; `modes` is the state after it.
-    fn look(&mut self, block: &Block, line: &SourceLine<'_>, modes: &Modes) {
+    fn examine(&mut self, block: &Block, line: &SourceLine<'_>, modes: &Modes) {
         if block.is_foreign() || block.is_empty() {
             return;
         }
@@ -86,11 +86,11 @@ impl Survey {
         self.extrudes |= block.number(b'E').is_some();
         let pause = block.number(b'P').filter(|_| block.has(b'G', 4));
         self.seconds |= pause.is_some_and(|pause| pause.fract() != 0.0);
-        self.powers.look(block, line);
-        let places = NOT_MOVED.iter().any(|code| block.has(b'G', *code));
+        self.powers.examine(block, line);
+        let places = NOT_POSITIONS.iter().any(|code| block.has(b'G', *code));
         let marks = modes.feeds() && !places && block.has_any(b"XYIJ");
-        self.mill.look(block, line, modes, (places, marks));
-        self.angles.look(block, marks, line);
+        self.mill.examine(block, line, modes, (places, marks));
+        self.angles.examine(block, marks, line);
         self.m300 |= block.has(b'M', 300) && block.number(b'S').is_some_and(|s| s < 100.0);
         self.m280 |= block.has(b'M', 280) && block.number(b'S').is_some();
         let moves = block.number(b'Z').is_some() && !(modes.relative || places);

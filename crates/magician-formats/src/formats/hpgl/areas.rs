@@ -23,7 +23,7 @@ pub(super) enum FillType {
 }
 
 /// Default spacing of hatch lines, as a share of the frame's diagonal.
-const SHARE: f64 = 0.01;
+const DEFAULT_SPACING_SHARE: f64 = 0.01;
 
 impl Plotter<'_> {
     /// Handles FT: 3 and 4 are lines; all other types, including shades and patterns, are solid.
@@ -61,7 +61,7 @@ impl Plotter<'_> {
             let [width, height] = self.scale.span();
             let spacing = match spacing {
                 Some(spacing) => spacing * self.scale.unit(),
-                None => libm::hypot(width, height) * SHARE,
+                None => libm::hypot(width, height) * DEFAULT_SPACING_SHARE,
             };
             let mut lines = self.hatched(&rings, spacing, angle);
             if crossed {

@@ -4,7 +4,7 @@ use kurbo::{Arc, BezPath, PathEl, Point, Shape, Vec2, flatten};
 
 /// Share of the tolerance for each of the two steps from an arc to lines, so that both together
 /// keep it.
-const HALF: f64 = 0.5;
+const TOLERANCE_SHARE: f64 = 0.5;
 
 /// Returns points along an arc without the first; `sweep` is in degrees, counter-clockwise, and
 /// starts at the angle of `from`.
@@ -17,7 +17,10 @@ pub(super) fn arc(centre: [f64; 2], from: [f64; 2], sweep: f64, tolerance: f64) 
         sweep_angle: sweep.to_radians(),
         x_rotation: 0.0,
     };
-    corners(&arc.to_path(tolerance * HALF), tolerance * HALF)
+    corners(
+        &arc.to_path(tolerance * TOLERANCE_SHARE),
+        tolerance * TOLERANCE_SHARE,
+    )
 }
 
 /// Returns points along a cubic Bézier curve without the first.

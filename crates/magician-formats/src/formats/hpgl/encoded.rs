@@ -11,15 +11,15 @@ use super::plotter::Plotter;
 use crate::formats::span::SpanDiagnostic;
 
 /// Lowest character of a digit before the last.
-const MORE: u8 = 63;
+const FIRST_DIGIT: u8 = 63;
 /// Lowest character of the last digit in base 64.
-const LAST_OF_64: u8 = 191;
+const LAST_DIGIT_BASE_64: u8 = 191;
 /// Lowest character of the last digit in base 32.
-const LAST_OF_32: u8 = 95;
+const LAST_DIGIT_BASE_32: u8 = 95;
 /// Largest number of digits. More would exceed any sheet.
-const MOST_DIGITS: u32 = 8;
+const MAX_DIGITS: u32 = 8;
 /// Largest number of fractional bits.
-const MOST_BITS: f64 = 26.0;
+const MAX_BITS: f64 = 26.0;
 
 /// Item of an encoded polyline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub(super) enum Item {
 
 /// Reason why no number could be read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum End {
+pub(super) enum ReadError {
     /// The last digit is missing.
     CutOff,
     /// A character is not a digit.
@@ -46,21 +46,21 @@ pub(super) fn items(bytes: &[u8]) -> Option<(Vec<Item>, bool)> {
     let mut items = Vec::new();
     match gather(bytes, &mut items) {
         Ok(()) => Some((items, false)),
-        Err(End::CutOff) => Some((items, true)),
-        Err(End::Damaged) => None,
+        Err(ReadError::CutOff) => Some((items, true)),
+        Err(ReadError::Damaged) => None,
     }
 }
 
-fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
+fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), ReadError> {
     let mut numbers = Numbers {
         bytes,
         base: 64,
-        last: LAST_OF_64,
+        last: LAST_DIGIT_BASE_64,
     };
     let mut share = 1.0;
     while let Some((byte, rest)) = numbers.bytes.split_first() {
         let flag = matches!(byte, b':' | b'<' | b'>' | b'=' | b'7');
-        if flag || *byte < MORE {
+        if flag || *byte < FIRST_DIGIT {
             // Blanks may stand between numbers.
             numbers.bytes = rest;
         }
@@ -68,15 +68,15 @@ fn gather(bytes: &[u8], items: &mut Vec<Item>) -> Result<(), End> {
             b':' => items.push(Item::Pen(numbers.next()?)),
             b'<' => items.push(Item::Up),
             b'=' => items.push(Item::Absolute),
-            b'7' => (numbers.base, numbers.last) = (32, LAST_OF_32),
+            b'7' => (numbers.base, numbers.last) = (32, LAST_DIGIT_BASE_32),
             b'>' => {
                 let bits = numbers.next()?;
-                if bits.abs() > MOST_BITS {
-                    return Err(End::Damaged);
+                if bits.abs() > MAX_BITS {
+                    return Err(ReadError::Damaged);
                 }
                 share = libm::exp2(-bits);
             }
-            byte if *byte >= MORE => {
+            byte if *byte >= FIRST_DIGIT => {
                 let point = [numbers.next()?, numbers.next()?];
                 items.push(Item::Point(point.map(|number| number * share)));
             }
@@ -93,23 +93,23 @@ struct Numbers<'b> {
 }
 
 impl Numbers<'_> {
-    fn next(&mut self) -> Result<f64, End> {
+    fn next(&mut self) -> Result<f64, ReadError> {
         let (mut value, mut digits) = (0_u64, 0);
         loop {
-            let (byte, rest) = self.bytes.split_first().ok_or(End::CutOff)?;
+            let (byte, rest) = self.bytes.split_first().ok_or(ReadError::CutOff)?;
             self.bytes = rest;
             // In base 32 a character has seven significant bits.
             let byte = match self.base {
                 32 => byte & 0x7F,
                 _ => *byte,
             };
-            if byte < MORE {
+            if byte < FIRST_DIGIT {
                 continue;
             }
             let ends = byte >= self.last;
-            let digit = u64::from(byte - if ends { self.last } else { MORE });
-            if digit >= self.base || digits == MOST_DIGITS {
-                return Err(End::Damaged);
+            let digit = u64::from(byte - if ends { self.last } else { FIRST_DIGIT });
+            if digit >= self.base || digits == MAX_DIGITS {
+                return Err(ReadError::Damaged);
             }
             value += digit * self.base.pow(digits);
             digits += 1;
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_as_the_manual_has_them() {
+    fn encoded_numbers_match_the_manual() {
         // 82.23 with 7 fractional bits, from the manual's example.
         let [to_64, to_32] = [&[121, 71, 196][..], b"YPs"];
         for (flags, digits) in [(&b""[..], to_64), (b"7", to_32)] {
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_and_fractions_are_followed_and_rubbish_is_none() {
+    fn flags_and_fractions_are_decoded_and_garbage_gives_none() {
         // 1 fractional bit: 3/2, then -1/2.
         let found = items(b"7:c\r\n<=>aec").unwrap();
         let expected = vec![

@@ -9,15 +9,15 @@ use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest sweep of an arc, degrees: a hundred turns. A choice that bounds memory.
-const WIDEST: f64 = 36_000.0;
+const MAX_SWEEP: f64 = 36_000.0;
 
 /// Default length of tick marks in both directions, percent of the distance between P1 and P2.
-pub(super) const TICK: [f64; 2] = [0.5, 0.5];
+pub(super) const DEFAULT_TICK_LENGTHS: [f64; 2] = [0.5, 0.5];
 
 /// Parses TL. A single number applies to the positive direction only.
 pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
     match instruction.numbers[..] {
-        [] => TICK,
+        [] => DEFAULT_TICK_LENGTHS,
         [forth] => [forth, 0.0],
         [forth, back, ..] => [forth, back],
     }
@@ -54,7 +54,7 @@ impl Plotter<'_> {
         let at = |share: f64| [0, 1].map(|side| place[side] + way[side] * share);
         let points = vec![at(self.tick[0]), at(-self.tick[1])];
         for point in &points {
-            self.on_a_sheet(*point, instruction)?;
+            self.check_on_sheet(*point, instruction)?;
         }
         if self.pen != 0.0 && points[0] != points[1] {
             let style = self.style();
@@ -155,7 +155,7 @@ impl Plotter<'_> {
             let from = if relative { self.at } else { [0.0; 2] };
             let [a, b, c] = [a, b, c].map(|[x, y]| [from[0] + x, from[1] + y]);
             for point in [a, b, c] {
-                self.fits(point, instruction)?;
+                self.check_point(point, instruction)?;
             }
             let tolerance = self.chords.for_curve() / self.scale.most();
             for corner in curves::curve([self.at, a, b, c], tolerance) {
@@ -174,9 +174,9 @@ impl Plotter<'_> {
     ) -> Result<Vec<[f64; 2]>, SpanDiagnostic> {
         let radius = distance(centre, from);
         let span = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
-        self.fits(span(1.0), instruction)?;
-        self.fits(span(-1.0), instruction)?;
-        if sweep.abs() > WIDEST {
+        self.check_point(span(1.0), instruction)?;
+        self.check_point(span(-1.0), instruction)?;
+        if sweep.abs() > MAX_SWEEP {
             let message = format!("an arc of {sweep} degrees has too many turns");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
@@ -198,14 +198,14 @@ impl Plotter<'_> {
         if let Some(open) = &mut self.open {
             open.dot = false;
         }
-        self.lift_for_a_moment();
+        self.end_stroke();
         if self.pen == 0.0 {
             return Ok(());
         }
         let filled = matches!(&instruction.name, b"RA" | b"RR" | b"WG");
         if filled || self.polygon.is_some() {
             for corner in &corners {
-                self.fits(*corner, instruction)?;
+                self.check_point(*corner, instruction)?;
             }
             let ring: Vec<_> = corners
                 .iter()
@@ -222,7 +222,7 @@ impl Plotter<'_> {
         (self.at, self.down) = (start, true);
         let mut corners = corners.into_iter();
         let drawn = corners.try_for_each(|corner| self.line(corner, instruction));
-        self.lift_for_a_moment();
+        self.end_stroke();
         (self.at, self.down, self.rings) = (at, down, rings);
         drawn
     }

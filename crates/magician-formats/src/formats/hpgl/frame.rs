@@ -13,7 +13,7 @@ impl Plotter<'_> {
         self.end_polygon();
         self.edges.clear();
         (self.relative, self.window) = (false, None);
-        self.tick = super::figures::TICK;
+        self.tick = super::figures::DEFAULT_TICK_LENGTHS;
         (self.labels, self.fill_type, self.symbol) = Default::default();
         if moves {
             self.scale.reset();
@@ -21,22 +21,22 @@ impl Plotter<'_> {
         } else {
             let place = self.scale.place(self.at);
             self.scale.unscale();
-            self.stay(place);
+            self.keep_pen_at(place);
         }
     }
 
     /// Handles an instruction that changes the coordinate system. The pen does not move.
     pub(super) fn scaled(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
-        self.lift_for_a_moment();
+        self.end_stroke();
         let place = self.scale.place(self.at);
         match &instruction.name {
             b"IP" => self.scale.corners(instruction),
-            b"IR" => self.scale.shares(instruction),
+            b"IR" => self.scale.relative_corners(instruction),
             b"PS" => self.scale.sized(instruction),
             b"RO" => self.scale.rotate(instruction),
             _ => self.scale.units(instruction),
         }?;
-        self.stay(place);
+        self.keep_pen_at(place);
         if &instruction.name == b"SC" && self.scale.assumes_frame() {
             let [width, height] = self.scale.frame();
             let message = format!(
@@ -56,7 +56,7 @@ impl Plotter<'_> {
 
     /// Handles IW: nothing outside a rectangle is drawn.
     pub(super) fn windowed(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
-        self.lift_for_a_moment();
+        self.end_stroke();
         self.window = match instruction.numbers[..] {
             [] => None,
             [x1, y1, x2, y2] => {
@@ -75,7 +75,7 @@ impl Plotter<'_> {
     }
 
     /// Keeps the pen at a place of the sheet, whose coordinates have changed.
-    fn stay(&mut self, place: [f64; 2]) {
+    fn keep_pen_at(&mut self, place: [f64; 2]) {
         self.at = self.scale.at(place);
     }
 

@@ -6,7 +6,7 @@ use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
 use crate::formats::span::SpanDiagnostic;
 
 /// Largest magnitude of a number: HP-GL/2's own limit, 2^23.
-const GREATEST: f64 = 8_388_608.0;
+const MAX_NUMBER: f64 = 8_388_608.0;
 
 /// An instruction.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,7 +109,7 @@ impl<'t> Instructions<'t> {
 
     /// Parses an instruction specific to Roland, such as `!PG` or `!VZ10`. Its name is `!` and the
     /// first letter, its text is the whole instruction.
-    fn of_the_maker(&mut self) -> Result<Instruction, SpanDiagnostic> {
+    fn vendor_instruction(&mut self) -> Result<Instruction, SpanDiagnostic> {
         let start = self.scan.at;
         self.scan.at += 1;
         let letter = self.scan.peek().filter(u8::is_ascii_alphabetic);
@@ -175,9 +175,9 @@ impl<'t> Instructions<'t> {
             self.scan.skip(|byte| byte.is_ascii_digit());
             let text = self.scan.text.get(start..self.scan.at).unwrap_or_default();
             match text.parse::<f64>() {
-                Ok(number) if number.abs() <= GREATEST => numbers.push(number),
+                Ok(number) if number.abs() <= MAX_NUMBER => numbers.push(number),
                 Ok(_) => {
-                    let message = format!("a number is beyond {GREATEST}");
+                    let message = format!("a number is beyond {MAX_NUMBER}");
                     return Err(SpanDiagnostic::new(start..self.scan.at, message));
                 }
                 Err(_) => {
@@ -200,7 +200,7 @@ impl Iterator for Instructions<'_> {
             return Some(self.instruction(first));
         }
         if first == b'!' {
-            return Some(self.of_the_maker());
+            return Some(self.vendor_instruction());
         }
         let start = self.scan.at;
         let sign = self.scan.text.get(start..)?.chars().next()?;
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_instruction_says_where_it_is() {
+    fn invalid_instruction_error_has_its_position() {
         let error = |text: &str| {
             let found = Instructions::new(text).find_map(Result::err);
             found.expect("a flaw").range

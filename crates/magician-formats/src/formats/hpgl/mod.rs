@@ -35,7 +35,7 @@ mod text;
 
 use super::notes::Notes;
 use super::{Chords, Content, Parsed, ReadOptions};
-use crate::encoding::{Otherwise, characters, with_line_feeds};
+use crate::encoding::{Fallback, decode_characters, with_line_feeds};
 use crate::{Diagnostic, Lines};
 
 use lexer::Instructions;
@@ -47,7 +47,7 @@ pub(super) fn read(
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
     // Encoded polylines consist of bytes.
-    let text = characters(bytes, Otherwise::Bytes)?.text;
+    let text = decode_characters(bytes, Fallback::Bytes)?.text;
     let latin = std::str::from_utf8(bytes).is_err();
     let divided = with_line_feeds(text.as_ref().into());
     let lines = Lines::new(&divided);

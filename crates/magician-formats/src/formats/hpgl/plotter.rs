@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Notes;
 use super::areas::FillType;
-use super::figures::{TICK, ticks};
+use super::figures::{DEFAULT_TICK_LENGTHS, ticks};
 use super::lexer::Instruction;
 use super::scale::Scale;
 use super::text::LabelStyle;
@@ -16,13 +16,13 @@ use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
 /// Largest number of pens that become layers. A choice above any plotter; further pens have no
 /// layer.
-const MOST_PENS: usize = 100;
+const MAX_PENS: usize = 100;
 /// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
-const LARGEST: f64 = 1e5;
+const MAX_COORDINATE: f64 = 1e5;
 
 /// Stroke being drawn.
 #[derive(Debug)]
-pub(super) struct Open {
+pub(super) struct OpenStroke {
     points: Vec<[f64; 2]>,
     range: Range<usize>,
     style: Style,
@@ -44,7 +44,7 @@ pub(super) struct Plotter<'t> {
     pub(super) relative: bool,
     /// Pen number; 0 is no pen.
     pub(super) pen: f64,
-    pub(super) open: Option<Open>,
+    pub(super) open: Option<OpenStroke>,
     /// Within a polygon: index of the current part's first stroke. Strokes are then collected
     /// instead of drawn.
     pub(super) polygon: Option<usize>,
@@ -61,7 +61,7 @@ pub(super) struct Plotter<'t> {
     /// Length of tick marks in both directions, percent of the distance between P1 and P2.
     pub(super) tick: [f64; 2],
     /// Buffered label (BL).
-    kept: String,
+    buffered_label: String,
     /// Font of labels, loaded at the first one.
     lettering: Option<Lettering>,
     /// Clip window (IW), mm.
@@ -101,8 +101,8 @@ impl<'t> Plotter<'t> {
             fill_type: FillType::default(),
             labels: LabelStyle::default(),
             symbol: None,
-            tick: TICK,
-            kept: String::new(),
+            tick: DEFAULT_TICK_LENGTHS,
+            buffered_label: String::new(),
             lettering: None,
             window: None,
             latin,
@@ -156,8 +156,8 @@ impl<'t> Plotter<'t> {
             b"IP" | b"IR" | b"PS" | b"RO" | b"SC" => self.scaled(instruction)?,
             b"IW" => self.windowed(instruction)?,
             b"LB" => self.label(&instruction.text, instruction)?,
-            b"BL" => self.kept.clone_from(&instruction.text),
-            b"PB" => self.label(&self.kept.clone(), instruction)?,
+            b"BL" => self.buffered_label.clone_from(&instruction.text),
+            b"PB" => self.label(&self.buffered_label.clone(), instruction)?,
             b"SI" | b"SR" | b"DI" | b"DR" | b"DV" | b"SL" | b"LO" | b"ES" => {
                 self.label_style(instruction)?;
             }
@@ -219,7 +219,7 @@ impl<'t> Plotter<'t> {
     }
 
     pub(super) fn select(&mut self, pen: f64) {
-        self.lift_for_a_moment();
+        self.end_stroke();
         self.pen = pen;
     }
 
@@ -237,7 +237,7 @@ impl<'t> Plotter<'t> {
     pub(super) fn begin(&mut self, range: Range<usize>, dot: bool) {
         let style = self.style();
         let points = vec![self.scale.place(self.at)];
-        self.open = Some(Open {
+        self.open = Some(OpenStroke {
             points,
             range,
             style,
@@ -251,7 +251,7 @@ impl<'t> Plotter<'t> {
             name: Some(format!("pen {}", self.pen)),
             inkscape: false,
         };
-        let layer = if self.artwork.layers.len() < MOST_PENS {
+        let layer = if self.artwork.layers.len() < MAX_PENS {
             self.artwork.layer(&layer)
         } else {
             0
@@ -275,11 +275,11 @@ impl<'t> Plotter<'t> {
 
     pub(super) fn lift(&mut self) {
         self.down = false;
-        self.lift_for_a_moment();
+        self.end_stroke();
     }
 
     /// Ends the stroke; the next one begins with the next line.
-    pub(super) fn lift_for_a_moment(&mut self) {
+    pub(super) fn end_stroke(&mut self) {
         if let Some(open) = self
             .open
             .take()
@@ -319,7 +319,7 @@ impl<'t> Plotter<'t> {
         to: [f64; 2],
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        self.fits(to, instruction)?;
+        self.check_point(to, instruction)?;
         let place = self.scale.place(to);
         if self.draws() {
             if self.open.is_none() {
@@ -342,20 +342,20 @@ impl<'t> Plotter<'t> {
     }
 
     /// Checks that a point is within any sheet.
-    pub(super) fn fits(
+    pub(super) fn check_point(
         &self,
         to: [f64; 2],
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        self.on_a_sheet(self.scale.place(to), instruction)
+        self.check_on_sheet(self.scale.place(to), instruction)
     }
 
-    pub(super) fn on_a_sheet(
+    pub(super) fn check_on_sheet(
         &self,
         [x, y]: [f64; 2],
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        if x.abs().max(y.abs()) <= LARGEST {
+        if x.abs().max(y.abs()) <= MAX_COORDINATE {
             return Ok(());
         }
         let message = format!("the pen would be at {x:.0}, {y:.0} mm");

@@ -10,7 +10,7 @@ impl Plotter<'_> {
     pub(super) fn polygon(&mut self, instruction: &Instruction) {
         match instruction.numbers.first().copied().unwrap_or(0.0) {
             0.0 => {
-                self.lift_for_a_moment();
+                self.end_stroke();
                 self.edges.clear();
                 self.outlined = false;
                 self.rings = vec![vec![self.scale.place(self.at)]];
@@ -33,7 +33,7 @@ impl Plotter<'_> {
 
     /// Closes the current part of the polygon.
     fn close_part(&mut self) {
-        self.lift_for_a_moment();
+        self.end_stroke();
         let Some(first) = self.polygon else {
             return;
         };

@@ -4,11 +4,11 @@ use super::lexer::Instruction;
 use crate::formats::span::SpanDiagnostic;
 
 /// Plotter units per millimetre.
-const UNITS: f64 = 40.0;
+const UNITS_PER_MM: f64 = 40.0;
 
 /// Default P1 and P2 on A4, plotter units. From the HP 7475A's manual, table "Default Coordinate
 /// Values for Scaling Points P1 and P2".
-const A4: [f64; 4] = [603.0, 521.0, 10_603.0, 7721.0];
+const A4_SCALING_POINTS: [f64; 4] = [603.0, 521.0, 10_603.0, 7721.0];
 
 /// Transform from coordinates of the plot to millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,9 @@ enum Units {
 impl Default for Scale {
     fn default() -> Self {
         Self {
-            frame: A4,
+            frame: A4_SCALING_POINTS,
             sized: false,
-            corners: A4,
+            corners: A4_SCALING_POINTS,
             said: false,
             turns: 0,
             user: None,
@@ -70,12 +70,12 @@ impl Scale {
             2 => [width - x, height - y],
             _ => [y, height - x],
         };
-        turned.map(|side| side / UNITS)
+        turned.map(|side| side / UNITS_PER_MM)
     }
 
     /// Converts a point of the sheet, mm, to the plot.
     pub(super) fn at(&self, place: [f64; 2]) -> [f64; 2] {
-        let [x, y] = place.map(|side| side * UNITS);
+        let [x, y] = place.map(|side| side * UNITS_PER_MM);
         let [width, height] = self.sheet();
         let [x, y] = match self.turns {
             0 => [x, y],
@@ -91,7 +91,7 @@ impl Scale {
 
     /// Larger scale factor of both axes, mm per unit.
     pub(super) fn most(&self) -> f64 {
-        self.factor[0].abs().max(self.factor[1].abs()) / UNITS
+        self.factor[0].abs().max(self.factor[1].abs()) / UNITS_PER_MM
     }
 
     /// Converts a direction of the plot to the sheet.
@@ -107,12 +107,12 @@ impl Scale {
     /// Distance from P1 to P2 in x and y, mm.
     pub(super) fn span(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.corners;
-        [(qx - px) / UNITS, (qy - py) / UNITS]
+        [(qx - px) / UNITS_PER_MM, (qy - py) / UNITS_PER_MM]
     }
 
     /// Scale factor in x, mm per unit.
     pub(super) fn unit(&self) -> f64 {
-        self.factor[0].abs() / UNITS
+        self.factor[0].abs() / UNITS_PER_MM
     }
 
     /// Width and height of the sheet. Its frame is assumed to be centred.
@@ -123,7 +123,8 @@ impl Scale {
 
     /// Returns the page size given by the file (PS), mm.
     pub(super) fn page(&self) -> Option<[f64; 2]> {
-        self.sized.then(|| self.sheet().map(|side| side / UNITS))
+        self.sized
+            .then(|| self.sheet().map(|side| side / UNITS_PER_MM))
     }
 
     /// Frame along the rotated axes.
@@ -143,7 +144,7 @@ impl Scale {
     /// Size of the assumed frame, mm.
     pub(super) fn frame(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.frame;
-        [(qx - px) / UNITS, (qy - py) / UNITS]
+        [(qx - px) / UNITS_PER_MM, (qy - py) / UNITS_PER_MM]
     }
 
     /// Handles PS: length and width of the sheet.
@@ -197,7 +198,10 @@ impl Scale {
     }
 
     /// Handles IR: position of P1 and P2 in percent of the sheet.
-    pub(super) fn shares(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    pub(super) fn relative_corners(
+        &mut self,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.turned_frame();
         let at = |x: f64, y: f64| [px + (qx - px) * x / 100.0, py + (qy - py) * y / 100.0];
         let numbers: Vec<f64> = instruction

@@ -9,19 +9,19 @@ use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Stroke};
 
 /// Distance of characters, in widths of a character.
-const ADVANCE: f64 = 1.5;
+const CHARACTER_ADVANCE: f64 = 1.5;
 /// Distance of lines, in heights of a character.
-const LINE: f64 = 2.0;
+const LINE_DISTANCE: f64 = 2.0;
 /// Default width and height of a character, percent of the distance between P1 and P2 (HP 7475A).
-const USUAL: [f64; 2] = [0.75, 1.5];
+const DEFAULT_RELATIVE_SIZE: [f64; 2] = [0.75, 1.5];
 /// Size of a character after SI without numbers on A4, cm.
-const ABSOLUTE: [f64; 2] = [0.187, 0.269];
+const DEFAULT_ABSOLUTE_SIZE: [f64; 2] = [0.187, 0.269];
 /// Width of a capital of the font, in its heights: an H is 14 by 21 units.
-const CAPITAL: f64 = 14.0 / 21.0;
+const CAPITAL_WIDTH: f64 = 14.0 / 21.0;
 /// Largest stretch of a letter beyond the width of a capital. A choice: wider letters look odd.
-const WIDEST: f64 = 1.3;
+const MAX_STRETCH: f64 = 1.3;
 /// Largest number of characters of a label. It bounds memory if the terminator is missing.
-const LONGEST: usize = 10_000;
+const MAX_LABEL_LENGTH: usize = 10_000;
 
 /// Style of labels.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,7 +58,7 @@ enum Direction {
 impl Default for LabelStyle {
     fn default() -> Self {
         Self {
-            size: Size::Relative(USUAL),
+            size: Size::Relative(DEFAULT_RELATIVE_SIZE),
             direction: Direction::Absolute([1.0, 0.0]),
             slant: 0.0,
             origin: 1.0,
@@ -97,9 +97,9 @@ impl Plotter<'_> {
         let style = &mut self.labels;
         let numbers = &instruction.numbers[..];
         match (&instruction.name, numbers) {
-            (b"SI", []) => style.size = Size::Absolute(ABSOLUTE),
+            (b"SI", []) => style.size = Size::Absolute(DEFAULT_ABSOLUTE_SIZE),
             (b"SI", &[width, height, ..]) => style.size = Size::Absolute([width, height]),
-            (b"SR", []) => style.size = Size::Relative(USUAL),
+            (b"SR", []) => style.size = Size::Relative(DEFAULT_RELATIVE_SIZE),
             (b"SR", &[width, height, ..]) => style.size = Size::Relative([width, height]),
             (b"DI" | b"DR", []) => style.direction = Direction::Absolute([1.0, 0.0]),
             (b"DI", &[run, rise, ..]) => style.direction = Direction::Absolute([run, rise]),
@@ -145,8 +145,8 @@ impl Plotter<'_> {
     /// Offsets to the next character and to the next line.
     fn steps(&self, cell: &Cell) -> [[f64; 2]; 2] {
         let [across, along] = self.labels.extra;
-        let forth = [cell.width * ADVANCE * (1.0 + across), 0.0];
-        let down = [0.0, -cell.height * LINE * (1.0 + along)];
+        let forth = [cell.width * CHARACTER_ADVANCE * (1.0 + across), 0.0];
+        let down = [0.0, -cell.height * LINE_DISTANCE * (1.0 + along)];
         if self.labels.downwards {
             [down, [-forth[0], 0.0]]
         } else {
@@ -159,7 +159,7 @@ impl Plotter<'_> {
         &mut self,
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        self.lift_for_a_moment();
+        self.end_stroke();
         let cell = self.cell();
         let [forth, down] = self.steps(&cell);
         let place = self.scale.place(self.at);
@@ -198,7 +198,7 @@ impl Plotter<'_> {
     /// Moves the pen without drawing.
     fn jump(&mut self, place: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let at = self.scale.at(place);
-        self.fits(at, instruction)?;
+        self.check_point(at, instruction)?;
         self.at = at;
         Ok(())
     }
@@ -212,14 +212,14 @@ impl Plotter<'_> {
         if let Some(open) = &mut self.open {
             open.dot = false;
         }
-        self.lift_for_a_moment();
+        self.end_stroke();
         let cell = self.cell();
         let [forth, down] = self.steps(&cell);
         let from = self.scale.place(self.at);
         let start = *self.labels.start.get_or_insert(from);
         let count = text.chars().count();
-        if count > LONGEST {
-            let message = format!("the label has {count} characters, limit {LONGEST}");
+        if count > MAX_LABEL_LENGTH {
+            let message = format!("the label has {count} characters, limit {MAX_LABEL_LENGTH}");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         let rows: Vec<&str> = text.split('\n').collect();
@@ -248,7 +248,7 @@ impl Plotter<'_> {
                 '\u{8}' => at = [at[0] - forth[0], at[1] - forth[1]],
                 control if control.is_control() => {}
                 sign => {
-                    self.sign(sign, cell.at(from, at[0], at[1]), &cell, instruction)?;
+                    self.draw_character(sign, cell.at(from, at[0], at[1]), &cell, instruction)?;
                     at = [at[0] + forth[0], at[1] + forth[1]];
                 }
             }
@@ -283,7 +283,7 @@ impl Plotter<'_> {
     }
 
     /// Draws a character in its cell, from the left end of its baseline.
-    fn sign(
+    fn draw_character(
         &mut self,
         sign: char,
         from: [f64; 2],
@@ -296,14 +296,14 @@ impl Plotter<'_> {
         let origin = self.lines.origin(instruction.range.clone());
         let height = cell.height.abs();
         let Some(glyph) = self.lettering()?.glyph(sign, height) else {
-            return self.lacks(sign, instruction);
+            return self.note_missing_character(sign, instruction);
         };
         let Some([least, most]) = glyph.bounds() else {
             return Ok(());
         };
         let drawn = most[0] - least[0];
-        let usual = cell.width.abs() / (CAPITAL * height);
-        let wide = usual.min(cell.width.abs() * WIDEST / drawn.max(f64::MIN_POSITIVE));
+        let usual = cell.width.abs() / (CAPITAL_WIDTH * height);
+        let wide = usual.min(cell.width.abs() * MAX_STRETCH / drawn.max(f64::MIN_POSITIVE));
         let left = (cell.width.abs() - drawn * wide) / 2.0;
         let slant = self.labels.slant;
         for line in &glyph.lines {
@@ -314,7 +314,7 @@ impl Plotter<'_> {
                 })
                 .collect();
             for point in &points {
-                self.on_a_sheet(*point, instruction)?;
+                self.check_on_sheet(*point, instruction)?;
             }
             let style = self.style();
             self.put(Stroke {
@@ -334,10 +334,14 @@ impl Plotter<'_> {
         let cell = self.cell();
         let at = self.scale.place(self.at);
         let from = cell.at(at, -cell.width / 2.0, -cell.height / 2.0);
-        self.sign(symbol, from, &cell, instruction)
+        self.draw_character(symbol, from, &cell, instruction)
     }
 
-    fn lacks(&mut self, sign: char, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+    fn note_missing_character(
+        &mut self,
+        sign: char,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let origin = self.lines.origin(instruction.range.clone());
         match self.lettering()?.lacks(sign, origin) {
             Ok(note) => {

@@ -4,7 +4,7 @@ use ::image::ImageFormat;
 
 const MM_PER_INCH: f64 = 25.4;
 /// Plausible sizes of a pixel, mm: 1 um to 100 mm. Other values are ignored.
-const SENSIBLE: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
+const PIXEL_SIZE_RANGE: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
 
 /// Returns width and height of a pixel, mm, from PNG's `pHYs`, JFIF's density or BMP's resolution.
 /// `None` if the file has none.
@@ -15,7 +15,7 @@ pub(super) fn pixel(format: ImageFormat, bytes: &[u8]) -> Option<[f64; 2]> {
         ImageFormat::Bmp => bmp(bytes),
         _ => None,
     }?;
-    let sensible = pixel.iter().all(|side| SENSIBLE.contains(side));
+    let sensible = pixel.iter().all(|side| PIXEL_SIZE_RANGE.contains(side));
     sensible.then_some(pixel)
 }
 

@@ -15,17 +15,17 @@ use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
 use super::crop::Window;
-use super::{MOST_MEMORY, grey_of, opacity_of};
+use super::{MAX_MEMORY, grey_of, opacity_of};
 
 /// Largest number of pixels to keep: a point of 0.1 mm over the whole reach of the arm.
-const KEPT: u64 = 16_000_000;
+const MAX_KEPT_PIXELS: u64 = 16_000_000;
 /// Largest number of pixels to decode, which takes minutes.
-const MOST_READ: u64 = 4_000_000_000;
+const MAX_DECODED_PIXELS: u64 = 4_000_000_000;
 /// Largest side of a JPEG by its format.
-const JPEG_SIDE: usize = 65_535;
+const JPEG_MAX_SIDE: usize = 65_535;
 
 /// A grey image, scaled down.
-pub(super) struct Smaller {
+pub(super) struct ReducedImage {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) grey: Vec<u8>,
@@ -34,31 +34,31 @@ pub(super) struct Smaller {
 }
 
 /// Reason why an image is refused.
-pub(super) type Why = String;
+pub(super) type RefusalReason = String;
 
 /// Scales rows down as they arrive.
-struct Shrink {
+struct Reducer {
     /// Side of the square of pixels that becomes one.
     each: usize,
     window: Window,
     sums: Vec<u32>,
     /// Number of rows of the file so far.
-    seen: u32,
+    rows_read: u32,
     /// Number of rows in the sums.
     rows: u32,
-    smaller: Smaller,
+    smaller: ReducedImage,
 }
 
-impl Shrink {
-    fn new([width, height]: [u32; 2], window: Window) -> Result<Self, Why> {
+impl Reducer {
+    fn new([width, height]: [u32; 2], window: Window) -> Result<Self, RefusalReason> {
         let pixels = u64::from(width) * u64::from(height);
-        if pixels > MOST_READ {
-            let most = MOST_READ / 1_000_000;
+        if pixels > MAX_DECODED_PIXELS {
+            let most = MAX_DECODED_PIXELS / 1_000_000;
             return Err(format!("{width} by {height} pixels, limit {most} million"));
         }
         let Window { width, height, .. } = window;
         let mut each = 1_u32;
-        while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > KEPT {
+        while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > MAX_KEPT_PIXELS {
             each += 1;
         }
         let (columns, lines) = (width.div_ceil(each), height.div_ceil(each));
@@ -66,9 +66,9 @@ impl Shrink {
             each: each as usize,
             window,
             sums: vec![0; columns as usize],
-            seen: 0,
+            rows_read: 0,
             rows: 0,
-            smaller: Smaller {
+            smaller: ReducedImage {
                 width: columns,
                 height: lines,
                 grey: Vec::with_capacity(columns as usize * lines as usize),
@@ -84,8 +84,8 @@ impl Shrink {
             width,
             height,
         } = self.window;
-        let nth = self.seen;
-        self.seen += 1;
+        let nth = self.rows_read;
+        self.rows_read += 1;
         if nth < y || nth - y >= height {
             return;
         }
@@ -112,7 +112,7 @@ impl Shrink {
         self.rows = 0;
     }
 
-    fn finish(mut self) -> Smaller {
+    fn finish(mut self) -> ReducedImage {
         if self.rows > 0 {
             self.finish_row();
         }
@@ -121,16 +121,16 @@ impl Shrink {
 }
 
 /// Scales rows of greys and of opacities down.
-struct ShrinkBoth {
-    grey: Shrink,
-    opacity: Option<Shrink>,
+struct GreyAndOpacityReducer {
+    grey: Reducer,
+    opacity: Option<Reducer>,
 }
 
-impl ShrinkBoth {
-    fn new(size: [u32; 2], window: Window, has_opacity: bool) -> Result<Self, Why> {
-        let opacity = has_opacity.then(|| Shrink::new(size, window));
+impl GreyAndOpacityReducer {
+    fn new(size: [u32; 2], window: Window, has_opacity: bool) -> Result<Self, RefusalReason> {
+        let opacity = has_opacity.then(|| Reducer::new(size, window));
         Ok(Self {
-            grey: Shrink::new(size, window)?,
+            grey: Reducer::new(size, window)?,
             opacity: opacity.transpose()?,
         })
     }
@@ -142,9 +142,9 @@ impl ShrinkBoth {
         }
     }
 
-    fn finish(self) -> Smaller {
+    fn finish(self) -> ReducedImage {
         let opacity = self.opacity.map(|shrink| shrink.finish().grey);
-        Smaller {
+        ReducedImage {
             opacity: opacity.unwrap_or_default(),
             ..self.grey.finish()
         }
@@ -152,10 +152,10 @@ impl ShrinkBoth {
 }
 
 /// Decodes a PNG row by row.
-pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
+pub(super) fn png(bytes: &[u8], window: Window) -> Result<ReducedImage, RefusalReason> {
     let told = |error: png::DecodingError| error.to_string();
     let limits = png::Limits {
-        bytes: usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX),
+        bytes: usize::try_from(MAX_MEMORY).unwrap_or(usize::MAX),
     };
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     decoder.set_transformations(png::Transformations::normalize_to_color8());
@@ -167,7 +167,7 @@ pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     }
     let (color, _) = reader.output_color_type();
     let samples = color.samples();
-    let mut shrink = ShrinkBoth::new(size, window, has_opacity(samples))?;
+    let mut shrink = GreyAndOpacityReducer::new(size, window, has_opacity(samples))?;
     let mut grey = Vec::with_capacity(width as usize);
     let mut opacity = Vec::new();
     while let Some(row) = reader.next_row().map_err(told)? {
@@ -186,17 +186,17 @@ fn has_opacity(samples: usize) -> bool {
 }
 
 /// True if a JPEG stores luma separately, which it does not with four inks (CMYK).
-pub(super) fn has_brightness(bytes: &[u8]) -> bool {
+pub(super) fn has_separate_luma(bytes: &[u8]) -> bool {
     let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
     // An unreadable header fails with its reason when it is decoded.
     decoder.decode_headers().is_err() || decoder.info().is_none_or(|info| info.components < 4)
 }
 
 /// Decodes only the luma of a JPEG.
-pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
+pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<ReducedImage, RefusalReason> {
     let options = DecoderOptions::default()
-        .set_max_width(JPEG_SIDE)
-        .set_max_height(JPEG_SIDE)
+        .set_max_width(JPEG_MAX_SIDE)
+        .set_max_height(JPEG_MAX_SIDE)
         .jpeg_set_out_colorspace(ColorSpace::Luma);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
     decoder
@@ -207,7 +207,7 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let pixels = u64::from(width) * u64::from(height);
     // The decoder holds one byte per pixel of a sequential JPEG, but all coefficients of a
     // progressive one.
-    let (memory, how) = if comes_line_by_line(bytes) {
+    let (memory, how) = if is_sequential(bytes) {
         (pixels, "")
     } else {
         let numbers = 2 * u64::from(info.components);
@@ -216,11 +216,11 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
             ", progressive; save it as a plain (baseline) JPEG",
         )
     };
-    if memory > MOST_MEMORY {
+    if memory > MAX_MEMORY {
         return Err(format!("{width} by {height} pixels{how}"));
     }
     let grey = decoder.decode().map_err(|error| error.to_string())?;
-    let mut shrink = Shrink::new(size, window)?;
+    let mut shrink = Reducer::new(size, window)?;
     for row in grey.chunks(width as usize).take(height as usize) {
         shrink.row(row);
     }
@@ -228,10 +228,10 @@ pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
 }
 
 /// Decodes a TIFF by strips or rows of tiles.
-pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
+pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<ReducedImage, RefusalReason> {
     let told = |error: tiff::TiffError| error.to_string();
     let mut limits = tiff::decoder::Limits::default();
-    limits.decoding_buffer_size = usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX);
+    limits.decoding_buffer_size = usize::try_from(MAX_MEMORY).unwrap_or(usize::MAX);
     let decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(told)?;
     let mut decoder = decoder.with_limits(limits);
     let (width, height) = decoder.dimensions().map_err(told)?;
@@ -245,7 +245,7 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
         other => return Err(format!("a TIFF of {other:?} is not read in this size")),
     };
     let has_opacity = has_opacity(samples) && !inverted;
-    let mut shrink = ShrinkBoth::new([width, height], window, has_opacity)?;
+    let mut shrink = GreyAndOpacityReducer::new([width, height], window, has_opacity)?;
     let (across, down) = decoder.chunk_dimensions();
     if across == 0 || down == 0 {
         return Err("its strips have no size".to_owned());
@@ -281,7 +281,7 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
                 let to = to.get_mut(from..).unwrap_or_default().iter_mut();
                 if inverted {
                     to.zip(line.chunks_exact(samples)).for_each(|(to, inks)| {
-                        *to = of_inks([inks[0], inks[1], inks[2], inks[3]]);
+                        *to = grey_of_cmyk([inks[0], inks[1], inks[2], inks[3]]);
                     });
                 } else {
                     to.zip(grey_of(line, samples))
@@ -297,7 +297,7 @@ pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
 }
 
 /// Grey of cyan, magenta, yellow and black ink.
-fn of_inks(inks: [u8; 4]) -> u8 {
+fn grey_of_cmyk(inks: [u8; 4]) -> u8 {
     let [cyan, magenta, yellow, black] = inks.map(|ink| u32::from(255 - ink));
     let shown = [cyan, magenta, yellow].map(|left| (left * black / 255) as u8);
     grey_of(&shown, 3).next().unwrap_or(u8::MAX)
@@ -309,8 +309,8 @@ pub(super) fn decoded(
     opacity: &[u8],
     size: [u32; 2],
     window: Window,
-) -> Result<Smaller, Why> {
-    let mut shrink = ShrinkBoth::new(size, window, !opacity.is_empty())?;
+) -> Result<ReducedImage, RefusalReason> {
+    let mut shrink = GreyAndOpacityReducer::new(size, window, !opacity.is_empty())?;
     let width = size[0].max(1) as usize;
     let mut opacity = opacity.chunks(width);
     for row in grey.chunks(width) {
@@ -321,7 +321,7 @@ pub(super) fn decoded(
 
 /// True if the frame of a JPEG is sequential (ITU-T T.81, table B.1: SOF0 and SOF1), not
 /// progressive.
-fn comes_line_by_line(bytes: &[u8]) -> bool {
+fn is_sequential(bytes: &[u8]) -> bool {
     let mut markers = markers(bytes).map(|(kind, _)| kind);
     let frame =
         markers.find(|kind| matches!(kind, 0xC0..=0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF));

@@ -24,19 +24,19 @@ use super::{Content, Parsed, ReadOptions};
 use crate::{Diagnostic, DiagnosticCode, Raster};
 
 use crop::Window;
-use large::Smaller;
+use large::ReducedImage;
 
 /// Largest side to decode at once, pixels. Larger images are scaled down while they are decoded.
-const MOST_SIDE: u32 = 30_000;
+const MAX_SIDE: u32 = 30_000;
 /// Largest number of pixels to decode at once.
-const MOST_PIXELS: u64 = 64_000_000;
+const MAX_PIXELS: u64 = 64_000_000;
 /// Largest memory for decoding, bytes. A damaged header must not make the decoder allocate more.
-const MOST_MEMORY: u64 = 512 << 20;
+const MAX_MEMORY: u64 = 512 << 20;
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let format = ::image::guess_format(bytes).ok();
     let format = format
-        .filter(|format| KNOWN.contains(format))
+        .filter(|format| SUPPORTED_FORMATS.contains(format))
         .ok_or_else(unknown)?;
     let Decoded {
         grey,
@@ -51,7 +51,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     let mut notes = Vec::new();
     if kept != [width, height] {
         // Enlarge the pixels, so that the image keeps its size on paper.
-        let [across, down] = pixel.unwrap_or([Raster::PIXEL; 2]);
+        let [across, down] = pixel.unwrap_or([Raster::DEFAULT_PIXEL_SIZE; 2]);
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
         pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
         let of = if whole {
@@ -70,7 +70,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
     let pictures = match format {
-        ImageFormat::Gif => pictures(bytes),
+        ImageFormat::Gif => frame_count(bytes),
         _ => 1,
     };
     if pictures > 1 {
@@ -102,7 +102,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 }
 
 /// Counts the frames of a GIF by its blocks (GIF89a, sections 18 to 25), without decoding.
-fn pictures(bytes: &[u8]) -> usize {
+fn frame_count(bytes: &[u8]) -> usize {
     let table = |flags: u8| match flags & 0x80 {
         0 => 0,
         _ => 3 << ((flags & 7) + 1),
@@ -131,7 +131,7 @@ fn pictures(bytes: &[u8]) -> usize {
 }
 
 /// Supported formats.
-const KNOWN: [ImageFormat; 7] = [
+const SUPPORTED_FORMATS: [ImageFormat; 7] = [
     ImageFormat::Png,
     ImageFormat::Jpeg,
     ImageFormat::Bmp,
@@ -170,7 +170,7 @@ fn decode(
         let mut limits = Limits::default();
         limits.max_image_width = Some(side);
         limits.max_image_height = Some(side);
-        limits.max_alloc = Some(MOST_MEMORY);
+        limits.max_alloc = Some(MAX_MEMORY);
         limits
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -181,14 +181,14 @@ fn decode(
     // An unreadable orientation counts as none.
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     let window = Window::new(size, orientation, crop).map_err(DecodeFailure::Crop)?;
-    let large = width.max(height) > MOST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS;
+    let large = width.max(height) > MAX_SIDE || u64::from(width) * u64::from(height) > MAX_PIXELS;
     let (grey, opacity) = if large {
         let smaller = match format {
             ImageFormat::Png => large::png(bytes, window),
-            ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
+            ImageFormat::Jpeg if large::has_separate_luma(bytes) => large::jpeg(bytes, window),
             ImageFormat::Tiff => large::tiff(bytes, window),
             // Other formats cannot be decoded in parts.
-            _ if decoder.total_bytes() > MOST_MEMORY => return Err(DecodeFailure::TooLarge(size)),
+            _ if decoder.total_bytes() > MAX_MEMORY => return Err(DecodeFailure::TooLarge(size)),
             _ => {
                 decoder.set_limits(limits(u32::MAX))?;
                 let image = DynamicImage::from_decoder(decoder)?;
@@ -196,7 +196,7 @@ fn decode(
                 large::decoded(&grey(image), &opacity, size, window)
             }
         };
-        let Smaller {
+        let ReducedImage {
             width,
             height,
             grey,
@@ -207,7 +207,7 @@ fn decode(
         let opacity = Some(opacity).filter(|opacity| !opacity.is_empty());
         (plane(grey)?, opacity.map(plane).transpose()?)
     } else {
-        decoder.set_limits(limits(MOST_SIDE))?;
+        decoder.set_limits(limits(MAX_SIDE))?;
         let image = DynamicImage::from_decoder(decoder)?;
         let image = match crop {
             Some(_) => image.crop_imm(window.x, window.y, window.width, window.height),

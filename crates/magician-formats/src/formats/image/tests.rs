@@ -39,7 +39,7 @@ const PALETTE: &[u8] = &[
 ];
 
 #[test]
-fn colours_become_grey_by_their_weights_and_what_is_clear_white() {
+fn colours_become_grey_by_weight_and_transparent_pixels_white() {
     let image = raster(PALETTE);
     assert_eq!((image.width, image.height), (4, 1));
     assert_eq!(image.grey, [0, 54, 18, 255]);
@@ -89,7 +89,7 @@ fn photo(turn: u8) -> Vec<u8> {
 }
 
 #[test]
-fn a_photo_is_upright_and_its_pixels_are_as_large_as_it_says() {
+fn photo_is_upright_with_its_declared_pixel_size() {
     let plain = raster(&photo(1));
     assert_eq!((plain.width, plain.height), (16, 8));
     assert!(plain.grey[0] < 10 && plain.grey[15] > 245);
@@ -105,7 +105,7 @@ fn a_photo_is_upright_and_its_pixels_are_as_large_as_it_says() {
 }
 
 #[test]
-fn a_bitmap_tells_its_density_in_pixels_per_metre() {
+fn bitmap_density_is_read_in_pixels_per_metre() {
     let mut bytes = encoded(DynamicImage::new_luma8(3, 2), ImageFormat::Bmp);
     assert_eq!(raster(&bytes).pixel, None);
     bytes[38..42].copy_from_slice(&4000_u32.to_le_bytes());
@@ -116,7 +116,7 @@ fn a_bitmap_tells_its_density_in_pixels_per_metre() {
 }
 
 #[test]
-fn what_is_too_large_or_no_image_is_refused() {
+fn oversize_and_non_image_files_are_refused() {
     let unknown = "this is not a PNG, JPEG, BMP, WebP, GIF, TIFF or PNM image";
     assert_eq!(refusal(b""), "the file is empty");
     assert_eq!(refusal(b"\x8aMNG"), unknown);
@@ -167,7 +167,7 @@ fn wide_png(width: u32, height: u32) -> Vec<u8> {
 }
 
 #[test]
-fn images_of_any_size_are_made_smaller_while_they_are_read() {
+fn large_images_are_reduced_while_decoding() {
     let reading = read(
         Format::Image,
         &wide_png(40_000, 500),
@@ -224,7 +224,7 @@ fn cropped(bytes: &[u8], crop: [u32; 4]) -> Result<Raster, Diagnostic> {
 }
 
 #[test]
-fn a_crop_is_in_pixels_of_the_upright_image_however_it_is_stored() {
+fn crop_uses_pixels_of_the_upright_image() {
     // Dark except for one light pixel, in any orientation.
     for turn in 1..=8_u8 {
         let photo = raster(&photo(turn));
@@ -252,7 +252,7 @@ fn a_crop_of_a_large_image_keeps_its_pixels() {
 }
 
 #[test]
-fn a_crop_beyond_the_image_and_of_what_is_no_image_is_refused() {
+fn crop_beyond_the_image_or_of_a_non_image_is_refused() {
     for crop in [
         [0, 0, 17, 8],
         [16, 0, 1, 1],
@@ -293,7 +293,7 @@ fn a_large_tiff_is_read_strip_by_strip() {
 }
 
 #[test]
-fn others_are_read_at_once_and_made_smaller() {
+fn other_formats_are_decoded_whole_and_reduced() {
     let mut bytes = encoded(DynamicImage::new_luma8(31_000, 600), ImageFormat::Bmp);
     let image = raster(&bytes);
     assert_eq!((image.width, image.height), (15_500, 300));
@@ -326,7 +326,7 @@ const CMYK: &[u8] = &[
 
 /// A JPEG for print: cyan, magenta, yellow and black, inverted as Adobe stores them.
 #[test]
-fn a_jpeg_of_four_inks_is_read() {
+fn cmyk_jpeg_is_read() {
     let image = raster(CMYK);
     assert_eq!((image.width, image.height), (16, 8));
     assert!(
@@ -335,11 +335,11 @@ fn a_jpeg_of_four_inks_is_read() {
         &image.grey[..16]
     );
     // CMYK has no luma plane, so a large image is decoded with its colours.
-    assert!(!large::has_brightness(CMYK) && large::has_brightness(&photo(1)));
+    assert!(!large::has_separate_luma(CMYK) && large::has_separate_luma(&photo(1)));
 }
 
 #[test]
-fn a_jpeg_that_is_cut_off_says_so() {
+fn truncated_jpeg_is_noted() {
     let whole = photo(1);
     let notes = |bytes: &[u8]| {
         let reading = read(Format::Image, bytes, &ReadOptions::default());
@@ -358,7 +358,7 @@ fn a_jpeg_that_is_cut_off_says_so() {
 
 /// Only the first frame of an animated GIF counts.
 #[test]
-fn the_first_picture_of_a_gif_that_moves_is_read() {
+fn first_frame_of_an_animated_gif_is_read() {
     let mut bytes = Vec::new();
     let mut encoder = ::image::codecs::gif::GifEncoder::new(&mut bytes);
     for grey in [255, 0] {
@@ -371,7 +371,7 @@ fn the_first_picture_of_a_gif_that_moves_is_read() {
 
 proptest! {
     #[test]
-    fn broken_images_are_refused_or_read_whole(
+    fn damaged_images_are_refused_or_read_whole(
         which in 0..8_usize,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
         cut in any::<prop::sample::Index>(),

@@ -14,16 +14,16 @@ use crate::plan::json::{Json, Member};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Largest number of entries. It bounds memory.
-const MOST_ENTRIES: usize = 1_000_000;
+const MAX_ENTRIES: usize = 1_000_000;
 const KNOWN_MOTIONS: &str = "known are jump, moveJ and moveL";
 
 /// Entry of the list.
 struct Entry {
-    action: Deed,
+    action: EntryKind,
     origin: Origin,
 }
 
-enum Deed {
+enum EntryKind {
     Move {
         motion: Action,
         rail: Option<f32>,
@@ -40,8 +40,8 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     if list.is_empty() {
         return Err(Diagnostic::of_file("the playback file has no entries"));
     }
-    if list.len() > MOST_ENTRIES {
-        let message = format!("too many entries: {}, limit {MOST_ENTRIES}", list.len());
+    if list.len() > MAX_ENTRIES {
+        let message = format!("too many entries: {}, limit {MAX_ENTRIES}", list.len());
         return Err(Diagnostic::of_file(message));
     }
     let mut notes = Vec::new();
@@ -50,23 +50,23 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         entries.extend(entry(&json, value, json.place(&lines, value), &mut notes)?);
     }
     let rails = entries.iter().map(|entry| match &entry.action {
-        Deed::Move { rail, .. } => *rail,
-        Deed::Tool(_) => None,
+        EntryKind::Move { rail, .. } => *rail,
+        EntryKind::Tool(_) => None,
     });
     let mut course = RailCourse::of(rails);
     notes.extend(course.note());
     let mut plan = Plan::default();
     for Entry { action, origin } in entries {
         match action {
-            Deed::Move { motion, rail, name } => {
+            EntryKind::Move { motion, rail, name } => {
                 let origin = match name.as_str() {
                     "" => origin,
                     _ => origin.named(plan.name(name)),
                 };
-                let along = course.lead(motion, rail);
+                let along = course.with_rail(motion, rail);
                 plan.push(along.map_err(|why| Diagnostic::new(origin, why))?, origin);
             }
-            Deed::Tool(action) => {
+            EntryKind::Tool(action) => {
                 let tool = match action {
                     Action::Gripper(_) => Tool::Gripper,
                     _ => Tool::Suction,
@@ -138,7 +138,7 @@ fn entry<'t>(
                 let message = "the move takes the rail along, and slideL does not say where to";
                 return Err(Diagnostic::new(origin, message));
             }
-            Deed::Move {
+            EntryKind::Move {
                 motion: Action::Move { to, by },
                 rail,
                 name: of_params("pointName")?.unwrap_or_default(),
@@ -168,7 +168,7 @@ fn entry<'t>(
                     return Err(Diagnostic::new(origin, message).help(help));
                 }
             };
-            Deed::Tool(action)
+            EntryKind::Tool(action)
         }
         other => {
             let message = format!("an entry of the type '{other}' is not known");

@@ -11,7 +11,7 @@ use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Distance below which points coincide for the arm, mm (model section 15a).
-const SAME: f64 = 1e-4;
+const POINT_TOLERANCE: f64 = 1e-4;
 
 impl Playback {
     /// Converts the file to a plan: for each row the move, then the tool's action, then the pause.
@@ -105,7 +105,7 @@ impl Player {
 
     fn go(&mut self, row: &Row, origin: Origin) {
         if let (Some(from), PointMotion::Arc { via }) = (self.at, row.point.way)
-            && let Some(why) = no_circle(from, via, row.point.to)
+            && let Some(why) = degenerate_arc(from, via, row.point.to)
         {
             let lines = straight(from, via, row.point.to);
             let how = match lines.as_slice() {
@@ -127,13 +127,13 @@ impl Player {
 
     /// Adds a motion with the rail. The reader has refused arcs during which the rail would move.
     fn push(&mut self, motion: Action, row: &Row, origin: Origin) {
-        let along = self.rail.lead(motion.clone(), row.point.rail);
+        let along = self.rail.with_rail(motion.clone(), row.point.rail);
         self.plan.push(along.unwrap_or(motion), origin);
     }
 }
 
 /// Returns why three points do not define a circle by the arm's own criteria; `None` if they do.
-fn no_circle(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
+fn degenerate_arc(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Option<&'static str> {
     let [from, via, to] = [from, via, to].map(|pose| Pose::from(pose.map(f64::from)));
     let planner = Planner {
         geometry: Geometry::default(),
@@ -165,7 +165,7 @@ fn straight(from: [f32; 4], via: [f32; 4], to: [f32; 4]) -> Vec<[f32; 4]> {
     let length = |way: [f64; 3]| way.iter().map(|part| part * part).sum::<f64>().sqrt();
     let (first, second) = (length(ahead), length(on));
     let forwards = ahead.iter().zip(on).map(|(a, b)| a * b).sum::<f64>() > 0.0;
-    if first < SAME || second < SAME || forwards {
+    if first < POINT_TOLERANCE || second < POINT_TOLERANCE || forwards {
         return vec![to];
     }
     let [x, y, z, _] = via;

@@ -6,15 +6,15 @@ use std::ops::Range;
 use roxmltree::Node;
 
 use super::lab;
-use super::row::{Part, Places, RAIL, numbered};
+use super::row::{Part, Places, RAIL_ITEM, numbered};
 use super::{Playback, Point, PointMotion, Row};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::formats::rail::RailCourse;
 use crate::formats::{Content, Parsed, ReadOptions, xml};
 use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
 
 /// Meaning of the items, for messages.
-const MEANINGS: [&str; 13] = [
+const ITEM_MEANINGS: [&str; 13] = [
     "motion style",
     "name",
     "X",
@@ -30,10 +30,10 @@ const MEANINGS: [&str; 13] = [
     "suction cup",
 ];
 
-const NO_PLAYBACK: &str = "this is not a playback file of DobotStudio";
+const NOT_A_PLAYBACK: &str = "this is not a playback file of DobotStudio";
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     if decoded.text.trim_start().starts_with('[') {
         let mut parsed = lab::read(&decoded.text)?;
         parsed.content.title.clone_from(&options.title);
@@ -65,7 +65,7 @@ impl Playback {
     /// The first [`Diagnostic`] that makes it unreadable, with its place: not XML, another kind of
     /// file, a missing coordinate, an invalid number, an unknown motion style.
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
-        Self::of_text(&decode(bytes, Otherwise::Western)?.text)
+        Self::of_text(&decode(bytes, Fallback::Western)?.text)
     }
 
     fn of_text(text: &str) -> Result<Self, Diagnostic> {
@@ -96,7 +96,7 @@ impl Playback {
     fn check_rail(&self) -> Result<(), Diagnostic> {
         let mut rail = RailCourse::of(self.rows.iter().map(|row| row.point.rail));
         for row in &self.rows {
-            rail.lead(row.point.motion(), row.point.rail)
+            rail.with_rail(row.point.motion(), row.point.rail)
                 .map_err(|why| {
                     Diagnostic::new(row.places.motion, why)
                         .named(format!("row{}", row.number))
@@ -116,7 +116,7 @@ fn document(text: &str) -> Result<Playback, Diagnostic> {
         lines: &lines,
     };
     if root.tag_name().name() != "root" {
-        return Err(file.stranger(root));
+        return Err(file.other_xml_error(root));
     }
     let mut playback = Playback::default();
     for node in xml::elements(root) {
@@ -124,7 +124,7 @@ fn document(text: &str) -> Result<Playback, Diagnostic> {
     }
     if playback.rows.is_empty() {
         let place = file.start_of(root);
-        let diagnostic = Diagnostic::new(place, format!("{NO_PLAYBACK}: it has no rows"));
+        let diagnostic = Diagnostic::new(place, format!("{NOT_A_PLAYBACK}: it has no rows"));
         return Err(diagnostic.help("its points are in elements called row0, row1 and so on"));
     }
     file.note_order(&mut playback);
@@ -150,14 +150,14 @@ impl File<'_> {
     }
 
     /// Creates the error for other XML files.
-    fn stranger(&self, root: Node<'_, '_>) -> Diagnostic {
+    fn other_xml_error(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
             "xml" => "this looks like a DobotBlockly workspace: rename it to '.blockly'",
             "svg" => "this looks like a drawing: rename it to '.svg'",
             _ => "the outermost element of a playback file is 'root'",
         };
-        let message = format!("{NO_PLAYBACK}: its outermost element is '{name}'");
+        let message = format!("{NOT_A_PLAYBACK}: its outermost element is '{name}'");
         Diagnostic::new(self.start_of(root), message).help(help)
     }
 
@@ -286,7 +286,7 @@ impl File<'_> {
 
 /// True if the meaning of an item is known.
 fn is_known(number: u32) -> bool {
-    (number as usize) < MEANINGS.len() || number == RAIL
+    (number as usize) < ITEM_MEANINGS.len() || number == RAIL_ITEM
 }
 
 /// Returns unknown items whose numbers differ between rows.
@@ -449,7 +449,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             }),
             suction: suction.map(|code| code == 1),
             pause: self.pause()?,
-            rail: self.number(RAIL)?.map(|l| l as f32),
+            rail: self.number(RAIL_ITEM)?.map(|l| l as f32),
         })
     }
 
@@ -514,10 +514,10 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
 }
 
 fn meaning(number: u32) -> &'static str {
-    if number == RAIL {
+    if number == RAIL_ITEM {
         return "rail position";
     }
-    let meaning = MEANINGS.get(number as usize);
+    let meaning = ITEM_MEANINGS.get(number as usize);
     meaning.copied().unwrap_or("not known")
 }
 

@@ -4,12 +4,12 @@ use magician_host::{Given, Set, Setting};
 use magician_protocol::PtpMode;
 
 use super::row::{numbered, setting};
-use super::write::can_be_said;
+use super::write::is_xml_character;
 use super::{Playback, Point, PointMotion, Row};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
 
 /// Parts of plans that no playback file can store.
-const SILENT: &str = "parts and pauses for a person";
+const UNSTORABLE_PARTS: &str = "parts and pauses for a person";
 
 impl Playback {
     /// Converts a plan to a file of DobotStudio 1.9, as far as such a file can express it.
@@ -51,7 +51,7 @@ struct Recorder<'p> {
     plan: &'p Plan,
     points: Vec<Point>,
     /// True if the tool's state of the last point is settled.
-    told: bool,
+    tool_recorded: bool,
     gripper: Option<Grip>,
     suction: Option<bool>,
     /// Rail position after the last move, mm.
@@ -65,7 +65,7 @@ impl<'p> Recorder<'p> {
         let mut recorder = Self {
             plan,
             points: Vec::new(),
-            told: false,
+            tool_recorded: false,
             gripper: None,
             suction: None,
             rail: None,
@@ -93,16 +93,16 @@ impl<'p> Recorder<'p> {
 
     /// Chooses the tool column of the file, which is all that it says about the tool.
     fn settle_tool(&mut self) {
-        let told = match (self.gripper, self.suction) {
+        let used_tool = match (self.gripper, self.suction) {
             (None, None) => None,
             (Some(_), _) => Some(Tool::Gripper),
             _ => Some(Tool::Suction),
         };
-        match (told, self.plan.tool) {
+        match (used_tool, self.plan.tool) {
             (None, Some(Tool::Gripper)) => self.gripper = Some(Grip::Off),
             (None, Some(Tool::Suction)) => self.suction = Some(false),
             (_, None) => {}
-            (told, tool) if told == tool => {}
+            (used_tool, tool) if used_tool == tool => {}
             (_, Some(tool)) => {
                 let note = format!(
                     "the file cannot store that its points are for the tool \
@@ -138,11 +138,11 @@ impl<'p> Recorder<'p> {
             Action::Arc { via, to } => self.go(nth, step, PointMotion::Arc { via: *via }, *to),
             Action::Gripper(grip) => {
                 self.gripper = Some(*grip);
-                self.tell(nth, step)
+                self.record_output(nth, step)
             }
             Action::Suction(on) => {
                 self.suction = Some(*on);
-                self.tell(nth, step)
+                self.record_output(nth, step)
             }
             Action::Wait(milliseconds) => self.wait(nth, step, *milliseconds),
             Action::Command(command) if on_rail(command).is_some() => {
@@ -159,8 +159,8 @@ impl<'p> Recorder<'p> {
             }
             other => {
                 let Some(command) = other.command() else {
-                    if !self.left_out.contains(&SILENT) {
-                        self.left_out.push(SILENT);
+                    if !self.left_out.contains(&UNSTORABLE_PARTS) {
+                        self.left_out.push(UNSTORABLE_PARTS);
                     }
                     return Ok(());
                 };
@@ -208,25 +208,25 @@ impl<'p> Recorder<'p> {
             name
         };
         self.points.push(Point {
-            name: name.chars().filter(|c| can_be_said(*c)).collect(),
+            name: name.chars().filter(|c| is_xml_character(*c)).collect(),
             gripper: self.gripper,
             suction: self.suction,
             rail: self.rail,
             ..Point::new(way, to)
         });
-        self.told = false;
+        self.tool_recorded = false;
         Ok(())
     }
 
     /// Sets the tool's state of the last point. Adds a point at the same position if that already
     /// had an action or a pause.
-    fn tell(&mut self, nth: usize, step: &Step) -> Result<(), Diagnostic> {
-        let (gripper, suction, told) = (self.gripper, self.suction, self.told);
+    fn record_output(&mut self, nth: usize, step: &Step) -> Result<(), Diagnostic> {
+        let (gripper, suction, tool_recorded) = (self.gripper, self.suction, self.tool_recorded);
         let Some(last) = self.points.last_mut() else {
-            return Err(self.before_any(nth, step));
+            return Err(self.error_before_first_point(nth, step));
         };
         let same = last.gripper == gripper && last.suction == suction;
-        if !same && (told || last.pause > 0) {
+        if !same && (tool_recorded || last.pause > 0) {
             let again = Point {
                 rail: last.rail,
                 ..Point::new(PointMotion::Move(Travel::Joints), last.to)
@@ -236,13 +236,13 @@ impl<'p> Recorder<'p> {
         if let Some(last) = self.points.last_mut() {
             (last.gripper, last.suction) = (gripper, suction);
         }
-        self.told = true;
+        self.tool_recorded = true;
         Ok(())
     }
 
     fn wait(&mut self, nth: usize, step: &Step, milliseconds: u32) -> Result<(), Diagnostic> {
         let Some(last) = self.points.last_mut() else {
-            return Err(self.before_any(nth, step));
+            return Err(self.error_before_first_point(nth, step));
         };
         match last.pause.checked_add(milliseconds) {
             Some(pause) => last.pause = pause,
@@ -251,7 +251,7 @@ impl<'p> Recorder<'p> {
         Ok(())
     }
 
-    fn before_any(&self, nth: usize, step: &Step) -> Diagnostic {
+    fn error_before_first_point(&self, nth: usize, step: &Step) -> Diagnostic {
         let diagnostic = self.cannot(nth, step, "comes before the first move");
         diagnostic.help("put a move to a pose in front of it")
     }

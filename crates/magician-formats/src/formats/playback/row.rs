@@ -5,7 +5,7 @@ use magician_host::Set;
 use crate::{Action, Grip, Origin, Travel};
 
 /// Number of the item with the rail position.
-pub(super) const RAIL: u32 = 36;
+pub(super) const RAIL_ITEM: u32 = 36;
 
 /// Motion to a taught point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +139,7 @@ impl Row {
             let second = second.map(|to| to.map(|value| format!("{value:?}")));
             items.extend((6..).zip(second.unwrap_or_default()));
         }
-        items.extend(point.rail.map(|l| (RAIL, format!("{l:?}"))));
+        items.extend(point.rail.map(|l| (RAIL_ITEM, format!("{l:?}"))));
         items.push((10, format!("{:?}", f64::from(point.pause) / 1000.0)));
         let gripper = point.gripper.map(|grip| match grip {
             Grip::Off => 0,

@@ -55,6 +55,6 @@ fn item(xml: &mut String, number: u32, text: &str) {
 }
 
 /// True if XML can contain the character.
-pub(super) fn can_be_said(character: char) -> bool {
+pub(super) fn is_xml_character(character: char) -> bool {
     matches!(character, '\t' | '\n' | '\r' | ' '..='\u{fffd}' | '\u{10000}'..)
 }

@@ -5,14 +5,14 @@ use std::collections::BTreeSet;
 
 use super::row::{Row, plan};
 use super::{only_recordings, recording};
-use crate::formats::content::points::{Field, between, cells, lines};
+use crate::formats::content::points::{Field, cells, lines, separator};
 use crate::{Diagnostic, DiagnosticCode, Lines, Parsed, Plan};
 
 pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let places = Lines::new(text);
     let mut lines = lines(text);
     let (start, header) = lines.next().unwrap_or_default();
-    let between = between(header);
+    let between = separator(header);
     let mut notes = Vec::new();
     let mut columns: Vec<Option<Field>> = Vec::new();
     for (range, cell) in cells(header, start, between) {

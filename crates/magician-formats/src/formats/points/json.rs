@@ -9,7 +9,7 @@ use crate::plan::json::Json;
 use crate::{Diagnostic, DiagnosticCode, Parsed, Plan};
 
 /// Largest number of rows. It bounds memory.
-const MOST_ROWS: usize = 1_000_000;
+const MAX_ROWS: usize = 1_000_000;
 
 pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     let json = Json::of(text);
@@ -42,9 +42,9 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
             Ok(())
         })?;
     }
-    if rows.len() > MOST_ROWS {
+    if rows.len() > MAX_ROWS {
         return Err(Diagnostic::of_file(format!(
-            "too many rows: more than {MOST_ROWS}"
+            "too many rows: more than {MAX_ROWS}"
         )));
     }
     // Members of an object may be in any order.

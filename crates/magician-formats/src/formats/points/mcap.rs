@@ -7,18 +7,18 @@
 use serde::Deserialize;
 
 use super::recording::{self, Sample};
-use crate::formats::content::points::MAGIC;
+use crate::formats::content::points::MCAP_MAGIC;
 use crate::{Diagnostic, DiagnosticCode, Origin, Parsed, Plan};
 
 /// Opcode of a record that defines a channel.
-const CHANNEL: u8 = 0x04;
+const CHANNEL_OPCODE: u8 = 0x04;
 /// Opcode of a message.
-const MESSAGE: u8 = 0x05;
+const MESSAGE_OPCODE: u8 = 0x05;
 /// Opcode of a chunk, which contains records.
-const CHUNK: u8 = 0x06;
+const CHUNK_OPCODE: u8 = 0x06;
 
-const NANOS: f64 = 1e9;
-const MILLIMETRES: f64 = 1000.0;
+const NANOS_PER_SECOND: f64 = 1e9;
+const MM_PER_METRE: f64 = 1000.0;
 
 /// The part used of a `foxglove.PoseInFrame`, m.
 #[derive(Deserialize)]
@@ -89,11 +89,11 @@ struct PoseChannel {
 }
 
 pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
-    let mut records = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
+    let mut records = Bytes(bytes.get(MCAP_MAGIC.len()..).unwrap_or_default());
     let mut found = PoseChannel::default();
     while let Some((kind, content)) = records.record() {
         match kind {
-            CHUNK => found.chunk(content)?,
+            CHUNK_OPCODE => found.chunk(content)?,
             kind => found.record(kind, content)?,
         }
     }
@@ -104,7 +104,7 @@ pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, 
     }
     let mut reading = recording::plan(&found.samples, resample)?;
     // A complete file ends with the magic bytes.
-    if records.0 != MAGIC {
+    if records.0 != MCAP_MAGIC {
         let note = Diagnostic::of_file("the recording is cut off: it is followed to its end");
         reading.notes.push(note.coded(DiagnosticCode::LeftOut));
     }
@@ -149,7 +149,7 @@ impl PoseChannel {
     fn record(&mut self, kind: u8, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
         let short = || damaged("a record is shorter than it says");
         match kind {
-            CHANNEL => {
+            CHANNEL_OPCODE => {
                 let mut parts = || {
                     let id = content.number(2)?;
                     content.take(2)?;
@@ -165,7 +165,7 @@ impl PoseChannel {
                     self.channel = Some(id);
                 }
             }
-            MESSAGE => {
+            MESSAGE_OPCODE => {
                 let mut parts = || {
                     let channel = content.number(2)?;
                     content.take(4)?;
@@ -194,8 +194,8 @@ impl PoseChannel {
         let Position { x, y, z } = pose.position;
         let r = 2.0 * libm::atan2(pose.orientation.z, pose.orientation.w).to_degrees();
         self.samples.push(Sample {
-            t: time.saturating_sub(begun) as f64 / NANOS,
-            pose: [x * MILLIMETRES, y * MILLIMETRES, z * MILLIMETRES, r],
+            t: time.saturating_sub(begun) as f64 / NANOS_PER_SECOND,
+            pose: [x * MM_PER_METRE, y * MM_PER_METRE, z * MM_PER_METRE, r],
             j4: None,
             origin: Origin::NONE,
         });

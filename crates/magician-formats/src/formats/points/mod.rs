@@ -18,14 +18,14 @@ mod recording;
 mod row;
 mod strokes;
 
-use super::content::points::{MAGIC, is_strokes};
+use super::content::points::{MCAP_MAGIC, is_strokes};
 use super::{Content, Parsed, ReadOptions, only_recordings};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Diagnostic, Origin};
 
 /// Reads a list of points of any kind.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
-    if bytes.starts_with(MAGIC) {
+    if bytes.starts_with(MCAP_MAGIC) {
         let mut reading = mcap::read(bytes, options.resample)?;
         reading.content.title.clone_from(&options.title);
         return Ok(Parsed {
@@ -33,7 +33,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
             notes: reading.notes,
         });
     }
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     let text = decoded.text.as_ref();
     let mut reading = match text.trim_start() {
         "" => return Err(Diagnostic::of_file("the file has no points")),

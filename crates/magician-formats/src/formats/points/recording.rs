@@ -12,42 +12,42 @@ use magician_host::commands::CpParams;
 use magician_motion::{ArmModel, KinematicLimits, Pose};
 use magician_protocol::Flag;
 
-use crate::recording::{HELD, LONGEST};
-use crate::simplify::kept_where;
+use crate::recording::{J4_TOLERANCE, MAX_REST_MS};
+use crate::simplify::kept_points_by;
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
 /// Distance within which the tool stands still, mm. A choice: large enough for noise, too small to
 /// swallow slow motion.
-const STILL: f64 = 0.05;
+const STANDSTILL_TOLERANCE: f64 = 0.05;
 /// Number of periods after which a standstill counts as a rest. A choice: ending the path for a
 /// rest costs a ramp down and up.
-const STANDS: usize = 3;
+const REST_PERIODS: usize = 3;
 /// Length below which a segment takes the arm no time, mm.
-const NO_WAY: f64 = 1e-3;
+const MIN_LENGTH: f64 = 1e-3;
 /// Duration of a segment, s: one period of the arm, which rounds to whole periods.
 const PERIOD: f64 = ArmModel::MAGICIAN.law.period_us() as f64 / 1e6;
 /// Step of the search for the phase of the arm's periods, s. A choice between precision and time.
 const PHASE_STEP: f64 = 0.001;
 /// Share of a period that covers the rounding of times to microseconds.
-const ROUNDING: f64 = 1e-4;
+const PERIOD_ROUNDING: f64 = 1e-4;
 /// Ratio of unevenness below which times of periods are accepted instead of the times as read. A
 /// choice: only a clear gain justifies changing the times.
-const EVENER: f64 = 0.5;
+const MAX_UNEVENNESS_RATIO: f64 = 0.5;
 /// Largest share by which a segment is longer than a period of the recording in order to catch up.
 ///
 /// The arm is then faster than recorded by this share. A choice between catching up soon and
 /// keeping the recorded speed.
-const MOST_CATCH_UP: f64 = 0.5;
+const MAX_CATCH_UP: f64 = 0.5;
 /// Share by which the arm hurries before a turn of J4, so that it is in time afterwards. A choice
 /// that keeps the motion close to the recorded one.
-const AHEAD: f64 = 0.25;
+const HURRY_SHARE: f64 = 0.25;
 /// Delay within which the arm is in time, s. Segments then stay even.
-const IN_TIME: f64 = 1e-4;
-/// Largest number of periods of a recording, besides [`PERIODS_OF_A_ROW`]: a small file with a gap
+const MAX_DELAY: f64 = 1e-4;
+/// Largest number of periods of a recording, besides [`PERIODS_PER_ROW`]: a small file with a gap
 /// of years must not use up memory.
-const MOST_PERIODS: f64 = 1e6;
+const MAX_PERIODS: f64 = 1e6;
 /// Additional number of periods per row, so that long recordings are not refused.
-const PERIODS_OF_A_ROW: f64 = 10.0;
+const PERIODS_PER_ROW: f64 = 10.0;
 
 /// Position of the arm at a time.
 #[derive(Clone, Copy, Debug)]
@@ -83,14 +83,14 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         None => (timed.as_slice(), Interpolation::Smooth),
     };
     let path = TimedPath::through(rows_left, between);
-    let even = path.evenly(period)?;
+    let even = path.resampled(period)?;
     let mut replay = Replay::at(first, period);
     let mut at = 0;
     while at + 1 < even.len() {
-        match standing(&even[at..]) {
+        match initial_rest(&even[at..]) {
             0 => {
                 let moving = even[at..].iter().enumerate().skip(1);
-                let stands = |(nth, _): &(usize, &Sample)| standing(&even[at + nth..]) > 0;
+                let stands = |(nth, _): &(usize, &Sample)| initial_rest(&even[at + nth..]) > 0;
                 let end = moving.take_while(|each| !stands(each)).count() + 1;
                 let end = (at + end).min(even.len() - 1);
                 replay.follow(&path, &even[at], &even[end]);
@@ -113,7 +113,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
-    if replay.turned > HELD {
+    if replay.turned > J4_TOLERANCE {
         let what = format!(
             "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
             replay.turned
@@ -149,7 +149,7 @@ fn timed(rows: &[Sample]) -> Vec<Sample> {
         uneven if uneven < best.0 => (uneven, rows),
         _ => best,
     };
-    let best = (EVENER * unevenness(&as_read), as_read);
+    let best = (MAX_UNEVENNESS_RATIO * unevenness(&as_read), as_read);
     candidates.fold(best, least).1
 }
 
@@ -158,10 +158,10 @@ fn timed(rows: &[Sample]) -> Vec<Sample> {
 fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
     let mut timed: Vec<Sample> = Vec::with_capacity(rows.len());
     for row in rows {
-        let t = phase + PERIOD * ((row.t - phase) / PERIOD + ROUNDING).floor();
+        let t = phase + PERIOD * ((row.t - phase) / PERIOD + PERIOD_ROUNDING).floor();
         match timed.last() {
             Some(last) if last.t >= t => {
-                if last.apart(row) > NO_WAY {
+                if last.pose_distance(row) > MIN_LENGTH {
                     return None;
                 }
             }
@@ -174,7 +174,7 @@ fn at_periods(rows: &[Sample], phase: f64) -> Option<Vec<Sample>> {
 /// Sum of squared changes of speed from row to row, (mm/s)2.
 fn unevenness(rows: &[Sample]) -> f64 {
     let speeds = rows.windows(2).filter_map(|pair| match pair {
-        [from, to] if to.t > from.t => Some(from.apart(to) / (to.t - from.t)),
+        [from, to] if to.t > from.t => Some(from.pose_distance(to) / (to.t - from.t)),
         _ => None,
     });
     let (mut before, mut sum) = (0.0, 0.0);
@@ -190,11 +190,11 @@ fn unevenness(rows: &[Sample]) -> f64 {
 fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
     let off = |row: Sample, from: Sample, to: Sample| {
         let straight = from.straight(&to);
-        let there = from.towards(&to, [&straight, &straight], row.t);
+        let there = from.interpolated(&to, [&straight, &straight], row.t);
         let turned = (there.pose[3] - row.pose[3]).abs();
-        there.apart(&row).max(turned)
+        there.pose_distance(&row).max(turned)
     };
-    let stays = kept_where(rows, nearer, off);
+    let stays = kept_points_by(rows, nearer, off);
     let kept = rows.iter().zip(stays).filter(|(_, stays)| *stays);
     kept.map(|(row, _)| *row).collect()
 }
@@ -220,12 +220,12 @@ impl TimedPath {
     }
 
     /// Returns the position after each period.
-    fn evenly(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
+    fn resampled(&self, period: f64) -> Result<Vec<Sample>, Diagnostic> {
         let [Some(first), Some(last)] = [self.rows.first(), self.rows.last()] else {
             return Ok(Vec::new());
         };
         let count = ((last.t - first.t) / period).ceil();
-        if count > MOST_PERIODS + PERIODS_OF_A_ROW * self.rows.len() as f64 {
+        if count > MAX_PERIODS + PERIODS_PER_ROW * self.rows.len() as f64 {
             let time = last.t - first.t;
             let message = format!("the recording takes {time:.0} s, which is too long");
             return Err(Diagnostic::new(last.origin, message));
@@ -242,10 +242,10 @@ impl TimedPath {
         let ends = [next - 1, next].map(|nth| self.rows.get(nth).zip(self.slopes.get(nth)));
         Some(match ends {
             [Some((before, leaving)), Some((after, arriving))] => match self.between {
-                Interpolation::Smooth => before.towards(after, [leaving, arriving], t),
+                Interpolation::Smooth => before.interpolated(after, [leaving, arriving], t),
                 Interpolation::Straight => {
                     let straight = before.straight(after);
-                    before.towards(after, [&straight, &straight], t)
+                    before.interpolated(after, [&straight, &straight], t)
                 }
             },
             _ => Sample { t, ..*last },
@@ -277,15 +277,15 @@ fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
 
 /// Number of periods for which the tool stands from the first row on; 0 if that is too short for a
 /// rest.
-fn standing(rows: &[Sample]) -> usize {
+fn initial_rest(rows: &[Sample]) -> usize {
     let Some(first) = rows.first() else { return 0 };
     let same = rows
         .iter()
         .skip(1)
-        .take_while(|row| first.apart(row) <= STILL);
+        .take_while(|row| first.pose_distance(row) <= STANDSTILL_TOLERANCE);
     let periods = same.count();
     let ends = periods + 1 == rows.len();
-    if periods >= STANDS || ends {
+    if periods >= REST_PERIODS || ends {
         periods
     } else {
         0
@@ -294,7 +294,7 @@ fn standing(rows: &[Sample]) -> usize {
 
 impl Sample {
     /// Distance to another row, mm.
-    fn apart(&self, other: &Self) -> f64 {
+    fn pose_distance(&self, other: &Self) -> f64 {
         Pose::from(self.pose).distance_to(&Pose::from(other.pose))
     }
 
@@ -311,7 +311,7 @@ impl Sample {
     }
 
     /// Interpolates (cubic Hermite) between this row and a later one, with the speeds at both.
-    fn towards(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
+    fn interpolated(&self, later: &Self, [leaving, arriving]: [&[f64; 4]; 2], t: f64) -> Self {
         let step = later.t - self.t;
         // Rows with equal times have no distance to interpolate.
         let share = if step > 0.0 {
@@ -399,7 +399,7 @@ impl Replay {
     /// Waits until a time, if the arm is early.
     fn wait_until(&mut self, t: f64, origin: Origin) {
         self.rest();
-        let milliseconds = ((t - self.arm) * 1000.0).round().min(LONGEST);
+        let milliseconds = ((t - self.arm) * 1000.0).round().min(MAX_REST_MS);
         if milliseconds >= 1.0 {
             self.plan.push(Action::Wait(milliseconds as u32), origin);
             self.arm += milliseconds / 1000.0;
@@ -414,23 +414,23 @@ impl Replay {
             .j4
             .zip(last.j4)
             .map_or(0.0, |(from, to)| (to - from).abs());
-        let turned = if turned > HELD { turned } else { 0.0 };
+        let turned = if turned > J4_TOLERANCE { turned } else { 0.0 };
         let turns_for = turn_duration(turned);
         let mut here = *from;
         while here.t < last.t {
             let pending = self.pending.map_or(0.0, |_| self.period);
-            let early = (turns_for - AHEAD * (last.t - here.t)).max(0.0);
+            let early = (turns_for - HURRY_SHARE * (last.t - here.t)).max(0.0);
             let late = self.arm + pending + early - here.t;
-            let late = if late > IN_TIME { late } else { 0.0 };
-            let mut t = here.t + self.period + late.min(MOST_CATCH_UP * self.period);
+            let late = if late > MAX_DELAY { late } else { 0.0 };
+            let mut t = here.t + self.period + late.min(MAX_CATCH_UP * self.period);
             // A remainder shorter than a period would become a separate segment.
-            if last.t - t < IN_TIME {
+            if last.t - t < MAX_DELAY {
                 t = last.t;
             }
             let Some(to) = path.at(t) else { break };
-            let length = here.apart(&to);
-            if length >= NO_WAY {
-                if here.t > self.t + IN_TIME {
+            let length = here.pose_distance(&to);
+            if length >= MIN_LENGTH {
+                if here.t > self.t + MAX_DELAY {
                     self.wait_until(here.t, here.origin);
                 }
                 let [x, y, z, _] = to.pose.map(|value| value as f32);

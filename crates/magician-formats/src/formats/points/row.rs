@@ -10,7 +10,7 @@ use crate::formats::rail::RailCourse;
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Longest pause, s: about four weeks. A longer one is a mistake.
-const LONGEST_PAUSE: f32 = 2_500_000.0;
+const MAX_PAUSE: f32 = 2_500_000.0;
 
 /// Motion style.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -81,9 +81,9 @@ impl Row {
             Field::Name => self.name = text.to_owned(),
             Field::Pause => {
                 let seconds = number("a pause")?;
-                if !(0.0..=LONGEST_PAUSE).contains(&seconds) {
+                if !(0.0..=MAX_PAUSE).contains(&seconds) {
                     let message =
-                        format!("a pause must be 0 to {LONGEST_PAUSE} s, and this is {seconds}");
+                        format!("a pause must be 0 to {MAX_PAUSE} s, and this is {seconds}");
                     return Err(Diagnostic::new(origin, message));
                 }
                 self.pause = (f64::from(seconds) * 1000.0).round() as u32;
@@ -234,7 +234,7 @@ pub(super) fn plan(
             skipped = skipped.or(Some(row.origin));
             continue;
         };
-        let motion = rail.lead(motion, row.rail);
+        let motion = rail.with_rail(motion, row.rail);
         plan.push(motion.map_err(|why| Diagnostic::new(named, why))?, named);
         // Like playback files, the columns repeat the tool's state in each row; only changes are
         // actions.

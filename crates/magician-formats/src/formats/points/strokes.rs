@@ -7,7 +7,7 @@ use crate::{Action, Diagnostic, Lines, Parsed, Plan, Travel};
 
 /// Height above its ends from which a stroke is approached and left, mm. A choice that clears usual
 /// work.
-const LIFT: f32 = 10.0;
+const STROKE_LIFT: f32 = 10.0;
 
 /// A vertex of a stroke, with its range in the text.
 type Corner = ([f32; 3], Range<usize>);
@@ -48,7 +48,7 @@ fn put(plan: &mut Plan, places: &Lines<'_>, stroke: &[Corner]) {
     let (Some((first, begin)), Some((last, end))) = (stroke.first(), stroke.last()) else {
         return;
     };
-    let above = |[x, y, z]: [f32; 3]| [x, y, z + LIFT, 0.0];
+    let above = |[x, y, z]: [f32; 3]| [x, y, z + STROKE_LIFT, 0.0];
     let [begin, end] = [begin, end].map(|range| places.origin(range.clone()));
     let [x, y, z] = *first;
     let go = |to, by| Action::Move { to, by };

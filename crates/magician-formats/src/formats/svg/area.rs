@@ -15,7 +15,7 @@ pub(super) fn encloses(line: &Line, thin: f64) -> bool {
             if distance(*a, *c) < thin {
                 // A spike: there and back.
                 left.truncate(left.len() - 2);
-            } else if off(*b, [*a, *c]) < thin {
+            } else if distance_to_segment(*b, [*a, *c]) < thin {
                 left.remove(left.len() - 2);
             } else {
                 break;
@@ -26,7 +26,7 @@ pub(super) fn encloses(line: &Line, thin: f64) -> bool {
 }
 
 /// Distance of a point from the line through two others, mm.
-fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
+fn distance_to_segment([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
     let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
     ((x - a[0]) * dy - (y - a[1]) * dx).abs() / libm::hypot(dx, dy)
 }
@@ -34,10 +34,10 @@ fn off([x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formats::svg::lines::NEAR;
+    use crate::formats::svg::lines::LINE_TOLERANCE;
 
     #[test]
-    fn only_what_goes_round_has_an_inside() {
+    fn only_lines_that_enclose_an_area_have_an_inside() {
         let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
         let eight = [[0.0, 0.0], [10.0, 10.0], [10.0, 0.0], [0.0, 10.0]];
         let spiked = [[0.0, 0.0], [5.0, 0.0], [5.0, -9.0], [5.0, 0.0], [5.0, 5.0]];
@@ -47,9 +47,9 @@ mod tests {
             .collect();
         for round in [&square[..], &eight, &spiked, &circle] {
             let mut line = round.to_vec();
-            assert!(encloses(&line, NEAR), "{line:?}");
+            assert!(encloses(&line, LINE_TOLERANCE), "{line:?}");
             line.push(line[0]);
-            assert!(encloses(&line, NEAR), "{line:?}");
+            assert!(encloses(&line, LINE_TOLERANCE), "{line:?}");
         }
         for none in [
             &[][..],
@@ -69,9 +69,9 @@ mod tests {
             ],
         ] {
             let mut line = none.to_vec();
-            assert!(!encloses(&line, NEAR), "{line:?}");
+            assert!(!encloses(&line, LINE_TOLERANCE), "{line:?}");
             line.extend(none.first());
-            assert!(!encloses(&line, NEAR), "{line:?}");
+            assert!(!encloses(&line, LINE_TOLERANCE), "{line:?}");
         }
     }
 }

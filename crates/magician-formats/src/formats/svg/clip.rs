@@ -12,7 +12,7 @@ use crate::fill::{Area, Region as Shapes};
 
 /// Largest number of tests of a segment against an edge per path. A choice; it takes about a
 /// second.
-const MOST_WORK: usize = 200_000_000;
+const MAX_WORK: usize = 200_000_000;
 
 /// A region: inside any of its shapes, and inside each further region.
 #[derive(Clone, Debug, Default)]
@@ -115,7 +115,7 @@ impl Region {
 
     /// Returns the parts of a polyline inside the region. `None` if that is too much work.
     pub(super) fn clip(&self, line: &Line) -> Option<Vec<Line>> {
-        if line.len().saturating_mul(self.edges()) > MOST_WORK {
+        if line.len().saturating_mul(self.edges()) > MAX_WORK {
             return None;
         }
         if let [dot] = line.as_slice() {

@@ -26,12 +26,12 @@ use crate::formats::Fills;
 use crate::{Color, Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
 /// Largest number of vertices of a drawing. It bounds memory.
-const MOST_CORNERS: usize = 5_000_000;
+const MAX_CORNERS: usize = 5_000_000;
 /// Factor by which curves are flattened more finely for measuring dashes. Chords are shorter than
 /// their curve, and the difference accumulates up to the last dash.
-const DASHED: f64 = 8.0;
+const DASH_FINENESS: f64 = 8.0;
 /// Largest coordinate, mm. A choice above any sheet, which detects damaged files.
-const FARTHEST: f64 = 100_000.0;
+const MAX_COORDINATE: f64 = 100_000.0;
 
 /// Walks the elements and collects strokes.
 pub(super) struct StrokeCollector<'a> {
@@ -106,7 +106,7 @@ impl<'a> StrokeCollector<'a> {
             layer: 0,
         };
         self.group(root, &place)?;
-        self.tell_white();
+        self.note_white();
         Ok(())
     }
 
@@ -286,14 +286,14 @@ impl<'a> StrokeCollector<'a> {
         let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
         match sides
             .iter()
-            .find(|side| side.is_nan() || side.abs() > FARTHEST)
+            .find(|side| side.is_nan() || side.abs() > MAX_COORDINATE)
         {
             None => Ok(curves),
             Some(side) => {
                 let message = message!(
                     "it extends to {side:.0} mm, limit {farthest:.0} mm",
                     side,
-                    farthest = FARTHEST
+                    farthest = MAX_COORDINATE
                 );
                 Err(place.element.diagnostic(message))
             }
@@ -318,7 +318,7 @@ impl<'a> StrokeCollector<'a> {
         let own = super::lines::curves(path.data(), Affine::IDENTITY);
         let pattern: Vec<f64> = pattern.iter().map(|part| f64::from(*part)).collect();
         let offset = f64::from(stroke.dashoffset());
-        let fine = self.close.tolerance / scale / DASHED;
+        let fine = self.close.tolerance / scale / DASH_FINENESS;
         if !(fine.is_finite() && fine > 0.0) {
             return Ok(whole());
         }
@@ -426,10 +426,10 @@ impl<'a> StrokeCollector<'a> {
     fn count(&mut self, lines: &[Line]) -> Result<(), Diagnostic> {
         for points in lines {
             self.corners += points.len();
-            if self.corners > MOST_CORNERS {
+            if self.corners > MAX_CORNERS {
                 let message = message!(
                     "the drawing has more than {most_corners} corners",
-                    most_corners = MOST_CORNERS
+                    most_corners = MAX_CORNERS
                 );
                 let tolerance = (Setting::Tolerance, Given::Any("MM"));
                 return Err(

@@ -9,19 +9,19 @@ use std::collections::HashMap;
 
 use roxmltree::{Document, Node, NodeId};
 
-use super::circles::in_a_circle;
+use super::cycles::find_cycle;
 use super::source::is;
 use crate::{Diagnostic, Origin};
 
 /// Largest number of elements after expanding all references. It bounds memory and time.
-const MOST: f64 = 2_000_000.0;
+const MAX_ELEMENTS: f64 = 2_000_000.0;
 /// Largest nesting depth, including references. It protects the stack of recursive functions in
 /// usvg.
-const DEEPEST: u32 = 250;
+const MAX_DEPTH: u32 = 250;
 /// Cost of a character of text, in elements.
-const PER_CHARACTER: f64 = 4.0;
+const CHARACTER_COST: f64 = 4.0;
 /// Largest product of style rules and elements, because usvg tests each rule on each element.
-const MOST_STYLING: f64 = 2e8;
+const MAX_STYLING: f64 = 2e8;
 
 /// Refuses a drawing that is too much work.
 pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
@@ -30,7 +30,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     for node in document.descendants().filter(Node::is_element) {
         let above = node.parent().and_then(|parent| depths.get(&parent.id()));
         let depth = above.map_or(1, |above| above + 1);
-        if depth > DEEPEST {
+        if depth > MAX_DEPTH {
             return Err(too_deep(document, &node));
         }
         depths.insert(node.id(), depth);
@@ -38,12 +38,12 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
             ids.entry(id).or_insert(node);
         }
     }
-    if let Some(node) = in_a_circle(document) {
+    if let Some(node) = find_cycle(document) {
         return Err(too_deep(document, &node));
     }
     let sheets = style_sheets(document);
     let rules = sheets.matches('{').count();
-    if rules as f64 * depths.len() as f64 > MOST_STYLING {
+    if rules as f64 * depths.len() as f64 > MAX_STYLING {
         let message = message!(
             "too many style rules: {rules} for {depths} elements",
             rules,
@@ -65,14 +65,14 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     let (work, depth) = costs
         .of(document.root_element(), 0)
         .map_err(|at| too_deep(document, &at))?;
-    if depth > DEEPEST {
+    if depth > MAX_DEPTH {
         return Err(too_deep(document, &document.root_element()));
     }
-    if work > MOST {
+    if work > MAX_ELEMENTS {
         let message = message!(
             "with all references expanded it has {work:.0} elements, limit {most:.0}",
             work,
-            most = MOST
+            most = MAX_ELEMENTS
         );
         return Err(Diagnostic::of_file(message));
     }
@@ -99,7 +99,7 @@ fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
     };
     let message = message!(
         "elements are nested more than {deepest} deep here, or refer to each other in a circle",
-        deepest = DEEPEST
+        deepest = MAX_DEPTH
     );
     Diagnostic::new(origin, message)
 }
@@ -136,7 +136,7 @@ impl<'a, 'i> Costs<'a, 'i> {
     /// Returns number of elements and depth after expansion. The error is the element that is
     /// nested too deep.
     fn of(&mut self, node: Node<'a, 'i>, depth: u32) -> Result<(f64, u32), Node<'a, 'i>> {
-        if depth > 2 * DEEPEST {
+        if depth > 2 * MAX_DEPTH {
             return Err(node);
         }
         match self.known.get(&node.id()) {
@@ -147,7 +147,7 @@ impl<'a, 'i> Costs<'a, 'i> {
         }
         self.known.insert(node.id(), None);
         let written = if is(&node, "text") {
-            PER_CHARACTER * corners(&node)
+            CHARACTER_COST * corners(&node)
         } else {
             0.0
         };

@@ -15,14 +15,14 @@ use super::families::quote_before;
 use super::source::is;
 
 /// Properties whose value is a paint or a colour.
-const PAINTS: [&str; 4] = ["fill", "stroke", "color", "stop-color"];
+const PAINT_PROPERTIES: [&str; 4] = ["fill", "stroke", "color", "stop-color"];
 /// Elements that serve as paints.
-const SERVERS: [&str; 3] = ["linearGradient", "radialGradient", "pattern"];
+const PAINT_SERVERS: [&str; 3] = ["linearGradient", "radialGradient", "pattern"];
 const WIDTH: &str = "stroke-width";
 /// Largest nesting of variables. More is taken for a cycle.
-const DEEPEST: usize = 16;
+const MAX_VARIABLE_DEPTH: usize = 16;
 /// Largest length of a value after expanding variables, bytes. It bounds exponential growth.
-const LONGEST: usize = 4096;
+const MAX_VALUE_LENGTH: usize = 4096;
 
 /// A replacement for a value, with a note about it.
 pub(super) struct Edit {
@@ -67,7 +67,7 @@ impl Variables {
             sheets,
             servers: document
                 .descendants()
-                .filter(|node| SERVERS.iter().any(|tag| is(node, tag)))
+                .filter(|node| PAINT_SERVERS.iter().any(|tag| is(node, tag)))
                 .filter_map(|node| node.attribute("id").map(str::to_owned))
                 .collect(),
             has_use: document.descendants().any(|node| is(&node, "use")),
@@ -102,7 +102,7 @@ impl Variables {
             Some((name, fallback)) => (name.trim(), Some(fallback.trim())),
             None => (inside.trim(), None),
         };
-        if depth >= DEEPEST || value.len() > LONGEST {
+        if depth >= MAX_VARIABLE_DEPTH || value.len() > MAX_VALUE_LENGTH {
             return Err(name.to_owned());
         }
         let set = self.value(name, at);
@@ -177,7 +177,7 @@ impl Variables {
         node: &Node<'_, '_>,
     ) -> Option<Edit> {
         let raw = text.get(range.clone())?;
-        let is_paint = PAINTS.contains(&name);
+        let is_paint = PAINT_PROPERTIES.contains(&name);
         if !(is_paint || name == WIDTH || raw.contains("var(")) {
             return None;
         }
@@ -441,7 +441,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn colours_of_css_4_become_those_of_css_2() {
+    fn css_4_colours_become_css_2_colours() {
         for (value, expected) in [
             ("RED", "RED"),
             ("rgb(0 0 0 / 80%)", "#000000cc"),

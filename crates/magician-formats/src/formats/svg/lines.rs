@@ -7,10 +7,10 @@ use crate::curves::tidy;
 pub(super) use crate::curves::{Line, flatten};
 
 /// Largest number of dashes per path. It bounds memory for tiny dashes on long lines.
-const MOST_DASHES: f64 = 100_000.0;
+const MAX_DASHES: f64 = 100_000.0;
 /// Distance within which a point counts as lying on a drawn line, mm. It absorbs the rounding of
 /// 32-bit coordinates in usvg.
-pub(super) const NEAR: f64 = 1e-3;
+pub(super) const LINE_TOLERANCE: f64 = 1e-3;
 
 /// Tolerances, mm at the size of the file.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl Closeness {
     pub(super) fn new(tolerance: f64, unit: f64) -> Self {
         Self {
             tolerance,
-            near: NEAR * unit,
+            near: LINE_TOLERANCE * unit,
         }
     }
 }
@@ -51,7 +51,7 @@ pub(super) fn dashed(lines: &[Line], pattern: &[f64], offset: f64) -> Option<Vec
     let period: f64 = pattern.iter().sum();
     let length: f64 = lines.iter().map(length).sum();
     let count = length / period * pattern.len() as f64;
-    if !(period > 0.0 && count < MOST_DASHES) || pattern.iter().any(|part| *part < 0.0) {
+    if !(period > 0.0 && count < MAX_DASHES) || pattern.iter().any(|part| *part < 0.0) {
         return None;
     }
     Some(
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn dashes_without_end_are_none() {
+    fn endless_dashes_give_none() {
         assert_eq!(dashed(&straight(20.0), &[0.0, 0.0], 0.0), None);
         assert_eq!(dashed(&straight(20.0), &[1e-9, 1e-9], 0.0), None);
         assert_eq!(dashed(&straight(20.0), &[f64::NAN], 0.0), None);

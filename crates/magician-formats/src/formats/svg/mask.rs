@@ -9,13 +9,13 @@ use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};
 
 use super::clip::{Region, Shape};
 use super::collector::matrix;
-use super::lines::{Closeness, NEAR, curves, flatten};
+use super::lines::{Closeness, LINE_TOLERANCE, curves, flatten};
 
 /// Opacity below which paint is invisible.
-const FAINT: f32 = 1e-3;
+const INVISIBLE_OPACITY: f32 = 1e-3;
 /// Opacity above which paint hides everything below. Just below 1, because products of opacities
 /// are rounded.
-const SOLID: f32 = 0.999;
+const OPAQUE_OPACITY: f32 = 0.999;
 
 impl Region {
     /// Creates the region of a mask, for content with this transform. `None` if the mask is
@@ -73,7 +73,7 @@ fn painted(
     for node in group.children() {
         match node {
             Node::Group(group) => {
-                if group.opacity().get() < FAINT {
+                if group.opacity().get() < INVISIBLE_OPACITY {
                     continue;
                 }
                 let own = to * matrix(group.transform());
@@ -86,7 +86,9 @@ fn painted(
                 }
                 // Below a translucent or masked group black does not hide what is under it.
                 let how = MaskSettings {
-                    solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
+                    solid: how.solid
+                        && group.opacity().get() > OPAQUE_OPACITY
+                        && group.mask().is_none(),
                     ..how
                 };
                 painted(group, own, &inner, how, shapes)?;
@@ -113,7 +115,7 @@ fn path_of(
         .fill()
         .map(|fill| (fill.paint(), fill.opacity().get(), fill.rule()));
     if let Some((paint, opacity, rule)) = fill {
-        let does = does(paint, opacity, how)?;
+        let does = effect_of(paint, opacity, how)?;
         if does != PaintEffect::Nothing {
             let outline = flatten(&curves(path.data(), to), how.close.tolerance, true);
             shapes.push((
@@ -123,13 +125,13 @@ fn path_of(
         }
     }
     if let Some(stroke) = path.stroke() {
-        let does = does(stroke.paint(), stroke.opacity().get(), how)?;
+        let does = effect_of(stroke.paint(), stroke.opacity().get(), how)?;
         if does != PaintEffect::Nothing {
             // tiny-skia flattens caps and joins, so ask for the precision that they need on the
             // sheet.
             let [a, b, c, d, ..] = to.as_coeffs();
             let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0);
-            let scale = (scale * NEAR / how.close.near) as f32;
+            let scale = (scale * LINE_TOLERANCE / how.close.near) as f32;
             let outline = path.data().stroke(&stroke.to_tiny_skia(), scale)?;
             let outline = flatten(&curves(&outline, to), how.close.tolerance, true);
             let rule = usvg::FillRule::NonZero;
@@ -143,24 +145,24 @@ fn path_of(
 }
 
 /// Returns the effect of a paint; `None` if it differs from place to place.
-fn does(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
+fn effect_of(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     match paint {
-        Paint::Color(color) => Some(one(*color, opacity, how)),
-        Paint::LinearGradient(gradient) => all(gradient.stops(), opacity, how),
-        Paint::RadialGradient(gradient) => all(gradient.stops(), opacity, how),
+        Paint::Color(color) => Some(effect_of_color(*color, opacity, how)),
+        Paint::LinearGradient(gradient) => effect_of_stops(gradient.stops(), opacity, how),
+        Paint::RadialGradient(gradient) => effect_of_stops(gradient.stops(), opacity, how),
         Paint::Pattern(_) => None,
     }
 }
 
-fn all(stops: &[Stop], opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
+fn effect_of_stops(stops: &[Stop], opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     let mut does = stops
         .iter()
-        .map(|stop| one(stop.color(), opacity * stop.opacity().get(), how));
+        .map(|stop| effect_of_color(stop.color(), opacity * stop.opacity().get(), how));
     let first = does.next()?;
     does.all(|other| other == first).then_some(first)
 }
 
-fn one(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
+fn effect_of_color(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
     let light = match how.kind {
         MaskType::Alpha => 1.0,
         MaskType::Luminance => {
@@ -168,11 +170,11 @@ fn one(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
             (0.2125 * red + 0.7154 * green + 0.0721 * blue) / 255.0
         }
     };
-    if opacity < FAINT {
+    if opacity < INVISIBLE_OPACITY {
         PaintEffect::Nothing
-    } else if light > FAINT {
+    } else if light > INVISIBLE_OPACITY {
         PaintEffect::Show
-    } else if opacity > SOLID && how.solid {
+    } else if opacity > OPAQUE_OPACITY && how.solid {
         PaintEffect::Hide
     } else {
         PaintEffect::Nothing

@@ -12,11 +12,11 @@
 //! * Images and filters are left out with a note.
 
 mod area;
-mod circles;
 mod clip;
 mod collector;
 mod cost;
 mod css;
+mod cycles;
 mod families;
 mod filled;
 mod lines;
@@ -40,24 +40,24 @@ use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
 use super::{Chords, Content, Parsed, ReadOptions, SystemFonts};
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Largest size of a file, bytes. It bounds memory, of which the parsed document takes a multiple.
-const LARGEST: usize = 64 << 20;
+const MAX_FILE_SIZE: usize = 64 << 20;
 /// Size of a pixel, mm: 96 per inch (CSS Values and Units 3, section 6.2).
-const PIXEL: f64 = 25.4 / 96.0;
+const PIXEL_SIZE: f64 = 25.4 / 96.0;
 /// Distance beyond the page that still counts as on it, mm. A choice: frames are often drawn on the
 /// very edge.
-const BESIDE: f64 = 1.0;
+const PAGE_TOLERANCE: f64 = 1.0;
 /// Largest factor by which a drawing is enlarged for usvg, whose numbers have 32 bits.
-const MOST_TIMES: f64 = 4096.0;
+const MAX_ENLARGEMENT: f64 = 4096.0;
 /// Stack for usvg, bytes, because it reads nested elements recursively.
 #[cfg_attr(target_family = "wasm", allow(dead_code))]
-const STACK: usize = 64 << 20;
+const STACK_SIZE: usize = 64 << 20;
 /// Style sheet that disables filters, and markers on the lines of markers, which usvg would follow
 /// without end.
-const STYLE: &str = "* { filter: none !important }
+const STYLE_SHEET: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
 
@@ -66,18 +66,18 @@ pub(super) fn read(
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    if bytes.len() > LARGEST {
+    if bytes.len() > MAX_FILE_SIZE {
         let message = message!(
             "it has {bytes} bytes, limit {largest}",
             bytes = bytes.len(),
-            largest = LARGEST
+            largest = MAX_FILE_SIZE
         );
         return Err(Diagnostic::of_file(message));
     }
-    let bytes = crate::packed::unpacked(bytes, LARGEST)?;
+    let bytes = crate::gzip::unpack(bytes, MAX_FILE_SIZE)?;
     let bytes = bytes.as_ref();
-    let decoded = decode(bytes, Otherwise::Western)?;
-    let mut drawing = on_a_deep_stack(|| drawing(&decoded.text, options, chords))?;
+    let decoded = decode(bytes, Fallback::Western)?;
+    let mut drawing = with_deep_stack(|| drawing(&decoded.text, options, chords))?;
     drawing.notes.extend(decoded.note);
     Ok(Parsed {
         content: Content::Artwork(drawing.content),
@@ -86,19 +86,19 @@ pub(super) fn read(
 }
 
 /// Runs `work` directly. Without threads the caller's stack must be large enough: link with
-/// `-zstack-size` of [`STACK`].
+/// `-zstack-size` of [`STACK_SIZE`].
 #[cfg(target_family = "wasm")]
-fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
+fn with_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
     work()
 }
 
 /// Runs `work` on a thread with a large stack. A panic of usvg becomes an error of the file.
 #[cfg(not(target_family = "wasm"))]
-fn on_a_deep_stack<T: Send>(
+fn with_deep_stack<T: Send>(
     work: impl FnOnce() -> Result<T, Diagnostic> + Send,
 ) -> Result<T, Diagnostic> {
     std::thread::scope(|scope| {
-        let thread = std::thread::Builder::new().stack_size(STACK);
+        let thread = std::thread::Builder::new().stack_size(STACK_SIZE);
         match thread
             .spawn_scoped(scope, work)
             .map(|running| running.join())
@@ -131,7 +131,7 @@ fn drawing(
         tree = tree_of(&source.text, &fonts, installed)?;
     }
     let (width, height) = (tree.size().width(), tree.size().height());
-    let page = [width, height].map(|side| f64::from(side) * PIXEL);
+    let page = [width, height].map(|side| f64::from(side) * PIXEL_SIZE);
     if source.page == Page::ViewBox {
         let [width, height] = page;
         let remark = message!(
@@ -141,7 +141,7 @@ fn drawing(
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
-    let times = times_larger(chords);
+    let times = enlargement(chords);
     let larger = if times > 1.0 && text::runs_along_paths(tree.root()) {
         let size = match source.page {
             Page::Sized | Page::ViewBox => [width, height],
@@ -155,7 +155,7 @@ fn drawing(
     } else {
         None
     };
-    let mut pixel = PIXEL;
+    let mut pixel = PIXEL_SIZE;
     if let Some(larger) = larger {
         tree = tree_of(&larger, &fonts, installed)?;
         pixel /= times;
@@ -191,10 +191,10 @@ fn drawing(
     } = collector;
     let areas = areas.into_filled();
     if strokes.is_empty() && areas.is_empty() && notes.is_empty() {
-        notes.add(nothing_seen(shapes, is_font));
+        notes.add(nothing_visible(shapes, is_font));
     }
     if says != Page::Unknown && !options.clip_page {
-        beyond_the_page(&strokes, page, &mut notes);
+        note_beyond_page(&strokes, page, &mut notes);
     }
     let artwork = Artwork {
         title: options.title.clone(),
@@ -216,9 +216,9 @@ fn drawing(
 /// precisely at the size drawn: usvg places them within about half a pixel.
 ///
 /// A power of 2 changes only the exponent of numbers.
-fn times_larger(chords: &Chords) -> f64 {
-    let finest = PIXEL / (2.0 * chords.tolerance());
-    libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MOST_TIMES))))
+fn enlargement(chords: &Chords) -> f64 {
+    let finest = PIXEL_SIZE / (2.0 * chords.tolerance());
+    libm::exp2(libm::ceil(libm::log2(finest.clamp(1.0, MAX_ENLARGEMENT))))
 }
 
 /// True if any part may contain a curve.
@@ -238,7 +238,7 @@ fn has_curves(group: &Group) -> bool {
 }
 
 /// Returns a note why a drawing has no lines.
-fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
+fn nothing_visible([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
     let message = match shapes {
         0 if is_font => {
             let message =
@@ -260,10 +260,11 @@ fn nothing_seen([shapes, hidden]: [usize; 2], is_font: bool) -> Diagnostic {
 
 /// Notes lines beyond the page. A viewer would hide them, but the pen draws them, maybe beside the
 /// paper.
-fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
+fn note_beyond_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut Notes) {
     let within = |at: &[f64; 2]| {
         let [x, y] = *at;
-        (-BESIDE..=width + BESIDE).contains(&x) && (-BESIDE..=height + BESIDE).contains(&y)
+        (-PAGE_TOLERANCE..=width + PAGE_TOLERANCE).contains(&x)
+            && (-PAGE_TOLERANCE..=height + PAGE_TOLERANCE).contains(&y)
     };
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
@@ -277,7 +278,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
 fn tree_of(source: &str, fonts: &text::LaidFonts, installed: bool) -> Result<Tree, Diagnostic> {
     let mut options = Options {
         dpi: 96.0,
-        style_sheet: Some(STYLE.to_owned()),
+        style_sheet: Some(STYLE_SHEET.to_owned()),
         // Images are not drawn, and a drawing must not read other files.
         image_href_resolver: ImageHrefResolver {
             resolve_data: Box::new(|_, _, _| None),

@@ -5,7 +5,7 @@ use magician_host::message;
 use crate::Diagnostic;
 
 /// Largest number of distinct notes. A choice: a user does not read more.
-const MOST: usize = 50;
+const MAX_NOTES: usize = 50;
 
 /// Notes with their number of occurrences.
 #[derive(Default)]
@@ -16,7 +16,7 @@ pub(super) struct Notes {
 impl Notes {
     /// Adds a note. Of equal messages the first keeps its place.
     pub(super) fn add(&mut self, note: Diagnostic) {
-        let room = self.made.len() < MOST;
+        let room = self.made.len() < MAX_NOTES;
         let same = |made: &&mut (Diagnostic, usize)| made.0.message == note.message;
         match self.made.iter_mut().find(same) {
             Some((_, times)) => *times += 1,

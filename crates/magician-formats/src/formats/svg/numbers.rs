@@ -4,7 +4,7 @@
 use roxmltree::Node;
 
 /// Attributes with positions and sizes.
-const MEASURES: [&str; 21] = [
+const MEASURE_ATTRIBUTES: [&str; 21] = [
     "d",
     "points",
     "x",
@@ -28,20 +28,22 @@ const MEASURES: [&str; 21] = [
     "markerWidth",
 ];
 /// Power of ten from which a number is refused. A choice far above any sheet in any unit.
-const BEYOND: i64 = 9;
+const REFUSED_POWER_OF_TEN: i64 = 9;
 
 /// Returns the first such number of an element.
-pub(super) fn beyond<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
-    let measures = MEASURES.iter().filter_map(|name| node.attribute(*name));
-    measures.into_iter().find_map(first_beyond)
+pub(super) fn excessive_number<'a>(node: &Node<'a, '_>) -> Option<&'a str> {
+    let measures = MEASURE_ATTRIBUTES
+        .iter()
+        .filter_map(|name| node.attribute(*name));
+    measures.into_iter().find_map(first_excessive_number)
 }
 
-fn first_beyond(text: &str) -> Option<&str> {
+fn first_excessive_number(text: &str) -> Option<&str> {
     let bytes = text.as_bytes();
     let mut at = 0;
     while let Some(rest) = bytes.get(at..).filter(|rest| !rest.is_empty()) {
         let (length, power) = number(rest);
-        if power > BEYOND {
+        if power > REFUSED_POWER_OF_TEN {
             return text.get(at..at + length.min(40));
         }
         at += length.max(1);
@@ -94,10 +96,10 @@ fn number(text: &[u8]) -> (usize, i64) {
 
 #[cfg(test)]
 mod tests {
-    use super::first_beyond;
+    use super::first_excessive_number;
 
     #[test]
-    fn numbers_beyond_any_drawing_are_found() {
+    fn excessive_numbers_are_found() {
         for text in [
             "M0 0a1e10 5 0 0 1 9 9",
             "0,-12345678901.5",
@@ -105,7 +107,7 @@ mod tests {
             "3e99999999999999999999",
             "M1e38",
         ] {
-            assert!(first_beyond(text).is_some(), "{text}");
+            assert!(first_excessive_number(text).is_some(), "{text}");
         }
         for text in [
             "",
@@ -121,7 +123,7 @@ mod tests {
             "1e-99999999999999999999",
             "0.12345678901234",
         ] {
-            assert_eq!(first_beyond(text), None, "{text}");
+            assert_eq!(first_excessive_number(text), None, "{text}");
         }
     }
 }

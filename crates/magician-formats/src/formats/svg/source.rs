@@ -13,33 +13,33 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
-use super::{css, families, numbers, text, values};
+use super::{css, families, numbers, values};
 use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
 /// Elements that a stroke can come from.
-const DRAWING: [&str; 13] = [
+const DRAWING_ELEMENTS: [&str; 13] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text", "use", "g", "a",
     "svg", "switch",
 ];
-/// Elements of [`DRAWING`] that draw lines themselves.
-const SHAPES: [&str; 8] = [
+/// Elements of [`DRAWING_ELEMENTS`] that draw lines themselves.
+const SHAPE_ELEMENTS: [&str; 8] = [
     "path", "rect", "circle", "ellipse", "line", "polyline", "polygon", "text",
 ];
 /// Elements that draw, but not lines.
-const LEFT_OUT: [(&str, &str); 2] = [
-    ("image", IMAGES),
+const OMITTED_ELEMENTS: [(&str, &str); 2] = [
+    ("image", OMITTED_IMAGES_NOTE),
     ("foreignObject", "elements that are not SVG are left out"),
 ];
-const IMAGES: &str = "images in the drawing are left out";
+const OMITTED_IMAGES_NOTE: &str = "images in the drawing are left out";
 /// Properties that are ignored with a note.
-const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
+const IGNORED_PROPERTIES: [(&str, &str); 1] = [("filter", "filters are left out")];
 /// Largest number of elements to parse, including definitions.
-const MOST_NODES: u32 = 2_000_000;
+const MAX_NODES: u32 = 2_000_000;
 /// Largest number of characters in all texts. Layout in usvg costs about 75 us and 5 kB for each.
-const MOST_CHARACTERS: usize = 50_000;
-const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
-const SVG: &str = "http://www.w3.org/2000/svg";
+const MAX_CHARACTERS: usize = 50_000;
+const INKSCAPE_NAMESPACE: &str = "http://www.inkscape.org/namespaces/inkscape";
+const SVG_NAMESPACE: &str = "http://www.w3.org/2000/svg";
 
 /// A prepared text, and the places of its elements in the original.
 pub(super) struct Source {
@@ -125,7 +125,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             emptied = inside.clone();
             edits.push((inside, r#"<rect width="1" height="1"/>"#.to_owned()));
         }
-        if let Some(number) = numbers::beyond(&node) {
+        if let Some(number) = numbers::excessive_number(&node) {
             let diagnostic = Diagnostic::new(
                 place.origin(start_tag(text, &node)),
                 format!("a number is out of range: {number}"),
@@ -147,8 +147,8 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             }
             edits.push((edit.range, edit.value));
         }
-        let drawing = DRAWING.iter().any(|tag| is(&node, tag));
-        if SHAPES.iter().any(|tag| is(&node, tag)) {
+        let drawing = DRAWING_ELEMENTS.iter().any(|tag| is(&node, tag));
+        if SHAPE_ELEMENTS.iter().any(|tag| is(&node, tag)) {
             shapes[0] += 1;
             shapes[1] += usize::from(node.ancestors().any(|node| is_hidden(&node)));
         }
@@ -167,7 +167,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         for remark in remarks {
             let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
             notes.add(match note.message.as_str() {
-                IMAGES => note.help(message!(
+                OMITTED_IMAGES_NOTE => note.help(message!(
                     "save the image as a file of its own, and draw or burn that"
                 )),
                 _ => note,
@@ -179,21 +179,16 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
                 .filter_map(|text| text.text())
                 .map(|text| text.chars().count())
                 .sum::<usize>();
-            if characters > MOST_CHARACTERS {
+            if characters > MAX_CHARACTERS {
                 let message = message!(
                     "the texts of the drawing have {characters} characters up to here, limit \
                     {most_characters}",
                     characters,
-                    most_characters = MOST_CHARACTERS
+                    most_characters = MAX_CHARACTERS
                 );
                 let help = message!("split the drawing, or write the text by itself");
                 return Err(element.diagnostic(message).help(help));
             }
-        }
-        if is(&node, "text")
-            && let Some(note) = text::left_out(&element)
-        {
-            notes.add(note);
         }
         let id = own.unwrap_or_else(|| {
             let id = format!("{prefix}{nth}");
@@ -259,7 +254,7 @@ impl LayerTracker {
         };
         let id = node.attribute("id");
         let name = if self.inkscape && is_inkscape_layer(node) {
-            node.attribute((INKSCAPE, "label")).or(id)
+            node.attribute((INKSCAPE_NAMESPACE, "label")).or(id)
         } else if !self.inkscape && outermost() {
             id
         } else {
@@ -282,7 +277,7 @@ impl LayerTracker {
 fn wrapper<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     let mut drawing = node
         .children()
-        .filter(|child| DRAWING.iter().any(|tag| is(child, tag)));
+        .filter(|child| DRAWING_ELEMENTS.iter().any(|tag| is(child, tag)));
     let (only, None) = (drawing.next()?, drawing.next()) else {
         return None;
     };
@@ -290,7 +285,7 @@ fn wrapper<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
 }
 
 fn is_inkscape_layer(node: &Node<'_, '_>) -> bool {
-    is(node, "g") && node.attribute((INKSCAPE, "groupmode")) == Some("layer")
+    is(node, "g") && node.attribute((INKSCAPE_NAMESPACE, "groupmode")) == Some("layer")
 }
 
 /// Enlarges the page of a drawing, so that one unit has more pixels; coordinates stay. `size` is
@@ -325,7 +320,7 @@ pub(super) fn enlarged(
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
         allow_dtd: true,
-        nodes_limit: MOST_NODES,
+        nodes_limit: MAX_NODES,
         ..ParsingOptions::default()
     };
     Document::parse_with_options(text, options).map_err(|error| {
@@ -349,7 +344,9 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
 /// True for an SVG element with this tag.
 pub(super) fn is(node: &Node<'_, '_>, tag: &str) -> bool {
     let name = node.tag_name();
-    node.is_element() && name.name() == tag && matches!(name.namespace(), None | Some(SVG))
+    node.is_element()
+        && name.name() == tag
+        && matches!(name.namespace(), None | Some(SVG_NAMESPACE))
 }
 
 /// True if an element hides itself.
@@ -372,9 +369,9 @@ fn is_hidden(node: &Node<'_, '_>) -> bool {
 
 /// Iterates over messages about undrawn parts of an element.
 fn remarks(node: &Node<'_, '_>) -> impl Iterator<Item = Message> {
-    let tag = LEFT_OUT.iter().filter(|(tag, _)| is(node, tag));
+    let tag = OMITTED_ELEMENTS.iter().filter(|(tag, _)| is(node, tag));
     let style = node.attribute("style").unwrap_or_default();
-    let ignored = IGNORED.iter().filter(move |(property, _)| {
+    let ignored = IGNORED_PROPERTIES.iter().filter(move |(property, _)| {
         let value = node.attribute(*property);
         value.is_some_and(|value| value.trim_start().starts_with("url"))
             || style.contains(&format!("{property}:url"))

@@ -12,7 +12,6 @@ use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text, TextFlow};
 
 use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
-use super::source::Element;
 use super::white::Whites;
 use crate::formats::Fills;
 use crate::{Diagnostic, DiagnosticCode, TextLines, font};
@@ -27,7 +26,7 @@ pub(super) fn fonts(of_file: &FileFonts, installed: bool) -> LaidFonts {
 
 /// Sets up usvg: fonts in the file come first, then installed or bundled ones.
 pub(super) fn set_up(options: &mut Options<'_>, fonts: &LaidFonts, installed: bool) {
-    options.font_family = font::NAME.to_owned();
+    options.font_family = font::BUNDLED_FAMILY.to_owned();
     options.fontdb = Arc::clone(&fonts.database);
     #[allow(clippy::match_bool, reason = "an arm of some builds only")]
     let others = match installed {
@@ -77,12 +76,6 @@ pub(super) fn runs_along_paths(group: &Group) -> bool {
     })
 }
 
-/// Returns a note about a text that is left out. Always `None`: missing characters are reported
-/// when they are written.
-pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
-    None
-}
-
 impl StrokeCollector<'_> {
     pub(super) fn text(&mut self, text: &Text, outer: &NodeContext) -> Result<(), Diagnostic> {
         let place = self.inner(text.id(), outer);
@@ -96,7 +89,9 @@ impl StrokeCollector<'_> {
         }
         for character in missing(text).chars() {
             let help = message!("turn the text into paths in the program that it was drawn with");
-            self.lacks(character, font::NAME, &place, |note| note.help(help))?;
+            self.lacks(character, font::BUNDLED_FAMILY, &place, |note| {
+                note.help(help)
+            })?;
         }
         let database = Arc::clone(&self.fonts.database);
         let spans = text.layouted().iter();
@@ -113,7 +108,7 @@ impl StrokeCollector<'_> {
         for wish in differing {
             let remark = message!(
                 "text is written in {font} Regular instead of {wish}",
-                font = font::NAME,
+                font = font::BUNDLED_FAMILY,
                 wish
             );
             self.notes.add(
@@ -215,8 +210,8 @@ fn extent(outline: &[PathEl]) -> f64 {
     path.control_box().size().max_side()
 }
 
-/// Size below which an outline is the speck drawn for a missing character (`SPECK` in `font.rs`).
-/// No real outline is that small.
+/// Size below which an outline is the speck drawn for a missing character (`SPECK_GLYPH` in
+/// `font.rs`). No real outline is that small.
 fn speck(text: &Text) -> f64 {
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
     let sizes = spans.map(|span| f64::from(span.font_size().get()));
@@ -245,7 +240,7 @@ fn differences(text: &Text) -> Vec<String> {
     let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
     for font in spans.map(|span| span.font()) {
         let other = match font.families().first() {
-            Some(FontFamily::Named(name)) if !name.eq_ignore_ascii_case(font::NAME) => {
+            Some(FontFamily::Named(name)) if !name.eq_ignore_ascii_case(font::BUNDLED_FAMILY) => {
                 Some(name.clone())
             }
             _ => None,

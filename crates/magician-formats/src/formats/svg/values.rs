@@ -11,7 +11,7 @@ use svgtypes::{Length, NumberListParser, PathParser, Transform};
 use super::source::is;
 
 /// Elements that SVG defines, whether they are drawn or not.
-const KNOWN: [&str; 62] = [
+const KNOWN_ELEMENTS: [&str; 62] = [
     "a",
     "animate",
     "animateMotion",
@@ -94,7 +94,7 @@ impl<'a> Ids<'a> {
             .tag_name()
             .namespace()
             .is_none_or(|space| space.ends_with("/svg"))
-            && !KNOWN.contains(&tag)
+            && !KNOWN_ELEMENTS.contains(&tag)
             && !tag.starts_with("fe")
             && !within(
                 node,

@@ -13,9 +13,9 @@ use crate::formats::White;
 use crate::{DiagnosticCode, Stroke};
 
 /// Largest number of samples per line. A choice: enough to decide whether half of it is visible.
-const SAMPLES: usize = 32;
+const MAX_SAMPLES: usize = 32;
 /// Largest number of edges to test in total. Beyond it lines count as visible.
-const MOST_WORK: usize = 50_000_000;
+const MAX_WORK: usize = 50_000_000;
 
 /// Shapes painted so far, and the white lines left out.
 #[derive(Default)]
@@ -83,7 +83,7 @@ impl Whites {
                 .map(|(from, to)| [0, 1].map(|axis| f64::midpoint(from[axis], to[axis])))
                 .collect(),
         };
-        let each = middles.len().div_ceil(SAMPLES).max(1);
+        let each = middles.len().div_ceil(MAX_SAMPLES).max(1);
         let (mut on, mut all) = (0, 0);
         for at in middles.into_iter().step_by(each) {
             all += 1;
@@ -93,7 +93,7 @@ impl Whites {
     }
 
     fn is_darker_at(&mut self, at: [f64; 2]) -> bool {
-        if self.work > MOST_WORK {
+        if self.work > MAX_WORK {
             return true;
         }
         let point = kurbo::Point::new(at[0], at[1]);
@@ -113,7 +113,7 @@ impl Whites {
 
 impl StrokeCollector<'_> {
     /// Draws everything if all of it is white. Otherwise notes what was left out.
-    pub(super) fn tell_white(&mut self) {
+    pub(super) fn note_white(&mut self) {
         let Some((element, count)) = self.whites.left_out.take() else {
             return;
         };

@@ -7,11 +7,11 @@ use magician_host::message;
 use std::sync::Arc;
 
 use super::{Glyphs, svg_font};
-use crate::encoding::{Otherwise, decode};
-use crate::{Diagnostic, packed};
+use crate::encoding::{Fallback, decode};
+use crate::{Diagnostic, gzip};
 
 /// Largest size of an unpacked font file, bytes. A choice above any real font; it bounds memory.
-const LARGEST: usize = 256 << 20;
+const MAX_FILE_SIZE: usize = 256 << 20;
 
 /// Reads a font of any supported kind.
 pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
@@ -19,7 +19,7 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
         message: message!("{name}: {why}", name, why = &problem.message),
         ..problem
     };
-    let unpacked = packed::unpacked(bytes, LARGEST).map_err(of_this_file)?;
+    let unpacked = gzip::unpack(bytes, MAX_FILE_SIZE).map_err(of_this_file)?;
     let bytes = match unpacked {
         std::borrow::Cow::Borrowed(_) => Arc::clone(bytes),
         std::borrow::Cow::Owned(unpacked) => unpacked.into(),
@@ -57,8 +57,8 @@ enum Kind {
 
 /// Detects the kind of a font file from its bytes.
 fn of(bytes: &[u8]) -> Option<Kind> {
-    const OUTLINES: [&[u8]; 4] = [&[0, 1, 0, 0], b"OTTO", b"true", b"ttcf"];
-    if OUTLINES.iter().any(|magic| bytes.starts_with(magic)) {
+    const OUTLINE_MAGICS: [&[u8]; 4] = [&[0, 1, 0, 0], b"OTTO", b"true", b"ttcf"];
+    if OUTLINE_MAGICS.iter().any(|magic| bytes.starts_with(magic)) {
         return Some(Kind::Outline);
     }
     let text = text(bytes).ok()?;
@@ -71,7 +71,7 @@ fn of(bytes: &[u8]) -> Option<Kind> {
 }
 
 fn text(bytes: &[u8]) -> Result<String, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     Ok(text.trim_start().to_owned())
 }
 

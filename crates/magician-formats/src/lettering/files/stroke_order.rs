@@ -15,13 +15,13 @@ use crate::lettering::{Glyph, Glyphs};
 
 /// Height of a Latin capital beside these characters, as a share of the square. A choice that suits
 /// the line spacing of Latin text.
-const CAP: f64 = 0.75;
+const CAP_HEIGHT_SHARE: f64 = 0.75;
 /// Depth of the square below the baseline, as a share of the square. A choice, as above.
-const BELOW: f64 = 0.12;
+const BASELINE_DEPTH_SHARE: f64 = 0.12;
 /// Side of the square in KanjiVG, where y grows downwards.
-const KANJIVG: f64 = 109.0;
+const KANJIVG_SQUARE: f64 = 109.0;
 /// Side of the square in hanzi-writer, whose baseline is at y = 0.
-const HANZI: f64 = 1024.0;
+const HANZI_WRITER_SQUARE: f64 = 1024.0;
 
 pub(super) struct StrokeOrder {
     square: f64,
@@ -40,7 +40,7 @@ impl StrokeOrder {
 
 impl Glyphs for StrokeOrder {
     fn cap_height(&self) -> f64 {
-        CAP * self.square
+        CAP_HEIGHT_SHARE * self.square
     }
 
     fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph> {
@@ -64,7 +64,14 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
     // A drawing declares the namespace prefix only in its document type, which the parser ignores.
     let text = text.replace("kvg:", "kvg-");
     let document = super::document(&text)?;
-    let to = Affine::new([1.0, 0.0, 0.0, -1.0, 0.0, KANJIVG * (1.0 - BELOW)]);
+    let to = Affine::new([
+        1.0,
+        0.0,
+        0.0,
+        -1.0,
+        0.0,
+        KANJIVG_SQUARE * (1.0 - BASELINE_DEPTH_SHARE),
+    ]);
     let mut strokes = HashMap::new();
     for node in document.descendants() {
         let id = node.attribute("id").unwrap_or_default();
@@ -79,11 +86,11 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
             continue;
         };
         let paths = node.descendants().filter_map(|node| node.attribute("d"));
-        let paths = paths.map(|path| Ok(to * svg_font::path(path, character, KANJIVG)?));
+        let paths = paths.map(|path| Ok(to * svg_font::path(path, character, KANJIVG_SQUARE)?));
         let paths: Vec<_> = paths.collect::<Result<_, Diagnostic>>()?;
         strokes.entry(character).or_insert(paths);
     }
-    StrokeOrder::new(KANJIVG, strokes)
+    StrokeOrder::new(KANJIVG_SQUARE, strokes)
 }
 
 /// A character of hanzi-writer or Make Me a Hanzi: the centre line of each stroke.
@@ -130,9 +137,9 @@ pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic>
                 path.move_to(first);
             }
             points.for_each(|point| path.line_to(point));
-            svg_font::within(path, letter, HANZI)
+            svg_font::within(path, letter, HANZI_WRITER_SQUARE)
         });
         strokes.insert(letter, paths.collect::<Result<_, Diagnostic>>()?);
     }
-    StrokeOrder::new(HANZI, strokes)
+    StrokeOrder::new(HANZI_WRITER_SQUARE, strokes)
 }

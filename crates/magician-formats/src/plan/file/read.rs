@@ -8,8 +8,8 @@ use std::str::FromStr;
 use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
-use super::{FORMAT, VERSION, WITH_PARTS};
-use crate::encoding::{Otherwise, decode};
+use super::{FORMAT, VERSION, VERSION_WITH_PARTS};
+use crate::encoding::{Fallback, decode};
 use crate::plan::json::{Json, Member};
 use crate::{
     Action, Diagnostic, Grip, Origin, Part, Pause, PauseCause, Plan, Step, Surface, Tool, Travel,
@@ -17,7 +17,7 @@ use crate::{
 
 /// Parses a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
-    let text = decode(bytes, Otherwise::Refused)?.text;
+    let text = decode(bytes, Fallback::Refused)?.text;
     let json = Json::of(&text);
     let file = json.object(json.whole()?)?;
     let mut plan = Plan::default();
@@ -78,12 +78,12 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<u32, Diagnos
             .help(help));
     };
     let number: u32 = json.number(version.value, "a whole number")?;
-    if !(VERSION..=WITH_PARTS).contains(&number) {
+    if !(VERSION..=VERSION_WITH_PARTS).contains(&number) {
         let message = format!(
-            "this is a plan of version {number}; only versions {VERSION} and {WITH_PARTS} are \
+            "this is a plan of version {number}; only versions {VERSION} and {VERSION_WITH_PARTS} are \
                 known here"
         );
-        let help = if number > WITH_PARTS {
+        let help = if number > VERSION_WITH_PARTS {
             "a newer release of this program may read it"
         } else {
             "versions count from 1"
@@ -101,11 +101,11 @@ fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
         return numbers(json, "tool", "x, y, z", value).map(|bias| Some(Tool::Bias(bias)));
     }
     let name = json.string(value)?;
-    let found = Tool::NAMED.iter().find(|(known, _)| *known == name);
+    let found = Tool::NAMED_TOOLS.iter().find(|(known, _)| *known == name);
     match found {
         Some((_, tool)) => Ok(Some(*tool)),
         None => {
-            let names = Tool::NAMED.map(|(name, _)| name).join(", ");
+            let names = Tool::NAMED_TOOLS.map(|(name, _)| name).join(", ");
             let help = format!("a tool is one of {names}, or its bias as [x,y,z] in mm");
             Err(json
                 .diagnostic(value, format!("unknown tool {value}"))
@@ -329,8 +329,8 @@ impl<'t> StepReader<'_, 't> {
                     );
                 }
             }
-            "part" | "pause" if self.version < WITH_PARTS => {
-                let message = format!("a '{key}' needs a plan of version {WITH_PARTS}");
+            "part" | "pause" if self.version < VERSION_WITH_PARTS => {
+                let message = format!("a '{key}' needs a plan of version {VERSION_WITH_PARTS}");
                 return Err(json.diagnostic(value, message));
             }
             "part" => Action::Part(Box::new(part(json, value)?)),

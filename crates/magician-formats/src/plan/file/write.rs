@@ -8,7 +8,7 @@ use serde::ser::{Error as _, SerializeMap};
 use serde::{Serialize, Serializer};
 use serde_json::ser::Formatter;
 
-use super::{FORMAT, VERSION, WITH_PARTS};
+use super::{FORMAT, VERSION, VERSION_WITH_PARTS};
 use crate::{Action, Grip, Part, Plan, Step, Tool, Travel};
 
 impl Plan {
@@ -24,7 +24,7 @@ impl Plan {
         // The lowest version that can express the plan, so that older readers accept as many files
         // as possible.
         let silent = self.steps.iter().any(|step| step.action.is_silent());
-        let version = if silent { WITH_PARTS } else { VERSION };
+        let version = if silent { VERSION_WITH_PARTS } else { VERSION };
         entry(writer, "version", &version)?;
         write!(writer, ",")?;
         entry(writer, "title", &self.title)?;

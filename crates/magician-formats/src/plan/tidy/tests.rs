@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{Origin, Pause, PauseCause};
 
-const UP: f32 = 5.0;
+const TRAVEL_HEIGHT: f32 = 5.0;
 
 fn pen(lines: &[&[[f32; 3]]]) -> Plan {
     let mut plan = Plan::new("lines");
@@ -19,14 +19,14 @@ fn pen(lines: &[&[[f32; 3]]]) -> Plan {
 /// Draws a line as G-code does: above its start, slowly down, along it, up.
 fn draw(plan: &mut Plan, line: &[[f32; 3]], speed: f32) {
     let [from, to] = [line[0], line[line.len() - 1]];
-    rapid(plan, [from[0], from[1], UP]);
+    rapid(plan, [from[0], from[1], TRAVEL_HEIGHT]);
     plan.push(build::path_speed(5.0, 100.0), Origin::NONE);
     plan.push(Action::Path { to: from }, Origin::NONE);
     plan.push(build::path_speed(speed, 100.0), Origin::NONE);
     for place in &line[1..] {
         plan.push(Action::Path { to: *place }, Origin::NONE);
     }
-    rapid(plan, [to[0], to[1], UP]);
+    rapid(plan, [to[0], to[1], TRAVEL_HEIGHT]);
 }
 
 fn rapid(plan: &mut Plan, [x, y, z]: [f32; 3]) {
@@ -64,62 +64,65 @@ fn once() -> Tidy {
     }
 }
 
-const L: &[[f32; 3]] = &[[200.0, 0.0, 0.0], [220.0, 0.0, 0.0], [220.0, 10.0, 0.0]];
-const FAR: &[[f32; 3]] = &[[240.0, 0.0, 0.0], [240.0, 9.0, 0.0]];
+const L_SHAPE: &[[f32; 3]] = &[[200.0, 0.0, 0.0], [220.0, 0.0, 0.0], [220.0, 10.0, 0.0]];
+const FAR_LINE: &[[f32; 3]] = &[[240.0, 0.0, 0.0], [240.0, 9.0, 0.0]];
 
 fn reversed(line: &[[f32; 3]]) -> Vec<[f32; 3]> {
     line.iter().rev().copied().collect()
 }
 
 #[test]
-fn a_line_that_is_there_twice_is_drawn_once_whichever_way_it_goes() {
-    let back = reversed(L);
-    let (plan, found) = tidied(&pen(&[L, FAR, &back, L, FAR]), &once());
+fn duplicate_line_is_drawn_once_in_either_direction() {
+    let back = reversed(L_SHAPE);
+    let (plan, found) = tidied(
+        &pen(&[L_SHAPE, FAR_LINE, &back, L_SHAPE, FAR_LINE]),
+        &once(),
+    );
     assert_eq!((found.repeated, found.joined), (3, 0));
     let marks = |plan: &Plan| {
         let marks = plan.steps.iter().filter(|step| step.action.marks());
         marks.count()
     };
-    assert_eq!(marks(&plan), marks(&pen(&[L, FAR])));
+    assert_eq!(marks(&plan), marks(&pen(&[L_SHAPE, FAR_LINE])));
     // All that remains of the duplicates is travel above the lines.
-    let low = |step: &&Step| step.action.target().is_some_and(|to| to[2] < UP);
+    let low = |step: &&Step| step.action.target().is_some_and(|to| to[2] < TRAVEL_HEIGHT);
     assert_eq!(
         plan.steps.iter().filter(low).count(),
-        marks(&pen(&[L, FAR]))
+        marks(&pen(&[L_SHAPE, FAR_LINE]))
     );
 }
 
 #[test]
-fn a_closed_line_is_the_same_wherever_it_begins() {
+fn closed_line_is_equal_regardless_of_its_start() {
     let [a, b, c] = [[200.0, 0.0, 0.0], [210.0, 0.0, 0.0], [210.0, 10.0, 0.0]];
     let plan = pen(&[&[a, b, c, a], &[c, b, a, c], &[a, b, c]]);
     assert_eq!(tidied(&plan, &once()).1.repeated, 1);
 }
 
 #[test]
-fn another_height_another_pen_and_another_part_are_another_line() {
-    let deeper: Vec<[f32; 3]> = L.iter().map(|[x, y, z]| [*x, *y, z - 1.0]).collect();
-    assert_eq!(tidied(&pen(&[L, &deeper]), &once()).1.repeated, 0);
+fn lines_at_another_height_pen_or_part_are_distinct() {
+    let deeper: Vec<[f32; 3]> = L_SHAPE.iter().map(|[x, y, z]| [*x, *y, z - 1.0]).collect();
+    assert_eq!(tidied(&pen(&[L_SHAPE, &deeper]), &once()).1.repeated, 0);
     let pause = Action::Pause(Box::new(Pause {
         text: String::new(),
         cause: PauseCause::Program,
     }));
     let part = Action::Part(Box::default());
     for between in [pause, part, Action::Suction(true), Action::Home] {
-        let mut plan = pen(&[L]);
+        let mut plan = pen(&[L_SHAPE]);
         plan.push(between, Origin::NONE);
-        draw(&mut plan, L, 20.0);
+        draw(&mut plan, L_SHAPE, 20.0);
         assert_eq!(tidied(&plan, &once()).1.repeated, 0, "{plan:?}");
     }
 }
 
 #[test]
-fn what_burns_is_the_same_with_the_same_power_at_the_same_speed() {
+fn burns_are_equal_with_the_same_power_and_speed() {
     let repeated = |power: f32, speed: f32| {
         let mut plan = Plan::new("burnt");
-        burn(&mut plan, L, 40.0, 10.0);
-        burn(&mut plan, &reversed(L), power, speed);
-        burn(&mut plan, FAR, 40.0, 10.0);
+        burn(&mut plan, L_SHAPE, 40.0, 10.0);
+        burn(&mut plan, &reversed(L_SHAPE), power, speed);
+        burn(&mut plan, FAR_LINE, 40.0, 10.0);
         let (left, found) = tidied(&plan, &once());
         let lit = |plan: &Plan| {
             let lit = plan.steps.iter().filter(|step| step.action.burns());
@@ -133,15 +136,15 @@ fn what_burns_is_the_same_with_the_same_power_at_the_same_speed() {
     assert_eq!(repeated(40.0, 11.0), 0);
     // With power in proportion to speed it burns differently.
     let mut plan = Plan::new("burnt");
-    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, L_SHAPE, 40.0, 10.0);
     let first = plan.steps.len();
-    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, L_SHAPE, 40.0, 10.0);
     { plan.steps[first..].iter_mut() }.for_each(|step| step.feed = Some(20.0));
     assert_eq!(tidied(&plan, &once()).1.repeated, 0);
 }
 
 #[test]
-fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
+fn duplicate_line_is_kept_if_its_travel_is_unknown() {
     // In turn: a slanted descent, a slanted lift, a wait at the start, a lift along a curve.
     type Change = fn(&mut Vec<Step>, usize);
     let changes: [Change; 4] = [
@@ -163,8 +166,8 @@ fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
             }
         },
     ];
-    let plan = pen(&[L, L, FAR]);
-    let second = pen(&[L]).steps.len();
+    let plan = pen(&[L_SHAPE, L_SHAPE, FAR_LINE]);
+    let second = pen(&[L_SHAPE]).steps.len();
     assert_eq!(tidied(&plan, &once()).1.repeated, 1);
     for (nth, change) in changes.into_iter().enumerate() {
         let mut plan = plan.clone();
@@ -174,22 +177,25 @@ fn a_line_stays_where_the_way_from_it_or_to_it_is_not_known() {
         assert_eq!(plan, before, "{nth}");
     }
     // A plan that switches the laser separately is not touched.
-    let mut plan = pen(&[L, L]);
+    let mut plan = pen(&[L_SHAPE, L_SHAPE]);
     plan.steps
         .insert(0, Step::new(Action::Laser(true), Origin::NONE));
     assert_eq!(tidied(&plan, &Tidy::default()).0, plan);
 }
 
 #[test]
-fn lines_that_nearly_meet_are_one() {
+fn lines_that_nearly_meet_are_joined() {
     let on = [[220.05, 10.0, 0.0], [230.0, 10.0, 0.0]];
     let merge = Tidy {
         merge: 0.1,
         ..once()
     };
-    let (plan, found) = tidied(&pen(&[L, &on]), &merge);
+    let (plan, found) = tidied(&pen(&[L_SHAPE, &on]), &merge);
     assert_eq!(found.joined, 1);
-    let (down, up) = ([200.0, 0.0, UP, 0.0], [230.0, 10.0, UP, 0.0]);
+    let (down, up) = (
+        [200.0, 0.0, TRAVEL_HEIGHT, 0.0],
+        [230.0, 10.0, TRAVEL_HEIGHT, 0.0],
+    );
     let moves: Vec<_> = { plan.steps.iter() }
         .filter_map(|step| match step.action {
             Action::Move { to, .. } => Some(to),
@@ -201,22 +207,22 @@ fn lines_that_nearly_meet_are_one() {
     let speeds = plan.steps.iter().filter(|step| sets_speed(&step.action));
     assert_eq!(speeds.count(), 2);
     let apart = [[220.2, 10.0, 0.0], [230.0, 10.0, 0.0]];
-    assert_eq!(tidied(&pen(&[L, &apart]), &merge).1.joined, 0);
+    assert_eq!(tidied(&pen(&[L_SHAPE, &apart]), &merge).1.joined, 0);
     // A point drilled between the two lines stays.
-    let mut plan = pen(&[L]);
+    let mut plan = pen(&[L_SHAPE]);
     draw(&mut plan, &[[250.0, 0.0, 0.0]], 20.0);
     draw(&mut plan, &on, 20.0);
     assert_eq!(tidied(&plan, &merge).1.joined, 0);
     // A zero-length burn stays too.
     let mut plan = Plan::new("burnt");
-    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, L_SHAPE, 40.0, 10.0);
     burn(&mut plan, &[[250.0, 0.0, 0.0]; 2], 60.0, 10.0);
     burn(&mut plan, &on, 40.0, 10.0);
     let (left, found) = tidied(&plan, &merge);
     assert_eq!((found.joined, left), (0, plan));
     // The second line is weaker.
     let mut plan = Plan::new("burnt");
-    burn(&mut plan, L, 40.0, 10.0);
+    burn(&mut plan, L_SHAPE, 40.0, 10.0);
     burn(&mut plan, &on, 30.0, 10.0);
     assert_eq!(tidied(&plan, &merge).1.joined, 0);
     burn(
@@ -229,7 +235,7 @@ fn lines_that_nearly_meet_are_one() {
 }
 
 #[test]
-fn points_on_a_line_are_left_out_where_nothing_changes() {
+fn collinear_points_are_dropped_between_setting_changes() {
     let thin = Tidy {
         merge: 0.0,
         dedupe: false,
@@ -269,7 +275,7 @@ fn points_on_a_line_are_left_out_where_nothing_changes() {
 }
 
 /// Distance between samples, mm.
-const EACH: f64 = 0.2;
+const SAMPLE_DISTANCE: f64 = 0.2;
 
 /// Samples of everything marked, each with its kind. A pen marks wherever it touches the surface.
 fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
@@ -289,7 +295,7 @@ fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
             _ => (!burns).then_some(0),
         };
         if let (Some(kind), Some(from)) = (kind, at) {
-            let count = (apart(from, to) / EACH).ceil().max(1.0);
+            let count = (distance(from, to) / SAMPLE_DISTANCE).ceil().max(1.0);
             for nth in 0..=count as u32 {
                 let share = f64::from(nth) / count;
                 let [x, y, z] =
@@ -305,7 +311,7 @@ fn marked(plan: &Plan) -> Vec<(u32, [f64; 2])> {
 }
 
 /// Largest distance of a sample in `some` from the nearest of the same kind in `others`.
-fn off(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
+fn largest_deviation(some: &[(u32, [f64; 2])], others: &[(u32, [f64; 2])]) -> f64 {
     let nearest = |(kind, [x, y]): &(u32, [f64; 2])| {
         let alike = others.iter().filter(|(other, _)| other == kind);
         let far = alike.map(|(_, [to_x, to_y])| libm::hypot(to_x - x, to_y - y));
@@ -337,7 +343,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn what_is_marked_stays_within_merge_and_simplify(lines in lines(), laser in any::<bool>()) {
+    fn marks_stay_within_merge_and_simplify(lines in lines(), laser in any::<bool>()) {
         let mut plan = Plan::new("any");
         for (line, strong) in &lines {
             match (laser, strong) {
@@ -350,8 +356,8 @@ proptest! {
         let (left, _) = tidied(&plan, &tidy);
         prop_assert!(left.steps.len() <= plan.steps.len());
         let (before, after) = (marked(&plan), marked(&left));
-        let most = tidy.merge + tidy.simplify + EACH;
-        prop_assert!(off(&after, &before) <= most, "{left:?}");
-        prop_assert!(off(&before, &after) <= most, "{left:?}");
+        let most = tidy.merge + tidy.simplify + SAMPLE_DISTANCE;
+        prop_assert!(largest_deviation(&after, &before) <= most, "{left:?}");
+        prop_assert!(largest_deviation(&before, &after) <= most, "{left:?}");
     }
 }

@@ -3,7 +3,7 @@
 use super::{diagnostic, motions, path, travel};
 
 #[test]
-fn each_hole_is_one_way_down_and_up() {
+fn each_hole_is_drilled_by_one_move_down_and_up() {
     let down = |x: f32, y: f32, z: f32| [travel(x, y, 2.0), path(x, y, z)];
     let start = "G0 X200 Y0 Z5\n";
     let expected = |up: f32| {
@@ -41,7 +41,7 @@ fn each_hole_is_one_way_down_and_up() {
 }
 
 #[test]
-fn what_is_no_hole_is_refused() {
+fn invalid_cycle_is_refused() {
     let start = "G0 X200 Y0 Z5\n";
     for (text, message) in [
         (

@@ -32,7 +32,7 @@ fn lightburn(cuts: &[(f64, f64)]) -> String {
 }
 
 #[test]
-fn a_job_at_a_fifth_burns_at_a_fifth() {
+fn job_at_20_percent_burns_at_20_percent() {
     assert_eq!(powers(&lightburn(&[(20.0, 200.0)])), [20.0]);
     assert_eq!(
         powers(&lightburn(&[(20.0, 51.0)])),
@@ -57,7 +57,7 @@ fn a_job_at_a_fifth_burns_at_a_fifth() {
 }
 
 #[test]
-fn the_first_rule_that_holds_is_the_one() {
+fn first_matching_rule_sets_full_power() {
     let program = |head: &str, s: &str| format!("{head}G0 X220 Y0 Z0\nM3\nG1 X221 F600 S{s}\nM5\n");
     for (head, s, full, power) in [
         ("$30=500\n", "100", "S500, as $30 says", 20.0),
@@ -104,7 +104,7 @@ fn the_first_rule_that_holds_is_the_one() {
 }
 
 #[test]
-fn what_cannot_be_told_is_refused_with_its_line() {
+fn undeterminable_full_power_is_refused_with_its_line() {
     let of = |text: &str, s_max| -> Diagnostic {
         try_with(text, |options| options.s_max = s_max).expect_err(text)
     };
@@ -213,7 +213,7 @@ fn a_mill_burns_nothing() {
 }
 
 #[test]
-fn a_laser_without_a_speed_has_one() {
+fn laser_without_a_feed_gets_the_default_speed() {
     use magician::build;
     let text = "G0 X220 Y0 Z0\nM3 S100\nG1 X221\nG1 X222 F600\nM5\n";
     let speeds: Vec<_> = actions(text)
@@ -234,7 +234,7 @@ fn a_laser_without_a_speed_has_one() {
 }
 
 #[test]
-fn m4_is_told_from_m3_step_by_step() {
+fn m4_and_m3_are_distinguished_per_step() {
     let text = "G0 X220 Y0 Z0\nM3 S100\nG1 X221 F600\nM4\nG1 X222\nG1 X223 F24000\nG0 X230\nM3\nG1 X231\nM5\n";
     let (plan, _) = try_read(text).expect("it is all right");
     let feeds: Vec<Option<f32>> = plan

@@ -16,7 +16,7 @@ fn value(before: &str, value: &str) -> f32 {
 }
 
 #[test]
-fn values_are_computed_as_rs_274_has_them() {
+fn values_follow_rs_274() {
     for (text, expected) in [
         ("[1+2*3]", 7.0),
         ("[[1+2]*3]", 9.0),
@@ -75,7 +75,7 @@ fn values_are_computed_as_rs_274_has_them() {
 }
 
 #[test]
-fn a_line_is_read_before_any_of_it_is_set() {
+fn line_is_evaluated_before_its_assignments() {
     assert_eq!(value("#3=15\n#3=6 #4=#3", "#4"), 15.0);
     let swapped = "#1=10 #2=20\n#1=#2 #2=#1\n";
     assert_eq!(value(swapped, "[#1*100+#2]"), 2010.0);
@@ -87,7 +87,7 @@ fn a_line_is_read_before_any_of_it_is_set() {
 }
 
 #[test]
-fn the_state_of_the_program_can_be_asked_for() {
+fn program_state_is_readable() {
     assert_eq!(value("G10 L2 P2 Y7", "#5242"), 7.0);
     assert_eq!(value("G55", "#5220"), 2.0);
     assert_eq!(value("G59.1", "#<_coord_system>"), 591.0);
@@ -111,7 +111,7 @@ fn the_state_of_the_program_can_be_asked_for() {
 }
 
 #[test]
-fn loops_and_branches_lead_where_they_say() {
+fn loops_and_branches_follow_their_labels() {
     let expected = [
         travel(200.0, 0.0, 0.0),
         path(201.0, 0.0, 0.0),
@@ -150,7 +150,7 @@ fn loops_and_branches_lead_where_they_say() {
 }
 
 #[test]
-fn a_step_knows_the_line_that_made_it() {
+fn step_has_the_origin_of_its_line() {
     let text = "G0 X200 Y0 Z0\no1 repeat [2]\n  G91 G1 X1\no1 endrepeat\nG1 Y1\n";
     let (plan, _) = try_read(text).expect("it is right");
     let paths = plan
@@ -164,7 +164,7 @@ fn a_step_knows_the_line_that_made_it() {
 }
 
 #[test]
-fn what_cannot_be_done_says_where_and_why() {
+fn impossible_statement_is_refused_with_origin_and_reason() {
     for (text, message) in [
         ("G0 X[1+", "line 1, column 8: a value is missing here"),
         ("G0 X[1+2", "line 1, column 5: this bracket is not closed"),
@@ -302,7 +302,7 @@ fn what_cannot_be_done_says_where_and_why() {
 }
 
 #[test]
-fn a_program_without_end_is_refused() {
+fn endless_program_is_refused() {
     let text = "M98 P1 L999999999\nM2\nO1\nG4 P0\nM99\n";
     let found = diagnostic(text);
     let endless = "the program repeats more than 300000 lines: it seems endless";
@@ -316,7 +316,7 @@ fn a_program_without_end_is_refused() {
 }
 
 #[test]
-fn what_is_computed_burns_no_stronger_than_it_says() {
+fn computed_power_stays_within_full_power() {
     let burns = |text: &str| -> Vec<f32> {
         let all = actions(text).into_iter();
         let powers = all.filter_map(|action| match action {
@@ -394,12 +394,12 @@ fn line() -> impl Strategy<Value = String> {
 
 proptest! {
     #[test]
-    fn any_program_ends(lines in prop::collection::vec(line(), 0..20)) {
+    fn every_program_terminates(lines in prop::collection::vec(line(), 0..20)) {
         let _ = try_read(&lines.join("\n"));
     }
 
     #[test]
-    fn lines_of_nearly_expressions_never_panic(
+    fn parser_survives_malformed_expressions(
         text in "((G1|o1|o<a>|#|#<a>|=|\\[|\\]|\\*\\*|ATAN|EXISTS|MOD|if|while|sub|endsub|call|M98|[XPL]|[0-9.+-]|[ \n/]){1,3}){0,60}"
     ) {
         let _ = try_read(&text);

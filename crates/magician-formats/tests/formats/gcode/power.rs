@@ -25,7 +25,7 @@ fn steps(text: &str) -> Vec<Action> {
 }
 
 #[test]
-fn power_stands_until_it_changes_and_travels_are_dark() {
+fn power_is_modal_and_travel_is_dark() {
     assert_eq!(
         steps(
             "G0 X220 Y0 Z0\nM3 S200\nG1 X221 F600\nX222\nS400\nX223\nG0 X230\nG1 X231 S0\nM5\nG0 X220\n"
@@ -44,7 +44,7 @@ fn power_stands_until_it_changes_and_travels_are_dark() {
 }
 
 #[test]
-fn without_m3_the_laser_is_dark_and_a_program_that_only_says_s_means_it() {
+fn laser_is_off_without_m3_unless_the_program_only_uses_s() {
     let off = "G0 X220 Y0 Z0\nM5 S1000\nG1 X221\nM3\nG1 X222\nM5\nG1 X223\n";
     assert_eq!(
         steps(off),
@@ -74,7 +74,7 @@ fn without_m3_the_laser_is_dark_and_a_program_that_only_says_s_means_it() {
 }
 
 #[test]
-fn a_fan_is_the_laser_of_a_printer_that_engraves() {
+fn fan_output_is_the_laser_of_an_engraving_printer() {
     assert_eq!(
         steps("G0 X220 Y0 Z0\nM106 S51\nG1 X221\nM106\nG1 X222\nM107\nG0 X220\n"),
         [
@@ -88,7 +88,7 @@ fn a_fan_is_the_laser_of_a_printer_that_engraves() {
 }
 
 #[test]
-fn a_pen_does_not_mind_a_spindle() {
+fn pen_program_ignores_the_spindle() {
     let program = "G0 X220 Y0 Z0\nM3 S12000\nG1 X221 S1\nM5\n";
     let pen = motions_with(program, |options| options.dialect = Dialect::Pen);
     assert_eq!(pen, [travel(220.0, 0.0, 0.0), path(221.0, 0.0, 0.0)]);
@@ -99,7 +99,7 @@ fn a_pen_does_not_mind_a_spindle() {
 }
 
 #[test]
-fn the_laser_is_dark_wherever_the_arm_stands() {
+fn laser_is_off_at_rest() {
     let pause = "G0 X220 Y0 Z0\nM3 S1000\nG4 P100\nG1 X221\nG4 P500\nG1 X222\n";
     assert_eq!(
         steps(pause),
@@ -128,7 +128,7 @@ fn the_laser_is_dark_wherever_the_arm_stands() {
 }
 
 #[test]
-fn a_burn_begins_where_it_is_known_to() {
+fn burn_needs_a_known_start() {
     let known = actions_with("M3 S1000\nG91\nG1 X20 F600\n", |options| {
         options.start = Some([200.0, 0.0, 0.0]);
     });

@@ -5,8 +5,9 @@ use magician_formats::{
     Action, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, Travel, read,
 };
 
-pub(crate) const PEN: &str = include_str!("../../../../magician-program/samples/pen_outline.gcode");
-pub(crate) const LASER: &str =
+pub(crate) const PEN_SAMPLE: &str =
+    include_str!("../../../../magician-program/samples/pen_outline.gcode");
+pub(crate) const LASER_SAMPLE: &str =
     include_str!("../../../../magician-program/samples/laser_checker.gcode");
 
 pub(crate) fn try_with(

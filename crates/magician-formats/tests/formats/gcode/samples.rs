@@ -4,10 +4,12 @@ use magician::build;
 use magician_formats::Action;
 use magician_formats::formats::GcodeOptions;
 
-use super::{LASER, PEN, actions, arc, burn, notes, path, travel, try_read, try_with};
+use super::{
+    LASER_SAMPLE, PEN_SAMPLE, actions, arc, burn, notes, path, travel, try_read, try_with,
+};
 
 #[test]
-fn the_pen_sample_step_by_step() {
+fn pen_sample_step_by_step() {
     // The arc about (240, 20) with a radius of 20 runs clockwise from 0 to 90 degrees: three
     // quarters of a circle, with its middle at 225 degrees.
     let root = 20.0 * 0.5_f64.sqrt();
@@ -34,15 +36,15 @@ fn the_pen_sample_step_by_step() {
         travel(200.0, 0.0, 10.0),
     ];
     let from = |options: &mut GcodeOptions| options.start = Some([200.0, 0.0, -8.0]);
-    let (plan, notes) = try_with(PEN, from).expect("it is all right");
+    let (plan, notes) = try_with(PEN_SAMPLE, from).expect("it is all right");
     let actions: Vec<_> = plan.steps.into_iter().map(|step| step.action).collect();
     assert_eq!(actions, expected);
     assert_eq!(notes, []);
 }
 
 #[test]
-fn the_laser_sample_step_by_step() {
-    let all = actions(LASER);
+fn laser_sample_step_by_step() {
+    let all = actions(LASER_SAMPLE);
     let mut expected: Vec<Action> = vec![
         build::line_speed(200.0, 200.0).into(),
         travel(220.0, 0.0, 0.0),
@@ -61,7 +63,7 @@ fn the_laser_sample_step_by_step() {
         }
     }
     // Each burn has the power of its line (S255 is 100 %), and travels do not burn.
-    let s = LASER
+    let s = LASER_SAMPLE
         .lines()
         .filter(|line| line.starts_with('G') && line.contains('X'));
     let powers = s.map(|line| if line.ends_with("S255") { 100.0 } else { 0.0 });
@@ -77,7 +79,7 @@ fn the_laser_sample_step_by_step() {
     expected.push(travel(220.0, 0.0, 0.0));
     assert_eq!(all, expected);
     assert_eq!(
-        notes(LASER),
+        notes(LASER_SAMPLE),
         [
             "line 1, column 1: full power is S255, as $30 says",
             "line 6, column 1: the program has no Z: 0 is used"
@@ -86,9 +88,9 @@ fn the_laser_sample_step_by_step() {
 }
 
 #[test]
-fn each_step_knows_its_line() {
-    let (plan, _) = try_read(PEN).expect("it is all right");
-    let lines: Vec<_> = PEN.lines().collect();
+fn each_step_has_its_line() {
+    let (plan, _) = try_read(PEN_SAMPLE).expect("it is all right");
+    let lines: Vec<_> = PEN_SAMPLE.lines().collect();
     for step in &plan.steps {
         let at = step.origin;
         let line = lines[at.line as usize - 1];

@@ -29,7 +29,7 @@ fn heights(text: &str, dialect: Dialect) -> Vec<f32> {
 }
 
 #[test]
-fn the_angle_in_force_while_x_or_y_feeds_is_down() {
+fn angle_during_feed_is_pen_down() {
     let drawn =
         |down: &str, up: &str| format!("{up}\nG0 X220 Y0\n{down}\nG1 X240 F600\n{up}\nG0 X200\n");
     for (down, up) in [
@@ -79,7 +79,7 @@ fn the_angle_in_force_while_x_or_y_feeds_is_down() {
 }
 
 #[test]
-fn z_is_left_out_and_angles_between_are_up() {
+fn z_is_ignored_and_intermediate_angles_are_pen_up() {
     let text = "M3 S10\nG0 X220 Y0 Z5\nM3 S50\nM3 S90\nG1 X240 F600 Z-3\nM3 S10\nM5\n";
     assert_eq!(heights(text, Dialect::Servo), [-40.0, -50.0, -40.0]);
     let (_, notes) = servo(text, Dialect::Servo).expect("a servo's");
@@ -91,7 +91,7 @@ fn z_is_left_out_and_angles_between_are_up() {
 }
 
 #[test]
-fn what_does_not_tell_down_from_up_is_refused() {
+fn indistinguishable_servo_angles_are_refused() {
     let both = "M3 S90\nG1 X220 Y0 F600\nM3 S40\nG1 X240\n";
     let refused = servo(both, Dialect::Servo).expect_err("which is down?");
     assert!(

@@ -6,7 +6,7 @@ use magician_formats::{Action, Surface, Travel};
 use super::{actions, actions_with, motions, notes, path, travel, try_read, try_with};
 
 #[test]
-fn the_same_program_may_be_written_in_many_ways() {
+fn equivalent_spellings_give_the_same_program() {
     let expected = [
         travel(220.0, 0.0, 10.0),
         path(220.0, 0.0, 0.0),
@@ -62,7 +62,7 @@ fn the_same_program_may_be_written_in_many_ways() {
 }
 
 #[test]
-fn the_speed_is_set_when_it_changes() {
+fn speed_is_set_when_it_changes() {
     let program = "G0 X220 Y0 Z0\nG1 X221 F600\nX222 F600\nX223\nX224 F1200\nG20 G91\nX0.1 F60\nG1 F120\nG0 Y0.1\n";
     let speeds: Vec<_> = actions(program)
         .into_iter()
@@ -107,7 +107,7 @@ fn pauses_are_waits() {
 }
 
 #[test]
-fn a_second_coordinate_system_that_the_file_does_not_set_is_told() {
+fn undefined_second_coordinate_system_is_noted() {
     assert_eq!(
         notes("G54\nG0 X220 Y0 Z0\nG55\nG0 X230\nG10 L2 P3 X1\nG56\nG0 X231\n"),
         [
@@ -155,7 +155,7 @@ fn machine_coordinates_of_a_placed_program_lift_the_pen_and_draw_nothing() {
 }
 
 #[test]
-fn where_the_arm_stands_counts_if_it_is_known() {
+fn known_arm_position_is_used() {
     let from = |text: &str| {
         let all = actions_with(text, |options| options.start = Some([200.0, 10.0, 30.0]));
         let all = all.into_iter().filter(|action| action.target().is_some());
@@ -197,7 +197,7 @@ fn where_the_arm_stands_counts_if_it_is_known() {
 }
 
 #[test]
-fn homing_is_done_only_if_it_is_wanted() {
+fn homing_is_done_only_on_request() {
     let program = "G28\nG28 X Y\nG28 X0 Y0\nG0 X220 Y0 Z10\n";
     assert_eq!(motions(program), [travel(220.0, 0.0, 10.0)]);
     assert_eq!(
@@ -248,7 +248,7 @@ fn a_servo_lifts_the_pen_to_the_heights_of_the_surface() {
 }
 
 #[test]
-fn what_is_left_out_is_said_once() {
+fn omission_is_noted_once() {
     let program = "G0 X220 Y0 Z0\nM104 S200\nM104 S210\nM82\nG1 X221 E1\nG1 X222 E2\nG92 E0\nM106 S255\nM107\nM0\nT1\nG61.2\nM2\nG1 X1\n\nG1 X2\n";
     assert_eq!(
         notes(program),

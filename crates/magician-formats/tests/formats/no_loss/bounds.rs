@@ -64,7 +64,7 @@ fn text_beyond_its_bound_is_refused_with_line_number_and_limit() {
 }
 
 #[test]
-fn text_that_is_used_many_times_is_bounded_as_well() {
+fn repeatedly_used_text_is_bounded() {
     let uses = "<use href='#t'/>".repeat(2_000);
     let text = format!(
         "<svg xmlns='http://www.w3.org/2000/svg' width='9mm' height='9mm'><text id='t'>{}</text>{uses}</svg>",

@@ -2,18 +2,18 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, ReadOptions, read};
 
-use super::{artwork, data, length, near, plan, told, utf16};
+use super::{artwork, data, length, near, note_text, plan, utf16};
 
 fn reading(format: Format, bytes: &[u8]) -> Result<(Content, String), Diagnostic> {
     let parsed = read(format, bytes, &ReadOptions::default())?;
-    Ok((parsed.content, told(&parsed.notes)))
+    Ok((parsed.content, note_text(&parsed.notes)))
 }
 
 #[test]
 fn drawing_in_a_declared_encoding_is_read() {
     let (artwork, notes) = artwork("latin1.svg", &ReadOptions::default());
     near(length(&artwork), 160.0, 1e-3);
-    assert_eq!(told(&notes), "");
+    assert_eq!(note_text(&notes), "");
     assert!(
         artwork
             .names
@@ -23,7 +23,7 @@ fn drawing_in_a_declared_encoding_is_read() {
 }
 
 #[test]
-fn every_text_format_is_read_in_utf_16_and_with_carriage_returns_alone() {
+fn every_text_format_is_read_in_utf_16_and_with_lone_carriage_returns() {
     let (taught, _) = plan("utf16.nc");
     assert!(!taught.steps.is_empty());
     let samples = [
@@ -107,7 +107,7 @@ fn carriage_return_alone_ends_a_line() {
 }
 
 #[test]
-fn numbers_of_other_languages_are_read_where_only_one_reading_is_possible() {
+fn localised_numbers_are_read_where_unambiguous() {
     let (drawn, _) = artwork("comma.dxf", &ReadOptions::default());
     near(length(&drawn), 20.0_f64.hypot(10.0), 1e-6);
     let (small, _) = plan("expo.nc");

@@ -2,7 +2,7 @@
 
 use magician_formats::{ReadOptions, TextLines};
 
-use super::{artwork, length, near, told};
+use super::{artwork, length, near, note_text};
 
 fn in_single_lines() -> ReadOptions {
     let mut options = ReadOptions::default();
@@ -15,7 +15,7 @@ fn text_in_a_font_of_the_file_is_written_in_single_lines() {
     let (artwork, notes) = artwork("embedded-font.svg", &in_single_lines());
     // The frame is 164 mm long; an H is 10 mm high and as wide as in the file's font.
     near(length(&artwork), 164.0 + 35.0, 5.0);
-    assert_eq!(told(&notes), "");
+    assert_eq!(note_text(&notes), "");
     // The three strokes of the H.
     let letter = artwork.strokes.iter().skip(1).take(3);
     let heights = letter.flat_map(|stroke| &stroke.points).map(|at| at[1]);

@@ -60,7 +60,7 @@ pub(crate) fn length(artwork: &Artwork) -> f64 {
 }
 
 /// Returns all notes as one text, one per line.
-pub(crate) fn told(notes: &[Diagnostic]) -> String {
+pub(crate) fn note_text(notes: &[Diagnostic]) -> String {
     let told = notes.iter().map(ToString::to_string);
     told.collect::<Vec<_>>().join("\n")
 }

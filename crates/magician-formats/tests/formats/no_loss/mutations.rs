@@ -11,12 +11,12 @@ use super::utf16;
 /// Size of a file's content: number of strokes or steps, and their length in hundredths of a
 /// millimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Measure {
+struct LineFigures {
     count: usize,
     length: f64,
 }
 
-impl Measure {
+impl LineFigures {
     fn of(content: &Content) -> Self {
         match content {
             Content::Artwork(artwork) => Self {
@@ -47,22 +47,22 @@ impl Measure {
     }
 }
 
-fn reading(format: Format, bytes: &[u8]) -> Result<(Measure, BTreeSet<String>), Diagnostic> {
+fn reading(format: Format, bytes: &[u8]) -> Result<(LineFigures, BTreeSet<String>), Diagnostic> {
     let Parsed { content, notes } = read(format, bytes, &ReadOptions::default())?;
     let told = notes.iter().map(|note| note.message.to_string());
-    Ok((Measure::of(&content), told.collect()))
+    Ok((LineFigures::of(&content), told.collect()))
 }
 
 /// Numbers of mutations that were read unchanged, read with a note, refused, or lost.
 #[derive(Default, Debug)]
-struct Tally {
+struct OutcomeCounts {
     same: usize,
     noted: usize,
     refused: usize,
     lost: Vec<String>,
 }
 
-impl Tally {
+impl OutcomeCounts {
     fn add(&mut self, name: &str, format: Format, whole: &str, what: &str, bytes: &[u8]) {
         let (expected, before) = reading(format, whole.as_bytes()).unwrap();
         match reading(format, bytes) {
@@ -89,7 +89,7 @@ fn sample(name: &str) -> String {
 /// Tries every mutation of a text: the whole text in other encodings, then each piece changed by
 /// itself.
 fn mutate(
-    tally: &mut Tally,
+    tally: &mut OutcomeCounts,
     name: &str,
     format: Format,
     whole: &str,
@@ -139,7 +139,7 @@ fn lines(text: &str) -> Vec<std::ops::Range<usize>> {
 }
 
 /// Adds an attribute to a start tag, replacing one of the same name.
-fn with(tag: &str, name: &str, value: &str) -> String {
+fn tag_with_attribute(tag: &str, name: &str, value: &str) -> String {
     let mut plain = tag.to_owned();
     let known = format!(" {name}=\"");
     if let Some(at) = plain.find(&known) {
@@ -155,7 +155,7 @@ fn with(tag: &str, name: &str, value: &str) -> String {
     plain
 }
 
-fn odd_shapes(tag: &str) -> Vec<String> {
+fn elements_with_one_odd_attribute(tag: &str) -> Vec<String> {
     let mut odd = Vec::new();
     for paint in [
         "huh",
@@ -169,16 +169,20 @@ fn odd_shapes(tag: &str) -> Vec<String> {
         "color(display-p3 1 0 0)",
         "light-dark(black, white)",
     ] {
-        odd.push(with(tag, "stroke", paint));
-        odd.push(with(tag, "style", &format!("stroke:{paint}")));
+        odd.push(tag_with_attribute(tag, "stroke", paint));
+        odd.push(tag_with_attribute(tag, "style", &format!("stroke:{paint}")));
     }
-    odd.push(with(tag, "fill", "huh"));
+    odd.push(tag_with_attribute(tag, "fill", "huh"));
     for width in ["0", "-1", "1furlong", "thin", "var(--no)", "var(--no, 0)"] {
-        odd.push(with(tag, "stroke-width", width));
-        odd.push(with(tag, "style", &format!("stroke-width:{width}")));
+        odd.push(tag_with_attribute(tag, "stroke-width", width));
+        odd.push(tag_with_attribute(
+            tag,
+            "style",
+            &format!("stroke-width:{width}"),
+        ));
     }
-    odd.push(with(tag, "transform", "twist(3)"));
-    odd.push(with(tag, "transform", "translate(1,2,3,4)"));
+    odd.push(tag_with_attribute(tag, "transform", "twist(3)"));
+    odd.push(tag_with_attribute(tag, "transform", "translate(1,2,3,4)"));
     for (name, value) in [
         ("d", "M0 0 L nonsense"),
         ("d", ""),
@@ -196,7 +200,7 @@ fn odd_shapes(tag: &str) -> Vec<String> {
         ("cx", "1e"),
     ] {
         if tag.contains(&format!(" {name}=\"")) {
-            odd.push(with(tag, name, value));
+            odd.push(tag_with_attribute(tag, name, value));
         }
     }
     let end = tag[1..]
@@ -210,7 +214,7 @@ fn odd_shapes(tag: &str) -> Vec<String> {
 
 #[test]
 fn one_odd_element_of_a_drawing_is_drawn_noted_or_refused() {
-    let mut tally = Tally::default();
+    let mut tally = OutcomeCounts::default();
     for name in ["house.svg", "curves.svg", "logo.svg"] {
         let whole = sample(name);
         let mut pieces = Vec::new();
@@ -221,7 +225,7 @@ fn one_odd_element_of_a_drawing_is_drawn_noted_or_refused() {
         }
         pieces.retain(|piece| whole[piece.clone()].ends_with("/>"));
         pieces.truncate(12);
-        mutate(&mut tally, name, Format::Svg, &whole, &pieces, &odd_shapes);
+        mutate(&mut tally, name, Format::Svg, &whole, &pieces, &elements_with_one_odd_attribute);
     }
     println!(
         "SVG: {} same, {} noted, {} refused",
@@ -233,7 +237,7 @@ fn one_odd_element_of_a_drawing_is_drawn_noted_or_refused() {
 
 #[test]
 fn one_odd_line_of_a_program_or_plot_is_carried_out_noted_or_refused() {
-    let mut tally = Tally::default();
+    let mut tally = OutcomeCounts::default();
     let odd_words = |line: &str| {
         let mut odd = vec![
             line.replacen("G1", "G999", 1),
@@ -299,7 +303,7 @@ const DXF: &str = "0\nSECTION\n2\nENTITIES\n0\nLINE\n8\nA\n10\n0\n20\n0\n11\n20\
 
 #[test]
 fn one_odd_pair_of_a_dxf_is_drawn_noted_or_refused() {
-    let mut tally = Tally::default();
+    let mut tally = OutcomeCounts::default();
     for (name, whole) in [
         ("generated.dxf", DXF.to_owned()),
         ("plate.dxf", sample("plate.dxf")),
@@ -333,7 +337,7 @@ fn one_odd_pair_of_a_dxf_is_drawn_noted_or_refused() {
 
 #[test]
 fn one_odd_item_of_taught_points_and_blocks_is_played_noted_or_refused() {
-    let mut tally = Tally::default();
+    let mut tally = OutcomeCounts::default();
     let numbers = |own: &str| {
         let open = own.find('>').unwrap() + 1;
         let close = own.rfind('<').unwrap();

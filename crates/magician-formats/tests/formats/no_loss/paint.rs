@@ -2,7 +2,7 @@
 
 use magician_formats::{Content, Diagnostic, Format, Parsed, ReadOptions, read};
 
-use super::{artwork, length, near, told};
+use super::{artwork, length, near, note_text};
 
 fn svg(inside: &str) -> (magician_formats::Artwork, Vec<Diagnostic>) {
     let svg = format!(
@@ -18,14 +18,14 @@ fn svg(inside: &str) -> (magician_formats::Artwork, Vec<Diagnostic>) {
 }
 
 /// Returns the colour of the only line of a drawing, and the notes.
-fn drawn_in(inside: &str) -> (String, String) {
+fn colors_and_notes_of(inside: &str) -> (String, String) {
     let (artwork, notes) = svg(inside);
     assert_eq!(artwork.strokes.len(), 1, "{inside}: {notes:?}");
-    (artwork.colors[0].to_string(), told(&notes))
+    (artwork.colors[0].to_string(), note_text(&notes))
 }
 
 #[test]
-fn lines_in_paints_of_today_are_drawn() {
+fn lines_with_css_4_paints_are_drawn() {
     for (name, expected) in [
         ("currentcolor.svg", 160.0),
         ("mixed_colours.svg", 160.0),
@@ -34,12 +34,12 @@ fn lines_in_paints_of_today_are_drawn() {
     ] {
         let (artwork, notes) = artwork(name, &ReadOptions::default());
         near(length(&artwork), expected, 1e-3);
-        assert_eq!(told(&notes), "", "{name}");
+        assert_eq!(note_text(&notes), "", "{name}");
     }
 }
 
 #[test]
-fn custom_properties_are_those_of_the_nearest_element_then_of_the_sheet() {
+fn custom_properties_come_from_the_nearest_element_then_the_style_sheet() {
     for (inside, color) in [
         (
             "<style>:root{--x:#f00}</style><path d='M1 1H5' stroke='var(--x)'/>",
@@ -71,7 +71,7 @@ fn custom_properties_are_those_of_the_nearest_element_then_of_the_sheet() {
         ),
     ] {
         assert_eq!(
-            drawn_in(inside),
+            colors_and_notes_of(inside),
             (color.to_owned(), String::new()),
             "{inside}"
         );
@@ -91,7 +91,7 @@ fn paint_that_cannot_be_read_is_a_black_line_with_a_note() {
             format!("<path id='it' d='M1 1H5' stroke='{paint}'/>"),
             format!("<path id='it' d='M1 1H5' style='fill:none;stroke:{paint}'/>"),
         ] {
-            let (color, notes) = drawn_in(&inside);
+            let (color, notes) = colors_and_notes_of(&inside);
             assert_eq!(color, "#000000", "{inside}");
             assert!(
                 notes.contains("line 2") && notes.contains("it") && notes.contains(says),
@@ -101,7 +101,7 @@ fn paint_that_cannot_be_read_is_a_black_line_with_a_note() {
     }
     let circle =
         "<style>:root{--a:var(--b);--b:var(--a)}</style><path d='M1 1H5' stroke='var(--a)'/>";
-    let (color, notes) = drawn_in(circle);
+    let (color, notes) = colors_and_notes_of(circle);
     assert!(
         color == "#000000" && notes.contains("--a is not set"),
         "{notes}"
@@ -119,13 +119,13 @@ fn paint_that_cannot_be_read_is_a_black_line_with_a_note() {
 fn line_of_width_0_is_a_hairline() {
     let (drawn, notes) = artwork("hairline.svg", &ReadOptions::default());
     near(length(&drawn), 60.0, 1e-3);
-    assert!(told(&notes).contains("width 0"), "{notes:?}");
+    assert!(note_text(&notes).contains("width 0"), "{notes:?}");
     for width in ["0", "0px", "-1", "thin", "calc(1px)"] {
-        let (_, notes) = drawn_in(&format!(
+        let (_, notes) = colors_and_notes_of(&format!(
             "<path d='M1 1H5' stroke='red' stroke-width='{width}'/>"
         ));
         assert!(notes.contains("hairline"), "{width}: {notes}");
-        let (_, notes) = drawn_in(&format!(
+        let (_, notes) = colors_and_notes_of(&format!(
             "<style>path{{stroke-width:{width}}}</style><path d='M1 1H5' stroke='red'/>"
         ));
         assert!(notes.contains("hairline"), "{width}: {notes}");
@@ -133,7 +133,7 @@ fn line_of_width_0_is_a_hairline() {
 }
 
 #[test]
-fn nothing_to_draw_says_why() {
+fn empty_drawing_states_the_reason() {
     let (drawn, notes) = artwork("only-image.svg", &ReadOptions::default());
     assert!(drawn.strokes.is_empty());
     assert!(
@@ -165,7 +165,7 @@ fn nothing_to_draw_says_why() {
     ] {
         let (drawn, notes) = svg(inside);
         assert!(
-            drawn.strokes.is_empty() && told(&notes).contains(says),
+            drawn.strokes.is_empty() && note_text(&notes).contains(says),
             "{inside}: {notes:?}"
         );
     }

@@ -3,7 +3,7 @@
 use magician_formats::{Action, Content, Format, Grip, ReadOptions, Tool, Travel, foreign, read};
 use magician_host::Set;
 
-use super::{content, data, plan, told};
+use super::{content, data, note_text, plan};
 
 #[test]
 fn rail_positions_of_a_playback_move_the_rail() {
@@ -16,7 +16,10 @@ fn rail_positions_of_a_playback_move_the_rail() {
         })
         .collect();
     assert_eq!(rails, [500.0, 0.0]);
-    assert!(told(&notes).contains("moves along the rail"), "{notes:?}");
+    assert!(
+        note_text(&notes).contains("moves along the rail"),
+        "{notes:?}"
+    );
 }
 
 fn list(entries: &str) -> Result<magician_formats::Parsed, magician_formats::Diagnostic> {
@@ -27,7 +30,7 @@ fn list(entries: &str) -> Result<magician_formats::Parsed, magician_formats::Dia
     )
 }
 
-const MOVE: &str = r#"{"key":1,"type":"move","device":"Magician","params":{"moveType":"WAY","pointName":"P","point":[220,0,40,0],"slide":SLIDE,"slideL":120}}"#;
+const MOVE_BLOCK: &str = r#"{"key":1,"type":"move","device":"Magician","params":{"moveType":"WAY","pointName":"P","point":[220,0,40,0],"slide":SLIDE,"slideL":120}}"#;
 
 #[test]
 fn playback_of_dobotlab_is_played() {
@@ -43,7 +46,7 @@ fn playback_of_dobotlab_is_played() {
     ];
     assert_eq!(actions, expected.iter().collect::<Vec<_>>());
     assert_eq!(
-        (plan.tool, told(&notes).as_str()),
+        (plan.tool, note_text(&notes).as_str()),
         (Some(Tool::Suction), "")
     );
     assert_eq!(plan.name_of(&plan.steps[0].origin), Some("P"));
@@ -51,7 +54,8 @@ fn playback_of_dobotlab_is_played() {
         Format::of("a", &data("dobotlab.playback")),
         Some(Format::Playback)
     );
-    let moves = |way: &str, slide: &str| list(&MOVE.replace("WAY", way).replace("SLIDE", slide));
+    let moves =
+        |way: &str, slide: &str| list(&MOVE_BLOCK.replace("WAY", way).replace("SLIDE", slide));
     for (way, by) in [("moveL", Travel::Line), ("jump", Travel::Jump)] {
         let Content::Plan(plan) = moves(way, "false").unwrap().content else {
             panic!("{way}")
@@ -73,14 +77,15 @@ fn playback_of_dobotlab_is_played() {
 }
 
 #[test]
-fn what_a_list_of_dobotlab_says_beyond_that_is_refused_by_name_and_line() {
+fn unsupported_entries_of_dobotlab_are_refused_by_name_and_line() {
     for (entries, says) in [
         (
-            MOVE.replace("WAY", "moveJ")
+            MOVE_BLOCK
+                .replace("WAY", "moveJ")
                 .replace("\"Magician\"", "\"MagicianLite\""),
             "taught on a MagicianLite",
         ),
-        (MOVE.replace("WAY", "arc"), "'arc' is not known"),
+        (MOVE_BLOCK.replace("WAY", "arc"), "'arc' is not known"),
         (
             r#"{"type":"delay","params":{"time":1}}"#.to_owned(),
             "'delay' is not known",
@@ -120,7 +125,7 @@ fn blocks_of_dobotlab_are_named_with_what_runs_them() {
 }
 
 #[test]
-fn files_of_other_programs_are_named_with_a_way_out() {
+fn foreign_files_are_named_with_advice() {
     for (name, what, way) in [
         ("x.pdf", "a PDF document", "SVG"),
         ("x.eps", "a PostScript drawing", "SVG"),
@@ -166,7 +171,7 @@ fn files_of_other_programs_are_named_with_a_way_out() {
 }
 
 #[test]
-fn netpbm_images_are_read_and_animated_ones_say_which_picture() {
+fn netpbm_images_are_read_and_animated_ones_name_their_frame() {
     for name in ["i.pgm", "i_1bit.pbm"] {
         let Content::Image(raster) = content(name, &ReadOptions::default()).unwrap().content else {
             panic!("{name}");
@@ -176,8 +181,8 @@ fn netpbm_images_are_read_and_animated_ones_say_which_picture() {
     }
     let animated = content("i_anim_blankfirst.gif", &ReadOptions::default()).unwrap();
     assert!(
-        told(&animated.notes).contains("only the first of its 3 pictures")
-            || told(&animated.notes).contains("only the first of its 2 pictures"),
+        note_text(&animated.notes).contains("only the first of its 3 pictures")
+            || note_text(&animated.notes).contains("only the first of its 2 pictures"),
         "{:?}",
         animated.notes
     );

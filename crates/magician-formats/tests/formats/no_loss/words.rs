@@ -2,14 +2,14 @@
 
 use magician_formats::{Action, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, read};
 
-use super::{artwork, content, length, near, plan, told};
+use super::{artwork, content, length, near, note_text, plan};
 
 fn gcode(text: &str) -> Result<(Plan, String), Diagnostic> {
     match read(Format::Gcode, text.as_bytes(), &ReadOptions::default())? {
         Parsed {
             content: Content::Plan(plan),
             notes,
-        } => Ok((plan, told(&notes))),
+        } => Ok((plan, note_text(&notes))),
         other => panic!("{other:?}"),
     }
 }
@@ -30,7 +30,7 @@ fn progress_of_a_slicer_is_left_out_and_saved_settings_are_refused() {
         3
     );
     assert!(
-        told(&notes).contains("M73, the progress of a print, is left out (3 times)"),
+        note_text(&notes).contains("M73, the progress of a print, is left out (3 times)"),
         "{notes:?}"
     );
     for text in ["M73\nG1 X1", "M72 P1\nG1 X1"] {
@@ -44,11 +44,11 @@ fn progress_of_a_slicer_is_left_out_and_saved_settings_are_refused() {
 }
 
 #[test]
-fn what_a_controller_is_told_beside_a_program_is_left_out_with_a_note() {
+fn controller_commands_are_skipped_with_a_note() {
     let (plan, notes) = plan("lcnclaser.ngc");
     assert!(plan.steps.iter().any(|step| step.action.marks()));
     assert!(
-        told(&notes).contains("line 4, column 10: the number of a spindle ($)"),
+        note_text(&notes).contains("line 4, column 10: the number of a spindle ($)"),
         "{notes:?}"
     );
     let (plan, notes) = gcode("?\nG0 X0 Y0 Z5\nG4\n!\nG1 Z0 F60\nG1 X5\n~\n").unwrap();
@@ -155,7 +155,7 @@ fn instructions_of_roland_are_left_out_with_a_note() {
     let (drawn, notes) = artwork("roland.plt", &ReadOptions::default());
     near(length(&drawn), 100.0, 1e-6);
     assert!(
-        told(&notes).contains("!PG, an instruction of Roland's own, is left out"),
+        note_text(&notes).contains("!PG, an instruction of Roland's own, is left out"),
         "{notes:?}"
     );
 }
@@ -164,7 +164,7 @@ fn instructions_of_roland_are_left_out_with_a_note() {
 fn spline_through_fit_points_is_interpolated() {
     let (drawn, notes) = artwork("splinefit.dxf", &ReadOptions::default());
     assert_eq!(drawn.strokes.len(), 1);
-    assert!(!told(&notes).contains("left out"), "{notes:?}");
+    assert!(!note_text(&notes).contains("left out"), "{notes:?}");
     let points = &drawn.strokes[0].points;
     for expected in [[0.0, 0.0], [10.0, 20.0], [20.0, -20.0], [30.0, 0.0]] {
         let nearest = points
@@ -179,7 +179,7 @@ fn spline_through_fit_points_is_interpolated() {
         );
         let parsed = read(Format::Dxf, text.as_bytes(), &ReadOptions::default()).unwrap();
         match parsed.content {
-            Content::Artwork(artwork) => (artwork, told(&parsed.notes)),
+            Content::Artwork(artwork) => (artwork, note_text(&parsed.notes)),
             other => panic!("{other:?}"),
         }
     };

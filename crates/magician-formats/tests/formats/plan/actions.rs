@@ -18,14 +18,14 @@ proptest! {
     #![proptest_config(cases(600))]
 
     #[test]
-    fn a_command_comes_back_from_its_action_to_the_last_bit(command in any_set()) {
+    fn command_round_trips_through_its_action_bit_for_bit(command in any_set()) {
         let back = Action::from(command).command().expect("it has one");
         prop_assert_eq!(back.row().id, command.row().id);
         prop_assert_eq!(bytes(&back), bytes(&command));
     }
 
     #[test]
-    fn an_action_comes_back_from_its_command(action in action()) {
+    fn action_round_trips_through_its_command(action in action()) {
         // Compared as text, because NaN then equals itself and -0 differs from 0.
         let back = Action::from(action.command().expect("it has one"));
         prop_assert_eq!(format!("{back:?}"), format!("{action:?}"));
@@ -33,7 +33,7 @@ proptest! {
 }
 
 #[test]
-fn what_a_name_would_lose_stays_a_command() {
+fn lossy_named_action_stays_a_raw_command() {
     use magician_protocol::commands::{CpCmd, SetEndEffectorSuctionCup};
     use magician_protocol::{CpMode, Flag};
     let minus_zero = CpCmd {

@@ -12,7 +12,7 @@ proptest! {
     #![proptest_config(cases(200))]
 
     #[test]
-    fn what_was_written_is_read_back(plan in plan()) {
+    fn written_plan_reads_back(plan in plan()) {
         let text = plan.to_json();
         let back = Plan::from_json(text.as_bytes());
         prop_assert!(back.is_ok(), "{:?}\n{text}", back);
@@ -23,12 +23,12 @@ proptest! {
     }
 
     #[test]
-    fn no_bytes_make_it_panic(bytes in any::<Vec<u8>>()) {
+    fn reader_survives_arbitrary_bytes(bytes in any::<Vec<u8>>()) {
         let _ = Plan::from_json(&bytes);
     }
 
     #[test]
-    fn no_damage_makes_it_panic(plan in plan(), damage in prop::collection::vec((any::<usize>(), any::<u8>()), 1..4)) {
+    fn reader_survives_damaged_files(plan in plan(), damage in prop::collection::vec((any::<usize>(), any::<u8>()), 1..4)) {
         let mut bytes = plan.to_json().into_bytes();
         for (at, byte) in damage {
             let at = at % bytes.len();
@@ -38,7 +38,7 @@ proptest! {
     }
 
     #[test]
-    fn no_fragments_make_it_panic(parts in prop::collection::vec(
+    fn reader_survives_fragments(parts in prop::collection::vec(
         prop::sample::select(vec![
             "{", "}", "[", "]", ",", ":", "\"steps\"", "\"format\"", "\"magician-plan\"", "\"version\"", "1", "\"move\"", "\"by\"",
             "\"command\"", "\"values\"", "\"PTPCmd\"", "\"at\"", "\"name\"", "\"names\"", "-1e999", "\"inf\"", "null", "\n", "\"\\ud800\"",
@@ -51,7 +51,7 @@ proptest! {
 }
 
 #[test]
-fn it_reads_like_this() {
+fn plan_file_has_the_documented_form() {
     let mut plan = Plan::new("house \"1\"");
     plan.tool = Some(Tool::Pen);
     plan.surface = Some(Surface {
@@ -122,7 +122,7 @@ fn it_reads_like_this() {
 }
 
 #[test]
-fn people_may_write_it_their_way() {
+fn hand_written_plan_files_are_accepted() {
     let text = "\u{FEFF}{ \"version\": 1, \"format\": \"magician-plan\",\n \"$schema\": \"plan.schema.json\", \"steps\": [ {\"move\": [2.2e2, 0, 5, 0]},\r\n\
         {\"command\":\"set-ptp-common-params\",\"values\":{\"velocityratio\":50,\"acceleration-ratio\":\"20\"}},\n\
         {\"command\":\"IODO\",\"values\":{\"address\":3,\"level\":true}}, {\"command\":\"HOMECmd\"} ] }\n";
@@ -141,7 +141,7 @@ fn people_may_write_it_their_way() {
 }
 
 #[test]
-fn problems_say_where_and_what_would_be_right() {
+fn errors_state_origin_and_expected_form() {
     let head = r#"{"format":"magician-plan","version":1,"steps":["#;
     let step = |step: &str| format!("{head}\n{{\"home\":true}},\n  {step}\n]}}");
     let cases = [
@@ -290,7 +290,7 @@ fn problems_say_where_and_what_would_be_right() {
 }
 
 #[test]
-fn depth_is_no_danger() {
+fn deep_nesting_is_refused() {
     let deep = "[".repeat(200_000);
     for text in [
         deep.clone(),

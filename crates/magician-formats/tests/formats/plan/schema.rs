@@ -161,7 +161,7 @@ proptest! {
     /// The schema refuses a written plan only if the preflight check does too, because of a value
     /// out of range.
     #[test]
-    fn every_plan_written_that_passes_the_check_is_as_the_schema_says(plan in plan()) {
+    fn written_plans_match_the_schema(plan in plan()) {
         let schema = Schema::new();
         let written: Value = serde_json::from_str(&plan.to_json()).unwrap();
         if let Err(why) = schema.accepts(&written) {
@@ -230,7 +230,7 @@ fn one_of_each() -> Vec<Action> {
 }
 
 #[test]
-fn every_kind_of_step_is_one_kind_of_the_schema() {
+fn every_kind_of_step_matches_one_schema_branch() {
     let schema = Schema::new();
     let mut kinds = BTreeSet::new();
     for action in one_of_each() {
@@ -254,7 +254,7 @@ fn every_kind_of_step_is_one_kind_of_the_schema() {
 }
 
 #[test]
-fn what_the_reader_refuses_the_schema_refuses() {
+fn schema_refuses_everything_the_reader_refuses() {
     let schema = Schema::new();
     for text in [
         r#"{"format":"magician-plan","version":3,"steps":[]}"#,
@@ -277,7 +277,7 @@ fn what_the_reader_refuses_the_schema_refuses() {
             "{text}"
         );
     }
-    let tools = Tool::NAMED.map(|(name, _)| Value::from(name));
+    let tools = Tool::NAMED_TOOLS.map(|(name, _)| Value::from(name));
     assert_eq!(
         schema.root.pointer("/properties/tool/oneOf/1/enum"),
         Some(&Value::from(tools.to_vec()))

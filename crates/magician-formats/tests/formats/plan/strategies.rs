@@ -123,7 +123,7 @@ fn origin() -> impl Strategy<Value = Origin> {
 fn tool() -> impl Strategy<Value = Option<Tool>> {
     prop_oneof![
         Just(None),
-        select(Tool::NAMED.to_vec()).prop_map(|(_, tool)| Some(tool)),
+        select(Tool::NAMED_TOOLS.to_vec()).prop_map(|(_, tool)| Some(tool)),
         prop::array::uniform3(number()).prop_map(|bias| Some(Tool::Bias(bias))),
     ]
 }

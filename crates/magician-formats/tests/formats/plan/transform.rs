@@ -160,7 +160,7 @@ proptest! {
     #![proptest_config(cases(300))]
 
     #[test]
-    fn what_is_moved_ends_so_much_further(plan in program(), by in prop::array::uniform3(-15.0f64..15.0)) {
+    fn moved_plan_ends_at_the_offset(plan in program(), by in prop::array::uniform3(-15.0f64..15.0)) {
         let moved = plan.moved(by).unwrap();
         is_same(&plan, &moved, |[x, y, z, r]| [x + by[0], y + by[1], z + by[2], r])?;
         let surface = moved.surface.unwrap();
@@ -169,7 +169,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_turned_ends_turned(plan in program(), degrees in -60.0f64..60.0, centre in (-5.0f64..5.0, -5.0f64..5.0)) {
+    fn rotated_plan_ends_rotated(plan in program(), degrees in -60.0f64..60.0, centre in (-5.0f64..5.0, -5.0f64..5.0)) {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let turned = plan.rotated(degrees, [centre.0, centre.1]).unwrap();
         is_same(&plan, &turned, |[x, y, z, r]| {
@@ -179,7 +179,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_scaled_ends_in_proportion(plan in program(), factor in 0.5f64..1.2) {
+    fn scaled_plan_ends_in_proportion(plan in program(), factor in 0.5f64..1.2) {
         let about = [210.0, 0.0, 20.0];
         let scaled = plan.scaled(factor, about).unwrap();
         is_same(&plan, &scaled, |[x, y, z, r]| {
@@ -189,7 +189,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_scaled_on_its_surface_keeps_its_heights(plan in program(), factor in 0.5f64..1.2) {
+    fn plan_scaled_on_its_surface_keeps_its_heights(plan in program(), factor in 0.5f64..1.2) {
         let about = [210.0, 0.0];
         let scaled = plan.scaled_xy(factor, about).unwrap();
         is_same(&plan, &scaled, |[x, y, z, r]| {
@@ -199,7 +199,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_mirrored_ends_on_the_other_side(plan in program()) {
+    fn mirrored_plan_ends_on_the_other_side(plan in program()) {
         let mirrored = plan.mirrored(215.0).unwrap();
         is_same(&plan, &mirrored, |[x, y, z, r]| [430.0 - x, y, z, -r])?;
         prop_assert_eq!(mirrored.mirrored(215.0).unwrap(), plan);
@@ -220,7 +220,7 @@ proptest! {
 }
 
 #[test]
-fn what_has_no_place_is_refused_by_its_number() {
+fn step_without_a_position_is_refused_by_number() {
     let refused = |action: Action, part: &str| {
         let mut plan = Plan::new("p");
         let name = plan.name("corner");
@@ -334,7 +334,7 @@ fn what_has_no_place_is_refused_by_its_number() {
 }
 
 #[test]
-fn relative_programs_turn_and_grow_where_they_stand() {
+fn relative_programs_rotate_and_scale_in_place() {
     let mut plan = Plan::new("p");
     plan.push(
         Action::Shift {
@@ -362,7 +362,7 @@ fn relative_programs_turn_and_grow_where_they_stand() {
 }
 
 #[test]
-fn heights_of_jumps_go_along() {
+fn jump_heights_are_transformed() {
     let mut plan = Plan::new("p");
     plan.push(build::jump_height(20.0, 80.0), Origin::NONE);
     plan.push(build::jump_heights(20.0, 10.0, 80.0), Origin::NONE);
@@ -428,7 +428,7 @@ fn a_pallet_fills_row_by_row_from_three_corners() {
 }
 
 #[test]
-fn loops_are_the_steps_over_and_over() {
+fn repeated_plan_repeats_its_steps() {
     let mut plan = Plan::new("p");
     plan.push(Action::Home, Origin::NONE);
     plan.push(Action::Wait(5), Origin::NONE);

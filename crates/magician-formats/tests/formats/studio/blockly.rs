@@ -2,7 +2,7 @@
 
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, told};
+use super::machine::{plan, plan_text, run, sample};
 
 /// Returns a workspace as text; tests write `<b>` for a block to stay readable.
 pub(crate) fn workspace(blocks: &str) -> Vec<u8> {
@@ -50,7 +50,7 @@ pub(crate) fn wait(seconds: &str) -> String {
 /// Returns the steps of a workspace, without the names of their blocks, and the notes.
 pub(crate) fn steps(blocks: &str) -> (String, Vec<String>) {
     let (plan, notes) = plan(Format::Blockly, &workspace(blocks));
-    let steps = told(&plan);
+    let steps = plan_text(&plan);
     let steps = steps.lines().filter_map(|line| line.split_once(": "));
     (
         steps.map(|(_, step)| step).collect::<Vec<_>>().join(", "),
@@ -59,7 +59,7 @@ pub(crate) fn steps(blocks: &str) -> (String, Vec<String>) {
 }
 
 #[test]
-fn the_sample_is_followed_and_runs() {
+fn sample_is_interpreted_and_runs() {
     let (plan, notes) = plan(Format::Blockly, &sample("example_loop.blockly"));
     let expected = "
         a1: Home
@@ -77,7 +77,7 @@ fn the_sample_is_followed_and_runs() {
         b9: shift 0 15 5 0 line
         c4: suction off
         c5: jump 210 -40 30 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert_eq!(
         notes,
         ["line 1, column 469 (a6): it keeps r, which no earlier block has set: 0 is used"]
@@ -110,7 +110,7 @@ fn stacks_run_from_the_top_to_the_bottom() {
 }
 
 #[test]
-fn disabled_blocks_are_passed_over() {
+fn disabled_blocks_are_skipped() {
     let off = |kind: &str, body: &str| {
         format!("<block type=\"{kind}\" id=\"x\" disabled=\"true\">{body}</block>")
     };
@@ -140,7 +140,7 @@ fn get(name: &str) -> String {
 }
 
 #[test]
-fn loops_count_as_in_the_studio() {
+fn loop_counts_match_the_studio() {
     let counted = |from, to, by| {
         let body = [
             field("VAR", "i"),
@@ -225,7 +225,7 @@ fn loops_end_by_their_condition_or_by_a_break() {
 }
 
 #[test]
-fn the_first_branch_whose_condition_holds_is_taken() {
+fn first_branch_with_a_true_condition_is_taken() {
     let truth = |truth: &str| block("logic_boolean", &field("BOOL", truth));
     let branch = |conditions: [&str; 2]| {
         let mut body = "<mutation elseif=\"1\" else=\"1\"></mutation>".to_owned();
@@ -251,7 +251,7 @@ fn the_first_branch_whose_condition_holds_is_taken() {
 }
 
 #[test]
-fn sums_are_the_studios() {
+fn arithmetic_matches_the_studio() {
     let sum = |kind: &str, op: &str, inputs: &[(&str, f64)]| {
         let inputs: String = inputs
             .iter()
@@ -293,7 +293,7 @@ fn sums_are_the_studios() {
 }
 
 #[test]
-fn conditions_are_the_studios() {
+fn conditions_match_the_studio() {
     let truth = |truth: bool| {
         block(
             "logic_boolean",
@@ -351,7 +351,7 @@ fn conditions_are_the_studios() {
 
 /// A long program is deeply nested XML.
 #[test]
-fn a_program_may_be_long() {
+fn long_program_is_accepted() {
     let blocks: Vec<_> = (0..20_000)
         .map(|_| block("dobot_pump", &field("io", "1")))
         .collect();

@@ -6,7 +6,7 @@ use magician_formats::{Action, Format, Tool};
 use magician_motion::{Geometry, JointAngles, ToolBias};
 
 use super::blockly::{block, chain, field, number, steps, value, wait, workspace};
-use super::machine::{plan, run, told};
+use super::machine::{plan, plan_text, run};
 
 fn place(kind: &str, [x, y, z]: [f64; 3]) -> String {
     let inputs = [number("xBias", x), number("yBias", y), number("zBias", z)];
@@ -88,7 +88,7 @@ fn setr_turns_joint_4() {
 }
 
 #[test]
-fn the_place_of_the_arm_can_be_read_where_it_is_known() {
+fn known_arm_position_is_readable() {
     let read = |kind: &str, nth: u8| wait(&block(kind, &field("value", &nth.to_string())));
     let coordinate = |nth| read("dobot_get_current_coordinate", nth);
     let angle = |nth| read("dobot_get_joint_angle", nth);
@@ -131,13 +131,13 @@ fn the_place_of_the_arm_can_be_read_where_it_is_known() {
             .iter()
             .any(|step| step.action.command() == Some(rail)),
         "{}",
-        told(&plan)
+        plan_text(&plan)
     );
 }
 
 /// Joint angles of a program are converted with the tool that the program selected.
 #[test]
-fn a_program_of_joints_ends_where_they_lead() {
+fn joint_program_ends_at_its_joint_angles() {
     let blocks = [
         block("dobot_selectendtype", &field("type", "61")),
         joints([20.0, 30.0, 20.0]),
@@ -159,7 +159,7 @@ fn a_program_of_joints_ends_where_they_lead() {
 }
 
 #[test]
-fn tools_are_selected_by_how_far_they_stand_out() {
+fn tools_are_selected_by_their_bias() {
     for (out, tool) in [
         ("59.7", Tool::Suction),
         ("59.701", Tool::Gripper),
@@ -177,7 +177,7 @@ fn tools_are_selected_by_how_far_they_stand_out() {
 }
 
 #[test]
-fn grippers_cups_and_lasers_do_what_the_blocks_say() {
+fn blocks_drive_gripper_suction_and_laser() {
     let is = |kind: &str, body: &[(&str, &str)], word| {
         assert_eq!(
             one(kind, &fields(body)).0,
@@ -341,7 +341,7 @@ fn pins_motors_and_sensors_are_driven() {
 }
 
 #[test]
-fn what_is_printed_is_noted_once() {
+fn printed_text_is_noted_once() {
     let print = block(
         "text_print",
         &value("TEXT", &block("text", &field("TEXT", "round we go"))),
@@ -361,7 +361,7 @@ fn what_is_printed_is_noted_once() {
 
 /// Every block of the studio is converted or refused by its name; no block is skipped.
 #[test]
-fn every_known_block_is_followed_or_refused_by_name() {
+fn every_known_block_is_executed_or_refused_by_name() {
     let followed = [
         "dobot_home",
         "dobot_goto",

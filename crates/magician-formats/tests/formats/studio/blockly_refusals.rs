@@ -16,7 +16,7 @@ fn whole(file: &[u8]) -> String {
 }
 
 #[test]
-fn another_file_is_no_workspace() {
+fn other_xml_is_not_a_workspace() {
     assert_eq!(
         whole(b"<root/>"),
         "line 1, column 1: this is not a Blockly workspace: its outermost element is 'root'"
@@ -29,7 +29,7 @@ fn another_file_is_no_workspace() {
 }
 
 #[test]
-fn programs_without_end_are_refused() {
+fn endless_programs_are_refused() {
     let forever = [
         field("MODE", "WHILE"),
         value("BOOL", &block("logic_boolean", &field("BOOL", "TRUE"))),
@@ -85,7 +85,7 @@ fn blocks_that_are_too_deep_are_refused() {
 }
 
 #[test]
-fn numbers_that_are_none_are_refused() {
+fn invalid_numbers_are_refused() {
     let sum = |op: &str, a: f64, b: f64| {
         let body = [field("OP", op), number("A", a), number("B", b)].concat();
         refusal(&wait(&block("math_arithmetic", &body)))
@@ -112,7 +112,7 @@ fn numbers_that_are_none_are_refused() {
 }
 
 #[test]
-fn what_is_not_known_when_the_plan_is_made_is_refused() {
+fn values_unknown_at_planning_time_are_refused() {
     let get = block("variables_get", &field("VAR", "height"));
     assert!(
         refusal(&wait(&get)).ends_with("(variables_get): the variable 'height' has no value yet")
@@ -131,7 +131,7 @@ fn what_is_not_known_when_the_plan_is_made_is_refused() {
 }
 
 #[test]
-fn choices_that_the_studio_does_not_have_are_refused() {
+fn unknown_choices_are_refused() {
     let is = |kind: &str, fields: &[(&str, &str)], expected: &str| {
         let body: String = fields
             .iter()
@@ -180,7 +180,7 @@ proptest! {
     }
 
     #[test]
-    fn spoilt_workspaces_are_read_or_refused(
+    fn damaged_workspaces_are_read_or_refused(
         at in any::<prop::sample::Index>(),
         length in 0..60usize,
         other in "[0-9a-zA-Z<>/&;_ .\"=-]{0,16}",

@@ -39,15 +39,15 @@ pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
 }
 
 /// Returns a plan as text, one step per line.
-pub(crate) fn told(plan: &Plan) -> String {
+pub(crate) fn plan_text(plan: &Plan) -> String {
     let line = |step: &Step| {
         let name = plan.name_of(&step.origin).unwrap_or_default();
-        format!("\n        {name}: {}", said(&step.action))
+        format!("\n        {name}: {}", action_text(&step.action))
     };
     plan.steps.iter().map(line).collect()
 }
 
-fn said(action: &Action) -> String {
+fn action_text(action: &Action) -> String {
     let numbers = |pose: &[f32; 4]| pose.map(|value| value.to_string()).join(" ");
     match action {
         Action::Move { to, by } => {

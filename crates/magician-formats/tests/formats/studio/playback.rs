@@ -3,10 +3,10 @@
 use magician_formats::formats::playback::Playback;
 use magician_formats::{Format, Tool};
 
-use super::machine::{plan, run, sample, told};
+use super::machine::{plan, plan_text, run, sample};
 
 #[test]
-fn points_of_the_suction_cup_are_played_in_their_order() {
+fn suction_cup_points_are_played_in_order() {
     let (plan, notes) = plan(Format::Playback, &sample("suction_points_v194.playback"));
     let expected = "
         row0: joints 127.2309 37.1679 -27.9548 16.2846
@@ -15,7 +15,7 @@ fn points_of_the_suction_cup_are_played_in_their_order() {
         row2: joints 157.6585 163.1732 112.7849 45.9847
         row3: joints 217.7928 63.6237 112.7849 16.2846
         row4: joints 127.2309 37.1679 -27.9548 16.2846";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(plan.tool, Some(Tool::Suction));
     assert_eq!(
@@ -41,13 +41,13 @@ fn jumps_names_and_pauses_are_those_of_the_file() {
         row3: suction off
         row3: wait 250
         Home2: joints 220 0 60 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(run(&plan, Tool::None), [220.0, 0.0, 60.0, 0.0]);
 }
 
 #[test]
-fn a_gripper_is_told_where_it_changes() {
+fn gripper_command_is_sent_only_on_change() {
     let (plan, notes) = plan(Format::Playback, &sample("gripper_pick_v194.playback"));
     let expected = "
         row0: joints 166.5096 -8.6768 -50.3821 37.917
@@ -72,7 +72,7 @@ fn a_gripper_is_told_where_it_changes() {
         row15: joints 183.3615 -12.1413 35.359 -148.0683
         row16: joints 166.5096 -8.6768 -50.3821 37.917
         row16: gripper Off";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     assert!(notes.is_empty(), "{notes:?}");
     assert_eq!(plan.tool, Some(Tool::Gripper));
     assert_eq!(
@@ -83,7 +83,7 @@ fn a_gripper_is_told_where_it_changes() {
 
 /// The arcs of rows 10 and 11 start at the point through which they should go.
 #[test]
-fn arcs_that_are_none_are_straight() {
+fn degenerate_arcs_become_straight_lines() {
     let (plan, notes) = plan(Format::Playback, &sample("arc_movl_v1412.playback"));
     let expected = "
         Init: line 250 0 0 0
@@ -100,7 +100,7 @@ fn arcs_that_are_none_are_straight() {
         row11: line 250 120 -60 0
         row12: arc 250 140 -60 0 to 220 140 -60 0
         Init: line 250 0 0 0";
-    assert_eq!(told(&plan), expected);
+    assert_eq!(plan_text(&plan), expected);
     let why = "two of its three points are the same, so it is not an arc: it is played as a straight line to its end";
     let rows = ["line 1, column 2288 (row10)", "line 1, column 2525 (row11)"];
     assert_eq!(notes, rows.map(|row| format!("{row}: {why}")));
@@ -141,7 +141,7 @@ fn points_on_a_line_are_lines_through_all_of_them() {
                 .min(1)
         );
         run(&plan, Tool::Suction);
-        told(&plan)
+        plan_text(&plan)
             .lines()
             .skip(2)
             .map(str::trim)
@@ -168,7 +168,7 @@ fn points_on_a_line_are_lines_through_all_of_them() {
 
 /// The origin of a step leads to the text of its items.
 #[test]
-fn origins_are_the_items_that_a_step_comes_from() {
+fn step_origins_are_their_items() {
     let bytes = sample("jump_suction_named_v170.playback");
     let text = std::str::from_utf8(&bytes).unwrap();
     let (plan, _) = plan(Format::Playback, &bytes);
@@ -190,7 +190,7 @@ fn origins_are_the_items_that_a_step_comes_from() {
 
 /// Indentation, a declaration, and renamed or reordered items do not change the points.
 #[test]
-fn order_space_and_strange_items_do_not_matter() {
+fn item_order_whitespace_and_unknown_items_are_ignored() {
     let file = r#"<?xml version="1.0" encoding="utf-8"?>
 <root>
   <row_StudioVersion><item_0>Ver-170</item_0></row_StudioVersion>
@@ -207,7 +207,7 @@ fn order_space_and_strange_items_do_not_matter() {
 "#;
     let (plan, notes) = plan(Format::Playback, file.as_bytes());
     assert_eq!(
-        told(&plan),
+        plan_text(&plan),
         "
         row0: line 220 10 50 0
         row0: suction on"
@@ -235,7 +235,7 @@ fn order_space_and_strange_items_do_not_matter() {
 }
 
 #[test]
-fn the_tool_is_the_one_whose_column_is_there_and_used() {
+fn tool_is_inferred_from_the_used_column() {
     let tool = |items: &str| {
         let file = format!(
             "<root><row0><item_0>1</item_0><item_2>220</item_2><item_3>0</item_3><item_4>0</item_4><item_5>0</item_5>{items}</row0></root>"

@@ -22,7 +22,7 @@ fn whole(file: &str) -> String {
 const POSE: &str = "<item_2>1</item_2><item_3>2</item_3><item_4>3</item_4><item_5>4</item_5>";
 
 #[test]
-fn another_file_is_told_from_a_playback_file() {
+fn other_xml_is_not_a_playback_file() {
     assert_eq!(
         whole("<svg/>"),
         "line 1, column 1: this is not a playback file of DobotStudio: its outermost element is \
@@ -56,7 +56,7 @@ fn another_file_is_told_from_a_playback_file() {
 }
 
 #[test]
-fn a_row_must_say_where_and_how() {
+fn row_needs_a_position_and_a_motion() {
     let cases = [
         (
             POSE.to_owned(),
@@ -142,7 +142,7 @@ fn an_arc_without_a_second_point_is_refused() {
 }
 
 #[test]
-fn what_is_left_out_is_noted() {
+fn skipped_items_are_noted() {
     let row = |n: u32| {
         format!(
             "<row{n}><item_0>1</item_0><item_2>1</item_2><item_3>2</item_3><item_4>3</item_4></row{n}>"
@@ -161,7 +161,7 @@ fn what_is_left_out_is_noted() {
     assert_eq!(playback.rows[0].number(), 1, "the order of the file");
 }
 
-fn survives(bytes: &[u8]) {
+fn assert_read_or_refused(bytes: &[u8]) {
     if read(Format::Playback, bytes, &ReadOptions::default()).is_ok() {
         let playback = Playback::read(bytes).unwrap();
         let again = Playback::read(playback.to_xml().as_bytes()).unwrap();
@@ -172,11 +172,11 @@ fn survives(bytes: &[u8]) {
 proptest! {
     #[test]
     fn arbitrary_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..400)) {
-        survives(&bytes);
+        assert_read_or_refused(&bytes);
     }
 
     #[test]
-    fn spoilt_files_are_read_or_refused(
+    fn damaged_files_are_read_or_refused(
         nth in 0..4usize,
         at in any::<prop::sample::Index>(),
         length in 0..40usize,
@@ -187,6 +187,6 @@ proptest! {
         let at = at.index(bytes.len());
         let end = (at + length).min(bytes.len());
         bytes.splice(at..end, other.bytes());
-        survives(&bytes);
+        assert_read_or_refused(&bytes);
     }
 }

@@ -5,11 +5,11 @@ use magician_formats::formats::playback::Playback;
 use magician_formats::{Action, Format, Grip, Origin, Plan, Tool, Travel};
 use proptest::prelude::*;
 
-use super::machine::{plan, sample, told};
+use super::machine::{plan, plan_text, sample};
 
 /// Unchanged files are written byte for byte as the studio wrote them.
 #[test]
-fn a_file_that_was_not_changed_is_written_as_it_was() {
+fn unchanged_file_is_written_byte_for_byte() {
     for name in [
         "arc_movl_v1412",
         "gripper_pick_v194",
@@ -23,7 +23,7 @@ fn a_file_that_was_not_changed_is_written_as_it_was() {
 }
 
 #[test]
-fn a_plan_of_a_file_becomes_a_file_of_the_same_plan() {
+fn plan_round_trips_through_its_file() {
     for name in [
         "arc_movl_v1412",
         "gripper_pick_v194",
@@ -34,7 +34,7 @@ fn a_plan_of_a_file_becomes_a_file_of_the_same_plan() {
         let written = Playback::from_plan(&read).unwrap();
         assert!(written.notes().is_empty(), "{:?}", written.notes());
         let (again, _) = plan(Format::Playback, written.to_xml().as_bytes());
-        assert_eq!(told(&again), told(&read), "{name}");
+        assert_eq!(plan_text(&again), plan_text(&read), "{name}");
         assert_eq!(again.tool, read.tool);
     }
 }
@@ -47,7 +47,7 @@ fn of(actions: impl IntoIterator<Item = Action>) -> Plan {
     plan
 }
 
-const HERE: Action = Action::Move {
+const MOVE_HERE: Action = Action::Move {
     to: [220.0, 0.0, 50.5, -7.25],
     by: Travel::Line,
 };
@@ -58,7 +58,7 @@ fn a_row_has_the_items_of_studio_1_9() {
         via: [230.0, 10.0, 50.0, 0.0],
         to: [240.0, 0.0, 50.0, 0.0],
     };
-    let mut plan = of([HERE, Action::Suction(true), Action::Wait(1250), arc]);
+    let mut plan = of([MOVE_HERE, Action::Suction(true), Action::Wait(1250), arc]);
     let index = plan.name("A & B");
     plan.steps[0].origin = Origin::NONE.named(index);
     let expected = "<root><DobotType><item_0>Magician</item_0></DobotType><row_StudioVersion><item_0>Ver-194</item_0></row_StudioVersion>\
@@ -73,14 +73,14 @@ fn a_row_has_the_items_of_studio_1_9() {
 #[test]
 fn a_tool_after_a_pause_has_a_row_of_its_own() {
     let plan = of([
-        HERE,
+        MOVE_HERE,
         Action::Gripper(Grip::Open),
         Action::Wait(500),
         Action::Gripper(Grip::Close),
         Action::Wait(300),
         Action::Wait(200),
         Action::Gripper(Grip::Close),
-        HERE,
+        MOVE_HERE,
     ]);
     let written = Playback::from_plan(&plan).unwrap();
     let expected = "
@@ -91,18 +91,18 @@ fn a_tool_after_a_pause_has_a_row_of_its_own() {
         row1: gripper Close
         row1: wait 500
         row2: line 220 0 50.5 -7.25";
-    assert_eq!(told(&written.to_plan().content), expected);
+    assert_eq!(plan_text(&written.to_plan().content), expected);
 }
 
 #[test]
-fn what_a_file_has_no_place_for_is_noted_or_refused() {
+fn unstorable_steps_are_noted_or_refused() {
     let command = |set| Action::Command(Box::new(set));
     let settings = [
         command(build::speed(50.0, 50.0)),
         command(build::line_speed(100.0, 100.0)),
         command(build::jump_height(20.0, 100.0)),
     ];
-    let mut plan = of(settings.into_iter().chain([HERE]));
+    let mut plan = of(settings.into_iter().chain([MOVE_HERE]));
     plan.tool = Some(Tool::Pen);
     let written = Playback::from_plan(&plan).unwrap();
     let notes: Vec<_> = written.notes().iter().map(ToString::to_string).collect();
@@ -117,16 +117,16 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
 
     let refusals = [
         (
-            of([HERE, Action::Home]),
+            of([MOVE_HERE, Action::Home]),
             "step 2 is a SetHOMECmd, which a playback file cannot store",
         ),
         (
-            of([HERE, Action::Path { to: [1.0; 3] }]),
+            of([MOVE_HERE, Action::Path { to: [1.0; 3] }]),
             "step 2 is a SetCPCmd, which a playback file cannot store",
         ),
         (
             of([
-                HERE,
+                MOVE_HERE,
                 Action::Shift {
                     by: [1.0; 4],
                     line: true,
@@ -135,15 +135,19 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
             "step 2 is a SetPTPCmd, which a playback file cannot store",
         ),
         (
-            of([Action::Suction(true), HERE]),
+            of([Action::Suction(true), MOVE_HERE]),
             "step 1 comes before the first move, which a playback file cannot store",
         ),
         (
-            of([HERE, Action::Suction(true), Action::Gripper(Grip::Open)]),
+            of([
+                MOVE_HERE,
+                Action::Suction(true),
+                Action::Gripper(Grip::Open),
+            ]),
             "step 3 uses the gripper, an earlier one the suction cup, which a playback file cannot store",
         ),
         (
-            of([HERE, Action::Wait(u32::MAX), Action::Wait(1)]),
+            of([MOVE_HERE, Action::Wait(u32::MAX), Action::Wait(1)]),
             "step 3 waits for more than 49 days, which a playback file cannot store",
         ),
         (
@@ -169,7 +173,7 @@ fn a_tool_that_rests_is_off_from_the_first_row_on() {
     for tool in [Tool::Suction, Tool::Gripper] {
         let plan = Plan {
             tool: Some(tool),
-            ..of([HERE])
+            ..of([MOVE_HERE])
         };
         let written = Playback::from_plan(&plan).unwrap();
         assert_eq!(written.tool(), Some(tool));
@@ -201,7 +205,7 @@ fn action() -> impl Strategy<Value = Action> {
 
 /// Returns the states of the suction cup and the arm with the time spent in each, however they are
 /// divided into rows.
-fn story(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
+fn suction_timeline(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
     let (mut at, mut sucks) = (None, false);
     let mut story: Vec<(_, _, u64)> = Vec::new();
     for step in &plan.steps {
@@ -222,12 +226,12 @@ fn story(plan: &Plan) -> Vec<(Option<[f32; 4]>, bool, u64)> {
 
 proptest! {
     #[test]
-    fn a_plan_comes_back_from_its_file(first in pose(), actions in proptest::collection::vec(action(), 0..20)) {
+    fn plan_reads_back_from_its_file(first in pose(), actions in proptest::collection::vec(action(), 0..20)) {
         let start = [Action::Move { to: first, by: Travel::Joints }, Action::Suction(false)];
         let plan = of(start.into_iter().chain(actions));
         let playback = Playback::from_plan(&plan).unwrap();
         let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
         prop_assert_eq!(&read, &playback);
-        prop_assert_eq!(story(&read.to_plan().content), story(&plan));
+        prop_assert_eq!(suction_timeline(&read.to_plan().content), suction_timeline(&plan));
     }
 }

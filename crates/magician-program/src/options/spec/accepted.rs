@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::{OptionKind, OptionSpec};
 
 /// Joins words for a sentence: `a, b or c`.
-pub(in crate::options) fn either(words: &[&str]) -> String {
+pub(in crate::options) fn join_with_or(words: &[&str]) -> String {
     match words.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
         _ => words.concat(),
@@ -16,7 +16,7 @@ pub(in crate::options) fn either(words: &[&str]) -> String {
 
 /// Number as text; very large and small ones in scientific notation, since `Display` would print
 /// all digits.
-fn figure(number: f64) -> String {
+fn format_number(number: f64) -> String {
     if number == 0.0 || (1e-4..1e15).contains(&number.abs()) {
         number.to_string()
     } else if number.is_finite() {
@@ -27,25 +27,29 @@ fn figure(number: f64) -> String {
 }
 
 /// Value as shown in a message.
-pub(in crate::options) fn shown(value: &Value) -> String {
+pub(in crate::options) fn shortened(value: &Value) -> String {
     /// Characters shown of a value: enough to recognise it.
-    const MOST: usize = 60;
+    const MAX_SHOWN_VALUE: usize = 60;
     let text = match value {
         // JSON stores NaN as null.
         Value::Null => "nan".to_owned(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), figure),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), format_number),
         Value::String(text) => match text.parse::<f64>() {
-            Ok(number) if !number.is_finite() => figure(number),
+            Ok(number) if !number.is_finite() => format_number(number),
             _ => format!("{text:?}"),
         },
         Value::Array(items) => {
-            let items: Vec<_> = items.iter().map(shown).collect();
+            let items: Vec<_> = items.iter().map(shortened).collect();
             format!("[{}]", items.join(", "))
         }
         other => other.to_string(),
     };
-    match text.chars().nth(MOST) {
-        Some(_) => text.chars().take(MOST).chain("..".chars()).collect(),
+    match text.chars().nth(MAX_SHOWN_VALUE) {
+        Some(_) => text
+            .chars()
+            .take(MAX_SHOWN_VALUE)
+            .chain("..".chars())
+            .collect(),
         None => text,
     }
 }
@@ -54,23 +58,23 @@ impl OptionSpec {
     /// Describes the accepted values as part of a sentence.
     #[must_use]
     pub fn accepted(&self) -> String {
-        self.accepted_in_words().into()
+        self.accepted_message().into()
     }
 
-    fn accepted_in_words(&self) -> Message {
+    fn accepted_message(&self) -> Message {
         let unit = match self.unit {
             "" => "".into(),
             "%" => Message::word(" percent"),
             "deg" => Message::word(" degrees"),
             "px" => Message::word(" pixels"),
             "mm" => " mm".into(),
-            other => return self.within(format!(" {other}").into()),
+            other => return self.range_message(format!(" {other}").into()),
         };
-        self.within(unit)
+        self.range_message(unit)
     }
 
-    fn within(&self, unit: Message) -> Message {
-        let bounds = [self.least, self.above, self.most].map(|bound| bound.map(figure));
+    fn range_message(&self, unit: Message) -> Message {
+        let bounds = [self.least, self.above, self.most].map(|bound| bound.map(format_number));
         let range = match &bounds {
             [Some(least), _, Some(most)] => {
                 message!("from {least} to {most}{unit}", least, most, unit)
@@ -85,7 +89,7 @@ impl OptionSpec {
         };
         match self.kind {
             _ if !self.expects.is_empty() => Message::word(self.expects),
-            OptionKind::Choice => either(self.choices).into(),
+            OptionKind::Choice => join_with_or(self.choices).into(),
             OptionKind::Number => message!("a number {range}", range),
             OptionKind::Integer => message!("a whole number {range}", range),
             OptionKind::Point => message!("two numbers, X and Y, each {range}", range),
@@ -131,8 +135,8 @@ impl OptionSpec {
         message!(
             "{name} is {accepted}, not {value}",
             name = OptionName(self.name),
-            accepted = self.accepted_in_words(),
-            value = shown(value)
+            accepted = self.accepted_message(),
+            value = shortened(value)
         )
     }
 

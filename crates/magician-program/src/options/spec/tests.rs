@@ -47,7 +47,7 @@ fn fields(option: &OptionSpec, value: Value, all: &[OptionSpec]) -> Map<String, 
 }
 
 #[test]
-fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
+fn options_accept_values_of_their_kind_within_their_range() {
     for format in Format::ALL {
         let all = SetupOptions::options_for(format);
         let names: BTreeSet<_> = all.iter().map(|option| option.name).collect();
@@ -84,7 +84,7 @@ fn what_is_asked_is_an_option_of_its_kind_and_within_its_range() {
 }
 
 #[test]
-fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
+fn every_option_except_work_applies_to_some_format() {
     let asked = Format::ALL.into_iter().flat_map(SetupOptions::options_for);
     let mut asked: BTreeSet<String> = asked.map(|option| option.name.to_owned()).collect();
     asked.insert("work".to_owned());
@@ -93,7 +93,7 @@ fn each_option_is_asked_for_some_format_but_the_work_which_the_tool_says() {
 }
 
 #[test]
-fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
+fn option_refused_by_one_kind_of_work_depends_on_the_other_kind() {
     for format in Format::ALL {
         let all = SetupOptions::options_for(format);
         let named = |name: &str| all.iter().find(|option| option.name == name);
@@ -128,7 +128,7 @@ fn an_option_that_one_kind_of_work_refuses_is_bound_to_the_other_kind() {
 }
 
 #[test]
-fn what_the_pen_makes_of_an_image_counts_with_the_work_draw_alone() {
+fn image_styles_depend_on_the_work_draw() {
     let all = SetupOptions::options_for(Format::Image);
     let bound = |name: &str| {
         let option = all.iter().find(|option| option.name == name).unwrap();
@@ -140,14 +140,14 @@ fn what_the_pen_makes_of_an_image_counts_with_the_work_draw_alone() {
 }
 
 /// Result of the options.
-fn made(options: &SetupOptions) -> (Setup, ReadOptions) {
+fn setup_and_reading(options: &SetupOptions) -> (Setup, ReadOptions) {
     let setup = options.setup(&SetupDefaults::default());
     let reading = options.reading(&setup);
     (setup, reading)
 }
 
 #[test]
-fn a_default_is_what_holds_without_the_option() {
+fn omitted_option_equals_its_default() {
     for format in Format::ALL {
         let all = SetupOptions::options_for(format);
         for option in all.iter().filter(|option| option.name != "tool") {
@@ -173,7 +173,7 @@ fn a_default_is_what_holds_without_the_option() {
                 let Ok(open) = taken(&with) else {
                     panic!("{option:?}");
                 };
-                let [said, open] = [said, open].map(|options| made(&options));
+                let [said, open] = [said, open].map(|options| setup_and_reading(&options));
                 // Images have a separate tolerance, used only for drawing them.
                 let [said, open] = [said, open].map(|(setup, reading)| match option.name {
                     "tolerance" if format == Format::Image => String::new(),
@@ -194,7 +194,7 @@ fn a_default_is_what_holds_without_the_option() {
 }
 
 #[test]
-fn kinds_and_groups_have_their_names() {
+fn kinds_and_groups_have_unique_names() {
     for format in Format::ALL {
         for option in SetupOptions::options_for(format) {
             let shown = serde_json::to_value(option).unwrap();
@@ -206,9 +206,9 @@ fn kinds_and_groups_have_their_names() {
 }
 
 #[test]
-fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
+fn given_option_replaces_contradicting_options_of_a_preset() {
     let of =
-        |fields: Value| SetupOptions::from_fields_of_some(fields.as_object().unwrap()).unwrap();
+        |fields: Value| SetupOptions::from_partial_fields(fields.as_object().unwrap()).unwrap();
     let preset = of(json!({
         "fill": "hatch", "fill_spacing": 0.5, "width": 60, "page": "a5", "margin": 5, "speed": 30
     }));
@@ -240,10 +240,10 @@ fn option_that_is_given_replaces_those_of_a_preset_that_it_contradicts() {
         (both.power, both.mode, both.speed),
         (None, None, Some(10.0))
     );
-    let unused = laser.not_of(draw.work);
+    let unused = laser.not_applicable_to(draw.work);
     let unused: Vec<_> = unused.iter().map(|row| row.name).collect();
     assert_eq!(unused, ["power", "mode"]);
-    assert!(laser.not_of(None).is_empty());
+    assert!(laser.not_applicable_to(None).is_empty());
     // A requirement that the preset itself misses is still refused.
     let margin = of(json!({"margin": 5}));
     assert!(of(json!({"speed": 5})).or(&margin).check().is_err());

@@ -27,7 +27,7 @@ pub(in crate::program) fn rest(iterations: Option<u64>, from: u64) -> RemainingP
 }
 
 #[test]
-fn all_rounds_are_sent_and_the_tool_is_told_once() {
+fn all_iterations_are_sent_and_the_tool_is_set_once() {
     let mut plan = plan();
     plan.tool = Some(Tool::Pen);
     let ratio = build::speed(80.0, 80.0);
@@ -43,7 +43,7 @@ fn all_rounds_are_sent_and_the_tool_is_told_once() {
 }
 
 #[test]
-fn what_is_still_to_be_changed_is_known() {
+fn remaining_setting_changes_are_listed() {
     let (slow, fast) = (build::speed(10.0, 10.0), build::speed(90.0, 90.0));
     let mut plan = plan();
     plan.push(slow, Origin::NONE);
@@ -60,7 +60,7 @@ fn what_is_still_to_be_changed_is_known() {
 }
 
 #[test]
-fn an_arm_that_is_back_where_it_began_has_moved() {
+fn arm_back_at_its_start_counts_as_moved() {
     let began = start().arm().expect("it stands").pose;
     let mut plan = Plan::new("out, and back");
     let [x, y, z, r] = [began.x, began.y, began.z, began.r].map(|value| value as f32);
@@ -91,7 +91,7 @@ fn an_arm_that_is_back_where_it_began_has_moved() {
 }
 
 #[test]
-fn from_a_step_on_there_is_the_way_to_it_and_what_follows() {
+fn remainder_is_the_lead_in_and_the_following_steps() {
     let rest = rest(Some(2), 1);
     let lead = rest.lead();
     assert!(lead > 0);
@@ -106,7 +106,7 @@ fn from_a_step_on_there_is_the_way_to_it_and_what_follows() {
 }
 
 #[test]
-fn a_pen_that_stays_down_ends_with_its_last_line() {
+fn pen_that_stays_down_ends_with_its_last_line() {
     let mut plan = plan();
     plan.tool = Some(Tool::Pen);
     let up = |z| Action::Move {
@@ -135,7 +135,7 @@ fn a_pen_that_stays_down_ends_with_its_last_line() {
 }
 
 #[test]
-fn what_is_left_falls_to_nothing_step_by_step() {
+fn remaining_time_decreases_to_zero() {
     for (iterations, from) in [(1, 0), (3, 0), (3, 1), (3, 5), (2, 3)] {
         let rest = rest(Some(iterations), from);
         let report = rest.check();
@@ -158,13 +158,14 @@ fn what_is_left_falls_to_nothing_step_by_step() {
 }
 
 #[test]
-fn what_is_left_of_slower_commands_is_known_as_well() {
+fn remaining_time_follows_slower_commands() {
     for (iterations, from) in [(1, 0), (3, 4)] {
         let rest = rest(Some(iterations), from);
         let table = rest.timetable(&rest.check());
-        let same = at_once(rest.timetable_with(&table, &[], |command| command, &AtOnce));
+        let same = run_to_end(rest.timetable_with(&table, &[], |command| command, &NeverYield));
         let slow = build::speed(5.0, 50.0);
-        let slower = at_once(rest.timetable_with(&table, &[slow], |command| command, &AtOnce));
+        let slower =
+            run_to_end(rest.timetable_with(&table, &[slow], |command| command, &NeverYield));
         for done in 0..=3 * iterations - from {
             let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
             assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");
@@ -174,12 +175,12 @@ fn what_is_left_of_slower_commands_is_known_as_well() {
     }
     let forever = rest(None, 0);
     let table = forever.timetable(&forever.check());
-    let table = at_once(forever.timetable_with(&table, &[], |command| command, &AtOnce));
+    let table = run_to_end(forever.timetable_with(&table, &[], |command| command, &NeverYield));
     assert_eq!(table.left(1), None);
 }
 
 #[test]
-fn where_the_arm_stands_tells_what_it_has_done() {
+fn resting_pose_identifies_the_finished_step() {
     let rest = rest(Some(2), 0);
     let at = |x: f32| Pose {
         x,

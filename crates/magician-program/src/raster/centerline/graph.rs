@@ -38,7 +38,7 @@ pub(super) struct Graph {
 }
 
 /// Marker: the pixel belongs to no node.
-const NOTHING: u32 = u32::MAX;
+const NO_NODE: u32 = u32::MAX;
 
 impl Graph {
     /// Creates the graph of lines at most `line` pixels in half thickness; thicker shapes are
@@ -48,7 +48,7 @@ impl Graph {
             skeleton,
             thickness,
             line,
-            node_of: vec![NOTHING; skeleton.dark.len()],
+            node_of: vec![NO_NODE; skeleton.dark.len()],
             passed: vec![false; skeleton.dark.len()],
             graph: Self::default(),
         };
@@ -70,16 +70,16 @@ impl Tracer<'_> {
         let dark = (0..self.skeleton.dark.len()).filter(|at| self.skeleton.dark[*at]);
         let dark: Vec<usize> = dark.collect();
         for at in dark.iter().copied() {
-            match self.near(at).count() {
+            match self.neighbours(at).count() {
                 0 => self.graph.dots.push(self.place(at)),
                 2 => {}
-                _ if self.node_of[at] == NOTHING => self.node(at),
+                _ if self.node_of[at] == NO_NODE => self.node(at),
                 _ => {}
             }
         }
         for at in dark.iter().copied() {
-            if self.node_of[at] != NOTHING {
-                let near: Vec<usize> = self.near(at).collect();
+            if self.node_of[at] != NO_NODE {
+                let near: Vec<usize> = self.neighbours(at).collect();
                 near.into_iter().for_each(|next| self.branch(at, next));
             }
         }
@@ -91,15 +91,15 @@ impl Tracer<'_> {
         self.graph.dots.extend(alone);
         // Remaining pixels form loops without nodes.
         for at in dark {
-            if self.near(at).count() == 2 && !self.passed[at] {
+            if self.neighbours(at).count() == 2 && !self.passed[at] {
                 self.ring(at);
             }
         }
         self.graph
     }
 
-    fn near(&self, at: usize) -> impl Iterator<Item = usize> + use<'_> {
-        let around = self.skeleton.around(at).into_iter();
+    fn neighbours(&self, at: usize) -> impl Iterator<Item = usize> + use<'_> {
+        let around = self.skeleton.neighbours(at).into_iter();
         around.filter(|near| self.skeleton.dark[*near])
     }
 
@@ -116,12 +116,12 @@ impl Tracer<'_> {
         let mut next = 0;
         while let Some(at) = group.get(next).copied() {
             next += 1;
-            if self.near(first).count() < 3 {
+            if self.neighbours(first).count() < 3 {
                 break;
             }
-            let near: Vec<usize> = self.near(at).collect();
+            let near: Vec<usize> = self.neighbours(at).collect();
             for near in near {
-                if self.node_of[near] == NOTHING && self.near(near).count() > 2 {
+                if self.node_of[near] == NO_NODE && self.neighbours(near).count() > 2 {
                     self.node_of[near] = nth;
                     group.push(near);
                 }
@@ -147,13 +147,13 @@ impl Tracer<'_> {
         }
         let mut points = vec![self.graph.nodes[first as usize].at];
         let (mut last, mut at) = (from, next);
-        while self.node_of[at] == NOTHING {
+        while self.node_of[at] == NO_NODE {
             self.passed[at] = true;
             points.push(self.place(at));
             let onward = |near: &usize| *near != last && !self.passed[*near];
-            let nodes = |near: &usize| self.node_of[*near] != NOTHING;
+            let nodes = |near: &usize| self.node_of[*near] != NO_NODE;
             // Return to the starting node only if there is no other way on.
-            let on = self.near(at).filter(onward);
+            let on = self.neighbours(at).filter(onward);
             let on = on.max_by_key(|near| u8::from(nodes(near) && self.node_of[*near] != first));
             let Some(on) = on else {
                 break;
@@ -161,7 +161,7 @@ impl Tracer<'_> {
             (last, at) = (at, on);
         }
         let to = self.node_of[at];
-        if to == NOTHING {
+        if to == NO_NODE {
             return;
         }
         // Adjacent nodes are found from both sides: keep one.
@@ -181,7 +181,7 @@ impl Tracer<'_> {
         while let Some(here) = at {
             self.passed[here] = true;
             points.push(self.place(here));
-            let next = self.near(here).find(|near| !self.passed[*near]);
+            let next = self.neighbours(here).find(|near| !self.passed[*near]);
             at = next;
         }
         points.push(self.place(first));

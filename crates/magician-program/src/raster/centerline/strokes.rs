@@ -10,24 +10,24 @@ use super::graph::{Branch, Graph};
 use crate::artwork::distance;
 
 /// Longest branch with a free end that counts as a spur, in half thicknesses.
-const SPUR: f64 = 1.5;
+const MAX_SPUR: f64 = 1.5;
 /// Largest distance of two junctions that are one crossing, in half thicknesses.
-const CROSSING: f64 = 2.2;
+const MAX_CROSSING: f64 = 2.2;
 /// Distance from a junction within which the skeleton is not the centre of any line, in half
 /// thicknesses.
-const SMEARED: f64 = 1.5;
+const SMEARED_RADIUS: f64 = 1.5;
 /// Distance beyond that over which the direction of a branch is measured, in half thicknesses.
-const LOOK: f64 = 4.0;
+const DIRECTION_SPAN: f64 = 4.0;
 /// Largest turn of a line through a junction: cosine of 40 degrees.
-const STRAIGHT: f64 = 0.766;
+const STRAIGHT_COSINE: f64 = 0.766;
 /// Longest common tail of two lines that meet at a sharp corner, in half thicknesses.
-const TAIL: f64 = 8.0;
+const MAX_TAIL: f64 = 8.0;
 /// Largest distance of the corner from the end of that tail, in half thicknesses.
-const NEAR: f64 = 3.0;
+const MAX_CORNER_DISTANCE: f64 = 3.0;
 /// Smallest turn that leaves such a tail: cosine of 120 degrees.
-const SHARP: f64 = -0.5;
+const SHARP_COSINE: f64 = -0.5;
 /// Largest share of a branch cut off at one end.
-const MOST_CUT: f64 = 0.4;
+const MAX_CUT_SHARE: f64 = 0.4;
 
 type Point = [f64; 2];
 /// Branch, and which of its ends (0 or 1).
@@ -38,9 +38,9 @@ pub(super) fn of(mut graph: Graph) -> Vec<Vec<Point>> {
     for branch in &mut graph.branches {
         smooth(&mut branch.points);
     }
-    graph.without_spurs();
-    graph.without_bridges();
-    graph.without_spurs();
+    graph.remove_spurs();
+    graph.merge_crossings();
+    graph.remove_spurs();
     let mut strokes = Joints::of(&graph).strokes(&graph);
     strokes.extend(graph.dots.iter().map(|dot| vec![*dot]));
     strokes
@@ -48,9 +48,9 @@ pub(super) fn of(mut graph: Graph) -> Vec<Vec<Point>> {
 
 /// Smooths the pixel steps of a line; its ends stay.
 fn smooth(points: &mut [Point]) {
-    const PASSES: usize = 3;
+    const SMOOTHING_PASSES: usize = 3;
     let closed = points.len() > 3 && points.first() == points.last();
-    for _ in 0..PASSES {
+    for _ in 0..SMOOTHING_PASSES {
         let before = points.to_vec();
         let Some(last) = before.len().checked_sub(1) else {
             return;
@@ -80,13 +80,13 @@ impl Graph {
         ends
     }
 
-    fn without_spurs(&mut self) {
-        self.without_eyes();
+    fn remove_spurs(&mut self) {
+        self.remove_small_loops();
         loop {
             let ends = self.ends();
             let mut spurs = Vec::new();
             for (node, at_node) in ends.iter().enumerate().filter(|(_, ends)| ends.len() > 2) {
-                let most = SPUR * self.nodes[node].thick;
+                let most = MAX_SPUR * self.nodes[node].thick;
                 let lengths = at_node.iter().filter_map(|(branch, end)| {
                     let other = self.branches[*branch].ends?[1 - end];
                     let length = self.branches[*branch].length();
@@ -111,12 +111,12 @@ impl Graph {
     }
 
     /// Removes loops no larger than the thickness of the line. An isolated loop becomes a dot.
-    fn without_eyes(&mut self) {
+    fn remove_small_loops(&mut self) {
         let ends = self.ends();
         let (nodes, dots) = (&self.nodes, &mut self.dots);
         self.branches.retain(|branch| match branch.ends {
             Some([node, other])
-                if node == other && branch.length() < CROSSING * nodes[node].radius =>
+                if node == other && branch.length() < MAX_CROSSING * nodes[node].radius =>
             {
                 if ends[node].len() == 2 {
                     dots.push(nodes[node].at);
@@ -129,7 +129,7 @@ impl Graph {
 
     /// True if one of the three branches is the tail of a sharp corner.
     fn has_corner(&self, node: usize, ends: &[Vec<End>]) -> bool {
-        corner_at(self, ends, &leaving_all(self, ends, node)).is_some()
+        corner_at(self, ends, &branch_exits(self, ends, node)).is_some()
     }
 
     /// Joins two branches that meet where no other does.
@@ -176,7 +176,7 @@ impl Graph {
     }
 
     /// Merges the two junctions at a crossing of thick lines.
-    fn without_bridges(&mut self) {
+    fn merge_crossings(&mut self) {
         loop {
             let ends = self.ends();
             let bridge = self.branches.iter().position(|branch| {
@@ -185,7 +185,7 @@ impl Graph {
                 };
                 let radius = self.nodes[one].radius.max(self.nodes[other].radius);
                 let junctions = ends[one].len() > 2 && ends[other].len() > 2;
-                one != other && junctions && branch.length() < CROSSING * radius
+                one != other && junctions && branch.length() < MAX_CROSSING * radius
             });
             let Some(bridge) = bridge else {
                 return;
@@ -214,7 +214,7 @@ impl Graph {
                 }
             }
             // Loops between the two junctions are within the crossing.
-            let least = CROSSING * self.nodes[one].radius;
+            let least = MAX_CROSSING * self.nodes[one].radius;
             self.branches
                 .retain(|branch| branch.ends != Some([one, one]) || branch.length() > least);
         }
@@ -222,7 +222,7 @@ impl Graph {
 }
 
 /// Direction in which a branch leaves a junction.
-struct Leaving {
+struct BranchExit {
     end: End,
     /// Number of points left out.
     cut: usize,
@@ -271,7 +271,7 @@ impl Joints {
 
     fn junction(&mut self, graph: &Graph, node: usize, ends: &[Vec<End>]) {
         let (middle, radius) = (graph.nodes[node].at, graph.nodes[node].radius);
-        let leaving = leaving_all(graph, ends, node);
+        let leaving = branch_exits(graph, ends, node);
         if let Some(([tail, one, other], corner)) = corner_at(graph, ends, &leaving) {
             self.dropped[tail.end.0] = true;
             for leaving in [one, other] {
@@ -285,7 +285,7 @@ impl Joints {
         for (nth, one) in leaving.iter().enumerate() {
             for other in leaving.iter().skip(nth + 1) {
                 let straight = -(one.way[0] * other.way[0] + one.way[1] * other.way[1]);
-                if straight > STRAIGHT {
+                if straight > STRAIGHT_COSINE {
                     pairs.push((straight, one, other));
                 }
             }
@@ -367,16 +367,16 @@ impl Joints {
     }
 }
 
-fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
+fn branch_exit(graph: &Graph, end: End, middle: Point, radius: f64) -> BranchExit {
     let branch = &graph.branches[end.0];
     let mut points = branch.points.clone();
     if end.1 == 1 {
         points.reverse();
     }
-    let most = (points.len() as f64 * MOST_CUT) as usize;
+    let most = (points.len() as f64 * MAX_CUT_SHARE) as usize;
     let beyond = |far: f64| points.iter().position(|at| distance(*at, middle) >= far);
-    let cut = beyond(SMEARED * radius).unwrap_or(most).min(most);
-    let look = beyond((SMEARED + LOOK) * radius).unwrap_or(points.len() - 1);
+    let cut = beyond(SMEARED_RADIUS * radius).unwrap_or(most).min(most);
+    let look = beyond((SMEARED_RADIUS + DIRECTION_SPAN) * radius).unwrap_or(points.len() - 1);
     let from = points.get(cut).copied().unwrap_or(middle);
     let to = points.get(look.max(cut + 1));
     let to = to.or(points.last()).copied().unwrap_or(middle);
@@ -387,7 +387,7 @@ fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
         (middle, from)
     };
     let length = distance(from_way, to).max(1e-9);
-    Leaving {
+    BranchExit {
         end,
         cut,
         from,
@@ -395,10 +395,10 @@ fn leaving(graph: &Graph, end: End, middle: Point, radius: f64) -> Leaving {
     }
 }
 
-fn leaving_all(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<Leaving> {
+fn branch_exits(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<BranchExit> {
     let (middle, radius) = (graph.nodes[node].at, graph.nodes[node].radius);
     let ends = ends[node].iter();
-    ends.map(|end| leaving(graph, *end, middle, radius))
+    ends.map(|end| branch_exit(graph, *end, middle, radius))
         .collect()
 }
 
@@ -407,8 +407,8 @@ fn leaving_all(graph: &Graph, ends: &[Vec<End>], node: usize) -> Vec<Leaving> {
 fn corner_at<'l>(
     graph: &Graph,
     ends: &[Vec<End>],
-    leaving: &'l [Leaving],
-) -> Option<([&'l Leaving; 3], Point)> {
+    leaving: &'l [BranchExit],
+) -> Option<([&'l BranchExit; 3], Point)> {
     let [one, two, three] = leaving else {
         return None;
     };
@@ -420,20 +420,20 @@ fn corner_at<'l>(
         let [node, far] = [nodes[tail.end.1], nodes[1 - tail.end.1]].map(|node| &graph.nodes[node]);
         let free = ends[nodes[1 - tail.end.1]].len() == 1;
         let radius = node.radius;
-        if !free || branch.length() > TAIL * radius || one.end.0 == other.end.0 {
+        if !free || branch.length() > MAX_TAIL * radius || one.end.0 == other.end.0 {
             return None;
         }
         let dot = |[a, b]: Point, [c, d]: Point| a * c + b * d;
         let between = |from: Point, to: Point| [to[0] - from[0], to[1] - from[1]];
         let meet = crossing([one.from, one.way], [other.from, other.way])?;
-        let ahead = |leaving: &Leaving| dot(between(leaving.from, meet), leaving.way) < 0.0;
+        let ahead = |leaving: &BranchExit| dot(between(leaving.from, meet), leaving.way) < 0.0;
         let (out, tail_way) = (between(node.at, meet), between(node.at, far.at));
         let lengths = libm::hypot(out[0], out[1]) * libm::hypot(tail_way[0], tail_way[1]);
         let is_corner = ahead(one)
             && ahead(other)
-            && dot(one.way, other.way) > SHARP
-            && dot(out, tail_way) > STRAIGHT * lengths
-            && distance(meet, far.at) < NEAR * radius;
+            && dot(one.way, other.way) > SHARP_COSINE
+            && dot(out, tail_way) > STRAIGHT_COSINE * lengths
+            && distance(meet, far.at) < MAX_CORNER_DISTANCE * radius;
         is_corner.then_some((turn, meet))
     })
 }

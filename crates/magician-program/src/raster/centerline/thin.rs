@@ -22,7 +22,7 @@ impl Mask {
     }
 
     /// Neighbours of a pixel, clockwise from the top.
-    pub(super) fn around(&self, at: usize) -> [usize; 8] {
+    pub(super) fn neighbours(&self, at: usize) -> [usize; 8] {
         let (above, below) = (at - self.stride, at + self.stride);
         [
             above,
@@ -36,8 +36,8 @@ impl Mask {
         ]
     }
 
-    fn shows(&self, at: usize) -> [bool; 8] {
-        self.around(at).map(|near| self.dark[near])
+    fn dark_neighbours(&self, at: usize) -> [bool; 8] {
+        self.neighbours(at).map(|near| self.dark[near])
     }
 
     /// Distance of each pixel from white, in pixels (chamfer distance 3-4).
@@ -83,7 +83,7 @@ impl Mask {
         let dark = |at: &usize| self.dark[*at];
         let mut edge: Vec<usize> = (0..self.dark.len())
             .filter(dark)
-            .filter(|at| self.shows(*at).contains(&false))
+            .filter(|at| self.dark_neighbours(*at).contains(&false))
             .collect();
         // A work list of border pixels: scanning the whole mask each round would be quadratic.
         let mut queued = vec![false; self.dark.len()];
@@ -91,12 +91,12 @@ impl Mask {
             let mut next = Vec::new();
             for side in [0, 1] {
                 let off: Vec<usize> = { edge.iter().copied() }
-                    .filter(|at| self.dark[*at] && is_outermost(self.shows(*at), side))
+                    .filter(|at| self.dark[*at] && is_outermost(self.dark_neighbours(*at), side))
                     .filter(|at| !self.begins_block(*at))
                     .collect();
                 off.iter().for_each(|at| self.dark[*at] = false);
                 // Only neighbours of removed pixels can become removable.
-                for near in off.iter().flat_map(|at| self.around(*at)) {
+                for near in off.iter().flat_map(|at| self.neighbours(*at)) {
                     if self.dark[near] && !queued[near] {
                         queued[near] = true;
                         next.push(near);
@@ -107,7 +107,7 @@ impl Mask {
             next.retain(|at| self.dark[*at]);
             edge = next;
         }
-        self.without_steps();
+        self.remove_steps();
         self
     }
 
@@ -115,18 +115,23 @@ impl Mask {
     /// at once.
     fn begins_block(&self, at: usize) -> bool {
         const RIGHT_AND_DOWN: [bool; 8] = [false, false, true, true, true, false, false, false];
-        let count = |at: usize| self.shows(at).iter().filter(|dark| **dark).count();
+        let count = |at: usize| {
+            self.dark_neighbours(at)
+                .iter()
+                .filter(|dark| **dark)
+                .count()
+        };
         let others = [at + 1, at + self.stride, at + self.stride + 1];
-        self.shows(at) == RIGHT_AND_DOWN && others.iter().all(|at| count(*at) == 3)
+        self.dark_neighbours(at) == RIGHT_AND_DOWN && others.iter().all(|at| count(*at) == 3)
     }
 
     /// Removes corner pixels of steps, without which a line is still connected.
-    fn without_steps(&mut self) {
+    fn remove_steps(&mut self) {
         for at in 0..self.dark.len() {
             if !self.dark[at] {
                 continue;
             }
-            let shown = self.shows(at);
+            let shown = self.dark_neighbours(at);
             let corner = (0..4).any(|quarter| shown[2 * quarter] && shown[(2 * quarter + 2) % 8]);
             if corner && groups(shown) == 1 {
                 self.dark[at] = false;

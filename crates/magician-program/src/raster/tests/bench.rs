@@ -68,26 +68,26 @@ impl EngravingArm {
         assert!(report.is_good(), "{:?}", report.refused_steps);
         for command in plan.commands() {
             while self.0.state().queue.waiting > 30 {
-                self.go_on(&mut look);
+                self.advance(&mut look);
             }
             self.send(&command, Ctrl::QUEUED);
         }
         while self.0.busy() {
-            self.go_on(&mut look);
+            self.advance(&mut look);
         }
         assert!(self.0.state().alarms.is_empty());
     }
 
-    fn go_on(&mut self, look: &mut impl FnMut(&ControllerState)) {
+    fn advance(&mut self, look: &mut impl FnMut(&ControllerState)) {
         let next = self.0.poll_timeout().unwrap();
-        let soon = self.0.now() + LOOK;
+        let soon = self.0.now() + SAMPLE_INTERVAL;
         self.0.advance(next.min(soon));
         look(&self.0.state());
     }
 }
 
 /// Interval between the looks.
-pub(super) const LOOK: Duration = Duration::from_millis(5);
+pub(super) const SAMPLE_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Strokes burnt by a virtual arm for the whole plan.
 pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {

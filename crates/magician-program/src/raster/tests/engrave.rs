@@ -11,7 +11,7 @@ use crate::raster::{Engrave, Grid, Size, Tone};
 use crate::{Action, Plan, Surface, Tool, check};
 
 #[test]
-fn the_gradient_is_burnt_as_it_is() {
+fn gradient_is_burnt_true_to_tone() {
     let image = gradient();
     assert_eq!((image.width, image.height), (64, 48));
     for both_directions in [true, false] {
@@ -33,7 +33,7 @@ fn the_gradient_is_burnt_as_it_is() {
 }
 
 #[test]
-fn the_tool_passes_the_image_at_one_speed() {
+fn tool_passes_the_image_at_one_speed() {
     let image = gradient();
     // A pixel of 0.2 mm in a period of 20 ms.
     let speed = Engrave::default().steady_speed();
@@ -78,7 +78,7 @@ fn the_tool_passes_the_image_at_one_speed() {
 }
 
 #[test]
-fn a_threshold_burns_what_is_darker_and_inverted_the_rest() {
+fn threshold_burns_darker_pixels_and_inverted_the_lighter_ones() {
     let image = gradient();
     let grid = centred(&image, Size::Natural);
     let share = |invert| {
@@ -125,7 +125,7 @@ fn dither_keeps_the_mean() {
 }
 
 #[test]
-fn turned_mirrored_and_on_a_slope_it_lies_where_the_grid_says() {
+fn rotated_mirrored_or_tilted_image_follows_its_grid() {
     let image = gradient();
     let surface = Surface {
         height: -60.0,
@@ -183,7 +183,7 @@ fn a_wide_gap_is_travelled_dark() {
 }
 
 #[test]
-fn without_overscan_it_is_dark_where_it_travels() {
+fn without_overscan_travel_is_dark() {
     let image = image(8, &["##   ###", "        ", "        ", "#      #"]);
     for (width, both_directions) in [(8.0, true), (60.0, true), (60.0, false)] {
         let engrave = Engrave {

@@ -37,7 +37,7 @@ impl Paper {
         for y in span(1, self.height) {
             for x in span(0, self.width) {
                 let at = [x, y].map(|cell| (cell as f64 + 0.5) / self.fine);
-                if off(at, from, to) <= radius {
+                if distance_to_segment(at, from, to) <= radius {
                     self.ink[y * self.width + x] = true;
                 }
             }
@@ -69,7 +69,7 @@ fn pieces(strokes: &[Stroke]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     })
 }
 
-fn off(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+fn distance_to_segment(at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = (way[0] * way[0] + way[1] * way[1]).max(1e-12);
     let along = ((at[0] - from[0]) * way[0] + (at[1] - from[1]) * way[1]) / length;
@@ -113,7 +113,7 @@ fn errors(trace: &Trace) -> Vec<f64> {
 }
 
 #[test]
-fn the_ink_of_each_step_is_its_grey() {
+fn ink_of_each_grey_step_matches_its_tone() {
     for style in [
         ImageStyle::Halftone,
         ImageStyle::Squiggle,
@@ -148,17 +148,22 @@ fn the_ink_of_each_step_is_its_grey() {
 /// Drawing as scanned at 300 dpi, with lines of this width.
 fn scanned(artwork: &Artwork, page: [f64; 2], pen: f64) -> Raster {
     const DPI: f64 = 300.0;
-    const FINE: usize = 3;
+    const OVERSAMPLING: usize = 3;
     let fine = DPI / 25.4;
-    let paper = Paper::with(artwork, page, pen, fine * FINE as f64);
+    let paper = Paper::with(artwork, page, pen, fine * OVERSAMPLING as f64);
     let [width, height] = page.map(|side| (side * fine) as usize);
     let grey = (0..width * height).map(|at| {
         let [x, y] = [at % width, height - 1 - at / width];
-        let cells = (0..FINE * FINE).map(|nth| [x * FINE + nth % FINE, y * FINE + nth / FINE]);
+        let cells = (0..OVERSAMPLING * OVERSAMPLING).map(|nth| {
+            [
+                x * OVERSAMPLING + nth % OVERSAMPLING,
+                y * OVERSAMPLING + nth / OVERSAMPLING,
+            ]
+        });
         let inked = cells
             .filter(|[x, y]| paper.ink[y * paper.width + x])
             .count();
-        255 - (inked * 255 / (FINE * FINE)) as u8
+        255 - (inked * 255 / (OVERSAMPLING * OVERSAMPLING)) as u8
     });
     Raster {
         width,
@@ -177,7 +182,7 @@ fn farthest(lines: &[Stroke], from: &[Stroke]) -> (f64, [f64; 2]) {
         for step in 0..=steps as usize {
             let share = step as f64 / steps;
             let at = [0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis]));
-            let near = pieces(from).map(|[from, to]| off(at, from, to));
+            let near = pieces(from).map(|[from, to]| distance_to_segment(at, from, to));
             let near = near.fold(f64::INFINITY, f64::min);
             if near > far.0 {
                 far = (near, at);
@@ -333,7 +338,7 @@ fn any_image_becomes_lines_or_is_refused() {
 }
 
 #[test]
-fn what_makes_no_sense_of_lines_is_refused() {
+fn invalid_trace_options_are_refused() {
     let (image, _) = wedge(3);
     for (wrong, why) in [
         (
@@ -373,7 +378,7 @@ fn what_makes_no_sense_of_lines_is_refused() {
 }
 
 #[test]
-fn levels_are_that_many_hatchings_and_sizes_of_dots() {
+fn levels_set_the_number_of_hatchings_and_dot_sizes() {
     let (image, _) = wedge(11);
     let trace = |style, levels| Trace {
         style,
@@ -410,7 +415,7 @@ fn levels_are_that_many_hatchings_and_sizes_of_dots() {
 }
 
 #[test]
-fn a_photo_is_drawn_in_few_long_lines() {
+fn photo_is_drawn_in_few_long_lines() {
     let side = 200;
     let grey = (0..side * side).map(|at| {
         let [x, y] = [at % side, at / side].map(|at| at as f64 / side as f64 - 0.5);

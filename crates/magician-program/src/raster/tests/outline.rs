@@ -58,7 +58,7 @@ fn a_ring_has_two_round_outlines() {
 }
 
 #[test]
-fn corners_that_touch_are_joined_by_the_grey_between_them() {
+fn touching_corners_are_joined_by_the_grey_between_them() {
     let checks = |grey: [u8; 4]| Raster {
         width: 2,
         height: 2,
@@ -78,7 +78,7 @@ fn corners_that_touch_are_joined_by_the_grey_between_them() {
 }
 
 #[test]
-fn the_edge_of_the_image_closes_what_is_dark_there() {
+fn image_edge_closes_dark_areas() {
     let black = Raster {
         width: 30,
         height: 20,
@@ -98,7 +98,7 @@ fn the_edge_of_the_image_closes_what_is_dark_there() {
 }
 
 #[test]
-fn specks_are_left_out_and_nothing_is_refused() {
+fn specks_are_dropped_and_an_empty_image_is_refused() {
     let speck = image(50, |x, y| (x as usize, y as usize) == (20, 20));
     let trace = Trace::default();
     let error = trace.lines(&speck).unwrap_err();

@@ -16,7 +16,7 @@ fn segments(plan: &Plan) -> Vec<(u32, f32, f32)> {
 }
 
 #[test]
-fn a_line_is_run_up_to_burnt_in_runs_and_run_out_of() {
+fn scan_line_has_run_up_burnt_runs_and_run_out() {
     let image = image(6, &["##++ #", "      ", " #  ##"]);
     let grid = Grid::centred([6.0, 3.0], [203.0, 1.5], 0.0, false);
     let engrave = Engrave {
@@ -93,7 +93,7 @@ fn cells_are_means_of_the_area_they_cover() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused() {
+fn invalid_values_are_refused() {
     let dot = image(1, &["#"]);
     let grid = centred(&dot, Size::Natural);
     let refused = |raster: &Raster, grid: &Grid, engrave: Engrave| {
@@ -224,7 +224,7 @@ fn what_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn a_placed_frame_says_where_the_image_lies() {
+fn placed_frame_gives_the_image_position() {
     let size = [20.0, 10.0];
     let engrave = Engrave::default();
     let frame = engrave.frame(size);

@@ -1,13 +1,13 @@
-//! Writer of a flattened program: all lines lie at one height, and all travel above it.
+//! Writer of a flattened program: all lines lie at one height, and all travel is above it.
 
 use magician_protocol::Set;
 
-use super::covered::Covered;
-use super::walk::{Event, meets};
-use super::{DepthTally, SAME};
-use crate::setup::work_lines::TOUCH;
+use super::covered::CutRecord;
+use super::walk::{Event, coincides};
+use super::{DepthTally, HEIGHT_TOLERANCE};
+use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Step, Travel};
-use magician_formats::simplify::kept;
+use magician_formats::simplify::kept_points;
 
 /// Writer of the flattened program, in the coordinates of the file.
 pub(super) struct Flattener {
@@ -17,7 +17,7 @@ pub(super) struct Flattener {
     /// Scale at which the program is drawn.
     scale: f64,
     tally: DepthTally,
-    covered: Covered,
+    covered: CutRecord,
     /// Position of the tool in the flattened program.
     at: Option<[f64; 2]>,
     /// True if the tool touches the surface at that position.
@@ -26,15 +26,16 @@ pub(super) struct Flattener {
     run: Vec<([f64; 2], Origin)>,
     /// Steps since the last line: travel, and steps without motion.
     pending: Vec<Step>,
-    /// True if feed moves were left out since the last line, so that the tool does not follow them.
+    /// True if feed moves were dropped since the last line: the tool is then not at the program's
+    /// position.
     dropped: bool,
-    /// Piece that is cut again, held while it may be a short one within a continuing line.
-    held: Held,
+    /// Repeated piece, buffered while it may turn out to be a short part of a continuing line.
+    held: RepeatedPiece,
 }
 
-/// Piece of a line that is cut again, deeper.
+/// Piece of a line that is cut again at a greater depth.
 #[derive(Default)]
-struct Held {
+struct RepeatedPiece {
     points: Vec<([f64; 2], Origin)>,
     length: f64,
 }
@@ -53,23 +54,23 @@ impl Flattener {
                 threshold,
                 ..DepthTally::default()
             },
-            covered: Covered::new(scale),
+            covered: CutRecord::new(scale),
             at: None,
             down: false,
             run: Vec::new(),
             pending: Vec::new(),
             dropped: false,
-            held: Held::default(),
+            held: RepeatedPiece::default(),
         }
     }
 
-    pub(super) fn take(&mut self, event: Event<'_>) {
+    pub(super) fn handle_event(&mut self, event: Event<'_>) {
         match event {
-            Event::Other(step) => self.other(step),
+            Event::Other(step) => self.add_still_step(step),
             Event::Travel { step, to } => self.travel(step, to),
             Event::Air(length) => {
                 self.tally.air += length;
-                // A cut in the air is dropped, so the travel to it has no purpose either.
+                // A feed move in the air is dropped, and so is the travel to it.
                 self.drop_moves();
             }
             Event::Line {
@@ -88,12 +89,12 @@ impl Flattener {
                 step,
             } => {
                 if self.covered.arc([from, via, to], low) {
-                    self.tally.again += length;
+                    self.tally.repeated += length;
                     self.drop_moves();
                     return;
                 }
                 self.count(low, length);
-                self.end_held();
+                self.drop_repeated();
                 self.go_to(from, step.origin);
                 self.flush_settings();
                 self.end_run();
@@ -109,7 +110,7 @@ impl Flattener {
                     return;
                 }
                 self.tally.dots += 1;
-                self.end_held();
+                self.drop_repeated();
                 self.go_to(at, origin);
             }
         }
@@ -123,14 +124,14 @@ impl Flattener {
     fn line(&mut self, [from, to]: [[f64; 2]; 2], [low, high]: [f64; 2], origin: Origin) {
         let length = crate::artwork::distance(from, to);
         if self.covered.line(from, to, high) {
-            self.tally.again += length;
+            self.tally.repeated += length;
             let goes_on = self
                 .held
                 .points
                 .last()
                 .map_or(self.at, |(last, _)| Some(*last));
             let pen_is_here = self.down && !self.dropped && !self.has_moved();
-            if pen_is_here && goes_on.is_some_and(|last| meets(last, from)) {
+            if pen_is_here && goes_on.is_some_and(|last| coincides(last, from)) {
                 self.held.points.push((to, origin));
                 self.held.length += length;
             } else {
@@ -142,8 +143,8 @@ impl Flattener {
         // Drawing a short piece again is faster than lifting the pen over it.
         let held = std::mem::take(&mut self.held);
         if let Some((last, _)) = held.points.last() {
-            if held.length * self.scale <= self.lift && meets(*last, from) {
-                self.tally.again -= held.length;
+            if held.length * self.scale <= self.lift && coincides(*last, from) {
+                self.tally.repeated -= held.length;
                 for (point, origin) in held.points {
                     self.draw_on(point, origin);
                 }
@@ -166,7 +167,7 @@ impl Flattener {
         self.pending.iter().any(moves)
     }
 
-    fn other(&mut self, step: &Step) {
+    fn add_still_step(&mut self, step: &Step) {
         let sets_speed = |step: &Step| matches!(&step.action, Action::Command(command) if matches!(**command, Set::CpParams(_)));
         if sets_speed(step) {
             // Only the last of several speeds takes effect.
@@ -176,9 +177,9 @@ impl Flattener {
     }
 
     fn travel(&mut self, step: &Step, [x, y, z]: [f64; 3]) {
-        self.end_held();
+        self.drop_repeated();
         // A rapid move within a groove would draw on the surface.
-        let z = if z <= self.touch + TOUCH {
+        let z = if z <= self.touch + TOUCH_HEIGHT {
             self.touch + self.lift
         } else {
             z
@@ -195,11 +196,11 @@ impl Flattener {
     /// Drops feed moves, and the travel that led to them.
     fn drop_moves(&mut self) {
         self.dropped = true;
-        self.held = Held::default();
+        self.held = RepeatedPiece::default();
         self.pending.retain(|step| step.action.target().is_none());
     }
 
-    fn end_held(&mut self) {
+    fn drop_repeated(&mut self) {
         if !self.held.points.is_empty() {
             self.drop_moves();
         }
@@ -209,7 +210,7 @@ impl Flattener {
     fn end_run(&mut self) {
         let run = std::mem::take(&mut self.run);
         let points: Vec<[f64; 2]> = run.iter().map(|(point, _)| *point).collect();
-        let stays = kept(&points, SAME / self.scale);
+        let stays = kept_points(&points, HEIGHT_TOLERANCE / self.scale);
         for ((point, origin), stays) in run.into_iter().zip(stays).skip(1) {
             if stays {
                 self.path(point, origin);
@@ -222,7 +223,7 @@ impl Flattener {
         self.plan.push(Action::Path { to }, origin);
     }
 
-    fn up(&mut self, [x, y]: [f64; 2], origin: Origin) {
+    fn lift_to(&mut self, [x, y]: [f64; 2], origin: Origin) {
         let to = [x, y, self.touch + self.lift, 0.0].map(|value| value as f32);
         let by = Travel::Line;
         self.plan.push(Action::Move { to, by }, origin);
@@ -241,7 +242,7 @@ impl Flattener {
 
     /// Lowers the pen at the start of a line.
     fn go_to(&mut self, begin: [f64; 2], origin: Origin) {
-        let here = self.down && self.at.is_some_and(|at| meets(at, begin));
+        let here = self.down && self.at.is_some_and(|at| coincides(at, begin));
         if here && !self.has_moved() {
             self.dropped = false;
             return;
@@ -249,8 +250,8 @@ impl Flattener {
         self.end_run();
         self.lift_off(origin);
         self.write_pending();
-        if self.at.is_none_or(|at| !meets(at, begin)) {
-            self.up(begin, origin);
+        if self.at.is_none_or(|at| !coincides(at, begin)) {
+            self.lift_to(begin, origin);
         }
         self.path(begin, origin);
         (self.at, self.down, self.dropped) = (Some(begin), true, false);
@@ -263,9 +264,9 @@ impl Flattener {
             return;
         };
         let next = { self.pending.iter() }.find_map(|step| step.action.target());
-        let rises = next.is_some_and(|[x, y, _]| meets([x, y].map(f64::from), at));
+        let rises = next.is_some_and(|[x, y, _]| coincides([x, y].map(f64::from), at));
         if self.dropped || !rises {
-            self.up(at, origin);
+            self.lift_to(at, origin);
         }
         self.down = false;
     }
@@ -281,7 +282,7 @@ impl Flattener {
 
     /// Returns the program, and the lengths drawn by depth.
     pub(super) fn done(mut self) -> (Plan, DepthTally) {
-        self.end_held();
+        self.drop_repeated();
         let origin = self.run.last().map_or(Origin::NONE, |(_, origin)| *origin);
         self.end_run();
         if self.dropped || self.has_moved() {

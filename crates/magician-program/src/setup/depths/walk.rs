@@ -1,6 +1,6 @@
 //! Motion of a program, as seen by a pen that draws at or below a threshold Z.
 
-use super::SAME;
+use super::HEIGHT_TOLERANCE;
 use crate::artwork::distance;
 use crate::setup::work_lines::Segment;
 use crate::{Action, Origin, Plan, Step};
@@ -46,7 +46,7 @@ fn flat([x, y, _]: [f64; 3]) -> [f64; 2] {
 }
 
 /// Follows a program and reports its motion. Feed moves at or below the threshold draw.
-pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Event<'a>)) {
+pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut report: impl FnMut(Event<'a>)) {
     let mut at: Option<[f64; 3]> = None;
     // Current hole: position, depth, and the step that began it.
     let mut hole: Option<([f64; 2], f64, Origin)> = None;
@@ -54,27 +54,27 @@ pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Even
     let mut inked: Option<[f64; 2]> = None;
     for step in &plan.steps {
         let Some(to) = step.action.target().map(|to| to.map(f64::from)) else {
-            told(Event::Other(step));
+            report(Event::Other(step));
             continue;
         };
         let from = at.replace(to);
-        let mut left = |told: &mut dyn FnMut(Event<'a>)| {
+        let mut left = |report: &mut dyn FnMut(Event<'a>)| {
             if let Some((at, low, origin)) = hole.take() {
-                told(Event::Dot { at, low, origin });
+                report(Event::Dot { at, low, origin });
             }
         };
         let (true, Some(from)) = (step.action.marks(), from) else {
-            left(&mut told);
+            left(&mut report);
             inked = None;
-            told(Event::Travel { step, to });
+            report(Event::Travel { step, to });
             continue;
         };
         let way = Segment::of(step, from, to);
-        if !way.goes_across() {
+        if !way.moves_horizontally() {
             if to[2] > threshold {
-                left(&mut told);
+                left(&mut report);
                 inked = None;
-                told(Event::Air(0.0));
+                report(Event::Air(0.0));
             } else if inked != Some(flat(to)) {
                 let (low, origin) = match hole {
                     Some((_, low, origin)) => (low.min(way.low()), origin),
@@ -86,20 +86,20 @@ pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Even
         }
         let [above, below] = [from[2] > threshold, to[2] > threshold];
         if above && below {
-            left(&mut told);
+            left(&mut report);
             inked = None;
-            told(Event::Air(length_of(&way)));
+            report(Event::Air(segment_length(&way)));
             continue;
         }
         if let Action::Arc { via, .. } = step.action {
             hole = None;
             let [x, y, _, _] = via.map(f64::from);
-            told(Event::Arc {
+            report(Event::Arc {
                 from: flat(from),
                 via: [x, y],
                 to: flat(to),
                 low: way.low(),
-                length: length_of(&way),
+                length: segment_length(&way),
                 step,
             });
             inked = Some(flat(to));
@@ -116,11 +116,11 @@ pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Even
             None => (flat(from), flat(to)),
         };
         if above {
-            left(&mut told);
-            told(Event::Air(distance(flat(from), begin)));
+            left(&mut report);
+            report(Event::Air(distance(flat(from), begin)));
         }
         hole = None;
-        told(Event::Line {
+        report(Event::Line {
             from: begin,
             to: end,
             low: way.low(),
@@ -130,15 +130,15 @@ pub(super) fn walk<'a>(plan: &'a Plan, threshold: f64, mut told: impl FnMut(Even
         inked = Some(end);
         if below {
             inked = None;
-            told(Event::Air(distance(end, flat(to))));
+            report(Event::Air(distance(end, flat(to))));
         }
     }
     if let Some((at, low, origin)) = hole {
-        told(Event::Dot { at, low, origin });
+        report(Event::Dot { at, low, origin });
     }
 }
 
-fn length_of(way: &Segment) -> f64 {
+fn segment_length(way: &Segment) -> f64 {
     if way.via.is_none() {
         return distance(flat(way.from), flat(way.to));
     }
@@ -148,6 +148,6 @@ fn length_of(way: &Segment) -> f64 {
 }
 
 /// True if two positions are equal for a pen.
-pub(super) fn meets(one: [f64; 2], other: [f64; 2]) -> bool {
-    distance(one, other) <= SAME
+pub(super) fn coincides(one: [f64; 2], other: [f64; 2]) -> bool {
+    distance(one, other) <= HEIGHT_TOLERANCE
 }

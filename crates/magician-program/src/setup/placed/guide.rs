@@ -1,15 +1,16 @@
-//! Steps of a placed program: work steps unchanged, travel moves as the arm can reach them.
+//! Steps of a placed program: work steps stay unchanged, travel moves are replaced by moves within
+//! reach.
 
 use magician_motion::ToolBias;
 
 use super::ProgramTransform;
 use crate::artwork::Marking;
-use crate::setup::work_lines::TOUCH;
+use crate::setup::work_lines::TOUCH_HEIGHT;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
-use magician_formats::reach::{APPROACH, Above};
+use magician_formats::reach::{APPROACH_HEIGHT, Above};
 
-/// Number of shares at which a travel move that leaves the reach is tried.
-const SHARES: u32 = 64;
+/// Number of points tried along a travel move that leaves the reach.
+const EXIT_SAMPLES: u32 = 64;
 
 /// Builds the motion through a placed program.
 pub(super) struct Guide<'a> {
@@ -42,7 +43,7 @@ impl<'a> Guide<'a> {
 
     /// Builds the whole plan. It starts from any pose, above the first work position; earlier
     /// travel is left out.
-    pub(super) fn lead(mut self) -> Plan {
+    pub(super) fn build(mut self) -> Plan {
         let steps = std::mem::take(&mut self.plan.steps);
         let mut first = ([0.0; 3], Origin::NONE);
         for step in steps {
@@ -80,7 +81,7 @@ impl<'a> Guide<'a> {
         self.steps.push(Step::new(action, origin));
     }
 
-    fn go(&mut self, to: Above, by: Travel, origin: Origin) {
+    fn push_move(&mut self, to: Above, by: Travel, origin: Origin) {
         let pose = self.pose(to);
         self.push(Action::Move { to: pose, by }, origin);
         self.at = Some(to);
@@ -89,10 +90,10 @@ impl<'a> Guide<'a> {
     /// Enters from any pose: above the target by a joint move, then straight down.
     fn enter(&mut self, to: Above, origin: Origin) {
         let to = (to.0, to.1.max(0.0));
-        let over = self.reach.over(to, to.1 + self.lift + APPROACH);
-        self.go(over, Travel::Joints, origin);
+        let over = self.reach.over(to, to.1 + self.lift + APPROACH_HEIGHT);
+        self.push_move(over, Travel::Joints, origin);
         if over != to {
-            self.go(to, Travel::Line, origin);
+            self.push_move(to, Travel::Line, origin);
         }
     }
 
@@ -110,7 +111,7 @@ impl<'a> Guide<'a> {
             _ => to,
         };
         let action = match step.action {
-            Action::Path { .. } if self.leads_to(to) || to.1 <= TOUCH => {
+            Action::Path { .. } if self.is_straight_reachable(to) || to.1 <= TOUCH_HEIGHT => {
                 Action::Path { to: self.point(to) }
             }
             Action::Burn { power, .. } => Action::Burn {
@@ -136,12 +137,13 @@ impl<'a> Guide<'a> {
         self.at = Some(to);
     }
 
-    fn leads_to(&self, to: Above) -> bool {
-        self.at.is_some_and(|from| self.reach.slants(from, to))
+    fn is_straight_reachable(&self, to: Above) -> bool {
+        self.at
+            .is_some_and(|from| self.reach.is_straight_move_possible(from, to))
     }
 
     /// Travels to a position: straight if possible, else lower, else around the base. If none
-    /// works, it goes as near as the straight line leads.
+    /// works, it stops at the last reachable point of the straight line.
     fn travel(&mut self, to: Above, origin: Origin) {
         let Some(from) = self.at else {
             return self.enter(to, origin);
@@ -152,30 +154,33 @@ impl<'a> Guide<'a> {
         let lowest = self.lift.min(to.1);
         let heights = (0..=10).map(|nth| to.1 + (lowest - to.1) * f64::from(nth) / 10.0);
         let places: Vec<Above> = heights.map(|height| (to.0, height)).collect();
-        if let Some(place) = places.iter().find(|place| self.reach.slants(from, **place)) {
-            return self.go(*place, Travel::Line, origin);
+        if let Some(place) = places
+            .iter()
+            .find(|place| self.reach.is_straight_move_possible(from, **place))
+        {
+            return self.push_move(*place, Travel::Line, origin);
         }
         let is_reached = |place: &&Above| self.reach.joints(place.0, place.1).is_some();
         if let Some(place) = places.iter().find(is_reached) {
-            let high = self.reach.over(from, self.lift + APPROACH);
-            self.go(high, Travel::Line, origin);
+            let high = self.reach.over(from, self.lift + APPROACH_HEIGHT);
+            self.push_move(high, Travel::Line, origin);
             return self.enter(*place, origin);
         }
         let share = |nth: u32| {
-            let share = f64::from(nth) / f64::from(SHARES);
+            let share = f64::from(nth) / f64::from(EXIT_SAMPLES);
             let between = |from: f64, to: f64| from + share * (to - from);
             let at = [0, 1].map(|axis| between(from.0[axis], to.0[axis]));
             (at, between(from.1, to.1))
         };
-        let mut nearer = (1..SHARES).rev().map(share);
-        if let Some(near) = nearer.find(|near| self.reach.slants(from, *near)) {
-            self.go(near, Travel::Line, origin);
+        let mut nearer = (1..EXIT_SAMPLES).rev().map(share);
+        if let Some(near) = nearer.find(|near| self.reach.is_straight_move_possible(from, *near)) {
+            self.push_move(near, Travel::Line, origin);
         }
     }
 }
 
 /// Adds a safe approach from above to the first point of a plan in arm coordinates.
-pub(super) fn from_above(plan: &mut Plan, lift: f64) {
+pub(super) fn add_entry_from_above(plan: &mut Plan, lift: f64) {
     let first = (plan.steps.iter()).position(|step| step.action.target().is_some());
     let Some((at, step)) = first.and_then(|at| Some((at, plan.steps.get(at)?.clone()))) else {
         return;
@@ -192,7 +197,7 @@ pub(super) fn from_above(plan: &mut Plan, lift: f64) {
     let reach = Reach::new(tool, Surface::level(ground), lift);
     let above = f64::from(z) - ground;
     let place = [x, y].map(f64::from);
-    let over = reach.over((place, above), above + lift + APPROACH);
+    let over = reach.over((place, above), above + lift + APPROACH_HEIGHT);
     if over == (place, above) {
         return;
     }

@@ -27,7 +27,7 @@ proptest! {
     #![proptest_config(cases(250))]
 
     #[test]
-    fn it_ends_where_the_whole_ends_with_everything_set_alike(plan in plan(), step in any::<prop::sample::Index>()) {
+    fn remainder_ends_at_the_same_pose_with_the_same_settings(plan in plan(), step in any::<prop::sample::Index>()) {
         let mut whole = LoneArm::new();
         let start = Preflight::new(&whole.readings());
         let plan = accepted(plan, &start);
@@ -64,7 +64,7 @@ proptest! {
 }
 
 #[test]
-fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
+fn lead_in_goes_up_across_and_down_and_paths_begin_at_their_segment() {
     let plan = plan_of([
         line([220.0, 0.0, 20.0]),
         line([220.0, 0.0, -10.0]),
@@ -102,7 +102,7 @@ fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
 }
 
 #[test]
-fn jumps_count_by_how_high_they_are() {
+fn lead_in_clears_the_jump_height() {
     let jump = |x: f32, y: f32| Action::Move {
         to: [x, y, -20.0, 0.0],
         by: Travel::Jump,
@@ -122,7 +122,7 @@ fn jumps_count_by_how_high_they_are() {
 }
 
 #[test]
-fn the_laser_is_dark_on_the_way_and_lit_again_there() {
+fn laser_is_off_on_the_lead_in_and_on_again_at_its_end() {
     let plan = plan_of([
         line([220.0, 0.0, 0.0]),
         Action::Laser(true),
@@ -165,7 +165,7 @@ fn the_laser_is_dark_on_the_way_and_lit_again_there() {
 }
 
 #[test]
-fn only_the_last_of_each_setting_is_told_again() {
+fn only_the_last_value_of_each_setting_is_resent() {
     let output = build::Output {
         percent: 90,
         address: 17,
@@ -214,7 +214,7 @@ fn only_the_last_of_each_setting_is_told_again() {
 }
 
 #[test]
-fn the_rail_goes_to_its_place_or_nobody_knows_it() {
+fn rail_is_restored_or_refused_if_unknown() {
     let on_rail =
         |l: f32| Action::from(build::with_rail(build::line_to(220.0, 0.0, 20.0, 0.0), l).unwrap());
     let plan = plan_of([
@@ -249,7 +249,7 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
 }
 
 #[test]
-fn what_nobody_knows_is_refused_with_what_to_do() {
+fn unknown_state_is_refused_with_advice() {
     let plan = plan_of([
         Action::Home,
         Action::Shift {
@@ -285,7 +285,7 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
 }
 
 #[test]
-fn from_a_start_that_nobody_knows_it_comes_from_above() {
+fn unknown_start_is_approached_from_above() {
     let plan = plan_of([
         Action::Move {
             to: [220.0, 0.0, 30.0, 0.0],
@@ -308,7 +308,7 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
 
 /// An impossible arm: an endless tool, and jumps to match.
 #[test]
-fn it_does_not_look_for_ever_for_a_way() {
+fn lead_in_search_is_bounded() {
     let plan = plan_of([
         Action::from(build::jump_height(1e30, 1e30)),
         Action::from(build::tool(ToolBias::new(1e34, 0.0, 1e33))),

@@ -164,7 +164,7 @@ proptest! {
     #![proptest_config(cases(400))]
 
     #[test]
-    fn what_is_accepted_raises_no_alarm_and_takes_as_long_as_was_said(plan in plan()) {
+    fn accepted_plan_raises_no_alarm_and_takes_the_checked_time(plan in plan()) {
         let mut bench = LoneArm::new();
         let start = Preflight::new(&bench.readings());
         let plan = accepted(plan, &start);

@@ -111,7 +111,7 @@ fn a_laser_draws_where_it_is_lit() {
 }
 
 #[test]
-fn complaints_have_their_place_their_step_and_by_how_much() {
+fn refusals_have_origin_step_and_distance() {
     let mut plan = plan_of([
         line([220.0, 0.0, 0.0]),
         line([420.0, 0.0, 0.0]),
@@ -146,7 +146,7 @@ fn complaints_have_their_place_their_step_and_by_how_much() {
 }
 
 #[test]
-fn what_cannot_be_queued_is_no_step() {
+fn unqueueable_command_is_refused() {
     let name = magician::commands::DeviceName {
         device_name: magician::protocol::Text::new("x").unwrap(),
     };
@@ -162,7 +162,7 @@ fn what_cannot_be_queued_is_no_step() {
 }
 
 #[test]
-fn complaints_beyond_the_first_hundred_are_counted() {
+fn refusals_beyond_the_first_hundred_are_counted() {
     let far = std::iter::repeat_with(|| line([900.0, 0.0, 0.0]));
     let report = check(&plan_of(far.take(250)), &start());
     assert_eq!((report.refused_steps.len(), report.refused), (100, 250));
@@ -170,7 +170,7 @@ fn complaints_beyond_the_first_hundred_are_counted() {
 }
 
 #[test]
-fn what_has_no_end_has_no_time() {
+fn endless_plan_has_no_duration() {
     for action in [Action::Home, Action::from(build::wait_for_level(19, true))] {
         let report = check(
             &plan_of([Action::Wait(100), action, Action::Wait(100)]),

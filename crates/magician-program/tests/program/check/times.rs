@@ -8,7 +8,7 @@ use magician_program::{Action, Origin, Plan, Tool, Travel, check};
 use super::bench::LoneArm;
 
 /// Error of the 32-bit poses that the arm reports, us.
-const ROUNDING: f64 = 10.0;
+const TIME_TOLERANCE_US: f64 = 10.0;
 
 fn to(x: f64, y: f64, z: f64) -> [f32; 3] {
     [x, y, z].map(|value| value as f32)
@@ -128,7 +128,7 @@ fn engraving() -> Plan {
 }
 
 #[test]
-fn the_time_told_is_that_of_the_virtual_arm_to_a_thousandth() {
+fn checked_time_matches_the_virtual_arm_within_a_thousandth() {
     let mut worst: f64 = 0.0;
     for (name, plan) in [
         ("rose", rose()),
@@ -159,7 +159,7 @@ fn the_time_told_is_that_of_the_virtual_arm_to_a_thousandth() {
         );
         worst = worst.max(off.abs());
     }
-    assert!(worst <= ROUNDING, "{worst} us off");
+    assert!(worst <= TIME_TOLERANCE_US, "{worst} us off");
 }
 
 fn all_of_it() -> Plan {

@@ -35,7 +35,7 @@ fn goes_round(points: &[[f64; 3]], from: [f64; 2], centre: [f64; 2], turn: f64) 
 }
 
 #[test]
-fn every_way_to_say_an_arc_is_the_same_circle() {
+fn equivalent_arc_words_give_the_same_circle() {
     let start = "G0 X250 Y0 Z0 F600\n";
     for (arc, centre, turn) in [
         ("G3 X230 Y20 I-20 J0", [230.0, 0.0], 90.0),
@@ -157,7 +157,7 @@ fn an_arc_as_flat_as_the_tolerance_is_a_line_of_the_path() {
 }
 
 #[test]
-fn arcs_that_are_none_are_refused_with_what_is_wrong() {
+fn invalid_arcs_are_refused_with_the_reason() {
     let start = "G0 X250 Y0 Z0\n";
     for (arc, message) in [
         (
@@ -228,7 +228,7 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
         setup.placement.mirror = mirror;
         (setup.placement.rotate, setup.placement.scale) = (rotate, scale);
         let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, None);
+        setup.set_gcode_options(&mut options.gcode, None);
         let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
         let made = setup.plan(Format::Gcode, reading.content).expect("a plan");
         let points = points(

@@ -32,7 +32,7 @@ fn joints(x: f32, y: f32, z: f32) -> Action {
 }
 
 #[test]
-fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
+fn initial_lift_goes_straight_up_from_the_start() {
     let program = "G21 G90\nG0 Z50\nG0 X230 Y40\nG1 Z20 F1500\nG1 X240\nM2\n";
     assert_eq!(
         from_start(program),
@@ -65,7 +65,7 @@ fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
 }
 
 #[test]
-fn the_tool_is_lowered_where_the_program_begins_and_not_where_the_arm_stands() {
+fn tool_is_lowered_at_the_first_program_position() {
     for low in [
         "G0 Z0\nG0 X230 Y40\n",
         "G1 Z0\nG0 X230\nG0 Y40\n",
@@ -121,7 +121,7 @@ fn a_feed_move_from_an_unknown_place_draws_nothing() {
 }
 
 #[test]
-fn an_arc_begins_where_the_program_says() {
+fn arc_begins_at_the_programmed_position() {
     let from = |text: &str| try_with(text, |options| options.start = Some([200.0, 10.0, 30.0]));
     for stray in [
         "G2 X230 Y20 I-20",
@@ -197,7 +197,7 @@ enum First {
     Literal,
 }
 
-const FIRSTS: [First; 11] = [
+const FIRST_MOVES: [First; 11] = [
     First::Lift,
     First::Low,
     First::XThenY,
@@ -279,14 +279,14 @@ fn setup(placed: bool) -> Setup {
     setup
 }
 
-fn made(
+fn placed_plan(
     text: &str,
     start: Option<[f64; 3]>,
     placed: bool,
 ) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let setup = setup(placed);
     let mut options = ReadOptions::default();
-    setup.prepare(&mut options.gcode, None);
+    setup.set_gcode_options(&mut options.gcode, None);
     options.gcode.start = start;
     let reading = read(Format::Gcode, text.as_bytes(), &options)?;
     assert!(matches!(reading.content, Content::Plan(_)));
@@ -345,14 +345,14 @@ fn lowest(done: &Rehearsal) -> f64 {
     heights.fold(f64::INFINITY, f64::min)
 }
 
-fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
+fn assert_drawn_as_programmed(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     let text = program(first, lines);
     let by = match first {
         First::AllRelative => [0, 1].map(|axis| START[axis] - lines[0][0][axis]),
         _ => [0.0; 2],
     };
     for start in [Some(START), None] {
-        let made = made(&text, start, false);
+        let made = placed_plan(&text, start, false);
         let (plan, _) = match (made, start) {
             (Err(diagnostic), None) => {
                 prop_assert_eq!(diagnostic.missing, Some(Missing::Start), "{}", text);
@@ -383,7 +383,7 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     if first == First::AllRelative {
         return Ok(());
     }
-    let (plan, _) = made(&text, None, true)
+    let (plan, _) = placed_plan(&text, None, true)
         .map_err(|diagnostic| TestCaseError::fail(format!("{text}{diagnostic}")))?;
     let done = drawn(&plan, SURFACE);
     prop_assert!(done.is_good(), "{text}{:?}", done.log);
@@ -427,21 +427,22 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
     #[test]
-    fn what_is_drawn_is_what_the_program_says(
-        first in prop::sample::select(FIRSTS.to_vec()),
+    fn marks_match_the_programmed_lines(
+        first in prop::sample::select(FIRST_MOVES.to_vec()),
         lines in lines(),
     ) {
-        holds(first, &lines)?;
+        assert_drawn_as_programmed(first, &lines)?;
     }
 }
 
 #[test]
-fn every_beginning_is_tried() {
+fn every_kind_of_beginning_is_generated() {
     let lines = vec![
         vec![[220.0, -20.0], [240.0, -20.0], [240.0, 10.0]],
         vec![[200.0, 30.0], [230.0, 40.0]],
     ];
-    for first in FIRSTS {
-        holds(first, &lines).unwrap_or_else(|error| panic!("{first:?}: {error}"));
+    for first in FIRST_MOVES {
+        assert_drawn_as_programmed(first, &lines)
+            .unwrap_or_else(|error| panic!("{first:?}: {error}"));
     }
 }

@@ -6,14 +6,14 @@ use magician_program::{
 
 const SURFACE: f32 = -40.0;
 
-fn laid(text: &str, say: impl FnOnce(&mut Setup)) -> (Plan, Vec<String>) {
+fn placed_with_notes(text: &str, say: impl FnOnce(&mut Setup)) -> (Plan, Vec<String>) {
     let mut setup = Setup::default();
     setup.tool = Some(Tool::Pen);
     setup.default_surface = Some(Surface::level(f64::from(SURFACE)));
     setup.placement.frame = Frame::Own;
     say(&mut setup);
     let mut options = ReadOptions::default();
-    setup.prepare(&mut options.gcode, None);
+    setup.set_gcode_options(&mut options.gcode, None);
     let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");
     let made = setup.plan(Format::Gcode, reading.content);
     let made = made.expect("it has a size");
@@ -22,7 +22,7 @@ fn laid(text: &str, say: impl FnOnce(&mut Setup)) -> (Plan, Vec<String>) {
 }
 
 fn placed(text: &str, pen_z: Option<f64>) -> Plan {
-    laid(text, |setup| setup.placement.pen_z = pen_z).0
+    placed_with_notes(text, |setup| setup.placement.pen_z = pen_z).0
 }
 
 /// Length of motion on the surface, mm.
@@ -40,7 +40,7 @@ fn drawn(plan: &Plan) -> f64 {
     drawn
 }
 
-fn told(notes: &[String]) -> String {
+fn depth_notes(notes: &[String]) -> String {
     let of_depths = notes.iter().filter(|note| note.contains("all depths"));
     of_depths.cloned().collect()
 }
@@ -51,7 +51,7 @@ fn lowest(plan: &Plan) -> f32 {
 }
 
 #[test]
-fn lines_that_only_come_down_to_the_surface_are_what_is_drawn() {
+fn only_lines_at_the_surface_are_drawn() {
     for text in [
         "G19\nG1 Y0 Z20 F200\nG2 Y20 Z0 J0 K-20\n",
         "G0 X0 Y0 Z0\nG1 X5 Y5 Z-5 F9\nX10 Y10 Z0\n",
@@ -61,7 +61,7 @@ fn lines_that_only_come_down_to_the_surface_are_what_is_drawn() {
 }
 
 #[test]
-fn a_hole_is_a_dot_however_deep_it_is() {
+fn hole_is_a_dot_at_any_depth() {
     let line = "G0 X0 Y0 Z5\nG1 Z-0.1 F100\nX20\nG0 Z5\n";
     for hole in [
         "G0 X30\nG1 Z-3\nG0 Z5\n",
@@ -79,7 +79,7 @@ fn a_hole_is_a_dot_however_deep_it_is() {
         assert_eq!(dots.count(), 2, "{hole}: {:?}", plan.steps);
         let plan = placed(&format!("{line}{hole}"), Some(-0.1));
         assert!((lowest(&plan) - SURFACE).abs() < 1e-3, "{hole}");
-        let (plan, notes) = laid(&format!("{line}{hole}"), |setup| {
+        let (plan, notes) = placed_with_notes(&format!("{line}{hole}"), |setup| {
             setup.depths = Depths::Keep;
         });
         assert!(lowest(&plan) < SURFACE - 2.0, "{hole}");
@@ -90,33 +90,33 @@ fn a_hole_is_a_dot_however_deep_it_is() {
     }
 }
 
-const TWO: &str = "G0 Z5\nG0 X5 Y5\nG1 Z-0.2 F100\nG1 X35 Y5\nG1 X35 Y25\nG0 Z5\nG0 X0 Y0\nG1 Z-3 F100\n\
+const TWO_DEPTHS: &str = "G0 Z5\nG0 X5 Y5\nG1 Z-0.2 F100\nG1 X35 Y5\nG1 X35 Y25\nG0 Z5\nG0 X0 Y0\nG1 Z-3 F100\n\
     G1 X40 Y0\nG1 X40 Y30\nG1 X0 Y30\nG1 X0 Y0\nG0 Z5\n";
 
 #[test]
-fn two_depths_are_drawn_on_the_surface_and_told() {
+fn two_depths_are_drawn_on_the_surface_with_a_note() {
     for pen_z in [None, Some(-0.2)] {
-        let (plan, notes) = laid(TWO, |setup| setup.placement.pen_z = pen_z);
+        let (plan, notes) = placed_with_notes(TWO_DEPTHS, |setup| setup.placement.pen_z = pen_z);
         assert!((drawn(&plan) - 190.0).abs() < 0.01, "{}", drawn(&plan));
         assert_eq!(lowest(&plan), SURFACE);
         assert_eq!(
-            told(&notes),
+            depth_notes(&notes),
             "the pen draws all depths on the surface: 50 mm at Z-0.2, 140 mm at Z-3"
         );
     }
     // The touching Z may be that of the deepest lines.
-    assert!((drawn(&placed(TWO, Some(-3.0))) - 140.0).abs() < 0.01);
-    let (plan, notes) = laid(TWO, |setup| setup.depths = Depths::Keep);
+    assert!((drawn(&placed(TWO_DEPTHS, Some(-3.0))) - 140.0).abs() < 0.01);
+    let (plan, notes) = placed_with_notes(TWO_DEPTHS, |setup| setup.depths = Depths::Keep);
     assert!((lowest(&plan) - (SURFACE - 2.8)).abs() < 1e-3);
-    assert!(told(&notes).is_empty(), "{notes:?}");
+    assert!(depth_notes(&notes).is_empty(), "{notes:?}");
 }
 
 #[test]
 fn size_of_two_depths_is_that_of_all_of_them() {
-    let (plan, notes) = laid(TWO, |setup| setup.placement.scale = 0.5);
+    let (plan, notes) = placed_with_notes(TWO_DEPTHS, |setup| setup.placement.scale = 0.5);
     assert!((drawn(&plan) - 95.0).abs() < 0.01);
     assert!(
-        told(&notes).contains("25 mm at Z-0.2, 70 mm at Z-3"),
+        depth_notes(&notes).contains("25 mm at Z-0.2, 70 mm at Z-3"),
         "{notes:?}"
     );
 }
@@ -125,15 +125,15 @@ fn size_of_two_depths_is_that_of_all_of_them() {
 fn passes_of_one_contour_are_drawn_once() {
     let pass = |z: &str| format!("G1 Z{z} F100\nG1 X40 Y0\nG1 X40 Y30\nG1 X0 Y30\nG1 X0 Y0\n");
     let passes = ["-1", "-2", "-3"].map(pass).concat();
-    let (plan, notes) = laid(&format!("G0 Z5\nG0 X0 Y0\n{passes}G0 Z5\n"), |_| {});
+    let (plan, notes) = placed_with_notes(&format!("G0 Z5\nG0 X0 Y0\n{passes}G0 Z5\n"), |_| {});
     assert!((drawn(&plan) - 140.0).abs() < 0.01, "{:?}", plan.steps);
     assert_eq!(
-        told(&notes),
+        depth_notes(&notes),
         "the pen draws all depths on the surface: 140 mm at Z-1; 280 mm that is cut again deeper is drawn once"
     );
     // The last pass leaves tabs: its pieces repeat existing lines.
     let tabs = "G1 Z-3\nG1 X15 Y0\nG0 Z5\nG0 X25\nG1 Z-3\nG1 X40 Y0\nG1 X40 Y30\nG0 Z5\n";
-    let (plan, _) = laid(&format!("G0 Z5\nG0 X0 Y0\n{}{tabs}", pass("-1")), |_| {});
+    let (plan, _) = placed_with_notes(&format!("G0 Z5\nG0 X0 Y0\n{}{tabs}", pass("-1")), |_| {});
     assert!((drawn(&plan) - 140.0).abs() < 0.01, "{:?}", plan.steps);
 }
 
@@ -158,27 +158,27 @@ fn relief_is_drawn_flat_in_few_steps() {
             text += &format!("G1 X{} Y{row} Z{z:.3}\n", f64::from(x) * 0.2);
         }
     }
-    let (plan, notes) = laid(&format!("{text}G0 Z2\n"), |_| {});
+    let (plan, notes) = placed_with_notes(&format!("{text}G0 Z2\n"), |_| {});
     assert_eq!(lowest(&plan), SURFACE);
     assert!((drawn(&plan) - 407.0).abs() < 1.0, "{}", drawn(&plan));
     assert!(plan.steps.len() < 60, "{}", plan.steps.len());
-    assert!(told(&notes).contains(" to Z-9.82"), "{notes:?}");
+    assert!(depth_notes(&notes).contains(" to Z-9.82"), "{notes:?}");
 }
 
 #[test]
 fn zero_at_the_bed_has_its_first_depth_above_0() {
-    let text = TWO
+    let text = TWO_DEPTHS
         .replace("Z-0.2", "Z5.8")
         .replace("Z-3", "Z3")
         .replace("Z5\n", "Z11\n");
-    let (plan, notes) = laid(&text, |_| {});
+    let (plan, notes) = placed_with_notes(&text, |_| {});
     assert!(
         (drawn(&plan) - 190.0).abs() < 0.01,
         "{notes:?} {:?}",
         plan.steps
     );
     assert!(
-        told(&notes).contains("50 mm at Z5.8, 140 mm at Z3"),
+        depth_notes(&notes).contains("50 mm at Z5.8, 140 mm at Z3"),
         "{notes:?}"
     );
 }
@@ -200,19 +200,19 @@ fn feed_moves_at_the_height_of_travel_draw_nothing() {
 #[test]
 fn holes_of_several_depths_are_dots() {
     let text = "G0 Z5\nG0 X0 Y0\nG1 Z-1 F100\nG0 Z5\nG0 X10\nG1 Z-3\nG0 Z5\nG0 X20\nG1 Z-1\nG0 Z0\nG1 Z-2\nG0 Z5\n";
-    let (plan, notes) = laid(text, |_| {});
+    let (plan, notes) = placed_with_notes(text, |_| {});
     let dots = plan.steps.iter().filter_map(|step| step.action.target());
     let dots: Vec<_> = dots.filter(|[_, _, z]| *z <= SURFACE).collect();
     assert_eq!(dots.len(), 3, "{:?} {notes:?}", plan.steps);
 }
 
 #[test]
-fn program_that_is_nearly_all_travel_says_so() {
+fn program_of_nearly_only_travel_is_noted() {
     let mut text = "G0 Z2\nG0 X0 Y0\nG1 Z-9 F900\nG1 X2\n".to_owned();
     for nth in 0..100 {
         text += &format!("G1 X{} Y{} Z-{}\n", nth % 30, nth % 20, 1 + nth % 3);
     }
-    let (plan, notes) = laid(&text, |setup| setup.placement.pen_z = Some(-9.0));
+    let (plan, notes) = placed_with_notes(&text, |setup| setup.placement.pen_z = Some(-9.0));
     assert!(
         notes
             .iter()

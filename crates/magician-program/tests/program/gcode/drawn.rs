@@ -8,7 +8,7 @@ use magician::sim::{Controller, Profile, Scenario, World};
 use magician::{Options, ToolBias, VirtualArm};
 use magician_protocol::commands::EndEffectorParams;
 
-use super::{LASER, PEN, try_read};
+use super::{LASER_SAMPLE, PEN_SAMPLE, try_read};
 
 /// Largest difference between the marks and the drawing, mm.
 const TOLERANCE: f64 = 0.05;
@@ -35,7 +35,7 @@ fn run(text: &str, tool: &str, bias: ToolBias) -> Drawing {
 }
 
 /// Distance of a point from a polyline.
-fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
+fn distance_to_line(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
     let sides = line.iter().zip(line.iter().skip(1));
     let distances = sides.map(|(a, b)| {
         let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
@@ -52,7 +52,7 @@ fn off(point: [f64; 2], line: &[[f64; 2]]) -> f64 {
 }
 
 /// Largest distance of a point of either line from the other.
-fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
+fn largest_distance(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
     let finely = |line: &[[f64; 2]]| -> Vec<[f64; 2]> {
         let sides = line.windows(2);
         let points = sides.flat_map(|side| {
@@ -65,7 +65,9 @@ fn apart(one: &[[f64; 2]], other: &[[f64; 2]]) -> f64 {
         points.collect()
     };
     let one_way = |from: &[[f64; 2]], to: &[[f64; 2]]| {
-        let distances = finely(from).into_iter().map(|point| off(point, to));
+        let distances = finely(from)
+            .into_iter()
+            .map(|point| distance_to_line(point, to));
         distances.fold(0.0, f64::max)
     };
     f64::max(one_way(one, other), one_way(other, one))
@@ -80,8 +82,8 @@ fn round(centre: [f64; 2], radius: f64, from: f64, to: f64) -> impl Iterator<Ite
 }
 
 #[test]
-fn the_pen_sample_leaves_its_outline() {
-    let drawing = run(PEN, "pen", ToolBias::PEN);
+fn pen_sample_leaves_its_outline() {
+    let drawing = run(PEN_SAMPLE, "pen", ToolBias::PEN);
     let [stroke] = drawing.strokes() else {
         panic!("{} strokes", drawing.strokes().len())
     };
@@ -89,18 +91,18 @@ fn the_pen_sample_leaves_its_outline() {
     outline.extend(round([240.0, 20.0], 20.0, 0.0, -0.75));
     outline.push([220.0, 40.0]);
     outline.extend(round([220.0, 10.0], 30.0, 0.25, 0.75));
-    let apart = apart(&stroke.points, &outline);
+    let apart = largest_distance(&stroke.points, &outline);
     println!("the pen sample: {apart:.4} mm");
     assert!(apart < TOLERANCE, "{apart}");
     assert!((stroke.points[0][0] - 220.0).hypot(stroke.points[0][1] + 20.0) < TOLERANCE);
 }
 
 #[test]
-fn the_laser_sample_leaves_its_pattern() {
-    let drawing = run(LASER, "laser", ToolBias::LASER);
+fn laser_sample_leaves_its_pattern() {
+    let drawing = run(LASER_SAMPLE, "laser", ToolBias::LASER);
     // Content of the file, read without a G-code reader.
     let (mut expected, mut at) = (Vec::new(), [0.0, 0.0]);
-    for line in LASER.lines().filter(|line| line.contains(" X")) {
+    for line in LASER_SAMPLE.lines().filter(|line| line.contains(" X")) {
         let word = |letter| {
             let mut words = line.split(' ').filter_map(|word| word.strip_prefix(letter));
             words
@@ -117,7 +119,7 @@ fn the_laser_sample_leaves_its_pattern() {
     assert_eq!(drawing.strokes().len(), expected.len());
     for (stroke, line) in drawing.strokes().iter().zip(&expected) {
         assert!((stroke.power - 100.0).abs() < 1e-9);
-        let apart = apart(&stroke.points, line);
+        let apart = largest_distance(&stroke.points, line);
         assert!(apart < TOLERANCE, "{line:?}: {:?}, {apart}", stroke.points);
     }
 }
@@ -132,7 +134,7 @@ fn arcs_of_a_laser_are_as_round_as_those_of_a_pen() {
         .flat_map(|stroke| stroke.points.clone())
         .collect();
     let circle: Vec<_> = round([230.0, 0.0], 20.0, 0.0, -1.0).collect();
-    let apart = apart(&burnt, &circle);
+    let apart = largest_distance(&burnt, &circle);
     println!("a circle of the laser: {apart:.4} mm");
     assert!(apart < TOLERANCE + 0.01, "{apart}");
 }

@@ -10,7 +10,7 @@ use proptest::prelude::*;
 use super::{diagnostic, try_read, try_with};
 
 #[test]
-fn what_is_wrong_says_where_and_why() {
+fn errors_have_origin_and_reason() {
     for (text, message) in [
         ("G1 X", "line 1, column 4: X has no number"),
         ("G1 Xnan", "line 1, column 4: X has no number"),
@@ -107,7 +107,7 @@ fn what_is_wrong_says_where_and_why() {
 }
 
 #[test]
-fn the_place_of_a_problem_is_what_is_wrong() {
+fn origin_of_an_error_is_the_faulty_word() {
     let text = "G21\n(größer) G1 X220 Y1e999 Z1";
     let diagnostic = try_read(text).expect_err("it is wrong");
     let range = Lines::new(text).range(&diagnostic.origin).expect("a place");
@@ -177,7 +177,7 @@ fn accepted_or_refused(text: &str) -> bool {
 }
 
 #[test]
-fn the_laser_is_off_on_the_way_to_the_beginning() {
+fn laser_is_off_on_the_way_to_the_beginning() {
     // A circle from an unknown position before the first position.
     assert!(accepted_or_refused(
         "M4 S1\nG2 I0.000 J0.423\nG1X180.00Y0.00\n"
@@ -185,7 +185,7 @@ fn the_laser_is_off_on_the_way_to_the_beginning() {
 }
 
 #[test]
-fn the_programs_of_the_property_are_of_both_kinds() {
+fn generated_programs_include_accepted_and_refused_ones() {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
     let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
@@ -211,19 +211,19 @@ fn the_programs_of_the_property_are_of_both_kinds() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     #[test]
-    fn any_program_stays_within_limits_or_is_refused(text in program()) {
+    fn program_stays_within_limits_or_is_refused(text in program()) {
         accepted_or_refused(&text);
     }
 }
 
 proptest! {
     #[test]
-    fn arbitrary_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+    fn parser_survives_arbitrary_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let _ = read(Format::Gcode, &bytes, &ReadOptions::default());
     }
 
     #[test]
-    fn lines_of_nearly_words_never_panic(
+    fn parser_survives_malformed_words(
         text in "([GMXYZIJKRSFPEN%;()*/.# \n+-]{0,3}[0-9]{0,5}(\\.[0-9]{0,2})?){0,60}"
     ) {
         if let Ok((plan, _)) = try_read(&text) {

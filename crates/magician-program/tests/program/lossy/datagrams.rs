@@ -13,15 +13,15 @@ use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_protocol::NoArgs;
 
 /// Microseconds in a second.
-const SECOND: u64 = 1_000_000;
+const MICROS_PER_SECOND: u64 = 1_000_000;
 /// Duration from which a plan counts as endless, s.
-const LONGEST: u64 = 3600;
+const ENDLESS_SECONDS: u64 = 3600;
 /// Largest number of times that an interrupted stream is resumed.
-const MOST_TURNS: usize = 50;
+const MAX_RESUMES: usize = 50;
 
 /// Result of the run.
 #[derive(Debug)]
-pub(crate) struct Came {
+pub(crate) struct StreamOutcome {
     pub(crate) drawing: Drawing,
     /// Cause of the stop, and the number of commands taken by then; `None` at a normal end.
     pub(crate) stopped: Option<(StreamFailure, u64)>,
@@ -53,14 +53,14 @@ fn items(plan: &Plan) -> Result<Vec<Item>, magician::Error> {
 }
 
 /// Runs a plan over this line.
-pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error> {
+pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<StreamOutcome, magician::Error> {
     let mut pair = Pair::new(Settings::DATAGRAMS, faults, faults.seed);
     pair.arm = stage(plan, &RehearseOptions::default())?;
-    greet(&mut pair);
+    connect(&mut pair);
     let mut items = items(plan)?.into_iter().peekable();
     let mut stream = Stream::new(StreamSettings::default());
     let (mut resumed, mut taken, mut stopped) = (0, 0, None);
-    while stopped.is_none() && !stream.is_over() && pair.now < LONGEST * SECOND {
+    while stopped.is_none() && !stream.is_over() && pair.now < ENDLESS_SECONDS * MICROS_PER_SECOND {
         while stream.room() > 0
             && let Some(item) = items.next_if(|_| true)
         {
@@ -71,7 +71,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
         if items.peek().is_none() {
             stream.finish();
         }
-        turn(&mut pair, &mut stream);
+        exchange(&mut pair, &mut stream);
         while let Some(event) = stream.poll_event() {
             match event {
                 StreamEvent::Sent { accepted, .. } => taken = accepted,
@@ -83,7 +83,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
             StreamFailure::Request(Failure::Uncertain { .. } | Failure::Timeout { .. }),
             _,
         )) = stopped
-            && resumed < MOST_TURNS
+            && resumed < MAX_RESUMES
         {
             (stopped, resumed) = (None, resumed + 1);
             let settings = StreamSettings::default();
@@ -93,9 +93,9 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     }
     let lasted = pair.now;
     pair.set_faults(Faults::NONE);
-    let later = pair.now + 60 * SECOND;
+    let later = pair.now + 60 * MICROS_PER_SECOND;
     pair.run_until(later);
-    Ok(Came {
+    Ok(StreamOutcome {
         drawing: pair.arm.drawing(),
         stopped,
         resumed,
@@ -106,20 +106,20 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
 }
 
 /// Reads the state of the arm at rest, as every new connection does; a missing reply is tolerated.
-fn greet(pair: &mut Pair) {
+fn connect(pair: &mut Pair) {
     let looks = [
         Request::get::<QueuedCmdLeftSpace>(&NoArgs),
         Request::get::<QueuedCmdCurrentIndex>(&NoArgs),
     ];
     for look in looks.into_iter().flatten() {
-        let _ = pair.ask(look, 3 * SECOND);
+        let _ = pair.ask(look, 3 * MICROS_PER_SECOND);
     }
 }
 
 /// Processes everything up to the next event.
-fn turn(pair: &mut Pair, stream: &mut Stream) {
+fn exchange(pair: &mut Pair, stream: &mut Stream) {
     stream.advance(pair.now, &mut pair.host);
-    let end = pair.now + 10 * SECOND;
+    let end = pair.now + 10 * MICROS_PER_SECOND;
     let due = stream.poll_timeout().unwrap_or(end);
     pair.step(due.clamp(pair.now, end));
     while pair.arm.poll_event().is_some() {}

@@ -6,16 +6,16 @@ use magician::sim::world::{Drawing, StrokeKind};
 
 /// Largest deviation of a line from itself when it is followed in other steps, mm: the accuracy of
 /// a drawing's corners.
-pub(crate) const TRUE: f64 = 0.02;
+pub(crate) const CORNER_ACCURACY: f64 = 0.02;
 /// Largest distance of equal points, mm.
-const SAME: f64 = 1e-6;
+const POINT_TOLERANCE: f64 = 1e-6;
 /// Sampling distance along a line, mm.
-const LOOKS: f64 = 0.1;
+const SAMPLE_STEP: f64 = 0.1;
 
 /// Width of the cells used to search the nearest piece, mm.
-const CELL: f64 = 1.0;
+const CELL_WIDTH: f64 = 1.0;
 /// Largest distance computed, mm; everything farther counts as this far.
-const FARTHEST: f64 = 8.0;
+const MAX_DISTANCE: f64 = 8.0;
 
 /// Straight piece of ink.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +28,7 @@ struct Piece {
 
 impl Piece {
     fn length(&self) -> f64 {
-        apart(self.from, self.to)
+        distance(self.from, self.to)
     }
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Ink {
     upto: Vec<f64>,
 }
 
-fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
@@ -76,15 +76,15 @@ impl Ink {
         let next = begun.clamp(1, self.pieces.len().max(1)) - 1;
         let piece = self.pieces.get(next)?;
         let begun = self.upto.get(next).copied().unwrap_or(length);
-        let share = ((length - begun) / piece.length().max(SAME)).clamp(0.0, 1.0);
+        let share = ((length - begun) / piece.length().max(POINT_TOLERANCE)).clamp(0.0, 1.0);
         Some([0, 1].map(|axis| piece.from[axis] + share * (piece.to[axis] - piece.from[axis])))
     }
 
     /// True if both have the same strokes to the millionth of a millimetre, however often they were
     /// interrupted and continued at the same place.
-    pub(crate) fn is_the_same(&self, other: &Self) -> bool {
+    pub(crate) fn equals(&self, other: &Self) -> bool {
         let (one, two) = (self.joined(), other.joined());
-        let same = |a: [f64; 2], b: [f64; 2]| apart(a, b) <= SAME;
+        let same = |a: [f64; 2], b: [f64; 2]| distance(a, b) <= POINT_TOLERANCE;
         one.len() == two.len()
             && one.iter().zip(&two).all(|(one, two)| {
                 one.kind == two.kind
@@ -99,8 +99,12 @@ impl Ink {
     pub(crate) fn beyond(&self, other: &Self, within: f64) -> (f64, f64) {
         let cells = Cells::of(other);
         let (mut length, mut worst) = (0.0, 0.0_f64);
-        for piece in self.pieces.iter().filter(|piece| piece.length() > SAME) {
-            let looks = (piece.length() / LOOKS).ceil();
+        for piece in self
+            .pieces
+            .iter()
+            .filter(|piece| piece.length() > POINT_TOLERANCE)
+        {
+            let looks = (piece.length() / SAMPLE_STEP).ceil();
             for nth in 0..looks as u64 {
                 let share = (nth as f64 + 0.5) / looks;
                 let off = cells.distance(piece.at(share));
@@ -118,9 +122,13 @@ impl Ink {
     /// Pieces, with those on a straight line merged.
     fn joined(&self) -> Vec<Piece> {
         let mut joined: Vec<Piece> = Vec::new();
-        for piece in self.pieces.iter().filter(|piece| piece.length() > SAME) {
+        for piece in self
+            .pieces
+            .iter()
+            .filter(|piece| piece.length() > POINT_TOLERANCE)
+        {
             match joined.last_mut() {
-                Some(last) if last.goes_on_with(piece) => last.to = piece.to,
+                Some(last) if last.continues_in(piece) => last.to = piece.to,
                 _ => joined.push(*piece),
             }
         }
@@ -129,18 +137,18 @@ impl Ink {
 
     /// Largest distance from the beginning of another drawing, mm; `None` if it is longer than
     /// that.
-    pub(crate) fn off_the_beginning_of(&self, whole: &Self) -> Option<f64> {
-        if self.length() > whole.length() + TRUE {
+    pub(crate) fn distance_from_beginning_of(&self, whole: &Self) -> Option<f64> {
+        if self.length() > whole.length() + CORNER_ACCURACY {
             return None;
         }
-        let looks = (self.length() / LOOKS).ceil() as u64;
+        let looks = (self.length() / SAMPLE_STEP).ceil() as u64;
         let off = (0..=looks).filter_map(|nth| {
-            let length = (nth as f64 * LOOKS).min(self.length());
+            let length = (nth as f64 * SAMPLE_STEP).min(self.length());
             // Rounding adds up along a curve, so the nearest position around there counts.
             let at = self.at(length)?;
-            let near =
-                (-4..=4).filter_map(|shift| whole.at(length + f64::from(shift) * TRUE / 2.0));
-            near.map(|there| apart(at, there)).min_by(f64::total_cmp)
+            let near = (-4..=4)
+                .filter_map(|shift| whole.at(length + f64::from(shift) * CORNER_ACCURACY / 2.0));
+            near.map(|there| distance(at, there)).min_by(f64::total_cmp)
         });
         Some(off.fold(0.0, f64::max))
     }
@@ -153,7 +161,7 @@ struct Cells<'i> {
 }
 
 fn cell(at: [f64; 2]) -> [i64; 2] {
-    at.map(|at| (at / CELL).floor() as i64)
+    at.map(|at| (at / CELL_WIDTH).floor() as i64)
 }
 
 impl<'i> Cells<'i> {
@@ -170,13 +178,13 @@ impl<'i> Cells<'i> {
         Self { ink, cells }
     }
 
-    /// Distance of a position from the nearest piece, at most [`FARTHEST`].
+    /// Distance of a position from the nearest piece, at most [`MAX_DISTANCE`].
     fn distance(&self, at: [f64; 2]) -> f64 {
         let [x, y] = cell(at);
-        let mut nearest = FARTHEST;
+        let mut nearest = MAX_DISTANCE;
         let mut ring = 0_i64;
         // Everything beyond this many rings of cells is farther away.
-        while (ring as f64 - 1.0) * CELL < nearest {
+        while (ring as f64 - 1.0) * CELL_WIDTH < nearest {
             for dx in -ring..=ring {
                 for dy in -ring..=ring {
                     if dx.abs().max(dy.abs()) < ring {
@@ -201,15 +209,15 @@ impl Piece {
     fn distance(&self, at: [f64; 2]) -> f64 {
         let way = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let along = (at[0] - self.from[0]) * way[0] + (at[1] - self.from[1]) * way[1];
-        let share = along / self.length().powi(2).max(SAME * SAME);
-        apart(at, self.at(share.clamp(0.0, 1.0)))
+        let share = along / self.length().powi(2).max(POINT_TOLERANCE * POINT_TOLERANCE);
+        distance(at, self.at(share.clamp(0.0, 1.0)))
     }
 
-    fn goes_on_with(&self, next: &Self) -> bool {
+    fn continues_in(&self, next: &Self) -> bool {
         let way = self.length() + next.length();
         self.kind == next.kind
             && self.power == next.power
-            && apart(self.to, next.from) <= SAME
-            && way - apart(self.from, next.to) <= SAME * way.max(1.0)
+            && distance(self.to, next.from) <= POINT_TOLERANCE
+            && way - distance(self.from, next.to) <= POINT_TOLERANCE * way.max(1.0)
     }
 }

@@ -20,22 +20,22 @@ use magician_program::{Action, Continuation, Plan, Step};
 use tokio::time::{Instant, sleep};
 
 /// Timing of a serial line: baud rate, and reply time of the arm, us.
-const SERIAL: LineTiming = LineTiming {
+const SERIAL_TIMING: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: Duration::from_millis(1),
 };
 /// Largest number of times that an interrupted run is resumed.
-const MOST_TURNS: usize = 200;
+const MAX_RESUMES: usize = 200;
 /// Largest number of times for the same cause, which a reconnected line does not fix.
-const SAME_REASON: usize = 5;
+const MAX_RESUMES_PER_CAUSE: usize = 5;
 /// Time for which an arm is left alone to finish its queue.
-const QUIET: Duration = Duration::from_secs(2);
+const QUIET_TIME: Duration = Duration::from_secs(2);
 /// Largest distance of the arm from its expected position, mm.
-const NEAR: f64 = 0.5;
+const POSITION_TOLERANCE: f64 = 0.5;
 
 /// Line with its faults.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Trouble {
+pub(crate) struct FaultSetup {
     pub(crate) faults: Faults,
     pub(crate) window: usize,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Outcome {
 }
 
 /// Runs a future on a clock that jumps.
-pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
+pub(crate) fn on_virtual_clock<T>(work: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .start_paused(true)
@@ -73,7 +73,7 @@ pub(crate) fn on_a_jumping_clock<T>(work: impl Future<Output = T>) -> T {
 /// Arm for a plan at the end of a serial line, faster than real time by this factor.
 fn cell(plan: &Plan, pace: f64) -> Result<VirtualArm, Error> {
     let arm = stage(plan, &RehearseOptions::default())?;
-    Ok(Runner::new(arm, Speed::Times(pace), SERIAL).into())
+    Ok(Runner::new(arm, Speed::Times(pace), SERIAL_TIMING).into())
 }
 
 fn drawn(cell: &VirtualArm) -> Drawing {
@@ -82,20 +82,20 @@ fn drawn(cell: &VirtualArm) -> Drawing {
 
 /// Runs a plan over a faulty line. Interrupted runs are resumed; a run that ended is resumed from a
 /// step over a good line, if the step is known.
-pub(crate) async fn draw(plan: &Plan, trouble: Trouble) -> Result<Outcome, Error> {
+pub(crate) async fn draw(plan: &Plan, trouble: FaultSetup) -> Result<Outcome, Error> {
     draw_at(plan, trouble, 1.0).await
 }
 
 /// Like [`draw`], with an arm that is faster than the host assumes by this factor, so that its
 /// queue runs empty early.
-pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<Outcome, Error> {
+pub(crate) async fn draw_at(plan: &Plan, trouble: FaultSetup, pace: f64) -> Result<Outcome, Error> {
     let cell = cell(plan, pace)?;
     let options = (Options::default())
         .window(trouble.window)
         .faults(trouble.faults);
     let arm = connected(&cell, &options).await?;
     let start = start_of(&stage(plan, &RehearseOptions::default())?);
-    let mut ride = Ride::of(plan, start.clone(), trouble.window);
+    let mut ride = ResumedRun::of(plan, start.clone(), trouble.window);
     let pulled = Rc::clone(&ride.pulled);
     let commands = (plan.commands()).inspect(move |_| pulled.set(pulled.get() + 1));
     let mut run = arm.start(commands).along(start);
@@ -121,7 +121,7 @@ pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<
         drop(arm);
         outcome.drawing = still(&cell).await;
         let arm = Arm::simulated(cell.clone(), Options::default()).await?;
-        ride.go_on(&arm, &cell, &mut outcome).await?;
+        ride.resume(&arm, &cell, &mut outcome).await?;
     }
     Ok(outcome)
 }
@@ -145,7 +145,7 @@ async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
 /// Drawing once the arm is at rest.
 async fn still(cell: &VirtualArm) -> Drawing {
     loop {
-        sleep(QUIET).await;
+        sleep(QUIET_TIME).await;
         let state = cell.state();
         let queue = state.queue;
         let has_work = queue.running.is_some() || queue.waiting > 0;
@@ -157,7 +157,7 @@ async fn still(cell: &VirtualArm) -> Drawing {
 }
 
 /// Progress of a plan, recorded as `magician run` does.
-struct Ride<'p> {
+struct ResumedRun<'p> {
     plan: &'p Plan,
     start: Preflight,
     counter: StepCounter,
@@ -167,7 +167,7 @@ struct Ride<'p> {
     pulled: Rc<Cell<u64>>,
 }
 
-impl<'p> Ride<'p> {
+impl<'p> ResumedRun<'p> {
     fn of(plan: &'p Plan, start: Preflight, window: usize) -> Self {
         let lit = |step: &Step| match step.action {
             Action::Burn { power, .. } => power > 0.0,
@@ -195,8 +195,8 @@ impl<'p> Ride<'p> {
         between: &mut Vec<Drawing>,
     ) -> Result<Ran, Error> {
         let (mut told, mut again) = (None, 0);
-        for _ in 0..MOST_TURNS {
-            let error = match self.turn(run).await {
+        for _ in 0..MAX_RESUMES {
+            let error = match self.run_once(run).await {
                 Ok(ran) => return Ok(ran),
                 Err(error) => error,
             };
@@ -210,7 +210,7 @@ impl<'p> Ride<'p> {
             } else {
                 0
             };
-            if !may_go_on || again > SAME_REASON {
+            if !may_go_on || again > MAX_RESUMES_PER_CAUSE {
                 return Err(error);
             }
             self.why.push(says.clone());
@@ -219,7 +219,7 @@ impl<'p> Ride<'p> {
             // A line that stays down shows when the run is resumed.
             let _ = arm.reconnected().await;
         }
-        self.turn(run).await
+        self.run_once(run).await
     }
 
     async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
@@ -245,7 +245,7 @@ impl<'p> Ride<'p> {
     }
 
     /// Resumes a run that is over, at the place that the arm reports.
-    async fn go_on(
+    async fn resume(
         &mut self,
         arm: &Arm,
         cell: &VirtualArm,
@@ -296,7 +296,7 @@ impl<'p> Ride<'p> {
             let _ = course.check(&command);
         }
         let (at, stands) = (course.arm()?.pose, now.arm()?.pose);
-        Some(at.distance_to(&stands) <= NEAR)
+        Some(at.distance_to(&stands) <= POSITION_TOLERANCE)
     }
 }
 

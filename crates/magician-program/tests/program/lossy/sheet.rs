@@ -8,7 +8,7 @@ use magician::sim::world::Drawing;
 use super::ink::Ink;
 
 /// Deviation that cannot be seen, mm: half the arm's repeatability.
-pub(crate) const NEAR: f64 = 0.1;
+pub(crate) const INVISIBLE_DEVIATION: f64 = 0.1;
 
 /// A drawing made over a lossy line.
 pub(crate) struct Passage<'d> {
@@ -45,7 +45,7 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    pub(crate) const HEAD: &'static str = "| line | runs | done | done and wrong | missing, mm | too much, mm | off, mm | \
+    pub(crate) const TABLE_HEAD: &'static str = "| line | runs | done | done and wrong | missing, mm | too much, mm | off, mm | \
          length, mm | slowest |\n|---|---|---|---|---|---|---|---|---|";
 
     pub(crate) fn new(name: impl Into<String>) -> Self {
@@ -63,8 +63,8 @@ impl Row {
         }
         self.done += 1;
         let (right, drawn) = (Ink::of(passage.right), Ink::of(passage.drawn));
-        let (missing, hole) = right.beyond(&drawn, NEAR);
-        let (extra, stray) = drawn.beyond(&right, NEAR);
+        let (missing, hole) = right.beyond(&drawn, INVISIBLE_DEVIATION);
+        let (extra, stray) = drawn.beyond(&right, INVISIBLE_DEVIATION);
         let longer = drawn.length() - right.length();
         let slow = passage.took.as_secs_f64() / passage.usual.as_secs_f64().max(1e-3);
         self.missing = self.missing.max(missing);
@@ -72,7 +72,7 @@ impl Row {
         self.off = self.off.max(hole).max(stray);
         self.longer = self.longer.max(longer.abs());
         self.slowest = self.slowest.max(slow);
-        let wrong = missing > 0.0 || extra > 0.0 || longer.abs() > NEAR;
+        let wrong = missing > 0.0 || extra > 0.0 || longer.abs() > INVISIBLE_DEVIATION;
         self.wrong += u64::from(wrong);
         wrong.then(|| {
             format!(

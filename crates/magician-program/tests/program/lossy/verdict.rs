@@ -7,24 +7,24 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::Plan;
 use magician_program::rehearse::{RehearseOptions, rehearse};
 
-use super::ink::{Ink, TRUE};
-use super::rig::{Outcome, Trouble};
+use super::ink::{CORNER_ACCURACY, Ink};
+use super::rig::{FaultSetup, Outcome};
 
 /// Largest distance of matching lines in two pictures, mm: accuracy of drawings, and a pixel's
 /// diagonal.
-const MATCHES: f64 = TRUE + 0.071;
+const MATCH_TOLERANCE: f64 = CORNER_ACCURACY + 0.071;
 
 /// Largest deviation of a drawing, mm: above window 1 a line may skip a lost vertex on it.
-fn true_to(window: usize) -> f64 {
+fn tolerance_at(window: usize) -> f64 {
     match window {
-        1 => TRUE,
-        _ => TRUE + LINE_TOLERANCE,
+        1 => CORNER_ACCURACY,
+        _ => CORNER_ACCURACY + LINE_TOLERANCE,
     }
 }
 
 /// Result of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Came {
+pub(crate) enum Verdict {
     /// Identical strokes.
     Same,
     /// Same lines, within the accuracy of a drawing.
@@ -54,16 +54,16 @@ pub(crate) fn drawn(plan: &Plan, steps: Option<u64>) -> Drawing {
 pub(crate) fn judge(
     plan: &Plan,
     whole: &Drawing,
-    trouble: Trouble,
+    trouble: FaultSetup,
     outcome: &Outcome,
-) -> Result<Came, String> {
+) -> Result<Verdict, String> {
     let all = Ink::of(whole);
     let ink = Ink::of(&outcome.drawing);
     for part in &outcome.between {
         is_begun(&all, part, trouble).map_err(|why| format!("when interrupted: {why}"))?;
     }
     let Err(error) = &outcome.end else {
-        return ended(&all, &ink, whole, outcome, trouble);
+        return judge_success(&all, &ink, whole, outcome, trouble);
     };
     is_begun(&all, &outcome.drawing, trouble)?;
     let steps = outcome.steps.ok_or("nobody knows where it stopped")?;
@@ -74,25 +74,25 @@ pub(crate) fn judge(
         let [least, most] =
             [certain, steps.most].map(|steps| Ink::of(&drawn(plan, Some(steps))).length());
         let found = ink.length();
-        if found < least - TRUE || found > most + TRUE {
+        if found < least - CORNER_ACCURACY || found > most + CORNER_ACCURACY {
             return Err(format!(
                 "{steps:?} leave {least:.3} to {most:.3} mm, and there are {found:.3} ({error})"
             ));
         }
     }
     let Some((step, rest)) = &outcome.rest else {
-        return Ok(Came::Stopped);
+        return Ok(Verdict::Stopped);
     };
     let more = Ink::of(rest).length() - all.length();
     // The started part of the step may be drawn twice.
-    let twice = step_length(plan, *step) + 2.0 * TRUE;
-    if more > twice || more < -TRUE {
+    let twice = step_length(plan, *step) + 2.0 * CORNER_ACCURACY;
+    if more > twice || more < -CORNER_ACCURACY {
         return Err(format!(
             "gone on with from step {step}, {more:.3} mm are too much; of it {twice:.3} may be"
         ));
     }
-    match compare(&lines_of(whole), &lines_of(rest), MATCHES).matched {
-        matched if matched.is_good() => Ok(Came::Completed),
+    match compare(&lines_of(whole), &lines_of(rest), MATCH_TOLERANCE).matched {
+        matched if matched.is_good() => Ok(Verdict::Completed),
         matched => Err(format!(
             "gone on with from step {step} it is another one: {matched:?}"
         )),
@@ -100,22 +100,27 @@ pub(crate) fn judge(
 }
 
 /// Judges a run that reported success.
-fn ended(
+fn judge_success(
     all: &Ink,
     ink: &Ink,
     whole: &Drawing,
     outcome: &Outcome,
-    trouble: Trouble,
-) -> Result<Came, String> {
-    if ink.is_the_same(all) {
-        return Ok(Came::Same);
+    trouble: FaultSetup,
+) -> Result<Verdict, String> {
+    if ink.equals(all) {
+        return Ok(Verdict::Same);
     }
-    let matched = compare(&lines_of(whole), &lines_of(&outcome.drawing), MATCHES).matched;
+    let matched = compare(
+        &lines_of(whole),
+        &lines_of(&outcome.drawing),
+        MATCH_TOLERANCE,
+    )
+    .matched;
     let more = ink.length() - all.length();
-    let most = true_to(trouble.window);
-    let off = ink.off_the_beginning_of(all).unwrap_or(f64::INFINITY);
+    let most = tolerance_at(trouble.window);
+    let off = ink.distance_from_beginning_of(all).unwrap_or(f64::INFINITY);
     if matched.is_good() && more.abs() <= most && off <= most {
-        Ok(Came::Equal)
+        Ok(Verdict::Equal)
     } else {
         Err(format!(
             "another drawing: {more:.3} mm more, {off:.3} mm off, {matched:?}"
@@ -124,13 +129,13 @@ fn ended(
 }
 
 /// Checks that an unfinished drawing is the beginning of the whole.
-fn is_begun(all: &Ink, part: &Drawing, trouble: Trouble) -> Result<(), String> {
+fn is_begun(all: &Ink, part: &Drawing, trouble: FaultSetup) -> Result<(), String> {
     if part.is_empty() {
         return Ok(());
     }
     let ink = Ink::of(part);
-    match ink.off_the_beginning_of(all) {
-        Some(off) if off <= true_to(trouble.window) => Ok(()),
+    match ink.distance_from_beginning_of(all) {
+        Some(off) if off <= tolerance_at(trouble.window) => Ok(()),
         off => Err(format!(
             "{:.3} mm are not how it begins: {off:?}",
             ink.length()

@@ -112,7 +112,7 @@ impl<V> OptionFlags<V> {
             fields.insert("pens".to_owned(), pens);
         }
         let options = if has_preset {
-            SetupOptions::from_fields_of_some(&fields)
+            SetupOptions::from_partial_fields(&fields)
         } else {
             SetupOptions::from_fields(&fields)
         };

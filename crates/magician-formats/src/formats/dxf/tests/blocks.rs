@@ -54,7 +54,7 @@ fn blocks_are_inserted_turned_scaled_in_rows_and_within_one_another() {
 }
 
 #[test]
-fn blocks_that_unfold_to_too_much_are_refused() {
+fn blocks_that_expand_too_far_are_refused() {
     let mut words = "0 SECTION 2 BLOCKS 0 BLOCK 2 b0 0 POINT 10 0 20 0 0 ENDBLK".to_owned();
     for nth in 1..30 {
         let inner = format!("0 INSERT 2 b{} 10 0 20 0", nth - 1);

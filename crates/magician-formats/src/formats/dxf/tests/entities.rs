@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::*;
 
 #[test]
-fn chords_are_as_near_to_a_curve_as_the_tolerance() {
+fn chords_are_within_tolerance_of_the_curve() {
     for (words, centre, radius) in [
         ("0 CIRCLE 10 0 20 0 40 100", [0.0, 0.0], 100.0),
         ("0 ARC 10 5 20 5 40 1 50 300 51 60", [5.0, 5.0], 1.0),
@@ -61,7 +61,7 @@ fn ellipses_follow_their_axes() {
 }
 
 #[test]
-fn a_plane_seen_from_behind_is_mirrored() {
+fn reversed_extrusion_is_mirrored() {
     let points = entity("0 ARC 10 10 20 0 40 5 50 0 51 90 210 0 220 0 230 -1");
     assert!(near(points[0], [-15.0, 0.0]) && near(points[points.len() - 1], [-10.0, 5.0]));
     let points = entity("0 LWPOLYLINE 10 1 20 2 10 3 20 4 230 -1");
@@ -111,7 +111,7 @@ fn polylines_of_both_kinds_are_the_same() {
 }
 
 #[test]
-fn the_sheet_of_a_layout_is_drawn_where_there_is_nothing_else() {
+fn layout_sheet_is_drawn_if_model_space_is_empty() {
     let sheet = "0 LINE 67 1 10 0 20 0 11 9 21 0";
     let (strokes, notes) = entities(sheet);
     assert_eq!(strokes.len(), 1);
@@ -222,7 +222,7 @@ fn dots_faces_and_solids_are_lines() {
 }
 
 #[test]
-fn lines_that_meet_are_one() {
+fn touching_lines_are_joined() {
     let drawn = |words: &str| {
         let (strokes, _) = entities(words);
         let points = strokes.into_iter().map(|stroke| stroke.points);

@@ -12,7 +12,7 @@ fn is_length(stroke: &Stroke, length: f64) -> bool {
 }
 
 #[test]
-fn the_plate_is_as_it_was_drawn() {
+fn plate_sample_has_its_known_geometry() {
     let (artwork, notes) = drawn(PLATE.as_bytes());
     assert_eq!(artwork.bounds(), Some([[0.0, 0.0], [80.0, 50.0]]));
     assert_eq!(artwork.page, None);
@@ -63,7 +63,7 @@ fn the_plate_is_as_it_was_drawn() {
 }
 
 #[test]
-fn what_is_no_dxf_says_where() {
+fn non_dxf_error_has_an_origin() {
     let refusal = |text: &str| {
         let diagnostic = read(Format::Dxf, text.as_bytes(), &options()).unwrap_err();
         diagnostic.to_string()
@@ -154,7 +154,7 @@ fn binary_files_are_the_same_without_lines() {
 
 proptest! {
     #[test]
-    fn broken_drawings_are_refused_or_drawn(
+    fn damaged_drawings_are_refused_or_drawn(
         which in 0..3_usize,
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..8),
         moved in (any::<prop::sample::Index>(), any::<prop::sample::Index>()),

@@ -24,7 +24,7 @@ fn filled(words: &str) -> Artwork {
 }
 
 #[test]
-fn solid_hatches_are_areas_and_outlined_where_nothing_is_filled() {
+fn solid_hatches_are_areas_or_outlines_without_fill() {
     let words = format!("0 HATCH 10 0 20 0 30 0 2 SOLID 70 1 {SQUARE} 75 1 76 1");
     let (strokes, notes) = entities(&words);
     assert_eq!((strokes.len(), notes.len()), (1, 0));
@@ -99,7 +99,7 @@ fn boundaries_are_followed_along_their_edges() {
 }
 
 #[test]
-fn what_is_beyond_the_limit_of_an_insert_is_cut_off() {
+fn insert_is_clipped_at_its_boundary() {
     let words = |second: &str, on: u8| {
         file(&format!(
             "0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 BLOCKS 0 BLOCK 2 B \

@@ -67,7 +67,7 @@ fn a_text_stands_where_its_alignment_says() {
 }
 
 #[test]
-fn codes_of_texts_are_the_signs_they_stand_for() {
+fn text_codes_become_their_characters() {
     let same = |one: &str, other: &str| {
         let [one, other] = [one, other].map(|text| {
             let words = format!("0 TEXT 1 {text} 40 5 10 0 20 0");
@@ -121,7 +121,7 @@ fn lines_of_an_mtext_hang_at_its_attachment_point() {
 }
 
 #[test]
-fn codes_of_an_mtext_are_followed_and_not_written() {
+fn mtext_codes_are_applied_and_not_drawn() {
     let plain = |text: &str| {
         let rows = super::super::mtext::parsed(text, 2.0);
         let rows = rows.iter().map(|row| {
@@ -147,7 +147,7 @@ fn codes_of_an_mtext_are_followed_and_not_written() {
 }
 
 #[test]
-fn attributes_of_inserts_are_written_and_their_patterns_are_not() {
+fn insert_attributes_are_drawn_but_their_definitions_are_not() {
     let head = "0 SECTION 2 HEADER 9 $INSUNITS 70 4 0 ENDSEC 0 SECTION 2 BLOCKS \
         0 BLOCK 2 B 0 ATTDEF 2 TAG 1 x 40 5 10 0 20 0 70 0 0 ENDBLK 0 ENDSEC 0 SECTION 2 ENTITIES";
     let count = |words: &str| {

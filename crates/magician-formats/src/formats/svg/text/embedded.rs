@@ -24,7 +24,7 @@ use crate::lettering::{Glyphs, SvgFont};
 use crate::{Diagnostic, DiagnosticCode, Lines, font};
 
 /// Largest number of fonts per drawing. It bounds time, because each becomes a font file in memory.
-const MOST: usize = 256;
+const MAX_FONTS: usize = 256;
 
 /// Fonts in a drawing.
 #[derive(Clone, Default)]
@@ -49,7 +49,10 @@ impl FileFonts {
         let document = source::parse(text)?;
         let lines = Lines::new(text);
         let elements = document.descendants();
-        for node in elements.filter(|node| source::is(node, "font")).take(MOST) {
+        for node in elements
+            .filter(|node| source::is(node, "font"))
+            .take(MAX_FONTS)
+        {
             let face = node.children().find(|node| source::is(node, "font-face"));
             let Some(face) = face else { continue };
             let family = face.attribute("font-family").unwrap_or_default();
@@ -141,7 +144,7 @@ impl LaidFonts {
     /// Height of a capital of a font in the file, in units of its synthetic face.
     pub(super) fn cap_height(&self, face: ID) -> Option<f64> {
         let FileFont { font, .. } = self.of(face)?;
-        Some(font.cap_height() * measures::EM / font.em())
+        Some(font.cap_height() * measures::UNITS_PER_EM / font.em())
     }
 
     /// Creates a resolver that prefers fonts in the file.
@@ -164,7 +167,7 @@ impl LaidFonts {
                 select_font(font, database)
             }),
             select_fallback: Box::new(move |character, used, database| {
-                let ours = font::first(database).filter(|ours| !used.contains(ours));
+                let ours = font::first_face(database).filter(|ours| !used.contains(ours));
                 ours.or_else(|| select_fallback(character, used, database))
             }),
         }
@@ -207,7 +210,7 @@ impl StrokeCollector<'_> {
                 let Some(FileFont { family, font, .. }) = fonts.of(laid.font) else {
                     continue;
                 };
-                let scale = measures::EM / font.em();
+                let scale = measures::UNITS_PER_EM / font.em();
                 let to = place.to * matrix(laid.outline_transform()) * Affine::scale(scale);
                 let tolerance = self.close.tolerance / to.determinant().abs().sqrt();
                 let mut advance = 0.0;

@@ -2,22 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use crate::font::SPECK;
+use crate::font::SPECK_GLYPH;
 use crate::lettering::SvgFont;
 
 /// Units per em: the largest value that the format allows.
-pub(super) const EM: f64 = 16384.0;
+pub(super) const UNITS_PER_EM: f64 = 16384.0;
 /// Ascent, in these units.
 const ASCENT: i16 = 13107;
 /// Descent, in these units.
 const DESCENT: i16 = -3277;
 /// Size of a glyph in `glyf`, bytes. It is a speck, because usvg drops a text without any outline.
 /// Glyphs are aligned to four bytes.
-const GLYPH: usize = SPECK.len().next_multiple_of(4);
+const GLYPH_SIZE: usize = SPECK_GLYPH.len().next_multiple_of(4);
 
 /// Builds a font with the characters and advances of another one. `None` if that has no characters.
 pub(super) fn of(font: &SvgFont) -> Option<Vec<u8>> {
-    let scale = EM / font.em();
+    let scale = UNITS_PER_EM / font.em();
     let known = font.advances();
     let advances = known.map(|(character, advance)| {
         let advance = (advance * scale).round().clamp(0.0, f64::from(u16::MAX));
@@ -45,15 +45,19 @@ pub(super) fn of(font: &SvgFont) -> Option<Vec<u8>> {
     let mut glyf = Table::default();
     let mut loca = Table::default();
     for glyph in 0..u32::from(count) {
-        loca.long(glyph * GLYPH as u32);
-        glyf.0.extend(SPECK);
-        glyf.0.resize((glyph as usize + 1) * GLYPH, 0);
+        loca.long(glyph * GLYPH_SIZE as u32);
+        glyf.0.extend(SPECK_GLYPH);
+        glyf.0.resize((glyph as usize + 1) * GLYPH_SIZE, 0);
     }
-    loca.long(u32::from(count) * GLYPH as u32);
+    loca.long(u32::from(count) * GLYPH_SIZE as u32);
 
     let mut head = Table::default();
     head.long(0x1_0000).long(0x1_0000).long(0).long(0x5F0F_3CF5);
-    head.words(&[0, EM as u16]).long(0).long(0).long(0).long(0);
+    head.words(&[0, UNITS_PER_EM as u16])
+        .long(0)
+        .long(0)
+        .long(0)
+        .long(0);
     head.words(&[0, 0, 1, 1, 0, 8, 2, 1, 0]);
 
     let mut hhea = Table::default();

@@ -3,13 +3,13 @@
 use crate::{Artwork, Content, DiagnosticCode, Format, Parsed, ReadOptions, TextLines, read};
 
 /// Three letters with an em of 100: an open line (20 wide), a closed square and a space (50 wide).
-const FONT: &str = r#"<defs><font id="f" horiz-adv-x="50"><font-face font-family="Ours" units-per-em="100" ascent="80" descent="-20"/>
+const EMBEDDED_FONT: &str = r#"<defs><font id="f" horiz-adv-x="50"><font-face font-family="Ours" units-per-em="100" ascent="80" descent="-20"/>
 <glyph unicode="l" horiz-adv-x="20" d="M10 0V70"/><glyph unicode="o" d="M10 0H40V30H10Z"/><glyph unicode=" "/></font></defs>"#;
 
 fn svg(text: &str) -> String {
     // One unit is one millimetre.
     format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" viewBox="0 0 200 100">{FONT}{text}</svg>"#
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" viewBox="0 0 200 100">{EMBEDDED_FONT}{text}</svg>"#
     )
 }
 
@@ -45,7 +45,7 @@ fn near(found: &[[f64; 4]], wanted: &[[f64; 4]]) {
 }
 
 #[test]
-fn text_is_drawn_with_the_glyphs_of_the_file() {
+fn text_uses_the_glyphs_of_the_file() {
     let text = r#"<text x="10" y="90" font-size="20" font-family="Ours">lo l</text>"#;
     near(
         &lines(text),
@@ -62,7 +62,7 @@ fn text_is_drawn_with_the_glyphs_of_the_file() {
 }
 
 #[test]
-fn anchors_spans_and_turned_texts_count() {
+fn anchors_spans_and_rotated_texts_are_applied() {
     // 20 + 50 + 20 hundredths of 20 mm are 18 mm.
     let middle = r#"<text x="100" y="90" font-size="20" text-anchor="middle" style="font-family:'Ours',sans-serif">l<tspan font-size="20">o</tspan>l</text>"#;
     near(
@@ -78,7 +78,7 @@ fn anchors_spans_and_turned_texts_count() {
 }
 
 #[test]
-fn what_the_font_lacks_is_written_in_single_lines() {
+fn missing_glyphs_are_written_in_single_lines() {
     let text = r#"<text x="10" y="90" font-size="20" font-family="Ours">lXo</text>"#;
     let (artwork, parsed) = parsed(text, &ReadOptions::default());
     // The strokes of the X are as high as a capital of the font, and the next letter follows it.
@@ -103,7 +103,7 @@ fn what_the_font_lacks_is_written_in_single_lines() {
 }
 
 #[test]
-fn weights_and_styles_of_a_family_are_told_apart() {
+fn weights_and_styles_of_a_family_are_distinguished() {
     let bold = r#"<font horiz-adv-x="50"><font-face font-family="Ours" font-weight="bold" units-per-em="100"/><glyph unicode="l" d="M20 0V70"/></font>"#;
     let text = |weight: &str| {
         format!(
@@ -126,7 +126,7 @@ fn closed_letters_are_filled_and_single_lines_are_not() {
 }
 
 #[test]
-fn single_lines_of_the_file_stay_where_all_text_is_to_be_of_single_lines() {
+fn single_line_font_of_the_file_is_kept_if_all_text_is_single_line() {
     let options = ReadOptions {
         text_lines: TextLines::Stroke,
         ..ReadOptions::default()
@@ -138,7 +138,7 @@ fn single_lines_of_the_file_stay_where_all_text_is_to_be_of_single_lines() {
 }
 
 #[test]
-fn a_font_that_cannot_be_read_is_told_and_others_write() {
+fn unreadable_font_is_noted_and_another_font_is_used() {
     let broken = r#"<font><font-face font-family="Broken"/><glyph unicode="l" d="M0 0 L"/></font>
 <font><font-face font-family="Empty"/></font><font><font-face/></font>"#;
     let text =

@@ -7,11 +7,11 @@ use std::io::Read;
 use flate2::read::MultiGzDecoder;
 
 use crate::Diagnostic;
-use crate::formats::content::GZIP;
+use crate::formats::content::GZIP_MAGIC;
 
 /// Unpacks a gzip file of at most `largest` bytes. Other bytes are returned as they are.
-pub(crate) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
-    if !bytes.starts_with(&GZIP) {
+pub(crate) fn unpack(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
+    if !bytes.starts_with(&GZIP_MAGIC) {
         return Ok(bytes.into());
     }
     let mut unpacked = Vec::new();

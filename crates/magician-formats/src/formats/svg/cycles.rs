@@ -12,14 +12,14 @@ use super::cost::{references, style_sheets};
 use super::source::is;
 
 /// Elements that usvg follows wherever they are referenced.
-const FOLLOWED: [&str; 2] = ["clipPath", "mask"];
+const FOLLOWED_ELEMENTS: [&str; 2] = ["clipPath", "mask"];
 /// Longest cycle of one kind that usvg breaks itself.
-const BROKEN_UP: usize = 2;
+const MAX_HANDLED_CYCLE: usize = 2;
 
 /// Returns a clip path or mask in a cycle that usvg does not break.
-pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a, 'i>> {
-    let followed = |node: &Node<'_, '_>| FOLLOWED.iter().any(|tag| is(node, tag));
-    if document.descendants().filter(followed).count() < BROKEN_UP {
+pub(super) fn find_cycle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a, 'i>> {
+    let followed = |node: &Node<'_, '_>| FOLLOWED_ELEMENTS.iter().any(|tag| is(node, tag));
+    if document.descendants().filter(followed).count() < MAX_HANDLED_CYCLE {
         return None;
     }
     let graph = Graph::of(document);
@@ -28,10 +28,10 @@ pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a,
             .iter()
             .filter_map(|index| document.get_node((*index as u32).into()));
         let circle: Vec<_> = nodes.filter(|node| followed(node)).collect();
-        let of_one_kind = FOLLOWED
+        let of_one_kind = FOLLOWED_ELEMENTS
             .iter()
             .any(|tag| circle.iter().all(|node| is(node, tag)));
-        if circle.len() > BROKEN_UP || !of_one_kind {
+        if circle.len() > MAX_HANDLED_CYCLE || !of_one_kind {
             return circle.into_iter().next();
         }
     }
@@ -40,7 +40,7 @@ pub(super) fn in_a_circle<'a, 'i>(document: &'a Document<'i>) -> Option<Node<'a,
 
 /// Graph of elements: edges to child elements and to referenced ones.
 struct Graph {
-    ways: Vec<Vec<usize>>,
+    edges: Vec<Vec<usize>>,
 }
 
 impl Graph {
@@ -53,7 +53,7 @@ impl Graph {
                 ids.entry(id).or_insert(node.id().get_usize());
             }
         }
-        let mut ways = vec![Vec::new(); count];
+        let mut edges = vec![Vec::new(); count];
         // Each rule of a style sheet is a node, and so is each class and id in its selector.
         let sheets = style_sheets(document);
         let mut meant: HashMap<SelectorSubject<'_>, usize> = HashMap::new();
@@ -67,14 +67,14 @@ impl Graph {
             if refers_to.is_empty() {
                 continue;
             }
-            let style = ways.len();
-            ways.push(refers_to);
+            let style = edges.len();
+            edges.push(refers_to);
             for who in selector.split(',').flat_map(SelectorSubject::by) {
                 let place = *meant.entry(who).or_insert_with(|| {
-                    ways.push(Vec::new());
-                    ways.len() - 1
+                    edges.push(Vec::new());
+                    edges.len() - 1
                 });
-                if let Some(way) = ways.get_mut(place) {
+                if let Some(way) = edges.get_mut(place) {
                     way.push(style);
                 }
             }
@@ -97,27 +97,27 @@ impl Graph {
             let referred = names.iter().filter_map(|name| ids.get(name).copied());
             let within = node.children().filter(Node::is_element);
             let within = within.map(|child| child.id().get_usize());
-            if let Some(way) = ways.get_mut(node.id().get_usize()) {
+            if let Some(way) = edges.get_mut(node.id().get_usize()) {
                 way.extend(referred.chain(styled).chain(within));
             }
         }
-        Self { ways }
+        Self { edges }
     }
 
     /// Strongly connected components of more than one node (Kosaraju).
     fn components(&self) -> Vec<Vec<usize>> {
-        let mut back = vec![Vec::new(); self.ways.len()];
-        for (from, ways) in self.ways.iter().enumerate() {
-            for to in ways {
+        let mut back = vec![Vec::new(); self.edges.len()];
+        for (from, edges) in self.edges.iter().enumerate() {
+            for to in edges {
                 if let Some(back) = back.get_mut(*to) {
                     back.push(from);
                 }
             }
         }
-        let mut order = Vec::with_capacity(self.ways.len());
+        let mut order = Vec::with_capacity(self.edges.len());
         let mut seen = HashSet::new();
-        for start in 0..self.ways.len() {
-            collector(&self.ways, start, &mut seen, &mut order);
+        for start in 0..self.edges.len() {
+            collector(&self.edges, start, &mut seen, &mut order);
         }
         seen.clear();
         let mut components = Vec::new();
@@ -133,13 +133,18 @@ impl Graph {
 }
 
 /// Depth-first search: appends all reachable unseen nodes in post-order.
-fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mut Vec<usize>) {
+fn collector(
+    edges: &[Vec<usize>],
+    start: usize,
+    seen: &mut HashSet<usize>,
+    order: &mut Vec<usize>,
+) {
     if !seen.insert(start) {
         return;
     }
     let mut stack = vec![(start, 0)];
     while let Some((node, next)) = stack.last_mut() {
-        match ways.get(*node).and_then(|ways| ways.get(*next)) {
+        match edges.get(*node).and_then(|edges| edges.get(*next)) {
             Some(to) => {
                 *next += 1;
                 if seen.insert(*to) {

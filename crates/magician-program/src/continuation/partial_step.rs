@@ -1,4 +1,4 @@
-//! Place within a step that was cut short, where it continues.
+//! Place at which an interrupted step continues.
 
 use std::collections::VecDeque;
 
@@ -13,10 +13,10 @@ use magician_formats::simplify::{dot, length};
 
 /// Largest distance of a pen from its line at which it counts as on it, mm: equal to the largest
 /// acceptable gap in a line.
-pub(super) const BESIDE: f64 = 0.2;
-/// Largest distance that a stopped pen overruns a corner, mm: a path goes through its corners, and
-/// braking on it does too.
-const RUN_ON: f64 = 2.0;
+pub(super) const PEN_TOLERANCE: f64 = 0.2;
+/// Largest distance by which a stopped pen overruns a corner, mm: a path does not stop at its
+/// corners, and neither does braking on it.
+const MAX_OVERRUN: f64 = 2.0;
 
 /// Straight motion between two poses.
 pub(super) struct StraightMove {
@@ -79,10 +79,10 @@ pub(super) fn is_straight(command: &Set) -> bool {
     }
 }
 
-/// Place of an arm on the lines of the next steps, the first of which was in progress at the stop:
-/// number of completed steps, and the place on the following one.
+/// Place of an arm on the lines of the steps from the one in progress at the stop: number of
+/// completed steps, and the place on the following one.
 ///
-/// The arm may have run on over short lines, or beyond a corner.
+/// The arm may have passed several short lines or a corner while braking.
 pub(crate) fn place_on(
     course: &mut Preflight,
     steps: impl Iterator<Item = Option<Set>>,
@@ -98,19 +98,24 @@ pub(crate) fn place_on(
         let within = share.clamp(0.0, 1.0);
         let at = line.at(within);
         let away = distance(at, place);
-        if away <= BESIDE && best.is_none_or(|(least, _)| away < least) {
+        if away <= PEN_TOLERANCE && best.is_none_or(|(least, _)| away < least) {
             best = Some((away, (passed, at)));
         }
         let ran_on = (share - 1.0) * line.length();
-        if passed == 0 && off <= BESIDE && (0.0..=RUN_ON).contains(&ran_on) && best.is_none() {
-            // The next line may be nearer, so this counts with the largest distance allowed.
-            best = Some((BESIDE, (passed, line.at(1.0))));
+        if passed == 0
+            && off <= PEN_TOLERANCE
+            && (0.0..=MAX_OVERRUN).contains(&ran_on)
+            && best.is_none()
+        {
+            // A nearer match on a later line takes precedence, so this one counts as if at the
+            // largest distance.
+            best = Some((PEN_TOLERANCE, (passed, line.at(1.0))));
         }
         if passed > 0 {
             beyond += line.length();
         }
         passed += 1;
-        if beyond > RUN_ON {
+        if beyond > MAX_OVERRUN {
             break;
         }
     }
@@ -123,7 +128,7 @@ fn is_burn(command: &Set) -> bool {
 }
 
 /// Length of the line after `passed` slots, mm, if it is a burn.
-pub(crate) fn burn_of(
+pub(crate) fn burn_length(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
     passed: usize,
@@ -140,7 +145,7 @@ pub(crate) fn burn_of(
 /// slot there (`None` for its beginning), and the length between the two, mm.
 ///
 /// Does not go back over motion that does not burn, nor over a step that sends nothing.
-pub(crate) fn back_along(
+pub(crate) fn step_back(
     course: &mut Preflight,
     mut slots: impl Iterator<Item = Option<Set>>,
     passed: usize,
@@ -190,9 +195,9 @@ pub(crate) fn back_along(
     Some((earlier, None, by - left))
 }
 
-/// State of the arm at a place on the line of an action that begins at `course`, and the rest of
-/// the action from there if that needs another one. `None` if the place is not on the line.
-pub(super) fn from_there(
+/// State of the arm at a place on the line of an action that begins at `course`, and the action for
+/// the rest of the line if it differs from the original. `None` if the place is not on the line.
+pub(super) fn continue_from(
     action: &Action,
     course: &Preflight,
     place: [f64; 3],
@@ -202,7 +207,7 @@ pub(super) fn from_there(
     let (share, _) = line.nearest(place);
     let share = share.clamp(0.0, 1.0);
     let at = line.at(share);
-    if !is_straight(&command) || distance(at, place) > BESIDE {
+    if !is_straight(&command) || distance(at, place) > PEN_TOLERANCE {
         return None;
     }
     let left = |axis: usize| (1.0 - share) * (xyz(&line.to)[axis] - xyz(&line.from)[axis]);

@@ -10,24 +10,24 @@ use crate::artwork::distance;
 ///
 /// A joint move lowers the tool on its way if the arm is stretched out and low. A move that ends
 /// this much higher stays above a level surface if the tool starts at least 3 mm above it.
-pub const APPROACH: f64 = 50.0;
+pub const APPROACH_HEIGHT: f64 = 50.0;
 /// Step between positions to try towards the base and away from it if the tool cannot be that high,
 /// as a share of the distance from the base.
-const ASIDE: f64 = 0.05;
+const SIDEWAYS_STEP: f64 = 0.05;
 /// Number of such steps in each direction.
-const MOST_ASIDE: i32 = 8;
+const MAX_SIDEWAYS_STEPS: i32 = 8;
 
 /// Distance of samples along a straight move, mm. A choice: the exact check before a run finds what
 /// falls between samples.
-const PIECE: f64 = 4.0;
+const SAMPLE_DISTANCE: f64 = 4.0;
 /// Largest number of samples per move. It bounds time for coordinates far out of reach.
-const MOST_PIECES: f64 = 1000.0;
+const MAX_PIECES: f64 = 1000.0;
 
 /// Number of samples along a joint move. A choice between accuracy and time.
-const PLACES: u32 = 64;
+const JOINT_MOVE_SAMPLES: u32 = 64;
 /// Largest angle of a straight piece around the base, deg. Over 30 deg a chord comes closer to the
 /// base than its ends by only 3 %.
-const TURN: f64 = 30.0;
+const MAX_TURN_PER_PIECE: f64 = 30.0;
 
 /// A point of the surface, and a height above it, mm.
 pub type Above = ([f64; 2], f64);
@@ -40,23 +40,25 @@ impl Reach {
     #[must_use]
     pub fn over(&self, end: Above, height: f64) -> Above {
         let ([x, y], above) = end;
-        let asides = (0..=MOST_ASIDE).flat_map(|nth| [-nth, nth]);
-        let places = asides.map(|nth| 1.0 + f64::from(nth) * ASIDE);
+        let asides = (0..=MAX_SIDEWAYS_STEPS).flat_map(|nth| [-nth, nth]);
+        let places = asides.map(|nth| 1.0 + f64::from(nth) * SIDEWAYS_STEP);
         let mut places = places.map(|share| ([x * share, y * share], height));
-        if let Some(place) = places.find(|place| self.slants(*place, end)) {
+        if let Some(place) = places.find(|place| self.is_straight_move_possible(*place, end)) {
             return place;
         }
         let tenths = (1..=10).rev().map(|tenth| f64::from(tenth) / 10.0);
         let heights = tenths.map(|share| above + share * (height - above));
         let mut places = heights.map(|height| ([x, y], height));
-        places.find(|place| self.slants(*place, end)).unwrap_or(end)
+        places
+            .find(|place| self.is_straight_move_possible(*place, end))
+            .unwrap_or(end)
     }
 
     /// True if a straight move between two positions is within reach.
     #[must_use]
-    pub fn slants(&self, from: Above, to: Above) -> bool {
-        let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / PIECE).ceil();
-        let count = count.clamp(1.0, MOST_PIECES);
+    pub fn is_straight_move_possible(&self, from: Above, to: Above) -> bool {
+        let count = (libm::hypot(distance(from.0, to.0), to.1 - from.1) / SAMPLE_DISTANCE).ceil();
+        let count = count.clamp(1.0, MAX_PIECES);
         (0..=count as u32).all(|nth| {
             let share = f64::from(nth) / count;
             let lift = from.1 + share * (to.1 - from.1);
@@ -70,8 +72,8 @@ impl Reach {
             return false;
         };
         let (from, to) = (from.to_array(), to.to_array());
-        (0..=PLACES).all(|nth| {
-            let share = f64::from(nth) / f64::from(PLACES);
+        (0..=JOINT_MOVE_SAMPLES).all(|nth| {
+            let share = f64::from(nth) / f64::from(JOINT_MOVE_SAMPLES);
             let joints = [0, 1, 2, 3].map(|joint| from[joint] + share * (to[joint] - from[joint]));
             let Pose { x, y, z, .. } = self.geometry.forward(&joints.into());
             z - self.surface.at([x, y]) >= least
@@ -81,11 +83,18 @@ impl Reach {
     /// Returns the corners of a way around the base, `lift` mm above the surface, with straight
     /// moves between them. `None` if no such way is within reach.
     #[must_use]
-    pub fn round_base(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> Option<Vec<[f64; 2]>> {
+    pub fn corners_around_base(
+        &self,
+        from: [f64; 2],
+        to: [f64; 2],
+        lift: f64,
+    ) -> Option<Vec<[f64; 2]>> {
         let [near, far] = self.ahead()?;
         let radius = f64::midpoint(near, far);
         let [begin, end] = [from, to].map(|[x, y]| libm::atan2(y, x));
-        let count = ((end - begin).abs().to_degrees() / TURN).ceil().max(1.0);
+        let count = ((end - begin).abs().to_degrees() / MAX_TURN_PER_PIECE)
+            .ceil()
+            .max(1.0);
         let corners: Vec<_> = (0..=count as u32)
             .map(|nth| {
                 let (sin, cos) = libm::sincos(begin + (end - begin) * f64::from(nth) / count);
@@ -95,14 +104,15 @@ impl Reach {
         let ends = [from].into_iter().chain(corners.iter().copied());
         let mut ways = ends.zip(corners.iter().copied().chain([to]));
         let reached = |corner: &[f64; 2]| self.joints(*corner, lift).is_some();
-        (corners.iter().all(reached) && ways.all(|(from, to)| self.leads(from, to, lift)))
-            .then_some(corners)
+        (corners.iter().all(reached)
+            && ways.all(|(from, to)| self.is_lifted_line_possible(from, to, lift)))
+        .then_some(corners)
     }
 
     /// True if a straight move between two points, `lift` mm above the surface, is within reach.
     /// Both ends must be within reach.
     #[must_use]
-    pub fn leads(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
+    pub fn is_lifted_line_possible(&self, from: [f64; 2], to: [f64; 2], lift: f64) -> bool {
         let is_reached = |point| self.joints(point, lift).is_some();
         is_reached(nearest_to_base(from, to)) && pieces(from, to).all(is_reached)
     }
@@ -130,7 +140,9 @@ impl Reach {
 
 /// Iterates over samples along a segment, the last of which is its end.
 fn pieces(from: [f64; 2], to: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
-    let count = (distance(from, to) / PIECE).ceil().clamp(1.0, MOST_PIECES);
+    let count = (distance(from, to) / SAMPLE_DISTANCE)
+        .ceil()
+        .clamp(1.0, MAX_PIECES);
     (1..=count as u32).map(move |nth| between(from, to, f64::from(nth) / count))
 }
 

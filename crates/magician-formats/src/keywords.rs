@@ -4,7 +4,7 @@
 /// word, including JSON. `$what` names the value in the message about an unknown word.
 #[doc(hidden)]
 #[macro_export]
-macro_rules! words {
+macro_rules! keywords {
     ($kind:ident, $what:literal: $($variant:ident = $name:literal),* $(,)?) => {
         impl $kind {
             /// All values.
@@ -45,13 +45,13 @@ macro_rules! words {
 
             fn from_str(text: &str) -> Result<Self, String> {
                 let named = Self::ALL.into_iter().find(|one| one.name() == text);
-                named.ok_or_else(|| $crate::words::unknown($what, Self::NAMES, text))
+                named.ok_or_else(|| $crate::keywords::unknown($what, Self::NAMES, text))
             }
         }
     };
 }
 
-pub use words;
+pub use keywords;
 
 /// Message that `text` is not one of these words.
 pub fn unknown(what: &str, names: &[&str], text: &str) -> String {

@@ -60,11 +60,11 @@ impl Arc {
     /// Arc from the first through the second to the third point; `None` if they are on a straight
     /// line.
     fn through(from: Point, via: Point, to: Point) -> Option<Self> {
-        let (first, second) = (way(from, via), way(via, to));
+        let (first, second) = (difference(from, via), difference(via, to));
         let normal = cross(first, second);
         // At the second point the chords enclose half of the whole angle (inscribed angle).
         let half = libm::atan2(norm(normal), dot(first, second));
-        let chord = way(from, to);
+        let chord = difference(from, to);
         let radius = norm(chord) / (2.0 * libm::sin(half));
         if half <= 0.0 || !radius.is_finite() {
             return None;
@@ -75,7 +75,7 @@ impl Arc {
         let left = cross(normal, scaled(chord, 1.0 / norm(chord)));
         let middle = sum(from, scaled(chord, 0.5));
         let centre = sum(middle, scaled(left, radius * libm::cos(half)));
-        let start = way(centre, from);
+        let start = difference(centre, from);
         Some(Self {
             centre,
             radius,
@@ -102,7 +102,7 @@ impl Arc {
     }
 }
 
-fn way([a, b, c]: Point, [x, y, z]: Point) -> Point {
+fn difference([a, b, c]: Point, [x, y, z]: Point) -> Point {
     [x - a, y - b, z - c]
 }
 
@@ -110,8 +110,8 @@ fn sum([a, b, c]: Point, [x, y, z]: Point) -> Point {
     [a + x, b + y, c + z]
 }
 
-fn scaled(way: Point, by: f64) -> Point {
-    way.map(|value| value * by)
+fn scaled(vector: Point, by: f64) -> Point {
+    vector.map(|value| value * by)
 }
 
 fn dot([a, b, c]: Point, [x, y, z]: Point) -> f64 {
@@ -122,8 +122,8 @@ fn cross([a, b, c]: Point, [x, y, z]: Point) -> Point {
     [b * z - c * y, c * x - a * z, a * y - b * x]
 }
 
-fn norm(way: Point) -> f64 {
-    dot(way, way).sqrt()
+fn norm(vector: Point) -> f64 {
+    dot(vector, vector).sqrt()
 }
 
 #[cfg(test)]
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arcs_are_as_long_as_they_are() {
+    fn arc_length_is_radius_times_angle() {
         for degrees in [1.0f64, 45.0, 180.0, 270.0, 359.0] {
             // A tilted plane: two perpendicular directions, one of them rising.
             let at = |share: f64| {

@@ -6,37 +6,37 @@ use magician_host::{Given, Setting};
 
 use super::{Chords, Content, Fills, Parsed, ReadOptions};
 use crate::artwork::Style;
-use crate::encoding::{Otherwise, decode};
+use crate::encoding::{Fallback, decode};
 use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
 
 /// Largest number of characters. A choice: far more than a sheet can hold.
-const LONGEST: usize = 100_000;
+const MAX_CHARACTERS: usize = 100_000;
 /// Largest height of a capital, mm.
-const LARGEST: f64 = 10_000.0;
+const MAX_CAPITAL_HEIGHT: f64 = 10_000.0;
 /// Largest number of missing characters to name. The rest is counted.
-const NAMED: usize = 20;
+const MAX_NAMED_CHARACTERS: usize = 20;
 
 pub(super) fn read(
     bytes: &[u8],
     options: &ReadOptions,
     chords: &Chords,
 ) -> Result<Parsed, Diagnostic> {
-    let decoded = decode(bytes, Otherwise::Western)?;
+    let decoded = decode(bytes, Fallback::Western)?;
     let text = decoded.text.trim_end_matches(['\n', '\r']);
     let lines = Lines::new(text);
     if text.trim().is_empty() {
         return Err(Diagnostic::of_file("there is no text"));
     }
     let count = text.chars().count();
-    if count > LONGEST {
-        let message = format!("the text has {count} characters, limit {LONGEST}");
+    if count > MAX_CHARACTERS {
+        let message = format!("the text has {count} characters, limit {MAX_CHARACTERS}");
         return Err(Diagnostic::of_file(message));
     }
     let size = options.text.size;
-    if !(size > 0.0 && size <= LARGEST) {
-        let message = format!("a capital is {size} mm high, limit {LARGEST}");
+    if !(size > 0.0 && size <= MAX_CAPITAL_HEIGHT) {
+        let message = format!("a capital is {size} mm high, limit {MAX_CAPITAL_HEIGHT}");
         return Err(
             Diagnostic::of_file(message).remedy((Setting::Size, Given::Any("MM")), "sets it")
         );
@@ -92,11 +92,11 @@ fn substitution(
     options: &ReadOptions,
 ) -> Option<Diagnostic> {
     let (_, first) = substituted.first()?;
-    let named = substituted.iter().take(NAMED);
+    let named = substituted.iter().take(MAX_NAMED_CHARACTERS);
     let named: Vec<String> = named
         .map(|(character, _)| format!("'{character}'"))
         .collect();
-    let more = if substituted.len() > NAMED {
+    let more = if substituted.len() > MAX_NAMED_CHARACTERS {
         ", .."
     } else {
         ""
@@ -124,11 +124,11 @@ fn notes(
     if let Some(first) = missing.first().filter(|_| options.strict_text) {
         return Err(about(first));
     }
-    let named = missing.iter().take(NAMED);
+    let named = missing.iter().take(MAX_NAMED_CHARACTERS);
     let mut notes: Vec<Diagnostic> = named
         .map(|one| about(one).coded(DiagnosticCode::LeftOut))
         .collect();
-    let more = missing.len().saturating_sub(NAMED);
+    let more = missing.len().saturating_sub(MAX_NAMED_CHARACTERS);
     if more > 0 {
         let message = format!("{more} more characters are left out");
         notes.push(Diagnostic::new(Origin::NONE, message).coded(DiagnosticCode::LeftOut));
