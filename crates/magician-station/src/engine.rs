@@ -31,7 +31,7 @@ use std::time::Duration;
 use magician::{
     Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::{Access, Journal, SavedSettings, Settled};
+use magician_job::{Access, Journal, SavedSettings, RecoveredSettings};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -673,8 +673,8 @@ impl Work {
 /// Restores settings of a job whose line was lost, once the arm has finished the commands it had.
 async fn restore_after_job(arm: Arm) -> TaskResult {
     for _ in 0..LOOKS_AFTER_JOB {
-        match SavedSettings::settle(&arm, Access::Sets).await {
-            Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+        match SavedSettings::recover(&arm, Access::Sets).await {
+            RecoveredSettings::Deferred(_) => sleep(LOOK_AFTER_JOB).await,
             // Restored, or nothing to restore.
             _ => break,
         }

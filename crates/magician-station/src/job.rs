@@ -18,7 +18,7 @@ use base64::engine::general_purpose::STANDARD;
 use magician::message;
 use magician::preflight::Preflight;
 use magician::{Fence, Voice};
-use magician_job::beside::BesideTurns;
+use magician_job::background::BackgroundTurns;
 use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note};
 use magician_job::{Journal, NoJournal};
@@ -446,7 +446,7 @@ fn invalid(why: &str) -> RpcError {
 /// 20,000 points each.
 pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Value {
     let plan = program.program.plan();
-    let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
+    let outline = Outline::with_travels(plan, start, PREVIEWED, &BackgroundTurns);
     let (lines, travels) = outline.await;
     // Hundredths of a millimetre: finer than the arm repeats, and half the size of full decimals.
     let rounded = |value: f64| (value * 100.0).round() / 100.0;
@@ -481,7 +481,7 @@ pub(crate) async fn check(
     start: Preflight,
 ) -> Result<CheckReport, RpcError> {
     let rest = program.program.remaining(0, start).map_err(refusal)?;
-    let report = rest.check_in_turns(&BesideTurns).await;
+    let report = rest.check_in_turns(&BackgroundTurns).await;
     Ok(check_report(program, &rest, &report))
 }
 

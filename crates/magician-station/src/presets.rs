@@ -30,7 +30,7 @@ impl PresetAct {
     pub(crate) fn carry_out(self, presets: &Presets) -> Result<Value, RpcError> {
         let saved = |saved: Result<_, PresetError>, param| {
             let saved = saved.map_err(|error| match error {
-                PresetError::Unsaid(why) => RpcError::param(param, visible(&why).to_string()),
+                PresetError::Inexpressible(why) => RpcError::param(param, visible(&why).to_string()),
                 error => wrong(error, "name"),
             });
             to_value(&PresetReport::from(&saved?))
@@ -59,7 +59,7 @@ pub(crate) fn wrong(error: PresetError, param: &str) -> RpcError {
     let why = visible(&error.to_string()).to_string();
     match error {
         PresetError::Name(_) | PresetError::Unknown(..) => RpcError::param(param, why),
-        PresetError::Homeless => RpcError::arm(ErrorKind::Unsupported, why),
+        PresetError::NoDirectory => RpcError::arm(ErrorKind::Unsupported, why),
         PresetError::File(..) => RpcError::arm(ErrorKind::Unexpected, why),
         // The rest is about the content of the preset.
         _ => RpcError::arm(ErrorKind::InvalidInput, why),

@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use magician::{Arm, Error, ErrorCode, Result};
-use magician_job::{Touch, WorkSurface, sheet_counts, touch_off};
+use magician_job::{Touch, WorkSurface, sheet_stored_message, touch_off};
 use magician_program::artwork::Sheet;
 use magician_program::{
     Diagnostic, FittedSurface, SetupDefaults, SheetCorner, Tool, TouchedCorners,
@@ -180,7 +180,7 @@ impl ArmSurface {
         let known = self.known().await?;
         // A sheet's height comes from its corners: a height beside it would contradict them.
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
-            return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()).into());
+            return Err(Error::new(ErrorCode::InvalidSettings, sheet_stored_message()).into());
         }
         let touch = touch_off(&arm, draws).await?;
         let point = point(touch.at, touch);

@@ -201,9 +201,9 @@ impl Journal for MemoryJournal {
         self.key = (key.program.clone(), key.arm.clone(), key.virtual_arm);
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let journals = locked(&self.kept.0);
-        { journals.get(&self.key).cloned() }.ok_or(JournalError::Nothing)
+        { journals.get(&self.key).cloned() }.ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {

@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 use magician::commands::Pose;
 use magician::message;
 use magician::{Arm, ErrorKind};
-use magician_job::beside::beside as in_turns;
+use magician_job::background::run_in_background as in_turns;
 use magician_job::report;
 use magician_job::{
     Job, JobEvent, JobHandle, JobSpec, JobState, Journal, PauseReason, ResumeError, Start,
@@ -266,11 +266,11 @@ impl Work {
                         JobNews::State(state, text.map(|text| text.to_string()))
                     }
                     JobEvent::Progress(progress) => JobNews::Progress(progress),
-                    JobEvent::Starts(starts) => JobNews::Starts(starts.steps),
+                    JobEvent::Start(starts) => JobNews::Starts(starts.steps),
                     // The job goes on without a journal entry: stopping a drawing half way would be
                     // worse.
-                    JobEvent::Unkept(cause) => {
-                        tracing::warn!("{}", report::unkept(&cause).message);
+                    JobEvent::NotStored(cause) => {
+                        tracing::warn!("{}", report::not_stored_note(&cause).message);
                         continue;
                     }
                     // The API does not report the other events.

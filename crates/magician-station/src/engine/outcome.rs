@@ -57,7 +57,7 @@ fn left_on(arm: &Arm) -> Vec<Diagnostic> {
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
     });
-    motors.chain(report::left_on(&arm.outputs())).collect()
+    motors.chain(report::outputs_left_on(&arm.outputs())).collect()
 }
 
 /// Returns the end of a job from its outcome.
@@ -109,7 +109,7 @@ fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcErr
             .said(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
-        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+        Fault::Journal(JournalError::NotFound | JournalError::OtherPrograms(_)) => {
             RpcError::arm(ErrorKind::InvalidInput, message)
                 .said(&error.sentence())
                 .with("code", NOTHING_TO_RESUME)

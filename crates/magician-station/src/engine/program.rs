@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use magician::commands::EndEffectorParams;
 use magician::{Arm, message};
-use magician_job::beside::beside as in_turns;
+use magician_job::background::run_in_background as in_turns;
 use magician_job::report::CheckReport;
 use magician_program::{PreparedProgram, Tool};
 use serde_json::{Value, json};

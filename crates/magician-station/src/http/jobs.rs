@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use magician_job::files::replace_private;
-use magician_job::{FileJournal, Journal, LeftRun, dirs, left_runs};
+use magician_job::{FileJournal, Journal, InterruptedRun, dirs, interrupted_runs};
 use serde_json::{Value, json};
 
 use crate::job::{JobStore, KeptRun};
@@ -269,7 +269,7 @@ impl ArmKey {
     }
 
     /// True if a run of the command line was at this arm.
-    fn has_run(&self, run: &LeftRun) -> bool {
+    fn has_run(&self, run: &InterruptedRun) -> bool {
         let port = run.order["port"].as_str().map(port);
         let same_port = port.as_deref() == Some(self.port.as_str());
         !self.is_virtual
@@ -380,7 +380,7 @@ fn unix(at: SystemTime) -> f64 {
 }
 
 /// Converts an interrupted run. `None` if its journal is incomplete.
-fn kept(run: LeftRun) -> Option<KeptRun> {
+fn kept(run: InterruptedRun) -> Option<KeptRun> {
     let started = run.order["started"].as_f64()?;
     Some(KeptRun {
         // The start time is included because the same program may run again at the same arm.
@@ -421,12 +421,12 @@ impl JobStore for JobFolder {
         let (Some(file), Some(runs)) = (self.arms.get(arm), &self.runs) else {
             return Vec::new();
         };
-        let of_arm = left_runs(runs).into_iter();
+        let of_arm = interrupted_runs(runs).into_iter();
         let mut runs: Vec<_> = of_arm
             .filter(|run| file.key.has_run(run))
             .filter_map(kept)
             .collect();
-        // `left_runs` returns the oldest first.
+        // `interrupted_runs` returns the oldest first.
         runs.drain(..runs.len().saturating_sub(MOST_RUNS));
         runs
     }

@@ -447,7 +447,7 @@ impl Station {
             }
             JobNews::Progress(progress) => {
                 record.reaches(progress.step);
-                record.seconds_left = progress.left.map(|left| left.as_secs_f64());
+                record.seconds_left = progress.remaining.map(|left| left.as_secs_f64());
                 self.records.progressed(now, arm);
                 self.telling.changed(Newest::Job(job), PROGRESS_INTERVAL);
             }

@@ -87,7 +87,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
     let given = params.get("plan").cloned().unwrap_or_default();
     let plan = Plan::from_json(given.to_string().as_bytes());
     let plan = plan.map_err(|problem| wrong("plan", &problem.message))?;
-    let program = ProgramModel::of(&plan);
+    let program = ProgramModel::from_plan(&plan);
     let file = file(&program)?;
     let mut steps = file["steps"].as_array().into_iter().flatten();
     let mut rows = Vec::new();
@@ -124,7 +124,7 @@ fn output(params: &Params) -> Result<Value, RpcError> {
         motion: Some(Action::from(set)),
         ..TeachStep::default()
     };
-    let file = file(&ProgramModel::of_steps("", None, None, vec![step]))?;
+    let file = file(&ProgramModel::from_steps("", None, None, vec![step]))?;
     Ok(json!({"step": file["steps"][0]}))
 }
 
@@ -185,7 +185,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
             motion => step.motion = Some(motion),
         }
     }
-    let program = ProgramModel::of_steps(read.title, read.tool, read.surface, steps);
+    let program = ProgramModel::from_steps(read.title, read.tool, read.surface, steps);
     let first = program.plan_steps().scan(0, |before, count| {
         let first = *before;
         *before += count;

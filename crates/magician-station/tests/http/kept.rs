@@ -272,7 +272,7 @@ fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
     // A station resumes the run and finishes it.
     let mut journal = one.journal();
     journal.open(&JournalKey::new("aa", "DT1"));
-    assert_eq!(journal.left().unwrap().finished, 4);
+    assert_eq!(journal.load().unwrap().finished, 4);
     journal.remove();
     assert_eq!(one.runs(0), []);
     // A run started by a station is not taken over, even if the command has resumed it.

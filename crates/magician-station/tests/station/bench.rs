@@ -131,7 +131,7 @@ impl LocalStation {
             .map_or(0, Vec::len);
         let epoch = starts.to_string();
         let shelf = Arc::new(Shelf::default());
-        let presets = Presets::kept_in(Arc::new(Drawer::default()));
+        let presets = Presets::with_store(Arc::new(Drawer::default()));
         let reader = FormatReader::default()
             .with_library(Arc::clone(&shelf) as _)
             .with_presets(presets.clone());
@@ -334,12 +334,12 @@ impl Journal for KeptJournal {
         self.key = format!("{}-{}", key.program, key.arm);
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let journals = self.kept.journals.lock().unwrap();
         journals
             .get(&self.key)
             .cloned()
-            .ok_or(JournalError::Nothing)
+            .ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {

@@ -12,8 +12,8 @@ use std::time::{Duration, SystemTime};
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, NOTICEABLE, PauseReason,
-    ResumeError, SpeedError, Start, StartsAt, StopOrder, report,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP, PauseReason,
+    ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
 };
 use magician_program::Tool;
 use magician_station::JobOrder;
@@ -78,7 +78,7 @@ pub(super) struct Drive<'a> {
 /// Result of a run.
 #[derive(Debug)]
 pub(super) struct Done {
-    pub(super) job: Arc<magician_job::Done>,
+    pub(super) job: Arc<magician_job::JobSummary>,
     /// Reason why the recording is incomplete; `None` if it is complete or was not asked for.
     pub(super) unrecorded: Option<Failure>,
 }
@@ -155,8 +155,8 @@ impl Drive<'_> {
             .origin(made.source.name.clone())
             .keep(self.keep)
             .require_homed(self.require_homed)
-            .passes_over(self.windowed)
-            .begins_here(made.prepared.start.is_some())
+            .index_may_skip(self.windowed)
+            .depends_on_pose(made.prepared.start.is_some())
             .lasting(self.lasting)
             .saved(saved.clone())
     }
@@ -266,7 +266,7 @@ impl Drive<'_> {
             Some(Ok(job)) => Ok(Ran::Done(Done { job, unrecorded })),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
-                let well = self.repeats && !error.line_ends;
+                let well = self.repeats && !error.stopped_by_line_end;
                 if let (true, true, Some(pose)) = (well, stands, &error.pose) {
                     return Ok(Ran::Stopped(StoppedReport {
                         stopped: true,
@@ -297,7 +297,7 @@ impl Drive<'_> {
         loop {
             match run.next(None).await {
                 Next::Event(event) => match event {
-                    JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::RecoveredSettings(settled) => out.settled(&settled, self.json),
                     JobEvent::Unfinished {
                         finished,
                         resumable,
@@ -305,11 +305,11 @@ impl Drive<'_> {
                         let note = self.wording().unfinished(finished, resumable);
                         out.note(&note, self.json);
                     }
-                    JobEvent::Unkept(cause) => {
+                    JobEvent::NotStored(cause) => {
                         // Errors of output are ignored: a closed pipe must not stop the job.
-                        let _ = out.note_at_once(&report::unkept(&cause), self.json);
+                        let _ = out.note_at_once(&report::not_stored_note(&cause), self.json);
                     }
-                    JobEvent::Starts(starts) => {
+                    JobEvent::Start(starts) => {
                         from = starts.steps;
                         self.tell_start(starts, out);
                     }
@@ -322,7 +322,7 @@ impl Drive<'_> {
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
                     run.stop();
-                    if order == StopOrder::AtOnce {
+                    if order == StopOrder::Halt {
                         return None;
                     }
                 }
@@ -348,7 +348,7 @@ impl Drive<'_> {
     }
 
     /// Reports where an interrupted run resumes.
-    fn tell_start(&self, starts: StartsAt, out: &mut Output) {
+    fn tell_start(&self, starts: StartPlace, out: &mut Output) {
         let step = starts.steps + 1;
         let twice = starts.burnt_twice;
         if self.json && self.resume {
@@ -363,14 +363,14 @@ impl Drive<'_> {
         }
         let burns = self.made.prepared.program.plan().burns();
         let within = starts.within && self.resume;
-        let text = match (starts.again, within, twice >= NOTICEABLE) {
+        let text = match (starts.again, within, twice >= MIN_REPORTED_OVERLAP) {
             (true, _, false) => {
                 format!("step {step} was cut short, or its end is unknown: it is repeated")
             }
             (true, _, true) => format!(
                 "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
             ),
-            (false, _, true) if starts.at_most => {
+            (false, _, true) if starts.is_upper_bound => {
                 format!(
                     "it is not known exactly where the light went out: it continues in step {step}, before where it \
                      stopped, and up to {twice:.1} mm are burnt twice"
@@ -420,7 +420,7 @@ impl Drive<'_> {
         loop {
             match run.next(recorder.as_mut()).await {
                 Next::Event(JobEvent::Progress(progress)) => {
-                    let left = progress.left.and_then(|left| self.of_wall(left));
+                    let left = progress.remaining.and_then(|left| self.of_wall(left));
                     teller.at(&progress, left);
                 }
                 Next::Event(JobEvent::State(state)) => match state {
@@ -436,7 +436,7 @@ impl Drive<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
-                Next::Event(JobEvent::Unkept(cause)) => teller.note(&report::unkept(&cause)),
+                Next::Event(JobEvent::NotStored(cause)) => teller.note(&report::not_stored_note(&cause)),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),
@@ -467,7 +467,7 @@ impl Drive<'_> {
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
                     run.stop();
-                    if order == StopOrder::AtOnce {
+                    if order == StopOrder::Halt {
                         return Attended {
                             outcome: run.stopped_at_once().await,
                             unrecorded,

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use magician_job::recording::{RecordError, Recorder};
 use magician_job::{
     JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
-    SpeedError, StopOrder, Waits,
+    SpeedError, StopOrder, JobWait,
 };
 use tokio::time::timeout;
 
@@ -299,16 +299,16 @@ impl UnderWay<'_> {
 
     pub(super) fn hears(&mut self, event: &JobEvent) {
         match event {
-            JobEvent::Waits(Waits::Queue) => {
+            JobEvent::Wait(JobWait::Queue) => {
                 self.waits = Some("waiting for the commands left in the arm")
             }
-            JobEvent::Waits(Waits::Line) => {
+            JobEvent::Wait(JobWait::Line) => {
                 self.waits = Some(
                     "the line broke: waiting to switch the laser off when it is \
                     back",
                 );
             }
-            JobEvent::Waits(_) => self.waits = None,
+            JobEvent::Wait(_) => self.waits = None,
             _ => {}
         }
     }

@@ -235,7 +235,7 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = if pad.pendant.activity.is_none() && seen.arm.stands() {
+    let style = if pad.pendant.activity.is_none() && seen.arm.is_at_rest() {
         theme.dim()
     } else {
         theme.good()
@@ -309,8 +309,8 @@ pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
         Some(Activity::Stop) => "stops".to_owned(),
         Some(Activity::Home) => "homes".to_owned(),
         Some(Activity::Run) => "plays".to_owned(),
-        _ if seen.arm.stands() => "stands".to_owned(),
-        _ if !seen.arm.answers() => "does not answer".to_owned(),
+        _ if seen.arm.is_at_rest() => "stands".to_owned(),
+        _ if !seen.arm.is_answering() => "does not answer".to_owned(),
         _ => "moves".to_owned(),
     }
 }

@@ -115,7 +115,7 @@ impl Session {
         let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
         let mut lesson = match known {
-            Some(plan) => ProgramModel::of(&plan),
+            Some(plan) => ProgramModel::from_plan(&plan),
             None => ProgramModel::new("", None),
         };
         lesson.tool = Some(tool);
@@ -156,8 +156,8 @@ impl Session {
                 happened = self.console.next(&mut self.stage) => match happened? {
                     Happened::Key(key) => {
                         let seen = &self.console.seen;
-                        let status = seen.arm.status.as_ref().filter(|_| seen.arm.answers());
-                        let (pose, still) = (status.map(|status| status.pose), seen.arm.stands());
+                        let status = seen.arm.status.as_ref().filter(|_| seen.arm.is_answering());
+                        let (pose, still) = (status.map(|status| status.pose), seen.arm.is_at_rest());
                         let now = self.console.now();
                         let turn = self.teach.key(key, &mut self.console.pad, pose.as_ref(), still, now);
                         self.take(turn)
@@ -212,7 +212,7 @@ impl Session {
         self.console.obey(Reply::Order(order));
         // If a program plays already, it continues and the new one was refused.
         if before.is_none() && self.console.pad.pendant.activity == Some(Activity::Run) {
-            self.teach.editor.playing_began(playing);
+            self.teach.editor.start_playing(playing);
             self.console.pad.say(Tone::Plain, "playing; space stops it");
         }
     }

@@ -190,9 +190,9 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 }
 
 fn pose_title(model: &Model) -> &'static str {
-    if model.seen.arm.stands() {
+    if model.seen.arm.is_at_rest() {
         "tool stands"
-    } else if model.seen.arm.answers() {
+    } else if model.seen.arm.is_answering() {
         "tool moves"
     } else {
         "tool when last seen"

@@ -12,12 +12,12 @@ use magician_job::{
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::{Instant, sleep};
 
-use super::place::{KINDS, PAPER, place, plan};
+use super::fixtures::{KINDS, PAPER, bench, plan};
 
 /// Instants at which runs are ended.
 const INSTANTS: u64 = 200;
 /// Latest instant, ms into a run. Most programs below take longer.
-const LONGEST_MS: u64 = 9_000;
+const MAX_INSTANT_MS: u64 = 9_000;
 
 /// Pseudo-random numbers from a seed.
 struct Seeded(u64);
@@ -39,7 +39,7 @@ impl Seeded {
 
 /// Way to end a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum How {
+enum EndCause {
     /// Up to four signals within a tenth of a second.
     Signals,
     /// Hang-ups that continue for seconds.
@@ -54,13 +54,13 @@ enum How {
     LineEnds,
 }
 
-const WAYS: [How; 6] = [
-    How::Signals,
-    How::HangUps,
-    How::Paused,
-    How::Dropped,
-    How::AtOnce,
-    How::LineEnds,
+const END_CAUSES: [EndCause; 6] = [
+    EndCause::Signals,
+    EndCause::HangUps,
+    EndCause::Paused,
+    EndCause::Dropped,
+    EndCause::AtOnce,
+    EndCause::LineEnds,
 ];
 
 /// A burn that sets its own speeds.
@@ -112,16 +112,16 @@ impl<'a> Signals<'a> {
         }
     }
 
-    fn hears(&mut self, signal: StopSignal) {
-        if let Some(order) = self.rule.hears(signal, self.begun.elapsed()) {
+    fn send(&mut self, signal: StopSignal) {
+        if let Some(order) = self.rule.order_for(signal, self.begun.elapsed()) {
             self.job.stop();
-            self.at_once |= order == StopOrder::AtOnce;
+            self.at_once |= order == StopOrder::Halt;
         }
     }
 }
 
 #[tokio::test(start_paused = true)]
-async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settings_as_before() {
+async fn early_end_at_any_instant_leaves_pen_up_laser_off_and_settings_restored() {
     let signals = [
         StopSignal::Interrupt,
         StopSignal::Terminate,
@@ -136,52 +136,52 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
             Some(kind) => plan(*kind),
             None => burn(),
         };
-        let how = WAYS[(seed / 5 % 6) as usize];
+        let how = END_CAUSES[(seed / 5 % 6) as usize];
         let program = Program::new(plan.clone(), Some(1));
-        let (_cell, arm) = place(&program).await;
+        let (_cell, arm) = bench(&program).await;
         let before = settings(&arm, &plan).await;
         assert!(!before.is_empty());
         let saved = SavedSettings::default();
         let spec = JobSpec::new(program).saved(saved.clone());
         let job = Job::start(&arm, spec, NoJournal);
-        let at = seeded.ms(LONGEST_MS);
+        let at = seeded.ms(MAX_INSTANT_MS);
         let what = format!("seed {seed}: {}, {how:?} after {at:?}", plan.title);
         sleep(at).await;
         let mut ends = Signals::of(&job);
         match how {
-            How::Signals => {
+            EndCause::Signals => {
                 for _ in 0..=seeded.below(4) {
-                    ends.hears(signals[seeded.below(4) as usize]);
+                    ends.send(signals[seeded.below(4) as usize]);
                     sleep(seeded.ms(30)).await;
                 }
             }
-            How::HangUps => {
+            EndCause::HangUps => {
                 for _ in 0..40 {
-                    ends.hears(StopSignal::HangUp);
+                    ends.send(StopSignal::HangUp);
                     sleep(seeded.ms(100)).await;
                 }
             }
-            How::Paused => {
+            EndCause::Paused => {
                 drop(job.pause(PauseReason::Person));
                 sleep(seeded.ms(2_000)).await;
-                ends.hears(StopSignal::HangUp);
+                ends.send(StopSignal::HangUp);
             }
-            How::Dropped => {}
-            How::AtOnce => {
-                ends.hears(StopSignal::Interrupt);
+            EndCause::Dropped => {}
+            EndCause::AtOnce => {
+                ends.send(StopSignal::Interrupt);
                 sleep(SECOND_STOP_DELAY).await;
-                ends.hears(StopSignal::Interrupt);
+                ends.send(StopSignal::Interrupt);
             }
-            How::LineEnds => {
+            EndCause::LineEnds => {
                 arm.front_end().end_notice().set(true);
                 if seeded.below(2) == 1 {
                     sleep(seeded.ms(400)).await;
-                    ends.hears(StopSignal::Interrupt);
+                    ends.send(StopSignal::Interrupt);
                 }
             }
         }
         let at_once = ends.at_once;
-        let outcome = if how == How::Dropped {
+        let outcome = if how == EndCause::Dropped {
             drop(job);
             sleep(Duration::from_secs(20)).await;
             None
@@ -190,7 +190,7 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
         };
         let twice = matches!(&outcome, Some(Err(error)) if matches!(error.fault, Fault::Stopped { twice: true }));
         assert!(!twice || at_once, "{what}: {outcome:?}");
-        if let (How::LineEnds, Some(Err(error))) = (how, &outcome) {
+        if let (EndCause::LineEnds, Some(Err(error))) = (how, &outcome) {
             assert!(error.line_ends, "{what}: {error}");
         }
         stopped += u64::from(matches!(outcome, Some(Err(_))));
@@ -215,11 +215,11 @@ async fn runs_that_end_at_200_random_instants_leave_pen_up_laser_dark_and_settin
 }
 
 #[tokio::test(start_paused = true)]
-async fn second_stop_on_the_way_up_restores_settings() {
+async fn second_stop_during_the_lift_restores_settings() {
     for ms in [0, 1, 5, 20, 60, 150, 400] {
         let plan = plan(KINDS[0]);
         let program = Program::new(plan.clone(), Some(1));
-        let (_cell, arm) = place(&program).await;
+        let (_cell, arm) = bench(&program).await;
         let before = settings(&arm, &plan).await;
         let job = Job::start(&arm, JobSpec::new(program), NoJournal);
         sleep(Duration::from_secs(4)).await;
@@ -233,30 +233,30 @@ async fn second_stop_on_the_way_up_restores_settings() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn second_stop_of_a_person_after_the_end_of_the_line_moves_nothing() {
+async fn second_stop_after_the_end_of_the_line_moves_nothing() {
     let program = Program::new(plan(KINDS[0]), Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let mut ending = JobSpec::new(program.clone()).ending;
     ending.lift = 60.0;
     let job = Job::start(&arm, JobSpec::new(program).ending(ending), NoJournal);
     sleep(Duration::from_secs(4)).await;
     arm.front_end().end_notice().set(true);
     let mut ends = Signals::of(&job);
-    ends.hears(StopSignal::Interrupt);
+    ends.send(StopSignal::Interrupt);
     while height(&arm).await < PAPER + 1.0 {
         sleep(Duration::from_millis(10)).await;
     }
     sleep(SECOND_STOP_DELAY.saturating_sub(ends.begun.elapsed())).await;
-    ends.hears(StopSignal::Interrupt);
+    ends.send(StopSignal::Interrupt);
     let error = job.outcome().await.expect_err("stopped");
     assert!(ends.at_once && matches!(error.fault, Fault::Stopped { twice: true }));
     assert!(height(&arm).await < PAPER + 59.0);
 }
 
 #[tokio::test(start_paused = true)]
-async fn line_that_ends_before_a_job_has_sent_anything_stops_nobody_else() {
+async fn end_of_the_line_before_the_first_command_does_not_stop_the_arm() {
     let program = Program::new(plan(KINDS[0]), Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     // Another client lifts its pen.
     let lift = magician::build::line_by(0.0, 0.0, 30.0, 0.0);
     let run = arm.start(vec![lift]);

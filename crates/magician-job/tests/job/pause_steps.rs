@@ -12,7 +12,7 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::{Action, Ending, Origin, Part, Pause, PauseCause, Plan, Program};
 use tokio::time::sleep;
 
-use super::place::{Kind, PAPER, ink, place, plan};
+use super::fixtures::{Kind, PAPER, ink, bench, plan};
 
 fn pause(cause: PauseCause) -> Action {
     let text = "mount the pen".to_owned();
@@ -43,7 +43,7 @@ fn start(arm: &Arm, program: &Program) -> JobHandle {
     Job::start(arm, JobSpec::new(program.clone()), NoJournal)
 }
 
-async fn comes_to_pause(job: &JobHandle) -> (PauseReason, Option<u64>) {
+async fn wait_for_pause(job: &JobHandle) -> (PauseReason, Option<u64>) {
     for _ in 0..3000 {
         if let JobState::Paused { reason, part } = job.state() {
             return (reason, part);
@@ -66,24 +66,24 @@ async fn stands(cell: &VirtualArm, arm: &Arm) {
 }
 
 /// Drawing and duration of the plan without its pauses.
-async fn all_of(plan: &Plan) -> (magician::sim::world::Drawing, f64) {
+async fn run_uninterrupted(plan: &Plan) -> (magician::sim::world::Drawing, f64) {
     let mut plan = plan.clone();
     plan.without_pauses();
     let program = Program::new(plan, Some(1));
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     start(&arm, &program).outcome().await.expect("within reach");
     ink(&cell)
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_waits_between_its_parts_with_the_pen_up_and_nothing_queued() {
-    let whole = all_of(&two_parts()).await;
+async fn job_pauses_between_parts_with_pen_up_and_empty_queue() {
+    let whole = run_uninterrupted(&two_parts()).await;
     for iterations in [1, 2] {
         let program = Program::new(two_parts(), Some(iterations));
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = start(&arm, &program);
         for nth in 1..=iterations {
-            assert_eq!(comes_to_pause(&job).await, (PauseReason::Part, Some(2)));
+            assert_eq!(wait_for_pause(&job).await, (PauseReason::Part, Some(2)));
             assert_eq!(job.pause_text().as_deref(), Some("mount the pen"));
             stands(&cell, &arm).await;
             let (at, _) = program.plan().pauses().next().expect("one");
@@ -107,25 +107,25 @@ async fn a_job_waits_between_its_parts_with_the_pen_up_and_nothing_queued() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pause_may_be_the_first_step_and_the_last() {
+async fn pause_may_be_the_first_and_the_last_step() {
     let mut plan = plan(Kind::Lines);
     let first = magician_program::Step::new(pause(PauseCause::Program), Origin::NONE);
     plan.steps.insert(0, first.clone());
     plan.steps.insert(0, first);
     plan.push(part(1), Origin::NONE);
     plan.push(pause(PauseCause::Program), Origin::NONE);
-    let whole = all_of(&plan).await.1;
+    let whole = run_uninterrupted(&plan).await.1;
     let program = Program::new(plan, Some(1));
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let before = arm.get::<Pose>().await.expect("a pose");
     let job = start(&arm, &program);
     for _ in 0..2 {
-        assert_eq!(comes_to_pause(&job).await, (PauseReason::Program, None));
+        assert_eq!(wait_for_pause(&job).await, (PauseReason::Program, None));
         sleep(Duration::from_secs(9)).await;
         assert_eq!(arm.get::<Pose>().await.expect("a pose"), before);
         job.resume().await.expect("it goes on");
     }
-    assert_eq!(comes_to_pause(&job).await, (PauseReason::Program, None));
+    assert_eq!(wait_for_pause(&job).await, (PauseReason::Program, None));
     stands(&cell, &arm).await;
     job.resume().await.expect("it goes on");
     let done = job.outcome().await.expect("done");
@@ -134,16 +134,16 @@ async fn a_pause_may_be_the_first_step_and_the_last() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_that_pauses_with_its_pen_down_goes_on_on_its_line() {
+async fn pause_with_pen_down_resumes_on_the_same_line() {
     let mut plan = plan(Kind::Lines);
     let middle = plan.steps.len() / 2;
     let at = magician_program::Step::new(pause(PauseCause::Program), Origin::NONE);
     plan.steps.insert(middle, at);
-    let whole = all_of(&plan).await.1;
+    let whole = run_uninterrupted(&plan).await.1;
     let program = Program::new(plan, Some(1));
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
-    comes_to_pause(&job).await;
+    wait_for_pause(&job).await;
     stands(&cell, &arm).await;
     job.resume().await.expect("it goes on");
     job.outcome().await.expect("done");
@@ -151,16 +151,16 @@ async fn a_program_that_pauses_with_its_pen_down_goes_on_on_its_line() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_waits_between_parts_parks_its_tool() {
+async fn job_parks_its_tool_between_parts() {
     let park = [200.0, 80.0, 60.0];
     let program = Program::new(two_parts(), Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let ending = Ending {
         park: Some(park),
         ..Ending::default()
     };
     let job = Job::start(&arm, JobSpec::new(program).ending(ending), NoJournal);
-    comes_to_pause(&job).await;
+    wait_for_pause(&job).await;
     let pose = arm.get::<Pose>().await.expect("a pose");
     let off = [pose.x, pose.y, pose.z].map(f64::from);
     assert!(
@@ -174,20 +174,20 @@ async fn a_job_that_waits_between_parts_parks_its_tool() {
 /// A job stopped at the pause, or within either part, is resumed by another job, which pauses where
 /// the first one did.
 #[tokio::test(start_paused = true)]
-async fn a_job_with_parts_goes_on_in_another_where_it_was_stopped() {
-    let whole = all_of(&two_parts()).await.1;
+async fn stopped_job_with_parts_resumes_in_a_new_job() {
+    let whole = run_uninterrupted(&two_parts()).await.1;
     let program = Program::new(two_parts(), Some(1));
     let home = std::env::temp_dir().join(format!("magician-waits-{}", std::process::id()));
     for (nth, (pauses, wait)) in [(0, 3.0), (0, 5.0), (1, 0.0), (1, 2.0), (1, 4.0)]
         .into_iter()
         .enumerate()
     {
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let journal = || FileJournal::at(home.join(nth.to_string()));
         let spec = || JobSpec::new(program.clone());
         let job = Job::start(&arm, spec(), journal());
         if pauses == 1 {
-            comes_to_pause(&job).await;
+            wait_for_pause(&job).await;
             if wait > 0.0 {
                 job.resume().await.expect("it goes on");
             }
@@ -198,7 +198,7 @@ async fn a_job_with_parts_goes_on_in_another_where_it_was_stopped() {
         assert!(error.is_stop(), "{error}");
         let job = Job::start(&arm, spec().start(Start::Resume), journal());
         if wait == 0.0 || pauses == 0 {
-            assert_eq!(comes_to_pause(&job).await, (PauseReason::Part, Some(2)));
+            assert_eq!(wait_for_pause(&job).await, (PauseReason::Part, Some(2)));
             job.resume().await.expect("it goes on");
         }
         job.outcome()

@@ -6,12 +6,12 @@ use std::future::Future;
 use magician::Error;
 use magician_program::turns::Turns;
 
-/// Yield points of a computation that runs [`beside`] the tasks.
+/// Yield points of a computation that runs by [`run_in_background`].
 #[derive(Clone, Copy, Debug)]
-pub struct BesideTurns;
+pub struct BackgroundTurns;
 
 #[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
-impl Turns for BesideTurns {
+impl Turns for BackgroundTurns {
     async fn give(&self) {}
 }
 
@@ -22,7 +22,7 @@ thread_local! {
     static NEXT: std::cell::OnceCell<std::sync::Arc<tokio::sync::Notify>> = const { std::cell::OnceCell::new() };
 }
 
-/// Advances computations [`beside`] the tasks by one slice.
+/// Advances the computations of [`run_in_background`] by one slice.
 ///
 /// A program that drives its runtime by hand calls this at the end of each turn.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
@@ -31,7 +31,7 @@ pub fn next_turn() {
 }
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
-impl Turns for BesideTurns {
+impl Turns for BackgroundTurns {
     async fn give(&self) {
         // A runtime driven by hand needs its own signal here. With a yield or a timer the runtime
         // would run as many slices between two checks for a stop as time has passed since the last
@@ -43,12 +43,12 @@ impl Turns for BesideTurns {
     }
 }
 
-/// Runs a computation that waits for nothing but its [`BesideTurns`] on a blocking thread.
+/// Runs a computation that waits for nothing but its [`BackgroundTurns`] on a blocking thread.
 ///
 /// # Errors
 /// [`Closed`](magician::ErrorCode::Closed) if the runtime ends first.
 #[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
-pub async fn beside<T: Send + 'static>(
+pub async fn run_in_background<T: Send + 'static>(
     computing: impl Future<Output = T> + Send + 'static,
 ) -> Result<T, Error> {
     let at_once = || magician_program::turns::at_once(computing);
@@ -56,12 +56,12 @@ pub async fn beside<T: Send + 'static>(
     computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
 }
 
-/// Runs a computation that waits for nothing but its [`BesideTurns`], in slices on this thread.
+/// Runs a computation that waits for nothing but its [`BackgroundTurns`], in slices on this thread.
 ///
 /// # Errors
 /// Never fails: the signature is that of the threaded version.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
-pub async fn beside<T>(computing: impl Future<Output = T>) -> Result<T, Error> {
+pub async fn run_in_background<T>(computing: impl Future<Output = T>) -> Result<T, Error> {
     tokio::task::yield_now().await;
     Ok(computing.await)
 }

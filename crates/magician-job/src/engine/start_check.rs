@@ -15,51 +15,51 @@ use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
-use super::burn::{NOTICEABLE, cut_short, goes_on_dark};
-use super::pause::by_pose;
-use super::{Begun, Work};
-use crate::beside::{BesideTurns, beside};
+use super::burn::{MIN_REPORTED_OVERLAP, resume_in_last_step, laser_off_place};
+use super::pause::resume_by_pose;
+use super::{StartTime, Engine};
+use crate::background::{BackgroundTurns, run_in_background};
 use crate::error::{Fault, JobError};
-use crate::event::{JobEvent, StartsAt, Waits};
+use crate::event::{JobEvent, StartPlace, JobWait};
 use crate::journal::JournalKey;
 use crate::saved::{Access, SavedSettings};
 use crate::spec::Start;
 
 /// Poll interval while the arm still moves: a choice between load on the line and delay.
-const LOOKS: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 /// Steps whose permissions are checked between two yields, so that a long program does not block
 /// the runtime.
-const PERMITTED: usize = 65_536;
+const STEPS_PER_YIELD: usize = 65_536;
 /// Time after which a queue without progress is taken to be stuck. A choice: a longer wait command
 /// in the queue looks the same and is refused too.
-const STANDING: Duration = Duration::from_secs(3);
+const STUCK_AFTER: Duration = Duration::from_secs(3);
 
 /// Result of the checks before anything moves.
-pub(super) struct Found {
+pub(super) struct StartCheck {
     pub(super) rest: RemainingProgram,
     pub(super) report: Report,
     pub(super) timetable: Timetable,
-    pub(super) begun: Begun,
+    pub(super) started: StartTime,
     /// Index of the arm if it is at rest, `None` otherwise.
-    pub(super) rests_at: Option<u64>,
+    pub(super) rest_index: Option<u64>,
     /// Pose of the arm when it was checked.
     pub(super) pose: Pose,
 }
 
-impl Work {
+impl Engine {
     /// Makes the arm ready and finds the place to begin at: number of finished steps, and the
     /// position within the next step.
-    pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
+    pub(super) async fn prepare_arm(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
         // Refuse here what the driver would refuse only when the command goes out, in mid-program.
-        for steps in program.plan().steps.chunks(PERMITTED) {
+        for steps in program.plan().steps.chunks(STEPS_PER_YIELD) {
             let commands: Vec<Set> = steps
                 .iter()
                 .filter_map(|step| step.action.command())
                 .collect();
             arm.permission().check(&commands)?;
-            BesideTurns.give().await;
+            BackgroundTurns.give().await;
         }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
@@ -71,27 +71,27 @@ impl Work {
             // Wait before clearing: a Clear may cut the command in progress short, and the arm
             // would count it as finished.
             if !arm.stands().await? {
-                self.shared.tell(JobEvent::Waits(Waits::Queue));
+                self.shared.emit(JobEvent::Wait(JobWait::Queue));
                 while !arm.stands().await? {
-                    sleep(LOOKS).await;
+                    sleep(POLL_INTERVAL).await;
                 }
-                self.shared.tell(JobEvent::Waits(Waits::Nothing));
+                self.shared.emit(JobEvent::Wait(JobWait::Over));
             }
             // Commands of the dead run must not follow once the arm is started again.
             arm.queue().clear().await?;
         }
         self.check_ready().await?;
-        let key = self.key().await;
-        self.track().is_of(&key, self.passes_over);
+        let key = self.journal_key().await;
+        self.tracker().open_journal(&key, self.index_may_skip);
         let place = match spec.start {
             Start::Step(step) => {
-                self.tell_unfinished().await?;
+                self.report_unfinished().await?;
                 (step, None)
             }
-            Start::Resume => self.resumed().await?,
+            Start::Resume => self.resume_start().await?,
         };
-        if spec.begins_here && program.depends_on_start(place.0) {
-            return Err(Fault::BeginsElsewhere.into());
+        if spec.depends_on_pose && program.depends_on_start(place.0) {
+            return Err(Fault::UnknownStartPose.into());
         }
         // A program that homes first needs no homed arm. The query is made all the same, so that
         // the driver records the homing it will see.
@@ -105,8 +105,8 @@ impl Work {
             return Err(Fault::Program(Diagnostic::unknown_surface()).into());
         }
         if spec.saved.is_some() {
-            let settled = SavedSettings::settle(arm, Access::Sets).await;
-            self.shared.tell(JobEvent::Settled(settled));
+            let settled = SavedSettings::recover(arm, Access::Sets).await;
+            self.shared.emit(JobEvent::RecoveredSettings(settled));
         }
         if !spec.keep {
             // Starting an empty run refuses foreign commands in the queue. That error is clearer
@@ -117,13 +117,13 @@ impl Work {
     }
 
     /// Reports an interrupted run of the same program that this job is about to forget.
-    async fn tell_unfinished(&self) -> Result<(), Error> {
-        let left = self.track().journal.left();
+    async fn report_unfinished(&self) -> Result<(), Error> {
+        let left = self.tracker().journal.load();
         // A run that ended in order has reported its end itself.
         let cut_off = left
             .ok()
             .filter(|left| left.ended.is_none() && left.handed > 0);
-        if let Some(left) = cut_off.filter(|_| self.lasting) {
+        if let Some(left) = cut_off.filter(|_| self.outlives_process) {
             let seen = ObservedProgress {
                 current: self.arm.queue().current_index().await?.0,
                 clock: self.arm.get::<DeviceTime>().await?.g_systick,
@@ -132,7 +132,7 @@ impl Work {
             // After a reset no source says how far the run came. Other doubts may be settled by the
             // pose.
             let reset = doubt.is_some_and(|doubt| doubt.why == DoubtReason::Reset);
-            self.shared.tell(JobEvent::Unfinished {
+            self.shared.emit(JobEvent::Unfinished {
                 finished: left.finished,
                 resumable: !reset,
             });
@@ -147,43 +147,43 @@ impl Work {
     }
 
     /// Checks the rest of the program after `from` steps, from the current pose.
-    pub(super) async fn look(
+    pub(super) async fn check_rest(
         &self,
         from: u64,
         within: Option<[f64; 3]>,
-        tell: bool,
-    ) -> Result<Found, JobError> {
-        let begun = Begun::now(&self.arm).await?;
-        let rests_at = at_rest(&self.arm).await?;
-        let (rest, report, timetable) = self.checked(from, within).await?;
+        is_resume: bool,
+    ) -> Result<StartCheck, JobError> {
+        let started = StartTime::now(&self.arm).await?;
+        let rest_index = rest_index(&self.arm).await?;
+        let (rest, report, timetable) = self.checked_rest(from, within).await?;
         if self.spec.check && !report.is_good() {
             let (report, rest) = (Box::new(report), Box::new(rest));
             return Err(Fault::Refused { report, rest }.into());
         }
         self.spec.ending.check(&rest)?;
         {
-            let mut track = self.track();
-            track.begins(&rest, within, begun.clock, rests_at, self.passes_over);
-            track.lift = self.spec.ending.after_stop(self.spec.program.plan());
+            let mut tracker = self.tracker();
+            tracker.begin(&rest, within, started.clock, rest_index, self.index_may_skip);
+            tracker.lift = self.spec.ending.after_stop(self.spec.program.plan());
         }
-        if !tell && from > 0 {
-            let starts = StartsAt {
+        if !is_resume && from > 0 {
+            let starts = StartPlace {
                 steps: from,
                 within: within.is_some(),
                 again: false,
                 burnt_twice: 0.0,
-                at_most: false,
+                is_upper_bound: false,
                 nothing_queued: false,
             };
-            self.shared.tell(JobEvent::Starts(starts));
+            self.shared.emit(JobEvent::Start(starts));
         }
-        Ok(Found {
+        Ok(StartCheck {
             pose: self.arm.get::<Pose>().await?,
             rest,
             report,
             timetable,
-            begun,
-            rests_at,
+            started,
+            rest_index,
         })
     }
 
@@ -191,50 +191,50 @@ impl Work {
     ///
     /// Long programs take a while, so this runs beside the runtime's tasks, which serve other
     /// connections.
-    pub(super) async fn checked(
+    pub(super) async fn checked_rest(
         &self,
         from: u64,
         within: Option<[f64; 3]>,
     ) -> Result<(RemainingProgram, Report, Timetable), JobError> {
         let start = self.arm.preflight_for(&self.spec.program.kinds()).await?;
         let program = self.spec.program.clone();
-        let checked = beside(async move { checked(&program, from, within, start).await });
+        let checked = run_in_background(async move { checked_rest(&program, from, within, start).await });
         Ok(checked.await??)
     }
 
     /// Key of the job's journal: program and arm.
-    async fn key(&self) -> JournalKey {
+    async fn journal_key(&self) -> JournalKey {
         // An arm may report no serial number; then its name identifies it.
         let serial = self.arm.get::<DeviceSn>().await;
         let serial = serial
             .map(|serial| serial.device_sn.to_string())
             .unwrap_or_default();
-        let arm = match (self.lasting, serial.trim()) {
+        let arm = match (self.outlives_process, serial.trim()) {
             // The serial number of an arm that ends with this process identifies nothing.
             (false, _) => "virtual",
             (true, "") => self.arm.name(),
             (true, serial) => serial,
         };
-        let program = self.spec.program.key_in_turns(&BesideTurns).await;
+        let program = self.spec.program.key_in_turns(&BackgroundTurns).await;
         let mut key = JournalKey::new(program, arm);
         key.virtual_arm = self
             .arm
             .front_end()
             .virtual_number()
-            .filter(|_| !self.lasting);
+            .filter(|_| !self.outlives_process);
         key
     }
 
     /// Steps after which an earlier job of the same program is resumed, and the position within the
     /// next step unless that starts at its beginning.
-    async fn resumed(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
+    async fn resume_start(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, program) = (&self.arm, &self.spec.program);
-        let left = self.track().journal.left();
+        let left = self.tracker().journal.load();
         let checkpoint = left.map_err(|error| JobError::new(Fault::Journal(error)))?;
         if checkpoint.ended.is_none() {
-            self.shared.tell(JobEvent::Waits(Waits::Queue));
-            let idle = self.idle().await;
-            self.shared.tell(JobEvent::Waits(Waits::Nothing));
+            self.shared.emit(JobEvent::Wait(JobWait::Queue));
+            let idle = self.wait_for_idle().await;
+            self.shared.emit(JobEvent::Wait(JobWait::Over));
             idle?;
         }
         let seen = ObservedProgress {
@@ -245,7 +245,7 @@ impl Work {
         let start = arm.preflight_for(&program.kinds()).await?;
         // Without the whole plan, the pose cannot be compared with it and the index alone decides.
         let whole = program.remaining(0, start).ok();
-        let seen = self.lasting.then_some(seen);
+        let seen = self.outlives_process.then_some(seen);
         let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
@@ -257,9 +257,9 @@ impl Work {
         let told = mixed.zip(whole.as_ref()).and_then(|(doubt, whole)| {
             let StepRange { least, most } = doubt.span;
             let least = least.max(whole.first_motion()?);
-            let found = (least <= most).then(|| by_pose(whole, (least, most), &pose))?;
+            let found = (least <= most).then(|| resume_by_pose(whole, (least, most), &pose))?;
             let burns = program.plan().burns();
-            found.or_else(|| burns.then(|| cut_short(whole, least, &pose))?)
+            found.or_else(|| burns.then(|| resume_in_last_step(whole, least, &pose))?)
         });
         let resume_point = told.map_or(resume_point, |(told, _)| told);
         // A run without a recorded end may have been stopped within a step. If the arm still stands
@@ -277,7 +277,7 @@ impl Work {
                 ResumePoint::Doubt(_) => return None,
             };
             let dark = arm.laser().lights_out();
-            dark.and_then(|dark| goes_on_dark(whole, span, &dark, &pose))
+            dark.and_then(|dark| laser_off_place(whole, span, &dark, &pose))
                 .or_else(|| whole.before_braking(resume_point, standing, &pose))
         });
         let (steps, within, kept_twice) = match (resume_point, standing, burn) {
@@ -301,25 +301,25 @@ impl Work {
             None => (steps, within, 0.0),
         };
         let burnt_twice = burnt_twice + kept_twice;
-        let starts = StartsAt {
+        let starts = StartPlace {
             steps,
             within: within.is_some(),
             again,
             burnt_twice,
-            at_most: again || kept_twice >= NOTICEABLE,
+            is_upper_bound: again || kept_twice >= MIN_REPORTED_OVERLAP,
             nothing_queued: checkpoint.is_untouched(seen),
         };
-        self.shared.tell(JobEvent::Starts(starts));
+        self.shared.emit(JobEvent::Start(starts));
         // The earlier run finished its last step, but ended before it removed the journal.
         if program.steps().is_some_and(|all| steps >= all) {
-            self.track().journal.remove();
+            self.tracker().journal.remove();
             return Err(Fault::AllDone.into());
         }
         Ok((steps, within))
     }
 
     /// Waits until the arm has finished what a dead job left in its queue.
-    async fn idle(&self) -> Result<(), JobError> {
+    async fn wait_for_idle(&self) -> Result<(), JobError> {
         let (_, places) = self.arm.stats().await?;
         let mut before = None;
         let mut changed = Instant::now();
@@ -337,28 +337,28 @@ impl Work {
             if before.replace(now) != Some(now) {
                 changed = Instant::now();
             }
-            if changed.elapsed() > STANDING {
-                return Err(Fault::Stands { waiting }.into());
+            if changed.elapsed() > STUCK_AFTER {
+                return Err(Fault::StuckQueue { waiting }.into());
             }
-            sleep(LOOKS).await;
+            sleep(POLL_INTERVAL).await;
         }
     }
 }
 
-async fn checked(
+async fn checked_rest(
     program: &Program,
     from: u64,
     within: Option<[f64; 3]>,
     start: Preflight,
 ) -> Result<(RemainingProgram, Report, Timetable), Diagnostic> {
     let rest = program.remaining_within(from, within, start)?;
-    let report = rest.check_in_turns(&BesideTurns).await;
-    let timetable = rest.timetable_in_turns(&report, &BesideTurns).await;
+    let report = rest.check_in_turns(&BackgroundTurns).await;
+    let timetable = rest.timetable_in_turns(&report, &BackgroundTurns).await;
     Ok((rest, report, timetable))
 }
 
 /// Index of the last finished command if the queue is empty, `None` otherwise.
-pub(super) async fn at_rest(arm: &Arm) -> Result<Option<u64>, Error> {
+pub(super) async fn rest_index(arm: &Arm) -> Result<Option<u64>, Error> {
     let (_, places) = arm.stats().await?;
     let empty = arm.queue().left_space().await? >= places;
     let index = arm.queue().current_index().await?.0;

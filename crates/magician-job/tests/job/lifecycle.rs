@@ -14,7 +14,7 @@ use magician_program::resume::{Checkpoint, RunEnd};
 use magician_program::{Action, Origin, Plan, Program, Travel};
 use tokio::time::sleep;
 
-use super::place::{Kind, PAPER, ink, place, program};
+use super::fixtures::{Kind, PAPER, ink, bench, program};
 
 const PERSON: PauseReason = PauseReason::Person;
 
@@ -36,21 +36,21 @@ fn paused(job: &JobHandle) -> bool {
 
 /// A journal in memory.
 #[derive(Clone, Default)]
-pub(super) struct Memory(Arc<Mutex<Vec<Option<Checkpoint>>>>);
+pub(super) struct MemoryJournal(Arc<Mutex<Vec<Option<Checkpoint>>>>);
 
-impl Memory {
+impl MemoryJournal {
     pub(super) fn last(&self) -> Option<Checkpoint> {
         self.0.lock().unwrap().last().cloned().flatten()
     }
 }
 
-impl Journal for Memory {
+impl Journal for MemoryJournal {
     fn open(&mut self, key: &JournalKey) {
         assert_eq!(key.arm, "virtual");
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
-        self.last().ok_or(JournalError::Nothing)
+    fn load(&self) -> Result<Checkpoint, JournalError> {
+        self.last().ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
@@ -64,9 +64,9 @@ impl Journal for Memory {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_tells_what_it_does() {
+async fn job_reports_its_states_and_progress() {
     let program = program(Kind::Arcs, 2);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     let mut events = job.events();
     let (mut states, mut last, mut told) = (Vec::new(), 0, 0_u64);
@@ -96,10 +96,10 @@ async fn a_job_tells_what_it_does() {
 
 /// A resume followed by a pause takes effect in this order.
 #[tokio::test(start_paused = true)]
-async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
+async fn pause_requested_during_resume_is_not_lost() {
     let program = program(Kind::Lines, 1);
     for ahead in [true, false] {
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = start(&arm, &program);
         if !ahead {
             sleep(secs(4.0)).await;
@@ -119,10 +119,10 @@ async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn pauses_and_stops_are_defined_at_every_moment() {
+async fn pause_and_stop_are_defined_at_any_instant() {
     let program = program(Kind::Lines, 1);
     // A pause during the check: nothing is sent before the resume.
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     assert_eq!(job.state(), JobState::Checking);
     assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
@@ -147,7 +147,7 @@ async fn pauses_and_stops_are_defined_at_every_moment() {
     assert!(stands > PAPER + 5.0);
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
-    assert!(error.is_stop() && matches!(error.left, Some(Left::Known { .. })));
+    assert!(error.is_stop() && matches!(error.left, Some(ResumePlace::Known { .. })));
     assert_eq!(height(&arm).await, stands);
     assert_eq!(job.pause(PERSON).await, Err(PauseError::Ended));
     assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
@@ -155,9 +155,9 @@ async fn pauses_and_stops_are_defined_at_every_moment() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pause_on_the_way_to_the_end_says_so() {
+async fn pause_after_the_last_step_is_refused_as_ending() {
     let program = program(Kind::Jumps, 1);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     let mut events = job.events();
     while let Some(event) = events.next().await {
@@ -170,17 +170,17 @@ async fn a_pause_on_the_way_to_the_end_says_so() {
 }
 
 /// Journal on a disk that is full from the nth write to the mth.
-struct FullDisk {
-    written: Memory,
+struct FullDiskJournal {
+    written: MemoryJournal,
     writes: usize,
     full: std::ops::Range<usize>,
 }
 
-impl Journal for FullDisk {
+impl Journal for FullDiskJournal {
     fn open(&mut self, _: &JournalKey) {}
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
-        self.written.left()
+    fn load(&self) -> Result<Checkpoint, JournalError> {
+        self.written.load()
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
@@ -196,7 +196,7 @@ impl Journal for FullDisk {
 }
 
 #[tokio::test(start_paused = true)]
-async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
+async fn full_disk_is_reported_once_and_in_the_outcome() {
     let program = program(Kind::Lines, 1);
     for (full, told, kept) in [
         (1..usize::MAX, 1, false),
@@ -204,13 +204,13 @@ async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
         (1..4, 1, true),
         (0..0, 0, true),
     ] {
-        let (_cell, arm) = place(&program).await;
-        let journal = FullDisk {
-            written: Memory::default(),
+        let (_cell, arm) = bench(&program).await;
+        let journal = FullDiskJournal {
+            written: MemoryJournal::default(),
             writes: 0,
             full: full.clone(),
         };
-        let spec = JobSpec::new(program.clone()).lasting(true);
+        let spec = JobSpec::new(program.clone()).outlives_process(true);
         let job = Job::start(&arm, spec, journal);
         let mut events = job.events();
         let (stopping, mut causes) = (job.clone(), Vec::new());
@@ -219,7 +219,7 @@ async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
             stopping.stop();
         });
         while let Some(event) = events.next().await {
-            if let JobEvent::Unkept(cause) = event {
+            if let JobEvent::NotStored(cause) = event {
                 causes.push(cause);
             }
         }
@@ -233,21 +233,21 @@ async fn full_disk_is_told_once_and_the_end_says_whether_anything_is_kept() {
 /// After a reset the arm knows nothing of the earlier run: the run is reported, but not as
 /// resumable.
 #[tokio::test(start_paused = true)]
-async fn run_that_was_cut_off_is_resumable_unless_the_arm_was_reset_since() {
+async fn interrupted_run_is_resumable_unless_the_arm_was_reset() {
     let program = program(Kind::Lines, 1);
     for reset in [false, true] {
-        let (_cell, arm) = place(&program).await;
+        let (_cell, arm) = bench(&program).await;
         let mut checkpoint = Checkpoint::new("", program.steps(), false);
         (checkpoint.finished, checkpoint.handed) = (2, 4);
         (checkpoint.rest, checkpoint.clock) = (Some(0), if reset { u32::MAX } else { 0 });
-        let mut written = Memory::default();
+        let mut written = MemoryJournal::default();
         written.write(&checkpoint).expect("kept");
-        let journal = FullDisk {
+        let journal = FullDiskJournal {
             written,
             writes: 0,
             full: 0..0,
         };
-        let spec = JobSpec::new(program.clone()).lasting(true);
+        let spec = JobSpec::new(program.clone()).outlives_process(true);
         let job = Job::start(&arm, spec, journal);
         let (mut events, mut told) = (job.events(), None);
         while let Some(event) = events.next().await {
@@ -264,10 +264,10 @@ async fn run_that_was_cut_off_is_resumable_unless_the_arm_was_reset_since() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
+async fn stop_writes_the_checkpoint_before_lifting_the_pen() {
     let program = program(Kind::Paths, 1);
-    let (cell, arm) = place(&program).await;
-    let journal = Memory::default();
+    let (cell, arm) = bench(&program).await;
+    let journal = MemoryJournal::default();
     let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
     sleep(secs(4.0)).await;
     job.stop();
@@ -286,7 +286,7 @@ async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
     let done = job.outcome().await.expect("it goes on");
     assert!(done.from > 0);
     let (_, all) = ink(&cell);
-    let (other, arm_of_other) = place(&program).await;
+    let (other, arm_of_other) = bench(&program).await;
     start(&arm_of_other, &program)
         .outcome()
         .await
@@ -295,13 +295,13 @@ async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
     assert_eq!(journal.last(), None, "removed");
     let again = Job::start(&arm, spec, journal).outcome().await;
     let again = again.expect_err("nothing is left");
-    assert!(matches!(again.fault, Fault::Journal(JournalError::Nothing)));
+    assert!(matches!(again.fault, Fault::Journal(JournalError::NotFound)));
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_second_stop_moves_nothing() {
+async fn second_stop_moves_nothing() {
     let program = program(Kind::Paths, 1);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let spec = JobSpec::new(program.clone());
     let ending = magician_program::Ending {
         lift: 60.0,
@@ -317,14 +317,14 @@ async fn a_second_stop_moves_nothing() {
     let error = job.outcome().await.expect_err("stopped");
     assert!(matches!(error.fault, Fault::Stopped { twice: true }));
     assert!(height(&arm).await < PAPER + 55.0);
-    assert!(matches!(error.left, Some(Left::Known { .. })));
+    assert!(matches!(error.left, Some(ResumePlace::Known { .. })));
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_last_handle_stops_it_and_a_detached_one_does_not() {
+async fn dropping_the_last_handle_stops_the_job_unless_detached() {
     for detached in [false, true] {
         let program = program(Kind::Lines, 1);
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = start(&arm, &program);
         let clone = job.clone();
         drop(job);
@@ -343,9 +343,9 @@ async fn the_last_handle_stops_it_and_a_detached_one_does_not() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_that_was_reset_is_homed_first() {
+async fn resume_after_a_reset_requires_homing() {
     let program = program(Kind::Lines, 1);
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     sleep(secs(4.0)).await;
     job.pause(PERSON).await.expect("it runs");
@@ -360,7 +360,7 @@ async fn an_arm_that_was_reset_is_homed_first() {
 
 /// A laser job is dark at every pause, and burns again only after a resume.
 #[tokio::test(start_paused = true)]
-async fn a_laser_is_off_while_its_job_is_paused() {
+async fn laser_is_off_while_paused() {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(magician_program::Tool::Laser);
     let line = |to: [f32; 4]| Action::Move {
@@ -375,12 +375,12 @@ async fn a_laser_is_off_while_its_job_is_paused() {
     plan.push(Action::Laser(false), Origin::NONE);
     plan.push(line([210.0, -30.0, 10.0, 0.0]), Origin::NONE);
     let program = Program::new(plan, Some(1));
-    let (reference, arm) = place(&program).await;
+    let (reference, arm) = bench(&program).await;
     start(&arm, &program).outcome().await.expect("done");
     let whole = ink(&reference).1;
     assert!(whole > 100.0, "{whole}");
     for seconds in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.6] {
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = start(&arm, &program);
         sleep(secs(seconds)).await;
         job.pause(PERSON).await.expect("it runs");
@@ -403,9 +403,9 @@ async fn a_laser_is_off_while_its_job_is_paused() {
 
 /// Commands or a stop from other clients, or an alarm: the job ends and says how far it came.
 #[tokio::test(start_paused = true)]
-async fn what_others_do_to_the_arm_ends_a_job() {
+async fn foreign_stop_or_alarm_ends_the_job() {
     let program = program(Kind::Lines, 1);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     sleep(secs(4.0)).await;
     arm.stop().await.expect("it stops");
@@ -417,7 +417,7 @@ async fn what_others_do_to_the_arm_ends_a_job() {
     assert!(matches!(error.lift, PenLift::None), "that is not the job's");
     assert!(error.left.is_some());
 
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let other = Arm::simulated(cell.clone(), Options::default())
         .await
         .expect("a second line");
@@ -432,7 +432,7 @@ async fn what_others_do_to_the_arm_ends_a_job() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_does_not_fit_sends_nothing() {
+async fn unreachable_program_sends_nothing() {
     let mut plan = Plan::new("too far");
     let to = [600.0, 0.0, 0.0, 0.0];
     let by = Travel::Line;
@@ -452,10 +452,10 @@ async fn a_job_that_does_not_fit_sends_nothing() {
 
 /// The journal of one engine can be read by another: place and format of the file are stable.
 #[tokio::test(start_paused = true)]
-async fn a_journal_is_a_file_that_another_process_reads() {
+async fn journal_file_is_readable_by_another_process() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = program(Kind::Lines, 1);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let journal = || FileJournal::at(folder.path());
     let spec = JobSpec::new(program.clone());
     let job = Job::start(&arm, spec.clone(), journal());
@@ -483,13 +483,13 @@ async fn a_journal_is_a_file_that_another_process_reads() {
 /// Virtual arms of one process report the same serial number and run the same program into one
 /// folder.
 #[tokio::test(start_paused = true)]
-async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
+async fn virtual_arm_resumes_only_its_own_journal() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = program(Kind::Lines, 1);
     let spec = JobSpec::new(program.clone());
     let journal = || FileJournal::at(folder.path());
     let whole = {
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = Job::start(&arm, spec.clone(), NoJournal);
         job.outcome().await.expect("done");
         ink(&cell).1
@@ -497,7 +497,7 @@ async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
     let mut cells = Vec::new();
     let mut stopped = Vec::new();
     for seconds in [2.0, 3.0, 4.0] {
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let job = Job::start(&arm, spec.clone(), journal());
         sleep(secs(seconds)).await;
         job.stop();
@@ -506,14 +506,14 @@ async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
         cells.push(cell);
     }
     // A job that ends well leaves the journals of the others alone.
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let resume = |arm: &Arm| Job::start(arm, spec.clone().start(Start::Resume), journal());
     let error = resume(&arm)
         .outcome()
         .await
         .expect_err("nothing is its own");
     assert!(
-        matches!(error.fault, Fault::Journal(JournalError::Nothing)),
+        matches!(error.fault, Fault::Journal(JournalError::NotFound)),
         "{error}"
     );
     let job = Job::start(&arm, spec.clone(), journal());
@@ -532,7 +532,7 @@ async fn virtual_arm_resumes_its_own_journal_beside_others_of_the_process() {
 /// Jobs of two arms with the same serial number have a file each; a resume takes the newest that no
 /// job holds.
 #[test]
-fn journal_that_another_job_has_is_left_to_it() {
+fn claimed_journal_is_not_taken_over() {
     let folder = tempfile::tempdir().expect("a folder");
     let key = |virtual_arm| {
         let mut key = JournalKey::new("program", "A1");
@@ -548,13 +548,13 @@ fn journal_that_another_job_has_is_left_to_it() {
         finished,
         ..Checkpoint::new("a drawing", Some(9), false)
     };
-    let finished = |journal: &FileJournal| journal.left().map(|left| left.finished);
+    let finished = |journal: &FileJournal| journal.load().map(|left| left.finished);
     let (mut one, mut two) = (opened(None), opened(None));
     one.write(&checkpoint(1)).expect("kept");
     two.write(&checkpoint(2)).expect("kept");
     one.write(&checkpoint(3)).expect("kept");
     assert_eq!((finished(&one), finished(&two)), (Ok(3), Ok(2)));
-    assert_eq!(finished(&opened(None)), Err(JournalError::Nothing));
+    assert_eq!(finished(&opened(None)), Err(JournalError::NotFound));
     drop(one);
     let mut one = opened(None);
     assert_eq!(finished(&one), Ok(3));
@@ -567,20 +567,20 @@ fn journal_that_another_job_has_is_left_to_it() {
     drop(of_virtual);
     assert_eq!(
         finished(&opened(Some(u64::MAX - 1))),
-        Err(JournalError::Nothing)
+        Err(JournalError::NotFound)
     );
     assert_eq!(finished(&opened(Some(u64::MAX))), Ok(4));
 }
 
 /// Handles of a job work from every thread, on any runtime.
 #[test]
-fn a_handle_is_for_every_thread() {
+fn handle_is_send_and_sync() {
     fn is<T: Clone + Send + Sync + 'static>() {}
     is::<JobHandle>();
     let runtime = tokio::runtime::Runtime::new().expect("a runtime");
     let job = runtime.block_on(async {
         let program = program(Kind::Lines, 200);
-        let (_cell, arm) = place(&program).await;
+        let (_cell, arm) = bench(&program).await;
         start(&arm, &program)
     });
     let clone = job.clone();
@@ -601,7 +601,7 @@ fn a_handle_is_for_every_thread() {
 /// A burn of several lines, stopped at many instants and resumed with an overlap: exactly that much
 /// is burnt twice along the line, and the note says so where the place is known.
 #[tokio::test(start_paused = true)]
-async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
+async fn resumed_burn_overlaps_by_the_given_length() {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(magician_program::Tool::Laser);
     let to = [210.0, -30.0, 0.0, 0.0];
@@ -613,13 +613,13 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
     }
     plan.push(Action::Laser(false), Origin::NONE);
     let program = Program::new(plan, Some(1));
-    let (reference, arm) = place(&program).await;
+    let (reference, arm) = bench(&program).await;
     start(&arm, &program).outcome().await.expect("done");
     let whole = ink(&reference).1;
     for seconds in [1.7, 2.4, 3.3] {
         for overlap in [0.0, 0.5, 4.0, 500.0] {
-            let (cell, arm) = place(&program).await;
-            let journal = Memory::default();
+            let (cell, arm) = bench(&program).await;
+            let journal = MemoryJournal::default();
             let spec = || JobSpec::new(program.clone()).overlap(overlap);
             let job = Job::start(&arm, spec(), journal.clone());
             sleep(secs(seconds)).await;
@@ -631,7 +631,7 @@ async fn a_resumed_burn_overlaps_by_so_much_along_its_line() {
             let mut events = job.events();
             let twice = loop {
                 let event = events.next().await.expect("it tells where it starts");
-                if let JobEvent::Starts(starts) = event {
+                if let JobEvent::Start(starts) = event {
                     break starts.burnt_twice;
                 }
             };
@@ -671,12 +671,12 @@ fn nothing_to_resume_names_interrupted_jobs_of_the_same_arm() {
     opened("a1", "DT 1").write(&checkpoint).expect("kept");
     opened("b2", "DT 12").write(&checkpoint).expect("kept");
     let others = |error: Result<Checkpoint, JournalError>| match error {
-        Err(JournalError::Others(others)) => others,
+        Err(JournalError::OtherPrograms(others)) => others,
         other => panic!("{other:?}"),
     };
-    let left = others(opened("c3", "DT 1").left());
+    let left = others(opened("c3", "DT 1").load());
     assert_eq!(left.len(), 1);
     assert_eq!((left[0].title.as_str(), left[0].finished), ("logo", 116));
-    assert_eq!(opened("c3", "DT 3").left(), Err(JournalError::Nothing));
-    assert_eq!(opened("a1", "DT 1").left(), Ok(checkpoint));
+    assert_eq!(opened("c3", "DT 3").load(), Err(JournalError::NotFound));
+    assert_eq!(opened("a1", "DT 1").load(), Ok(checkpoint));
 }

@@ -10,20 +10,20 @@ use magician_program::Tool;
 
 /// Smallest difference between two biases that counts, mm. An arm's own geometry is known to 0.03
 /// mm, and no two tools are this similar.
-const SAME: f64 = 0.5;
+const MIN_BIAS_DIFFERENCE: f64 = 0.5;
 
 /// Tool that the poses of an arm refer to.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Counted {
+pub(super) struct ReferenceTool {
     tool: Tool,
     /// True if the arm's poses and joints agree with the geometry known here; `None` before the
     /// first pose.
-    tells: Option<bool>,
+    is_comparable: Option<bool>,
 }
 
-impl Counted {
+impl ReferenceTool {
     pub(super) fn new(tool: Tool) -> Self {
-        Self { tool, tells: None }
+        Self { tool, is_comparable: None }
     }
 
     /// Tool that `pose` refers to. Reads it from the arm if the pose shows a change. `None` if the
@@ -31,7 +31,7 @@ impl Counted {
     pub(super) async fn of(&mut self, pose: &Pose, arm: &Arm) -> Option<Tool> {
         if self.is_another(pose) {
             let tool = Tool::from(&arm.get::<EndEffectorParams>().await.ok()?);
-            if !same(tool.bias(), bias_of(pose)) {
+            if !is_same_bias(tool.bias(), bias_of(pose)) {
                 return None;
             }
             self.tool = tool;
@@ -40,13 +40,13 @@ impl Counted {
     }
 
     fn is_another(&mut self, pose: &Pose) -> bool {
-        let agree = same(self.tool.bias(), bias_of(pose));
-        *self.tells.get_or_insert(agree) && !agree
+        let agree = is_same_bias(self.tool.bias(), bias_of(pose));
+        *self.is_comparable.get_or_insert(agree) && !agree
     }
 }
 
 /// The same pose of the arm, expressed for another tool.
-pub(super) fn recounted(pose: &Pose, from: Tool, to: Tool) -> Pose {
+pub(super) fn with_tool(pose: &Pose, from: Tool, to: Tool) -> Pose {
     let (from, to) = (from.bias(), to.bias());
     let (x, y) = (to.x - from.x, to.y - from.y);
     let (sin, cos) = f64::from(pose.joint_angle[0]).to_radians().sin_cos();
@@ -59,9 +59,9 @@ pub(super) fn recounted(pose: &Pose, from: Tool, to: Tool) -> Pose {
     }
 }
 
-fn same(one: ToolBias, other: ToolBias) -> bool {
+fn is_same_bias(one: ToolBias, other: ToolBias) -> bool {
     let apart = [one.x - other.x, one.y - other.y, one.z - other.z];
-    apart.iter().all(|part| part.abs() < SAME)
+    apart.iter().all(|part| part.abs() < MIN_BIAS_DIFFERENCE)
 }
 
 /// Bias between the wrist, computed from the joints, and the tip, given by the pose.
@@ -95,27 +95,27 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_is_recounted_as_the_arm_would_count_it() {
+    fn pose_converted_to_another_tool_equals_the_arms_pose() {
         let joints = [-40.0, 50.0, 30.0, 20.0];
         let other = Tool::Bias([30.0, -12.0, 7.0]);
         let [was, wanted] = [pose(joints, Tool::Pen), pose(joints, other)];
-        let is = recounted(&was, Tool::Pen, other);
+        let is = with_tool(&was, Tool::Pen, other);
         for (is, wanted) in [(is.x, wanted.x), (is.y, wanted.y), (is.z, wanted.z)] {
             assert!((is - wanted).abs() < 1e-3, "{is} {wanted}");
         }
-        assert!(same(bias_of(&was), Tool::Pen.bias()) && same(bias_of(&wanted), other.bias()));
-        assert!(!same(Tool::Pen.bias(), Tool::Suction.bias()));
+        assert!(is_same_bias(bias_of(&was), Tool::Pen.bias()) && is_same_bias(bias_of(&wanted), other.bias()));
+        assert!(!is_same_bias(Tool::Pen.bias(), Tool::Suction.bias()));
     }
 
     #[test]
-    fn another_tool_shows_in_a_pose_of_an_arm_whose_geometry_is_known() {
+    fn tool_change_is_detected_from_the_pose() {
         let joints = [10.0, 40.0, 40.0, 0.0];
-        let mut counted = Counted::new(Tool::None);
-        assert!(!counted.is_another(&pose(joints, Tool::None)));
-        assert!(counted.is_another(&pose(joints, Tool::Pen)));
+        let mut reference_tool = ReferenceTool::new(Tool::None);
+        assert!(!reference_tool.is_another(&pose(joints, Tool::None)));
+        assert!(reference_tool.is_another(&pose(joints, Tool::Pen)));
         // An arm that never agreed with the geometry shows nothing.
-        let mut counted = Counted::new(Tool::None);
-        assert!(!counted.is_another(&pose(joints, Tool::Pen)));
-        assert!(!counted.is_another(&pose(joints, Tool::Suction)));
+        let mut reference_tool = ReferenceTool::new(Tool::None);
+        assert!(!reference_tool.is_another(&pose(joints, Tool::Pen)));
+        assert!(!reference_tool.is_another(&pose(joints, Tool::Suction)));
     }
 }

@@ -1,8 +1,8 @@
 //! Progress of a job, and the checkpoint that outlives the process.
 //!
-//! [`Track`] counts the commands taken from the program, maps the arm's index to finished steps,
+//! [`ProgressTracker`] counts the commands taken from the program, maps the arm's index to finished steps,
 //! and writes a [`Checkpoint`] to the journal. The write comes before the commands go out,
-//! [`AHEAD`] steps at a time, so a checkpoint never claims less than the arm may have received.
+//! [`STEPS_RECORDED_AHEAD`] steps at a time, so a checkpoint never claims less than the arm may have received.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,24 +12,24 @@ use magician_program::resume::{Checkpoint, ResumePoint, StepCounter, StepRange};
 use magician_program::{BurnPlace, RemainingProgram};
 use tokio::time::Instant;
 
-use crate::error::Left;
+use crate::error::ResumePlace;
 use crate::event::JobEvent;
 use crate::handle::Shared;
 use crate::journal::{Journal, JournalKey};
 use crate::spec::JobSpec;
 
 /// Shortest interval between two writes that only record progress.
-const PAUSE: Duration = Duration::from_millis(100);
+const WRITE_INTERVAL: Duration = Duration::from_millis(100);
 /// Steps recorded as handed over ahead of time, so that the journal is not written for every
 /// command.
-const AHEAD: u64 = 64;
+const STEPS_RECORDED_AHEAD: u64 = 64;
 
 /// State needed to resume a job that ends early.
-pub(super) struct Track {
+pub(super) struct ProgressTracker {
     pub(super) journal: Box<dyn Journal>,
     pub(super) checkpoint: Checkpoint,
     /// True if the arm outlives this process: only then is the journal written while the job runs.
-    lasting: bool,
+    outlives_process: bool,
     written: Option<Instant>,
     /// True while the checkpoint still has to be written at the end.
     pub(super) open: bool,
@@ -39,79 +39,79 @@ pub(super) struct Track {
     /// Number of inserted commands among them (settings of the pace).
     inserted: u64,
     /// True if the arm's index may skip numbers or count foreign commands at any time.
-    passes_over: bool,
+    index_may_skip: bool,
     /// The rest of the program that runs.
     pub(super) rest: Option<RemainingProgram>,
     /// Height by which the pen is lifted if the job is stopped now, mm.
     pub(super) lift: Option<f64>,
     /// Place to resume at, once known.
-    pub(super) left: Option<Left>,
+    pub(super) resume_place: Option<ResumePlace>,
     /// Time of the last progress event.
-    pub(super) told: Option<Instant>,
+    pub(super) last_report: Option<Instant>,
     /// True if the arm had finished everything before the first step before any stop. The index at
     /// a stop does not tell: a command that was cut short may count as finished.
     pub(super) at_first: bool,
     /// Why the journal holds nothing of the job, if its last write failed.
-    pub(super) unkept: Option<Arc<str>>,
+    pub(super) storage_error: Option<Arc<str>>,
     /// True once a failed write was reported: later failures are not reported again.
-    told_unkept: bool,
+    storage_error_reported: bool,
     shared: Arc<Shared>,
 }
 
-impl Track {
+impl ProgressTracker {
     pub(super) fn new(
         journal: Box<dyn Journal>,
         spec: &JobSpec,
-        lasting: bool,
+        outlives_process: bool,
         shared: Arc<Shared>,
     ) -> Self {
         Self {
             journal,
             checkpoint: Checkpoint::new(&spec.program.plan().title, spec.program.steps(), false),
-            lasting,
+            outlives_process,
             written: None,
             open: false,
             counter: StepCounter::default(),
             pulled: 0,
             inserted: 0,
-            passes_over: false,
+            index_may_skip: false,
             rest: None,
             lift: None,
-            left: None,
-            told: None,
+            resume_place: None,
+            last_report: None,
             at_first: false,
-            unkept: None,
-            told_unkept: false,
+            storage_error: None,
+            storage_error_reported: false,
             shared,
         }
     }
 
     /// Opens the journal for this program and arm.
-    pub(super) fn is_of(&mut self, key: &JournalKey, passes_over: bool) {
+    pub(super) fn open_journal(&mut self, key: &JournalKey, index_may_skip: bool) {
         self.journal.open(key);
-        (self.checkpoint.mixed, self.passes_over) = (passes_over, passes_over);
+        (self.checkpoint.mixed, self.index_may_skip) = (index_may_skip, index_may_skip);
     }
 
     /// Starts or resumes the job after the steps of `rest`, at position `within` of the next step
-    /// if given. `clock` is the arm's clock, ms; `rests_at` its index if it is at rest.
-    pub(super) fn begins(
+    /// if given. `clock` is the arm's clock, ms; `rest_index` its index if it is at rest.
+    pub(super) fn begin(
         &mut self,
         rest: &RemainingProgram,
         within: Option<[f64; 3]>,
         clock: u32,
-        rests_at: Option<u64>,
-        passes_over: bool,
+        rest_index: Option<u64>,
+        index_may_skip: bool,
     ) {
         let from = rest.from();
         let checkpoint = &mut self.checkpoint;
         (checkpoint.finished, checkpoint.handed) = (from, from);
         (checkpoint.within, checkpoint.twice) = (within.map(|place| (from, place)), 0.0);
-        (checkpoint.clock, checkpoint.rest) = (clock, rests_at);
+        (checkpoint.clock, checkpoint.rest) = (clock, rest_index);
         checkpoint.ended = None;
-        self.counter = rest.counter(passes_over).from_rest(rests_at);
+        self.counter = rest.counter(index_may_skip).from_rest(rest_index);
         (self.pulled, self.inserted, self.open) = (0, 0, true);
         self.at_first = false;
-        self.checkpoint.mixed = passes_over;
+        self.checkpoint.mixed = index_may_skip;
         self.checkpoint.index = self
             .counter
             .last()
@@ -143,7 +143,7 @@ impl Track {
 
     /// Counts an inserted command that is about to go out. After the first step an index may stand
     /// for it until the arm has finished it; before that it only shifts the index.
-    pub(super) fn inserts(&mut self, lead: u64) {
+    pub(super) fn note_inserted(&mut self, lead: u64) {
         let ahead = self.pulled - self.inserted <= lead;
         self.pulled += 1;
         self.inserted += 1;
@@ -160,7 +160,7 @@ impl Track {
     }
 
     /// Counts the next command of the program, which is about to go out.
-    pub(super) fn pulls(&mut self, lead: u64) {
+    pub(super) fn note_pulled(&mut self, lead: u64) {
         // The first write happens with the first command even if no new step begins: the checkpoint
         // must replace that of the earlier run.
         let first = self.pulled == 0;
@@ -169,22 +169,22 @@ impl Track {
         if steps > self.checkpoint.handed {
             let most = self.checkpoint.steps.unwrap_or(u64::MAX);
             // Written before the command goes out: after a crash this is an upper bound.
-            self.checkpoint.handed = steps.saturating_add(AHEAD).min(most);
+            self.checkpoint.handed = steps.saturating_add(STEPS_RECORDED_AHEAD).min(most);
             self.write_if_lasting();
         } else if first {
             self.write_if_lasting();
         }
     }
 
-    /// Records the progress and writes it, at most every [`PAUSE`].
-    pub(super) fn reached(
+    /// Records the progress and writes it, at most every [`WRITE_INTERVAL`].
+    pub(super) fn note_progress(
         &mut self,
         finished: u64,
         index: Option<(u64, u64)>,
         clock: u32,
         current: u64,
     ) {
-        if self.checkpoint.mixed && !self.passes_over {
+        if self.checkpoint.mixed && !self.index_may_skip {
             self.checkpoint.mixed = !self.counter.has_passed_inserted(current);
         }
         self.at_first |= self.counter.is_at_first(current);
@@ -196,18 +196,18 @@ impl Track {
         (checkpoint.finished, checkpoint.index) = (finished, index);
         if self
             .written
-            .is_none_or(|written| written.elapsed() >= PAUSE)
+            .is_none_or(|written| written.elapsed() >= WRITE_INTERVAL)
         {
             self.write_if_lasting();
         }
     }
 
     /// Records that the job ended early or is paused, and where it resumes.
-    pub(super) fn ends(&mut self, resume_point: ResumePoint, within: Option<(u64, [f64; 3])>) {
+    pub(super) fn record_end(&mut self, resume_point: ResumePoint, within: Option<(u64, [f64; 3])>) {
         self.checkpoint.handed = self.handed();
         self.checkpoint.within = within;
         self.checkpoint = std::mem::take(&mut self.checkpoint).ended(resume_point);
-        self.left = Some(Left::Known {
+        self.resume_place = Some(ResumePlace::Known {
             resume_point,
             within: within.is_some(),
             burnt_twice: self.checkpoint.twice,
@@ -215,9 +215,9 @@ impl Track {
         self.close();
     }
 
-    /// Like [`ends`](Self::ends), for an arm that was stopped at `pose`. A burn resumes a braking
+    /// Like [`record_end`](Self::record_end), for an arm that was stopped at `pose`. A burn resumes a braking
     /// distance before it, because where the laser went out is unknown.
-    pub(super) fn ends_at(
+    pub(super) fn record_end_at(
         &mut self,
         resume_point: ResumePoint,
         within: Option<(u64, [f64; 3])>,
@@ -225,44 +225,44 @@ impl Track {
     ) {
         let rest = self.rest.as_ref().filter(|_| burns);
         match rest.and_then(|rest| rest.before_braking(resume_point, within, pose)) {
-            Some(place) => self.ends_burning(place),
-            None => self.ends(resume_point, within),
+            Some(place) => self.record_burn_end(place),
+            None => self.record_end(resume_point, within),
         }
     }
 
     /// Records an early end of a burn that resumes at `place`.
-    pub(super) fn ends_burning(&mut self, place: BurnPlace) {
+    pub(super) fn record_burn_end(&mut self, place: BurnPlace) {
         let resume_point = match place.within {
             Some(_) => ResumePoint::Again(place.steps),
             None => ResumePoint::After(place.steps),
         };
         self.checkpoint.twice = place.twice;
-        self.ends(resume_point, place.within.map(|at| (place.steps, at)));
+        self.record_end(resume_point, place.within.map(|at| (place.steps, at)));
     }
 
     /// Records an early end whose progress is unknown.
-    pub(super) fn breaks_off(&mut self) {
+    pub(super) fn record_unknown_end(&mut self) {
         self.checkpoint.handed = self.handed();
-        self.left = Some(Left::NotAsked);
+        self.resume_place = Some(ResumePlace::NotRead);
         self.close();
     }
 
     /// Records an early end after a reset: the arm no longer knows what it did.
-    pub(super) fn is_forgotten(&mut self) {
+    pub(super) fn record_reset(&mut self) {
         self.checkpoint.handed = self.handed();
         let span = StepRange {
             least: self.checkpoint.finished,
             most: self.checkpoint.handed,
         };
         self.checkpoint = std::mem::take(&mut self.checkpoint).ended(ResumePoint::Doubt(span));
-        self.left = Some(Left::Forgotten(span));
+        self.resume_place = Some(ResumePlace::Forgotten(span));
         self.close();
     }
 
     /// Removes the journal of a finished job.
     pub(super) fn remove(&mut self) {
         self.open = false;
-        self.left = None;
+        self.resume_place = None;
         self.journal.remove();
     }
 
@@ -272,7 +272,7 @@ impl Track {
     }
 
     fn write_if_lasting(&mut self) {
-        if self.lasting {
+        if self.outlives_process {
             self.write();
         }
     }
@@ -280,11 +280,11 @@ impl Track {
     fn write(&mut self) {
         self.written = Some(Instant::now());
         let failed = self.journal.write(&self.checkpoint).err();
-        self.unkept = failed.map(|error| error.to_string().into());
-        if let Some(cause) = &self.unkept
-            && !std::mem::replace(&mut self.told_unkept, true)
+        self.storage_error = failed.map(|error| error.to_string().into());
+        if let Some(cause) = &self.storage_error
+            && !std::mem::replace(&mut self.storage_error_reported, true)
         {
-            self.shared.tell(JobEvent::Unkept(Arc::clone(cause)));
+            self.shared.emit(JobEvent::NotStored(Arc::clone(cause)));
         }
     }
 }
