@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_frame_says_why() {
+    fn invalid_frame_reports_its_fault() {
         let frame = StateFrame {
             subscription: 0x0102,
             sequence: 0x0304_0506,

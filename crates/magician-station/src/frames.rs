@@ -264,7 +264,7 @@ mod tests {
     const GET: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];
 
     #[test]
-    fn pieces_come_back_as_they_passed_with_their_times() {
+    fn ring_returns_pieces_with_direction_and_time() {
         let ring = FrameRing::new("line");
         let mut fourth = Mark::default();
         for nth in 0..10 {
@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn ten_minutes_are_kept() {
+    fn ring_covers_ten_minutes() {
         let ring = FrameRing::new("line");
         for second in 0..2000 {
             ring.add(Duration::from_secs(second), Direction::Request, &GET);
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_busier_than_any_drops_the_oldest_and_counts_them() {
+    fn full_ring_drops_and_counts_the_oldest_pieces() {
         let ring = FrameRing::new("line");
         let piece = [0; 1000];
         for nth in 0..30_000 {

@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn without_a_thread_jobs_are_written_by_the_return() {
+    async fn inline_keeper_writes_before_returning() {
         let keeper = Keeper::with(true, Box::new(|_| {}), Arc::new(NoStore), |_| {
             panic!("it was returned")
         });
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn of_jobs_that_wait_for_the_disk_the_newest_alone_is_written() {
+    async fn only_the_newest_waiting_jobs_are_written() {
         let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
         let go = Mutex::new(go);
         let keeper = beside(Box::new(|_| {}), Slow { began, go });
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_journal_that_is_not_written_takes_no_more_than_its_room() {
+    async fn unwritten_journal_is_bounded() {
         let ((go, held), (begins, begun)) = (mpsc::channel::<()>(), mpsc::channel());
         let held = Mutex::new(held);
         let written = Arc::new(Mutex::new(0));

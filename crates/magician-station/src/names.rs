@@ -18,7 +18,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn name_is_lower_case_and_begins_with_a_letter_or_digit() {
+    fn name_is_lower_case_and_starts_with_a_letter_or_digit() {
         for name in ["a", "0", "a1_-", &"x".repeat(32)] {
             assert!(is_name(name), "{name}");
         }

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn roster_is_read_as_it_is_written() {
+    fn roster_round_trips_through_json() {
         let known = roster(&[("a1", "bench-1"), ("b1", "")]);
         assert_eq!(Roster::parse(&known.to_value().to_string()), Ok(known));
         for wrong in [
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn roster_of_another_adds_arms_and_changes_none() {
+    fn merged_roster_adds_arms_without_changing_any() {
         let mut own = roster(&[("a1", "bench-1"), ("a2", "bench-1")]);
         own.add(&roster(&[("a1", "elsewhere"), ("a3", "bench-3")]));
         let all = roster(&[("a1", "bench-1"), ("a2", "bench-1"), ("a3", "bench-3")]);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn roster_of_a_flood_is_bounded() {
+    fn roster_size_is_bounded() {
         let mut own = Roster::default();
         for at in 0..=MOST {
             own.expect(format!("a{at}"), &"m".repeat(MACHINE + 1));

@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn each_null_of_an_example_has_a_kind_and_each_nullable_place_is_there() {
+    fn nullable_places_match_the_nulls_of_examples() {
         for name in EXAMPLES.keys() {
             let example = Example::of(name).unwrap();
             let result = example.result.clone().unwrap_or_default();
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_null_is_so_in_its_place_alone() {
+    fn null_is_allowed_only_at_its_place() {
         let schema = |method| Example::of(method).unwrap().shape();
         let arms = schema("arm.list")["properties"]["arms"]["items"]["properties"].clone();
         assert_eq!(arms["name"]["type"], json!("string"));
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_component_is_named_wherever_it_stands() {
+    fn component_is_referenced_at_every_occurrence() {
         let job = json!({"$ref": "#/components/schemas/Job"});
         for method in ["job.get", "job.pause", "job.resume", "job.stop"] {
             assert_eq!(Example::of(method).unwrap().shape(), job, "{method}");

@@ -260,7 +260,7 @@ mod tests {
 
     /// Ids among the top-level members must be declared in `ids` as well.
     #[test]
-    fn ids_of_a_row_are_those_of_its_members() {
+    fn notification_ids_match_its_members() {
         for row in NOTIFICATIONS {
             let ids = row.params.iter().filter_map(|member| match member.shape {
                 Shape::Id(kind) => Some((member.name, kind)),

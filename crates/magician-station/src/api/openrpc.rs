@@ -153,7 +153,7 @@ mod tests {
 
     /// Requirements of OpenRPC 1.3 that the functions above do not guarantee by themselves.
     #[test]
-    fn every_example_is_one_of_its_method() {
+    fn every_example_satisfies_its_method() {
         let document = openrpc();
         let methods = document["methods"].as_array().unwrap();
         let known = |name: &Value| methods.iter().any(|method| method["name"] == *name);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_in_the_document_is_without_a_type() {
+    fn every_schema_has_a_type() {
         let document = openrpc();
         let mut found = Vec::new();
         for method in document["methods"].as_array().unwrap() {
@@ -250,7 +250,7 @@ mod tests {
 
     /// Every reference must resolve.
     #[test]
-    fn each_reference_leads_to_a_component() {
+    fn every_reference_resolves() {
         fn look(value: &Value, document: &Value) {
             match value {
                 Value::Object(members) => {
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn each_notification_and_each_event_has_an_example() {
+    fn every_notification_and_event_has_an_example() {
         for row in NOTIFICATIONS {
             assert!(NotificationExample::of(row.name).is_some(), "{}", row.name);
         }

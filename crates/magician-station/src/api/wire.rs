@@ -164,7 +164,7 @@ mod tests {
     use crate::station::CloseCode;
 
     #[test]
-    fn parts_of_the_frame_lie_behind_each_other_and_fill_it() {
+    fn frame_parts_are_contiguous_and_fill_the_frame() {
         let mut at = 0;
         for part in FRAME_PARTS {
             assert_eq!(part.offset, at, "{}", part.name);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn each_close_code_of_the_station_is_in_the_table() {
+    fn every_close_code_is_documented() {
         let own = [
             CloseCode::HELLO,
             CloseCode::TOKEN,

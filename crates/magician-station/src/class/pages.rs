@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_titles_are_text_on_the_page_and_nothing_else() {
+    fn names_and_titles_are_escaped_on_the_page() {
         let evil = "<script>alert(1)</script>\"&";
         let results = json!({"results": [{"pupil": evil, "title": evil, "time_local": evil, "arm": "arm",
             "drawn_mm": 12.4, "svg": format!("<svg>{evil}</svg>")}]});
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn picture_is_upright_for_the_reader_in_front_of_the_arm() {
+    fn picture_is_upright_for_a_reader_facing_the_arm() {
         let svg = picture_svg(&json!([[[200, 0], [220, 10]], [[200, 10], [210, 10]]]));
         assert!(
             svg.contains("M2.0 2.0L12.0 22.0M12.0 2.0L12.0 12.0"),
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_keeps_the_ends_of_its_strokes() {
+    fn thinned_picture_keeps_stroke_ends() {
         let points: Vec<_> = (0..10_000).map(|at| json!([at, 0])).collect();
         let strokes = picture(&json!({"strokes": [{"points": points}]}));
         let stroke = strokes[0].as_array().unwrap();

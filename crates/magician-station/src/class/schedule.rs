@@ -329,7 +329,7 @@ until = "01:00"
 "#;
 
     #[test]
-    fn a_time_for_people_is_that_of_the_clock_on_the_wall() {
+    fn displayed_time_is_local() {
         for (offset, text) in [
             (Some(5400), "2026-11-25 09:42"),
             (Some(-5400), "2026-11-25 06:42"),
@@ -340,7 +340,7 @@ until = "01:00"
     }
 
     #[test]
-    fn times_are_those_of_the_calendar() {
+    fn times_match_the_calendar() {
         for (text, seconds) in [
             ("1970-01-01T00:00:00Z", Some(0)),
             ("2000-02-29T12:00:00+01:00", Some(951_822_000)),
@@ -355,7 +355,7 @@ until = "01:00"
     }
 
     #[test]
-    fn weekly_slots_are_of_the_local_day_and_may_end_behind_midnight() {
+    fn weekly_slots_use_local_days_and_may_cross_midnight() {
         let schedule = Schedule::parse(FILE).unwrap();
         // Wednesday, 23:30 local time.
         let now = instant("2026-11-25T23:30:00+01:00").unwrap();
@@ -370,7 +370,7 @@ until = "01:00"
     }
 
     #[test]
-    fn what_is_wrong_names_its_slot_and_what_to_write() {
+    fn schedule_error_names_its_slot_and_the_expected_form() {
         let weekly = FILE.replace("offset = \"+01:00\"\n", "");
         for (text, part) in [
             (weekly.as_str(), "slot 2: weekly slots need"),

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_taken_as_people_write_them() {
+    fn common_address_forms_are_accepted() {
         for (text, host, arm) in [
             ("http://127.0.0.1:8910", "127.0.0.1:8910", None),
             ("http://localhost:8910/", "localhost:8910", None),

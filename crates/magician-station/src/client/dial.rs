@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn socket_is_opened_once_there_is_a_descriptor_and_other_errors_are_told() {
+    async fn open_retries_without_descriptors_and_reports_other_errors() {
         let exhausted = if cfg!(windows) { 10_024 } else { 24 };
         let mut left = 3;
         let opened = with_descriptor(|| {

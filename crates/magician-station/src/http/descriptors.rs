@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn connections_leave_descriptors_for_files() {
+    fn connection_limits_reserve_descriptors_for_files() {
         for descriptors in [240, 256, 300, 512, 800] {
             let limits = within(LIMITS, Some(descriptors));
             let places = limits.loopback_strangers + limits.strangers + limits.claims;
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn usual_number_of_descriptors_changes_nothing() {
+    fn default_descriptor_limit_keeps_the_admission_limits() {
         for descriptors in [None, Some(1024), Some(usize::MAX)] {
             assert_eq!(within(LIMITS, descriptors), LIMITS);
         }

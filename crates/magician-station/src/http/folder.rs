@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_is_there_whole_or_not_at_all() {
+    fn upload_is_stored_completely_or_not_at_all() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path().join("new"));
         assert_eq!(folder.list(), Ok(Vec::new()));
@@ -370,7 +370,7 @@ mod tests {
         /// For any sequence of uploads: the library never exceeds its level, students never fill it
         /// above theirs, and a refusal is correct and changes nothing.
         #[test]
-        fn what_students_put_leaves_room_for_teachers(acts in acts()) {
+        fn student_quota_reserves_room_for_teachers(acts in acts()) {
             let (students, all) = (
                 LibraryUse { programs: 6, bytes: 150 },
                 LibraryUse { programs: 9, bytes: 240 },
@@ -423,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_read_stays_the_same_while_it_is_replaced() {
+    fn open_program_is_unchanged_by_its_replacement() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path());
         keep(&folder, &name("a"), Role::Student, b"old").unwrap();
@@ -435,7 +435,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_uploads_that_were_cut_off_long_ago_are_removed() {
+    fn stale_part_files_are_removed() {
         let place = tempfile::tempdir().unwrap();
         for (part, age) in [("1-0", STALE * 2), ("2-0", STALE / 2)] {
             let file = File::create(place.path().join(format!("{PART}{part}"))).unwrap();
@@ -450,7 +450,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn links_folders_and_hidden_files_are_no_programs() {
+    fn links_folders_and_hidden_files_are_not_listed() {
         let place = tempfile::tempdir().unwrap();
         let outside = place.path().join("secret");
         fs::write(&outside, "secret").unwrap();

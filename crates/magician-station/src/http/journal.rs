@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_those_of_the_calendar() {
+    fn times_match_the_calendar() {
         for (t, text) in [
             (0.0, "1970-01-01T00:00:00.000Z"),
             (951_782_399.5, "2000-02-28T23:59:59.500Z"),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_large_begins_anew_and_five_older_ones_stay() {
+    fn large_journal_rotates_and_keeps_five_older_files() {
         let folder = tempfile::tempdir().unwrap();
         let journal = JournalFile::at(folder.path().join("station/journal.jsonl"));
         let line = |number: u64| JournalLine {

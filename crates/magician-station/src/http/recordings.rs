@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_that_is_killed_leaves_what_was_flushed() {
+    fn killed_program_leaves_flushed_readings() {
         let folder = tempfile::tempdir().unwrap();
         let store = RecordingFolder::at(folder.path().join("recordings"));
         let mut file = store.begin("arm-20261123-120000.mcap", 1000.0, 20).unwrap();

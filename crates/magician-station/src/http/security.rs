@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn hosts_of_this_machine_are_let_in_and_no_others() {
+    fn only_local_host_names_are_admitted() {
         let admission = Admission::default();
         let local = ends(HERE, "127.0.0.1:50000");
         for (hosts, outcome) in [
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_without_a_port_is_that_of_the_scheme() {
+    fn host_without_port_uses_the_default_port() {
         let admission = Admission::default();
         for (port, tls, taken) in [
             (80, false, true),
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn loopback_is_both_ends_and_nothing_between() {
+    fn loopback_requires_local_ends_and_no_proxy() {
         let admission = Admission {
             hosts: vec!["arm.example".into()],
             ..Admission::default()
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn origins_are_our_own_or_named() {
+    fn only_own_or_listed_origins_are_admitted() {
         let admission = Admission {
             hosts: vec!["arm.example:443".into()],
             origins: vec!["https://lessons.example".into(), "null".into()],
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_is_in_a_header_and_never_in_an_address() {
+    fn token_is_accepted_in_a_header_only() {
         let admission = Admission::default();
         let local = ends(HERE, "127.0.0.1:50000");
         let host = ("host", "localhost:8910");

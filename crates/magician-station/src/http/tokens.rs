@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_has_not_changed_is_not_read_again() {
+    fn unchanged_token_file_is_not_reread() {
         let (_folder, store, token) = stored();
         assert!(store.grant(&token).unwrap().is_some());
         // The use was noted in the file; the cached content stays valid while the file is
@@ -532,7 +532,7 @@ mod tests {
     }
 
     #[test]
-    fn change_by_another_program_is_seen_by_the_next_look() {
+    fn foreign_change_is_seen_by_the_next_read() {
         let (_folder, store, token) = stored();
         let other = TokenStore::at(store.path.clone());
         for _ in 0..20 {
@@ -547,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_cannot_be_read_is_an_error() {
+    fn unreadable_token_file_is_an_error() {
         let (_folder, store, token) = stored();
         fs::remove_file(&store.path).unwrap();
         fs::create_dir(&store.path).unwrap();

@@ -180,7 +180,7 @@ mod tests {
 
     /// The whole rule: first the role, then `yes`.
     #[test]
-    fn danger_needs_the_role_first_and_then_the_word() {
+    fn dangerous_command_needs_the_role_before_the_confirmation() {
         use Role::{Student, Teacher, Viewer};
         for needs in [Student, Teacher] {
             for role in [Viewer, Student, Teacher] {

@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn every_text_is_made_once() {
+    fn state_texts_are_cached() {
         let mut before = SharedState::new(StateContext::default(), fields(1.0, 1));
         let mut now = SharedState::new(StateContext::default(), fields(2.0, 1));
         assert!(Arc::ptr_eq(&before.whole(), &before.whole()));

@@ -209,7 +209,7 @@ proptest! {
     })]
 
     #[test]
-    fn whatever_comes_in_whatever_order_each_is_answered_once(script in vec(line(), 1..150)) {
+    fn every_request_is_answered_once_in_any_sequence(script in vec(line(), 1..150)) {
         let mut life = Life::default();
         // Some clients are connected from the start.
         life.live("+3\n+2\n+2\n+1\n");
@@ -223,7 +223,7 @@ proptest! {
 }
 
 #[test]
-fn a_flood_of_every_method_stays_within_its_bounds() {
+fn flood_of_every_method_stays_within_bounds() {
     let mut life = Life::default();
     life.live("+3");
     let hello = json!({"jsonrpc": "2.0", "id": 0, "method": "session.hello", "params": {"client": {"name": "a"}}});

@@ -356,7 +356,7 @@ proptest! {
     })]
 
     #[test]
-    fn viewers_and_strangers_cost_a_student_neither_socket_nor_jog_nor_lease(
+    fn viewers_and_strangers_do_not_disturb_a_student(
         deeds in vec(deed(), 1..150),
     ) {
         let mut scene = Scene::new();
@@ -368,7 +368,7 @@ proptest! {
 }
 
 #[test]
-fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_megabytes() {
+fn hello_loops_send_a_listener_less_than_two_megabytes() {
     let mut scene = Scene::new();
     for _ in 0..500 {
         scene.does(Deed::Loop(3));
@@ -381,7 +381,7 @@ fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_
 }
 
 #[test]
-fn loop_of_stops_is_obeyed_and_cuts_no_listener_off() {
+fn loop_of_stops_is_obeyed_and_closes_no_listener() {
     let mut scene = Scene::new();
     scene.come(true);
     scene.tell(0, &hello("v", true));
@@ -394,7 +394,7 @@ fn loop_of_stops_is_obeyed_and_cuts_no_listener_off() {
 }
 
 #[test]
-fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
+fn student_resumes_during_a_loop_of_viewers() {
     let mut scene = Scene::new();
     let secret = "secret-1";
     let socket = scene.student;
@@ -423,7 +423,7 @@ fn refusal(scene: &mut Scene, socket: SocketId) -> Value {
 }
 
 #[test]
-fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
+fn excess_viewers_are_refused_and_students_admitted() {
     let mut scene = Scene::new();
     for at in 0..VIEWERS {
         scene.come(true);
@@ -448,7 +448,7 @@ fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
 }
 
 #[test]
-fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
+fn hello_without_a_free_place_is_refused_except_from_loopback() {
     let mut scene = Scene::new();
     let late = scene.open(Some(Role::Student)).expect("room");
     // All places but four are open to clients from elsewhere, and the student has one of them.
@@ -475,7 +475,7 @@ fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
 }
 
 #[test]
-fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
+fn viewers_are_evicted_for_pin_code_and_token() {
     const CLASS: &str = "[class]\npin = \"482913\"\n[[pupil]]\nname = \"Ada\"\ncode = \"7K3M\"\n";
     let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
     config.class = Some(CLASS.to_owned());

@@ -12,7 +12,7 @@ async fn call(bench: &HttpStation, method: &str, params: Value) -> Value {
 }
 
 #[tokio::test]
-async fn a_request_takes_the_lease_that_is_free_and_gives_it_back() {
+async fn single_request_acquires_and_releases_a_free_lease() {
     let bench = HttpStation::new().await;
     let moved = call(&bench, "arm.move", json!({"to": [220, 30, 50, 0]})).await;
     assert_eq!(
@@ -37,7 +37,7 @@ async fn a_request_takes_the_lease_that_is_free_and_gives_it_back() {
 }
 
 #[tokio::test]
-async fn what_is_queued_by_one_request_goes_on_after_it() {
+async fn command_queued_by_a_single_request_continues() {
     let bench = HttpStation::new().await;
     let queued = call(
         &bench,
@@ -51,7 +51,7 @@ async fn what_is_queued_by_one_request_goes_on_after_it() {
 }
 
 #[tokio::test]
-async fn what_is_for_sessions_says_so() {
+async fn session_method_refuses_a_single_request() {
     let bench = HttpStation::new().await;
     for (method, params) in [
         ("session.hello", json!({"client": {"name": "x"}})),
@@ -80,7 +80,7 @@ async fn what_is_for_sessions_says_so() {
 }
 
 #[tokio::test]
-async fn a_caller_who_goes_away_stops_what_it_does() {
+async fn closed_request_stops_its_motion() {
     use tokio::io::AsyncWriteExt;
     let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;

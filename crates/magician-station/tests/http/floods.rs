@@ -79,7 +79,7 @@ proptest! {
     })]
 
     #[test]
-    fn urgent_request_is_answered_within_few_turns_of_any_pipelined_requests(
+    fn urgent_request_overtakes_pipelined_requests(
         kinds in proptest::collection::vec(0..6_usize, 1..24),
     ) {
         let runtime = Builder::new_current_thread().enable_all().build().unwrap();
@@ -120,7 +120,7 @@ fn handled(bench: &HttpStation) -> u64 {
 }
 
 #[tokio::test]
-async fn message_of_a_session_is_handled_within_few_turns_of_viewers_with_many() {
+async fn session_message_is_not_delayed_by_busy_viewers() {
     const LIST: &str = r#"{"jsonrpc":"2.0","id":7,"method":"session.list"}"#;
     let bench = HttpStation::new().await;
     let mut student = bench.join("student").await;

@@ -66,7 +66,7 @@ fn files(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 #[test]
-fn jobs_are_of_the_arm_whatever_it_is_called_and_wherever_it_is() {
+fn jobs_follow_the_serial_number_across_names_and_ports() {
     let place = tempfile::tempdir().unwrap();
     let one = open(place.path(), &[(real("arm", "/dev/a"), "DT1")]).unwrap();
     one.save(0, &file(&["j1"])).unwrap();
@@ -83,7 +83,7 @@ fn jobs_are_of_the_arm_whatever_it_is_called_and_wherever_it_is() {
 }
 
 #[test]
-fn arm_without_a_serial_number_is_known_by_its_port() {
+fn arm_without_serial_number_is_identified_by_port() {
     let place = tempfile::tempdir().unwrap();
     let one = open(place.path(), &[(real("arm", "tcp:a:1"), "")]).unwrap();
     one.save(0, &file(&["j1"])).unwrap();
@@ -96,7 +96,7 @@ fn arm_without_a_serial_number_is_known_by_its_port() {
 }
 
 #[test]
-fn serial_number_of_two_arms_counts_with_the_port_from_then_on() {
+fn shared_serial_number_is_combined_with_the_port() {
     let place = tempfile::tempdir().unwrap();
     let alone = open(place.path(), &[(real("arm", "tcp:a:1"), "DT1")]).unwrap();
     alone.save(0, &file(&["j1"])).unwrap();
@@ -119,7 +119,7 @@ fn serial_number_of_two_arms_counts_with_the_port_from_then_on() {
 }
 
 #[test]
-fn two_stations_share_the_folder_and_no_arm() {
+fn two_stations_share_the_folder_but_no_arm() {
     let place = tempfile::tempdir().unwrap();
     let one = open(place.path(), &[(real("arm", "tcp:a:1"), "DT1")]).unwrap();
     one.save(0, &file(&["j1"])).unwrap();
@@ -146,7 +146,7 @@ fn two_stations_share_the_folder_and_no_arm() {
 }
 
 #[test]
-fn file_that_cannot_be_read_is_named_and_left_alone() {
+fn unreadable_job_file_is_reported_and_preserved() {
     let whole = file(&["j1", "j2"]).to_string();
     let newer = whole.replace("\"version\":2", "\"version\":3");
     let foreign = r#"{"version":2,"jobs":[{"job":7}]}"#;
@@ -188,7 +188,7 @@ fn file_that_cannot_be_read_is_named_and_left_alone() {
 }
 
 #[test]
-fn jobs_of_an_older_station_are_taken_over_once_by_the_names_of_arms() {
+fn old_job_file_is_migrated_once_by_arm_name() {
     let place = tempfile::tempdir().unwrap();
     let old = place.path().join("jobs.json");
     let jobs = json!([
@@ -221,7 +221,7 @@ fn jobs_of_an_older_station_are_taken_over_once_by_the_names_of_arms() {
 }
 
 #[test]
-fn disk_that_does_not_take_the_jobs_is_an_error_with_the_file() {
+fn failed_write_of_jobs_is_an_error() {
     let place = tempfile::tempdir().unwrap();
     let one = open(place.path(), &[(real("arm", "tcp:a:1"), "DT1")]).unwrap();
     one.save(0, &file(&["j1"])).unwrap();
@@ -233,7 +233,7 @@ fn disk_that_does_not_take_the_jobs_is_an_error_with_the_file() {
 }
 
 #[test]
-fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
+fn interrupted_command_runs_are_listed_per_arm_unless_running() {
     let place = tempfile::tempdir().unwrap();
     let runs = place.path().join("runs");
     let checkpoint = |finished| Checkpoint {
@@ -287,7 +287,7 @@ fn interrupted_runs_of_the_command_are_those_of_the_arm_and_not_under_way() {
 }
 
 #[test]
-fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
+fn failed_write_of_a_file_names_it() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("station");
     let store = open(&folder, &[(real("arm", "/dev/arm"), "DT1")]).unwrap();
@@ -301,7 +301,7 @@ fn file_that_the_disk_does_not_take_is_an_error_that_names_it() {
 }
 
 #[test]
-fn damaged_part_of_a_job_is_named_and_the_job_stays() {
+fn damaged_part_of_a_job_is_reported_and_the_job_kept() {
     let mut damaged = file(&["good", "whose", "what", "both"]);
     let kept = json!({"ran": true, "owner": {"pupil": "Ada"}, "later": 1});
     damaged["jobs"][0]["kept"] = kept;

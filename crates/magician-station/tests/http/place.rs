@@ -51,7 +51,7 @@ async fn rpc(bench: &HttpStation, headers: &str, method: &str, params: Value) ->
 }
 
 #[tokio::test]
-async fn every_route_takes_a_stranger_as_viewer_while_there_is_a_class() {
+async fn stranger_is_a_viewer_on_every_route_during_a_class() {
     let all = [&OPEN[..], &OF_CONTENT, &VIEWER, &STUDENT, &TEACHER].concat();
     for route in ROUTES {
         assert!(all.contains(&(route.method, route.path)), "{route:?}");
@@ -105,7 +105,7 @@ async fn every_route_takes_a_stranger_as_viewer_while_there_is_a_class() {
 }
 
 #[tokio::test]
-async fn post_without_a_token_reads_no_code_and_freezes_nothing_until_the_pin_is_given() {
+async fn post_without_token_needs_the_pin_for_codes_and_freezes() {
     let bench = HttpStation::new().await;
     assert!(rpc(&bench, "", "class.freeze", json!({})).await.json()["result"].is_object());
     class(&bench).await;
@@ -144,7 +144,7 @@ async fn post_without_a_token_reads_no_code_and_freezes_nothing_until_the_pin_is
 }
 
 #[tokio::test]
-async fn token_of_the_own_user_counts_on_this_machine_alone() {
+async fn own_user_token_is_valid_only_on_this_machine() {
     let folder = tempfile::TempDir::new().unwrap();
     let tokens = magician_station::http::TokenStore::at(folder.path().join("tokens.toml"));
     let (tokens, own) = tokens.with_own().unwrap();

@@ -29,7 +29,7 @@ fn files(bench: &HttpStation) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn a_program_is_put_given_and_removed() {
+async fn program_is_uploaded_downloaded_and_deleted() {
     let bench = HttpStation::new().await;
     let name = "house%202.svg";
     assert_eq!(ask(&bench, "GET", name, "", "").await.status, 404);
@@ -61,7 +61,7 @@ async fn a_program_is_put_given_and_removed() {
 }
 
 #[tokio::test]
-async fn a_library_takes_so_many_programs_and_bytes() {
+async fn library_limits_programs_and_bytes() {
     let bench = HttpStation::new().await;
     let most = LibraryQuotas::default().all;
     let folder = bench.folder.path().join("programs");
@@ -96,7 +96,7 @@ async fn a_library_takes_so_many_programs_and_bytes() {
 
 /// Students' programs leave room for a teacher. A refusal is sent before the bytes.
 #[tokio::test]
-async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
+async fn students_are_limited_to_their_quota() {
     let bench = HttpStation::new().await;
     let quotas = LibraryQuotas::default();
     let folder = bench.folder.path().join("programs");
@@ -165,7 +165,7 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
 }
 
 #[tokio::test]
-async fn names_lead_nowhere_else() {
+async fn program_names_cannot_escape_the_folder() {
     let bench = HttpStation::new().await;
     let secret = bench.folder.path().join("secret");
     fs::write(&secret, "secret").unwrap();
@@ -220,7 +220,7 @@ async fn names_lead_nowhere_else() {
 }
 
 #[tokio::test]
-async fn each_method_has_its_role() {
+async fn library_methods_require_their_role() {
     let bench = HttpStation::new().await;
     // (method, viewer, student, teacher), with the program already stored.
     for (method, expected) in [
@@ -300,7 +300,7 @@ async fn push(bench: &HttpStation, head: &str, bytes: u64, chunked: bool) -> Str
 }
 
 #[tokio::test]
-async fn a_program_is_of_64_mib_at_most_and_whole() {
+async fn upload_above_64_mib_or_incomplete_is_refused() {
     let bench = HttpStation::new().await;
     assert_eq!(ask(&bench, "PUT", "big", "", "old").await.status, 201);
     let length = |length: u64| format!("content-length: {length}\r\n");

@@ -205,14 +205,14 @@ fn told(met: TooManyCodes, limit: usize, left: Duration) -> Option<&'static str>
 }
 
 #[test]
-fn wrong_codes_keep_their_laws_on_every_walk() {
+fn wrong_code_limits_hold_on_random_walks() {
     for seed in 0..WALKS {
         assert_eq!(walk(seed, None), None, "walk {seed}");
     }
 }
 
 #[test]
-fn every_bug_before_the_codes_is_found() {
+fn every_planted_code_bug_is_found() {
     for (bug, law) in BUGS {
         let found: Vec<_> = (0..WALKS)
             .filter_map(|seed| walk(seed, Some(bug)))
@@ -223,7 +223,7 @@ fn every_bug_before_the_codes_is_found() {
 
 /// A flood of names and addresses uses bounded memory and does not affect a pupil's count.
 #[test]
-fn floods_of_names_and_addresses_are_forgotten_and_pupils_are_not() {
+fn unknown_names_and_addresses_are_bounded_but_pupils_kept() {
     let mut codes = WrongCodes::default();
     let now = HostInstant::ZERO;
     for _ in 0..NAME_TRIES {

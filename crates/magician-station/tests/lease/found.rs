@@ -29,7 +29,7 @@ fn effects(control: &mut Control) -> Vec<Effect> {
 }
 
 #[test]
-fn a_long_motion_that_is_stopped_was_a_word_up_to_the_stop() {
+fn motion_counts_as_keep_alive_until_its_stop() {
     let mut control = control();
     { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Motion) }.unwrap();
     let later = START + 2 * TTL;
@@ -40,7 +40,7 @@ fn a_long_motion_that_is_stopped_was_a_word_up_to_the_stop() {
 }
 
 #[test]
-fn a_request_under_way_at_one_arm_keeps_the_lease_of_another() {
+fn request_at_one_arm_keeps_the_lease_of_another() {
     let mut control = control();
     control.acquire(START, ANNA, OTHER, RequestId(2), Duration::ZERO);
     { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::Motion) }.unwrap();
@@ -49,7 +49,7 @@ fn a_request_under_way_at_one_arm_keeps_the_lease_of_another() {
 }
 
 #[test]
-fn those_behind_one_who_has_waited_long_enough_are_told_their_place() {
+fn timeout_of_a_waiter_updates_the_places_behind_it() {
     let mut control = control();
     let (short, long) = (Duration::from_secs(1), Duration::from_secs(60));
     control.acquire(START, BEN, ARM, RequestId(2), short);
@@ -68,7 +68,7 @@ fn those_behind_one_who_has_waited_long_enough_are_told_their_place() {
 }
 
 #[test]
-fn who_asks_asks_the_next_holder_too_and_as_long() {
+fn pending_question_passes_to_the_next_holder_with_full_time() {
     let mut control = control();
     control.ask(START, CARL, ARM, RequestId(2));
     effects(&mut control);
@@ -93,7 +93,7 @@ fn who_asks_asks_the_next_holder_too_and_as_long() {
 }
 
 #[test]
-fn a_job_that_goes_on_is_not_stopped_for_what_was_queued_or_steers_it() {
+fn continuing_job_is_not_stopped_for_queued_or_steering_requests() {
     let mut control = control();
     { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Queued) }.unwrap();
     control.finish(START, ARM, RequestId(2));
@@ -112,7 +112,7 @@ fn a_job_that_goes_on_is_not_stopped_for_what_was_queued_or_steers_it() {
 }
 
 #[test]
-fn what_was_released_goes_on_when_a_later_lease_ends() {
+fn released_work_continues_after_a_later_lease_ends() {
     let mut control = control();
     { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Motion) }.unwrap();
     let Some(Effect::Granted { lease, .. }) = control.poll_effect() else {

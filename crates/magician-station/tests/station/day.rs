@@ -164,6 +164,6 @@ async fn live(rounds: u32) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_day_of_sessions_that_come_and_go_leaves_nothing() {
+async fn state_is_empty_after_a_day_of_sessions() {
     live(ROUNDS).await;
 }

@@ -29,7 +29,7 @@ fn stands(bench: &LocalStation) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goes() {
+async fn holder_finishes_its_stop_before_the_station_ends() {
     let bench = LocalStation::new(1).await;
     let (mut anna, lease) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
@@ -58,7 +58,7 @@ async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goe
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
+async fn holder_without_a_stop_in_1_s_is_evicted() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
@@ -75,7 +75,7 @@ async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
+async fn stopped_silent_holder_is_done() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
@@ -92,7 +92,7 @@ async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
+async fn holder_has_at_most_5_s_and_none_after_a_second_call() {
     for again in [false, true] {
         let bench = LocalStation::new(1).await;
         let (mut anna, _) = holder(&bench, "Anna").await;
@@ -127,7 +127,7 @@ async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
 const STOPS: Duration = Duration::from_millis(2 * 2 * 25 + 30);
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
+async fn unreachable_holder_is_not_waited_for() {
     let bench = LocalStation::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     drop(anna);
@@ -159,7 +159,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_begins_at_a_station_that_ends() {
+async fn ending_station_starts_nothing() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
@@ -192,7 +192,7 @@ async fn nothing_begins_at_a_station_that_ends() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_ends_at_once_as_the_station_begins_to_end() {
+async fn jog_ends_when_the_station_starts_to_end() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -237,7 +237,7 @@ fn start_of_a_job() -> Vec<(&'static str, Value)> {
 /// A client suspended by the system neither reads nor answers, but what it has sent is still in
 /// flight.
 #[tokio::test(start_paused = true)]
-async fn station_that_ends_leaves_an_empty_queue_whatever_its_client_had_sent() {
+async fn ended_station_leaves_an_empty_queue() {
     let calls = start_of_a_job();
     for sent in 0..=calls.len() {
         for (answered, late) in [(false, 0), (true, 0), (true, 3), (true, 40), (false, 990)] {

@@ -32,14 +32,14 @@ async fn role_of_a_stranger(bench: &LocalStation) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_class_that_was_ended_stays_ended() {
+async fn ended_class_stays_ended_after_restart() {
     let bench = after("class.toml", |_| String::new()).await;
     assert_eq!(class(&bench).await["class"], Value::Null);
     assert_eq!(role_of_a_stranger(&bench).await, "teacher");
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_class_that_cannot_be_read_makes_nobody_a_teacher() {
+async fn unreadable_class_grants_no_teacher_role() {
     let bench = after("class.toml", |text| text.replace("[class]", "[class")).await;
     assert_eq!(role_of_a_stranger(&bench).await, "viewer");
     let shown = class(&bench).await;
@@ -48,7 +48,7 @@ async fn a_class_that_cannot_be_read_makes_nobody_a_teacher() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn results_that_cannot_be_read_are_kept_aside() {
+async fn unreadable_results_are_moved_aside() {
     let bench = after("results.json", |_| "[{".to_owned()).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     let shown = teacher.ok("class.results", json!({})).await;
@@ -59,7 +59,7 @@ async fn results_that_cannot_be_read_are_kept_aside() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_schedule_that_cannot_be_read_leaves_the_arms_to_teachers_until_another_is_set() {
+async fn unreadable_schedule_reserves_arms_for_teachers() {
     let bench = after("schedule.toml", |_| "[[slot".to_owned()).await;
     let shown = class(&bench).await;
     let code = shown["pupils"][0]["code"].clone();

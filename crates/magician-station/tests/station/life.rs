@@ -134,7 +134,7 @@ async fn list_after(kept: Kept, job: &Value) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_state_of_a_job_survives_each_end_as_the_table_says() {
+async fn job_states_survive_each_end_as_documented() {
     let page = include_str!("../../../../docs/reference/STATION.md");
     for (state, expected) in TABLE {
         for (end, expected) in [End::Killed, End::Asked, End::Full]
@@ -156,7 +156,7 @@ async fn each_state_of_a_job_survives_each_end_as_the_table_says() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn refused_resume_changes_nothing() {
+async fn refused_resume_leaves_the_job_unchanged() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
@@ -179,7 +179,7 @@ async fn refused_resume_changes_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn program_that_cannot_be_placed_is_refused_with_the_report_of_its_check() {
+async fn unplaceable_program_is_refused_with_its_check_report() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -201,7 +201,7 @@ async fn program_that_cannot_be_placed_is_refused_with_the_report_of_its_check()
 }
 
 #[tokio::test(start_paused = true)]
-async fn endless_job_says_loops_0_and_is_over_when_its_stop_is_answered() {
+async fn endless_job_has_zero_loops_and_is_over_after_its_stop() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
@@ -221,7 +221,7 @@ async fn endless_job_says_loops_0_and_is_over_when_its_stop_is_answered() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn history_has_all_jobs_in_parts_and_totals_that_outlive_them() {
+async fn history_pages_through_all_jobs_and_totals_persist() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;

@@ -34,7 +34,7 @@ fn moves() -> Vec<(&'static str, Value)> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn lit_laser_refuses_every_verb_that_moves_and_a_dark_one_none() {
+async fn lit_laser_blocks_every_motion_method() {
     for by_pin in [false, true] {
         let bench = LocalStation::new(1).await;
         let mut anna = bench.join("Anna").await;

@@ -29,7 +29,7 @@ async fn turning(bench: &LocalStation) -> (Tester, serde_json::Value) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn stop_switches_a_motor_off() {
+async fn stop_switches_motors_off() {
     let bench = LocalStation::new(1).await;
     let (_anna, _) = turning(&bench).await;
     // Any session may stop.
@@ -88,7 +88,7 @@ fn is_on(bench: &LocalStation) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_has_no_end_of_its_own_goes_off_with_every_end_of_a_lease() {
+async fn motors_and_laser_go_off_with_every_lease_end() {
     let ends = ["released", "at once", "taken", "granted", "left", "silent"];
     let unheld = unheld();
     for ((what, requests), end) in unheld.iter().flat_map(|on| ends.map(|end| (on, end))) {
@@ -131,7 +131,7 @@ async fn what_has_no_end_of_its_own_goes_off_with_every_end_of_a_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn post_switches_nothing_on_that_has_no_end_of_its_own() {
+async fn post_cannot_switch_motors_or_laser_on() {
     let bench = LocalStation::new(1).await;
     let path = json!({"command": "CPLECmd", "yes": true, "fields": {
         "cp_mode": 1, "x": 220, "y": 0, "z": 0, "velocity_or_power": 50}});
@@ -152,7 +152,7 @@ async fn post_switches_nothing_on_that_has_no_end_of_its_own() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
+async fn queued_motor_command_is_dropped_with_the_lease() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let lease = anna.lease().await;
@@ -167,7 +167,7 @@ async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn motor_is_not_started_by_post() {
+async fn post_cannot_start_a_motor() {
     let bench = LocalStation::new(1).await;
     for method in ["arm.set", "arm.enqueue"] {
         let answer = bench.once(method, motor(1000)).await;
@@ -188,7 +188,7 @@ fn belt_plan() -> String {
 }
 
 #[tokio::test(start_paused = true)]
-async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
+async fn belt_of_an_unheld_job_stops_with_the_job() {
     let bench = LocalStation::new(1).await;
     let job = json!({"text": belt_plan(), "format": "plan", "unhomed": true, "yes": true});
     let answer = bench.once("job.start", job).await;
@@ -198,7 +198,7 @@ async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn job_that_leaves_belt_and_pump_on_says_so_in_notes() {
+async fn job_leaving_belt_and_pump_on_has_notes() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

@@ -57,7 +57,7 @@ fn heard(bare: &mut BareStation, notice: &str) -> (Vec<Value>, Vec<Value>) {
 }
 
 #[test]
-fn places_of_waiting_jobs_are_told_as_often_as_lists_and_at_last_as_they_are() {
+fn queue_positions_are_rate_limited_and_end_current() {
     const JOBS: usize = 20;
     const REORDERS: u32 = 190;
     let mut bare = BareStation::new();
@@ -116,7 +116,7 @@ fn places_of_waiting_jobs_are_told_as_often_as_lists_and_at_last_as_they_are() {
 }
 
 #[test]
-fn each_state_of_a_job_is_told_at_once() {
+fn each_job_state_is_notified_immediately() {
     let mut bare = BareStation::new();
     let socket = bare.socket;
     ask(&mut bare, socket, "lease.acquire", &json!({}));
@@ -136,7 +136,7 @@ fn each_state_of_a_job_is_told_at_once() {
 }
 
 #[test]
-fn each_change_of_turns_is_told_once() {
+fn each_turn_change_is_notified_once() {
     const CLASS: &str = "[class]\nturn_s = 120\n\
         [[pupil]]\nname = \"Ada\"\ncode = \"7K3M\"\n\
         [[pupil]]\nname = \"Ben\"\ncode = \"9QWE\"\n";

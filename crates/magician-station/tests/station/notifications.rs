@@ -105,7 +105,7 @@ async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_notification_comes_as_its_example_shows() {
+async fn every_notification_matches_its_example() {
     let mut wrong = Vec::new();
     for row in NOTIFICATIONS {
         let example = NotificationExample::of(row.name).expect(row.name);
@@ -118,7 +118,7 @@ async fn each_notification_comes_as_its_example_shows() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_event_comes_as_its_example_shows() {
+async fn every_event_matches_its_example() {
     let mut wrong = Vec::new();
     for row in EVENTS {
         let example = NotificationExample::of(row.name).expect(row.name);

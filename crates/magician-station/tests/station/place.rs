@@ -78,7 +78,7 @@ fn cells() -> Vec<(Row, String)> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_method_with_a_class_takes_a_stranger_as_viewer_and_pin_and_token_as_teacher() {
+async fn class_makes_strangers_viewers_on_every_method() {
     let mut wrong = Vec::new();
     for (row, method) in cells() {
         for who in ["stranger", "pin", "token"] {
@@ -123,7 +123,7 @@ async fn every_method_with_a_class_takes_a_stranger_as_viewer_and_pin_and_token_
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_method_without_a_class_refuses_a_stranger() {
+async fn stranger_may_call_every_method_without_a_class() {
     for (_, method) in cells() {
         let bench = LocalStation::new(1).await;
         let ids = json!({"job": "j0-1", "lease": "l0-1"});
@@ -140,7 +140,7 @@ async fn no_method_without_a_class_refuses_a_stranger() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_class_that_begins_takes_a_strangers_lease_and_stops_its_arm_and_its_end_gives_the_role_back()
+async fn class_start_revokes_a_strangers_lease_and_its_end_restores_the_role()
  {
     let bench = LocalStation::new(1).await;
     let mut page = stranger(&bench).await;
@@ -167,7 +167,7 @@ async fn a_class_that_begins_takes_a_strangers_lease_and_stops_its_arm_and_its_e
 }
 
 #[tokio::test(start_paused = true)]
-async fn wrong_pins_are_five_a_minute_and_stops_are_nobodys_tries() {
+async fn wrong_pins_are_limited_to_five_a_minute() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
@@ -192,7 +192,7 @@ async fn wrong_pins_are_five_a_minute_and_stops_are_nobodys_tries() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pin_is_made_and_kept_and_a_new_one_ends_the_sessions_of_the_old() {
+async fn generated_pin_is_stored_and_a_new_one_ends_old_sessions() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     let made = "[class]\n[[pupil]]\nname = \"Ada\"\n";
@@ -222,7 +222,7 @@ async fn a_pin_is_made_and_kept_and_a_new_one_ends_the_sessions_of_the_old() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_makes_a_class_stays_a_teacher_and_is_told_the_pin() {
+async fn creator_of_a_class_stays_teacher_and_gets_the_pin() {
     let bench = LocalStation::new(1).await;
     let (mut maker, mut other) = (stranger(&bench).await, stranger(&bench).await);
     let made = maker.ok("class.set", json!({"text": CLASS})).await;

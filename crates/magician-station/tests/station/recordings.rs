@@ -112,7 +112,7 @@ async fn asked(bench: &LocalStation) -> u64 {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
+async fn recording_sets_the_read_rate_and_contains_events() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -168,7 +168,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
+async fn history_of_ten_minutes_can_be_saved() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -218,7 +218,7 @@ async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_full_disk_costs_the_recording_and_never_the_arm() {
+async fn full_disk_ends_the_recording_but_not_the_arm() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -278,7 +278,7 @@ fn bytes_of<'a>(
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
+async fn line_traffic_is_complete_in_history_and_recording() {
     let tapes = Tapes::default();
     let (line, heard) = (FrameRing::new("usb"), Arc::new(Heard::default()));
     let both = Arc::new(Both(Arc::clone(&line), Arc::clone(&heard)));
@@ -318,7 +318,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
+async fn arm_is_read_for_the_history_without_clients() {
     let line = FrameRing::new("usb");
     let trace = Tracer::default().tap(Arc::clone(&line) as _);
     let bench = LocalStation::ringing(Tapes::default(), line, trace).await;

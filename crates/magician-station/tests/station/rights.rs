@@ -162,7 +162,7 @@ async fn queue(tester: &mut Tester) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_table_of_the_documents_is_what_the_station_does() {
+async fn documented_rights_table_matches_the_station() {
     let rows = table();
     assert!(rows.len() >= 8, "{}", rows.len());
     let mut wrong = Vec::new();
@@ -222,7 +222,7 @@ async fn the_table_of_the_documents_is_what_the_station_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
+async fn waiting_job_may_be_changed_by_owner_holder_and_teacher() {
     for who in WHO {
         let mut lesson = Lesson::new().await;
         let waits = json!({"job": lesson.waits});
@@ -252,7 +252,7 @@ async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_teachers_job_that_waits_is_no_nobodys() {
+async fn waiting_job_of_a_teacher_is_protected_from_strangers() {
     let mut lesson = Lesson::new().await;
     let job = json!({"job": queue(&mut lesson.teacher).await});
     // An anonymous student does not own a job without an owner.
@@ -312,7 +312,7 @@ async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Opti
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_way_to_the_laser_asks_for_the_same_role_and_word() {
+async fn every_laser_method_needs_the_same_role_and_confirmation() {
     for (is_virtual, students) in [(true, false), (false, false), (false, true)] {
         for role in [Role::Student, Role::Teacher] {
             for yes in [false, true] {

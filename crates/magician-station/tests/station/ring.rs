@@ -101,7 +101,7 @@ impl BareStation {
 }
 
 #[test]
-fn the_ring_has_ten_minutes_and_at_most_thirty_thousand_readings() {
+fn history_is_limited_to_ten_minutes_and_30_000_readings() {
     let mut bare = recording();
     bare.read_on(700, Duration::from_secs(1));
     assert_eq!(bare.ring(), (601, 600.0));
@@ -113,7 +113,7 @@ fn the_ring_has_ten_minutes_and_at_most_thirty_thousand_readings() {
 }
 
 #[test]
-fn readings_between_the_times_of_a_recording_are_left_out() {
+fn recording_drops_readings_above_its_rate() {
     let mut bare = recording();
     bare.send("record.start", &json!({"rate": 5}));
     bare.orders();
@@ -126,7 +126,7 @@ fn readings_between_the_times_of_a_recording_are_left_out() {
 }
 
 #[test]
-fn a_recording_that_was_lost_is_not_stopped_as_if_it_were_whole() {
+fn lost_recording_is_not_reported_as_complete() {
     let mut bare = recording();
     bare.send("record.start", &json!({}));
     bare.orders();
@@ -141,7 +141,7 @@ fn a_recording_that_was_lost_is_not_stopped_as_if_it_were_whole() {
 }
 
 #[test]
-fn an_arm_is_read_five_times_a_second_at_rest_and_fifty_while_it_moves() {
+fn read_rate_is_5_at_rest_and_50_in_motion() {
     let mut bare = with_ring(50, true);
     assert_eq!(bare.rates(), [Some(5)]);
     bare.read_on(20, Duration::from_millis(200));
@@ -156,7 +156,7 @@ fn an_arm_is_read_five_times_a_second_at_rest_and_fifty_while_it_moves() {
 }
 
 #[test]
-fn what_waits_in_the_queue_counts_as_motion() {
+fn queued_commands_count_as_motion() {
     let mut bare = with_ring(50, true);
     bare.read_on(2, Duration::from_millis(200));
     assert_eq!(bare.rates(), [Some(5)]);
@@ -165,7 +165,7 @@ fn what_waits_in_the_queue_counts_as_motion() {
 }
 
 #[test]
-fn a_command_that_may_move_the_arm_has_it_read_often_before_it_is_seen_to_move() {
+fn motion_command_raises_the_read_rate_in_advance() {
     let mut bare = with_ring(50, true);
     bare.read_on(1, Duration::from_millis(200));
     assert_eq!(bare.rates(), [Some(5)]);
@@ -175,7 +175,7 @@ fn a_command_that_may_move_the_arm_has_it_read_often_before_it_is_seen_to_move()
 }
 
 #[test]
-fn who_watches_more_often_is_not_slowed_down_and_nobody_is_read_more_often_than_the_ring_says() {
+fn subscription_rate_is_kept_and_history_rate_is_the_limit() {
     let mut bare = with_ring(10, true);
     assert_eq!(bare.rates(), [Some(5)]);
     bare.subscribe("json");
@@ -189,7 +189,7 @@ fn who_watches_more_often_is_not_slowed_down_and_nobody_is_read_more_often_than_
 }
 
 #[test]
-fn an_alarm_has_what_led_to_it_and_five_seconds_more_written() {
+fn alarm_saves_the_history_plus_5_s() {
     let mut bare = with_ring(50, true);
     bare.moves_on(30);
     bare.alarm();
@@ -231,7 +231,7 @@ fn an_alarm_has_what_led_to_it_and_five_seconds_more_written() {
 }
 
 #[test]
-fn alarms_have_one_file_a_minute_and_nothing_is_written_twice() {
+fn alarms_are_saved_once_a_minute_without_duplicates() {
     let mut bare = with_ring(50, true);
     bare.moves_on(30);
     let mut begun = Vec::new();
@@ -258,7 +258,7 @@ fn alarms_have_one_file_a_minute_and_nothing_is_written_twice() {
 }
 
 #[test]
-fn an_alarm_at_the_beginning_or_where_it_was_switched_off_writes_nothing() {
+fn early_or_disabled_alarm_saves_nothing() {
     // No earlier readings explain an alarm that is active from the start.
     let mut bare = with_ring(50, true);
     bare.read_on(1, Duration::from_millis(20));
@@ -273,7 +273,7 @@ fn an_alarm_at_the_beginning_or_where_it_was_switched_off_writes_nothing() {
 }
 
 #[test]
-fn what_happened_meanwhile_is_saved_with_the_readings() {
+fn events_are_saved_with_the_history() {
     let mut bare = with_ring(50, true);
     bare.line(false);
     bare.line(true);

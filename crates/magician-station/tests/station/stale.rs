@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::bare::BareStation;
 
 #[test]
-fn no_state_from_before_a_lost_line_is_sent_or_answered_after_it() {
+fn stale_state_is_neither_sent_nor_returned_after_a_lost_line() {
     let mut station = BareStation::new();
     station.subscribe("json");
     station.read(1.0, Duration::ZERO);
@@ -42,7 +42,7 @@ fn no_state_from_before_a_lost_line_is_sent_or_answered_after_it() {
 }
 
 #[test]
-fn a_state_that_waits_to_be_sent_when_the_line_breaks_is_not() {
+fn pending_state_is_dropped_when_the_line_breaks() {
     for frame in ["json", "binary"] {
         let mut station = BareStation::new();
         station.subscribe(frame);
@@ -66,7 +66,7 @@ fn a_state_that_waits_to_be_sent_when_the_line_breaks_is_not() {
 }
 
 #[test]
-fn a_request_whose_reading_is_from_before_a_lost_line_fails() {
+fn request_with_a_reading_before_a_lost_line_fails() {
     let mut station = BareStation::new();
     station.send("arm.state", &json!({}));
     let Some((_, ArmOrder::Read { request, .. })) = station.station.poll_order() else {
@@ -82,7 +82,7 @@ fn a_request_whose_reading_is_from_before_a_lost_line_fails() {
 }
 
 #[test]
-fn the_first_state_of_a_subscription_comes_behind_its_answer() {
+fn first_state_follows_the_subscription_answer() {
     let mut station = BareStation::new();
     station.read(1.0, Duration::ZERO);
     station.subscribe("json");
@@ -92,7 +92,7 @@ fn the_first_state_of_a_subscription_comes_behind_its_answer() {
 }
 
 #[test]
-fn nothing_is_kept_for_a_socket_that_was_told_its_end() {
+fn closing_socket_stores_nothing() {
     let mut station = BareStation::new();
     station.send("arm.state", &json!({}));
     let Some((_, ArmOrder::Read { request, .. })) = station.station.poll_order() else {

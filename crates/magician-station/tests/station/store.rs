@@ -378,7 +378,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
 }
 
 #[test]
-fn nothing_answered_is_lost_and_nothing_done_twice_whichever_write_fails() {
+fn failed_writes_lose_no_answer_and_repeat_no_action() {
     let mut lives = 0;
     for steps in 1..=DAY.len() {
         let writes = live(steps, None);
@@ -395,7 +395,7 @@ fn nothing_answered_is_lost_and_nothing_done_twice_whichever_write_fails() {
 /// Checks that the day without faults does what its steps say. Otherwise the property proves
 /// nothing.
 #[test]
-fn the_day_leads_through_every_state() {
+fn script_covers_every_job_state() {
     let mut life = Life::new(Disk::default(), "1", None);
     let mut seen = std::collections::BTreeSet::new();
     for (_, step) in DAY {
@@ -421,7 +421,7 @@ fn the_day_leads_through_every_state() {
 }
 
 #[test]
-fn start_that_the_disk_does_not_take_is_refused_and_moves_nothing() {
+fn unsaved_start_is_refused_and_moves_nothing() {
     for method in ["begins", "waits"] {
         let mut life = Life::new(Disk::default(), "1", None);
         if method == "waits" {
@@ -446,7 +446,7 @@ fn start_that_the_disk_does_not_take_is_refused_and_moves_nothing() {
 }
 
 #[test]
-fn key_of_another_program_is_refused_and_names_the_job() {
+fn reused_key_with_another_program_is_refused() {
     let mut life = Life::new(Disk::default(), "1", None);
     life.start("a");
     let plan = json!({"format": "magician-plan", "version": 1, "steps": [{"wait": 5}]}).to_string();
@@ -461,7 +461,7 @@ fn key_of_another_program_is_refused_and_names_the_job() {
 }
 
 #[test]
-fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
+fn failed_write_is_retried_until_it_succeeds() {
     let mut life = Life::new(Disk::default(), "1", None);
     life.start("a");
     life.goes_on("running");
@@ -476,7 +476,7 @@ fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
 }
 
 #[test]
-fn job_that_leaves_the_queue_leaves_the_arm_to_the_one_that_runs() {
+fn removed_queued_job_does_not_affect_the_running_one() {
     let mut life = Life::new(Disk::default(), "1", None);
     life.start("a");
     life.goes_on("running");

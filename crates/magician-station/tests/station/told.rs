@@ -63,7 +63,7 @@ impl Told {
 }
 
 #[tokio::test(start_paused = true)]
-async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
+async fn burning_laser_is_reported_to_every_subscriber() {
     let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut bytes = Told::new(&bench, 10, true).await;
@@ -99,7 +99,7 @@ async fn laser_of_a_job_is_told_to_every_subscriber_while_it_burns() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn laser_is_told_dark_by_the_first_state_after_a_stop() {
+async fn first_state_after_a_stop_reports_laser_off() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -116,7 +116,7 @@ async fn laser_is_told_dark_by_the_first_state_after_a_stop() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stopped_job_leaves_its_laser_told_dark() {
+async fn stopped_job_reports_laser_off() {
     for end in ["arm.stop", "job.stop", "job.pause"] {
         let bench = LocalStation::new(1).await;
         let mut text = Told::new(&bench, 20, false).await;
@@ -140,7 +140,7 @@ async fn a_stopped_job_leaves_its_laser_told_dark() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
+async fn suction_and_gripper_states_follow_execution() {
     let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;
@@ -193,7 +193,7 @@ async fn suction_and_gripper_of_a_job_are_told_as_the_arm_does_them() {
 
 /// Any sequence of tool commands by any method: the reported state is that of the arm.
 #[tokio::test(start_paused = true)]
-async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
+async fn reported_outputs_match_the_arm_for_any_call_sequence() {
     for seed in 0..20_u64 {
         let bench = LocalStation::new(1).await;
         let mut text = Told::new(&bench, 20, false).await;
@@ -255,7 +255,7 @@ async fn told_outputs_are_those_of_the_arm_for_any_sequence_of_calls() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_move_is_answered_with_the_state_of_an_arm_that_stands() {
+async fn move_is_answered_with_the_state_at_rest() {
     let bench = LocalStation::new(1).await;
     let mut text = Told::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;

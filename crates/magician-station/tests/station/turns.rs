@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::bare::BareStation;
 
 #[test]
-fn what_a_socket_that_is_gone_asked_for_does_not_begin() {
+fn request_of_a_closed_socket_does_not_start() {
     let mut bare = BareStation::new();
     let ben = bare.join("Ben");
     for name in ["first", "second"] {

@@ -15,7 +15,7 @@ fn answers(bare: &mut BareStation) -> Vec<Value> {
 }
 
 #[test]
-fn change_counts_and_is_answered_once_its_file_is_on_the_disk() {
+fn change_takes_effect_and_is_answered_once_saved() {
     let mut bare = BareStation::new();
     bare.send("class.set", &json!({"text": CLASS}));
     bare.send("class.get", &json!({}));
@@ -67,7 +67,7 @@ fn second_change_is_refused_until_the_first_is_answered() {
 }
 
 #[test]
-fn roster_counts_once_it_is_on_the_disk() {
+fn roster_takes_effect_once_saved() {
     let mut bare = BareStation::new();
     let expected =
         json!({"arms": [{"arm": "a1", "machine": "bench-1"}, {"arm": "a2", "machine": ""}]});

@@ -8,7 +8,7 @@ use super::program::Program;
 use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
-async fn arms_are_ports_by_their_names() {
+async fn arm_names_are_link_ports() {
     let bench = LocalStation::new(2).await;
     let mut program = Program::new(&bench);
     let found = program.ok("SearchDobot", json!({"filter": "ARM2"})).await;
@@ -36,7 +36,7 @@ async fn arms_are_ports_by_their_names() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn connecting_may_answer_empty_texts_as_dobotlink_does() {
+async fn connect_may_return_empty_texts_like_dobotlink() {
     let bench = LocalStation::new(1).await;
     let mut options = LinkOptions::default();
     options.empty_connect = true;
@@ -49,7 +49,7 @@ async fn connecting_may_answer_empty_texts_as_dobotlink_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_wrong_has_its_number() {
+async fn link_errors_have_their_codes() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::new(&bench);
     for (text, code) in [
@@ -103,7 +103,7 @@ async fn what_is_wrong_has_its_number() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn parameters_that_are_missing_or_of_another_kind_move_nothing() {
+async fn missing_or_mistyped_parameters_move_nothing() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let before = bench.arms[0].state().pose;
@@ -126,7 +126,7 @@ async fn parameters_that_are_missing_or_of_another_kind_move_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn other_names_are_taken_and_reported_and_refused_when_strict() {
+async fn unknown_parameters_are_reported_or_refused_when_strict() {
     let bench = LocalStation::new(1).await;
     let service = LinkService::new(bench.station.clone(), LinkOptions::default());
     let mut program = Program::of(&service);
@@ -151,7 +151,7 @@ async fn other_names_are_taken_and_reported_and_refused_when_strict() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_without_the_lease_reads_and_stops_and_moves_nothing() {
+async fn program_without_lease_may_read_and_stop_only() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -171,7 +171,7 @@ async fn a_program_without_the_lease_reads_and_stops_and_moves_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_lease_that_is_taken_away_ends_waits() {
+async fn taken_lease_ends_waits() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut teacher = bench.join_as("teacher", Role::Teacher).await;
@@ -184,7 +184,7 @@ async fn a_lease_that_is_taken_away_ends_waits() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_keeps_its_lease_while_its_socket_lives() {
+async fn program_keeps_its_lease_while_connected() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut anna = bench.join("Anna").await;
@@ -202,7 +202,7 @@ async fn refused(program: &mut Program, api: &str, params: Value) -> String {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_dangerous_or_burns_needs_its_flag() {
+async fn dangerous_or_burning_call_needs_its_flag() {
     let bench = LocalStation::real(1).await;
     let mut program = Program::connected(&bench).await;
     let laser = json!({"enable": true, "on": true});
