@@ -13,9 +13,9 @@ use crate::names::is_name;
 
 /// Most arms in a roster. A roster also comes from strangers on the site's bus, so it is bounded;
 /// further arms are ignored.
-const MOST: usize = 10_000;
+const MAX_ARMS: usize = 10_000;
 /// Most characters kept of a machine's name.
-const MACHINE: usize = 64;
+const MAX_MACHINE_NAME: usize = 64;
 
 /// Expected arms of a site, each with the name of its machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,8 +74,8 @@ impl Roster {
     /// Adds an arm at this machine, unless the arm is in the roster already. No effect above 10,000
     /// arms.
     pub fn expect(&mut self, arm: String, machine: &str) {
-        if self.0.len() < MOST {
-            let machine = machine.chars().take(MACHINE).collect();
+        if self.0.len() < MAX_ARMS {
+            let machine = machine.chars().take(MAX_MACHINE_NAME).collect();
             // A known arm keeps its machine, so a stranger's roster cannot move it.
             self.0.entry(arm).or_insert(machine);
         }
@@ -148,10 +148,10 @@ mod tests {
     #[test]
     fn roster_size_is_bounded() {
         let mut own = Roster::default();
-        for at in 0..=MOST {
-            own.expect(format!("a{at}"), &"m".repeat(MACHINE + 1));
+        for at in 0..=MAX_ARMS {
+            own.expect(format!("a{at}"), &"m".repeat(MAX_MACHINE_NAME + 1));
         }
-        assert_eq!(own.arms().count(), MOST);
-        assert!(own.arms().all(|(_, machine)| machine.len() == MACHINE));
+        assert_eq!(own.arms().count(), MAX_ARMS);
+        assert!(own.arms().all(|(_, machine)| machine.len() == MAX_MACHINE_NAME));
     }
 }

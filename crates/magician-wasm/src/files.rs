@@ -105,7 +105,7 @@ impl Drop for Asked {
 impl FilePreparer for PageFiles {
     fn prepare(&self, mut request: PrepareRequest) -> FilePreparation {
         let files = self.clone();
-        FilePreparation::ToCome(Box::pin(async move {
+        FilePreparation::Pending(Box::pin(async move {
             let _turn = files.turn.acquire().await;
             let bytes = request.to_bytes();
             // The page's worker has the file now; two copies may exceed the memory.

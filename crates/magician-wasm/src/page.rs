@@ -438,7 +438,7 @@ async fn connect(
     };
     let programs = Arc::new(library.programs.clone());
     let presets = Presets::with_store(Arc::new(library.presets.clone()));
-    let reader = FormatReader::by(SetupDefaults::default(), Arc::new(files))
+    let reader = FormatReader::with_preparer(SetupDefaults::default(), Arc::new(files))
         .with_library(Arc::clone(&programs) as _)
         .with_presets(presets.clone());
     let config = StationConfig {

@@ -48,7 +48,7 @@ pub fn openrpc() -> Value {
             "event": row.name,
             "summary": row.when,
             "x-instead": row.instead,
-            "examples": NotificationExample::of(row.name).iter().map(told).collect::<Vec<_>>(),
+            "examples": NotificationExample::of(row.name).iter().map(notification_example).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "x-frame": frame(),
         "x-close-codes": close_codes.collect::<Vec<_>>(),
@@ -68,18 +68,18 @@ fn notification(row: &Notification) -> Value {
         "x-to": row.to,
         "x-channel": row.channel,
         "params": params,
-        "examples": NotificationExample::of(row.name).iter().map(told).collect::<Vec<_>>(),
+        "examples": NotificationExample::of(row.name).iter().map(notification_example).collect::<Vec<_>>(),
     })
 }
 
 /// Returns the example of a notification: the calls that cause it, and its parameters.
-fn told(example: &NotificationExample) -> Value {
+fn notification_example(example: &NotificationExample) -> Value {
     let after = example
         .after
         .iter()
-        .map(|said| json!({"client": said.who, "method": said.method, "params": said.params}));
+        .map(|said| json!({"client": said.client, "method": said.method, "params": said.params}));
     json!({
-        "x-after": after.collect::<Vec<_>>(), "x-heard-by": example.heard_by, "params": example.params,
+        "x-after": after.collect::<Vec<_>>(), "x-heard-by": example.recipient, "params": example.params,
     })
 }
 
@@ -131,7 +131,7 @@ fn method(method: &Method) -> Value {
 }
 
 /// Returns the example of a method. `x-after` names the call whose result has its ids.
-fn pairing(example: &Example) -> Value {
+fn method_example(example: &Example) -> Value {
     let params = example
         .params
         .iter()

@@ -8,7 +8,7 @@ use super::notifications::EVENT;
 use super::shape::{Member, Shape, Type, is, object};
 use super::{EVENTS, TYPES};
 
-const PLACE: &str = "#/components/schemas/";
+const SCHEMA_PREFIX: &str = "#/components/schemas/";
 
 /// Returns all components.
 pub(super) fn components() -> Map<String, Value> {

@@ -160,7 +160,7 @@ features! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{FRAME, FRAME_FIELDS};
+    use crate::frame::{FRAME_SIZE, FRAME_FIELDS};
     use crate::station::CloseCode;
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
                 _ => 8,
             };
         }
-        assert_eq!(at, FRAME);
+        assert_eq!(at, FRAME_SIZE);
         let values: Vec<_> = { FRAME_PARTS.iter() }
             .filter(|part| part.kind == "f64")
             .map(|part| part.name)
@@ -186,10 +186,10 @@ mod tests {
     #[test]
     fn every_close_code_is_documented() {
         let own = [
-            CloseCode::HELLO,
-            CloseCode::TOKEN,
+            CloseCode::BAD_HELLO,
+            CloseCode::BAD_TOKEN,
             CloseCode::REVOKED,
-            CloseCode::LATE,
+            CloseCode::HELLO_TIMEOUT,
             CloseCode::TAKEN_OVER,
             CloseCode::SLOW,
             CloseCode::TOO_MANY,

@@ -7,9 +7,9 @@ use serde_json::Value;
 /// Margin around a picture, mm.
 const MARGIN: f64 = 2.0;
 /// Most points of a picture. Keeps the file of 500 results small.
-const POINTS: usize = 4000;
+const MAX_POINTS: usize = 4000;
 
-const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+const HTML_HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
 <meta name=\"viewport\" content=\"width=device-width\">\n<style>\n\
 :root{color-scheme:light dark;--line:#888}\nbody{font:16px/1.4 system-ui,sans-serif;margin:1.5rem}\n\
 h1{font-size:1.4rem}ul{list-style:none;padding:0;display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(15rem,1fr))}\n\
@@ -154,7 +154,7 @@ pub(crate) fn picture(preview: &Value) -> Value {
     let points = |stroke: &Value| stroke["points"].as_array().cloned().unwrap_or_default();
     let strokes: Vec<_> = strokes.iter().map(points).collect();
     let all: usize = strokes.iter().map(Vec::len).sum();
-    let every = all.div_ceil(POINTS).max(1);
+    let every = all.div_ceil(MAX_POINTS).max(1);
     let thinned = strokes.into_iter().map(|points| {
         let last = points.len().saturating_sub(1);
         // The last point stays, so that closed lines stay closed.
@@ -162,7 +162,7 @@ pub(crate) fn picture(preview: &Value) -> Value {
         Value::Array(points.into_iter().enumerate().filter_map(kept).collect())
     });
     // Bounded as well: a drawing of dots has many strokes of one point.
-    Value::Array(thinned.take(POINTS).collect())
+    Value::Array(thinned.take(MAX_POINTS).collect())
 }
 
 #[cfg(test)]
@@ -200,7 +200,7 @@ mod tests {
         let points: Vec<_> = (0..10_000).map(|at| json!([at, 0])).collect();
         let strokes = picture(&json!({"strokes": [{"points": points}]}));
         let stroke = strokes[0].as_array().unwrap();
-        assert!(stroke.len() <= POINTS + 1);
+        assert!(stroke.len() <= MAX_POINTS + 1);
         assert_eq!(
             (&stroke[0], stroke.last()),
             (&json!([0, 0]), Some(&json!([9999, 0])))

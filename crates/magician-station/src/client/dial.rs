@@ -25,7 +25,7 @@ use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 
 /// Pause before a socket is opened again because the process or the system is out of descriptors.
-const DESCRIPTOR_PAUSE: Duration = Duration::from_millis(50);
+const DESCRIPTOR_RETRY_DELAY: Duration = Duration::from_millis(50);
 
 /// Station identified by the name in its certificate, with addresses at which it may answer.
 #[derive(Clone)]
@@ -75,7 +75,7 @@ impl StationDial {
     }
 
     /// True if a station with this name answers with a trusted certificate.
-    pub async fn is_there(&self) -> bool {
+    pub async fn is_reachable(&self) -> bool {
         self.open().await.is_ok()
     }
 
@@ -125,7 +125,7 @@ async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
 ) -> io::Result<T> {
     loop {
         match open().await {
-            Err(error) if is_exhausted(&error) => sleep(DESCRIPTOR_PAUSE).await,
+            Err(error) if is_exhausted(&error) => sleep(DESCRIPTOR_RETRY_DELAY).await,
             opened => return opened,
         }
     }

@@ -15,7 +15,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-use super::claims::{JobClaim, Place};
+use super::claims::{JobClaim, TurnPlace};
 use super::class::{Turn, TurnState};
 use super::{ArmId, Control, LeaseEnd, PersonId, SessionId};
 
@@ -71,7 +71,7 @@ impl Control {
                 // click.
                 let behind =
                     places.any(|place| place.person != person && self.is_next(now, arm, place));
-                !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
+                !behind && self.turn_of(person).is_none() && !self.is_job_running(arm)
             }
         }
     }
@@ -115,7 +115,7 @@ impl Control {
     pub fn place_hindrance(
         &self,
         now: HostInstant,
-        place: &Place,
+        place: &TurnPlace,
     ) -> Option<(Hindrance, Option<HostInstant>)> {
         if place.missed {
             return Some((Hindrance::Away, None));
@@ -194,7 +194,7 @@ impl Control {
     }
 
     /// True if a place may become the turn at an arm.
-    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
+    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &TurnPlace) -> bool {
         !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
     }
 

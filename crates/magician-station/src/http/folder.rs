@@ -14,16 +14,16 @@ use magician_program::Format;
 
 use crate::Role;
 use crate::library::{
-    LARGEST_PROGRAM, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
+    MAX_PROGRAM_SIZE, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
     ProgramStore, Upload,
 };
 
 /// Prefix of part files. No program has a name that starts with a point.
-const PART: &str = ".part-";
+const PART_PREFIX: &str = ".part-";
 /// Age without a write after which a part file belongs to a process that is gone.
-const STALE: Duration = Duration::from_secs(3600);
+const STALE_PART_AGE: Duration = Duration::from_secs(3600);
 /// Bytes of a file that suffice to recognise its format.
-const HEAD: u64 = 64 * 1024;
+const FORMAT_HEAD_SIZE: u64 = 64 * 1024;
 
 /// Library whose programs are the files of a folder. A program is replaced as a whole or stays as
 /// it was, even if the disk is full or the process ends.
@@ -35,7 +35,7 @@ pub struct ProgramFolder {
     path: PathBuf,
     parts: Arc<AtomicU64>,
     /// Held while a file takes its name, so that exactly one of two uploads creates a new name.
-    naming: Arc<Mutex<()>>,
+    rename_lock: Arc<Mutex<()>>,
     quotas: LibraryQuotas,
 }
 
@@ -47,10 +47,10 @@ impl ProgramFolder {
         let folder = Self {
             path: path.into(),
             parts: Arc::default(),
-            naming: Arc::default(),
+            rename_lock: Arc::default(),
             quotas: LibraryQuotas::default(),
         };
-        folder.tidy();
+        folder.remove_stale_parts();
         folder
     }
 
@@ -61,15 +61,15 @@ impl ProgramFolder {
         self
     }
 
-    fn tidy(&self) {
+    fn remove_stale_parts(&self) {
         let items = fs::read_dir(&self.path).into_iter().flatten().flatten();
         for item in items {
-            let is_part = item.file_name().to_string_lossy().starts_with(PART);
+            let is_part = item.file_name().to_string_lossy().starts_with(PART_PREFIX);
             let age = { item.metadata().and_then(|data| data.modified()) }
                 .ok()
                 .and_then(|at| at.elapsed().ok());
             // A young part may belong to another station that is running.
-            if is_part && age.is_some_and(|age| age > STALE) {
+            if is_part && age.is_some_and(|age| age > STALE_PART_AGE) {
                 // Left for the next start if it fails.
                 let _ = fs::remove_file(item.path());
             }
@@ -92,18 +92,18 @@ impl ProgramFolder {
     }
 
     /// Returns the use by all other programs, and the size of this one if it exists.
-    fn around(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
+    fn use_by_others(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
         let mut others = LibraryUse::default();
         for other in self.names()?.filter(|other| other != name) {
-            if let Ok(data) = self.known(&other) {
+            if let Ok(data) = self.metadata_of(&other) {
                 others = others.with(data.len());
             }
         }
-        Ok((others, self.known(name).map(|data| data.len()).ok()))
+        Ok((others, self.metadata_of(name).map(|data| data.len()).ok()))
     }
 
     /// Returns the metadata of a regular file with this name.
-    fn known(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
+    fn metadata_of(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
         // Not `metadata`: a link must not lead out of the folder.
         let metadata = fs::symlink_metadata(self.file(name)).map_err(failed)?;
         if metadata.is_file() {
@@ -114,14 +114,14 @@ impl ProgramFolder {
     }
 
     fn entry(&self, name: ProgramName) -> Option<ProgramEntry> {
-        let metadata = self.known(&name).ok()?;
+        let metadata = self.metadata_of(&name).ok()?;
         let modified = metadata.modified().ok()?;
         let since = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
         // The name decides if it can, which saves opening the file.
         let format = Format::of(name.as_str(), b"").or_else(|| {
             let mut head = Vec::new();
             let file = File::open(self.file(&name)).ok()?;
-            file.take(HEAD).read_to_end(&mut head).ok()?;
+            file.take(FORMAT_HEAD_SIZE).read_to_end(&mut head).ok()?;
             Format::of(name.as_str(), &head)
         });
         Some(ProgramEntry {
@@ -147,7 +147,7 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
-        self.known(name)?;
+        self.metadata_of(name)?;
         let file = File::open(self.file(name)).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         // A file that grows meanwhile is read up to its present size, which was already sent as the
@@ -162,10 +162,10 @@ impl ProgramStore for ProgramFolder {
         by: Role,
         length: Option<u64>,
     ) -> Result<Box<dyn Upload>, LibraryError> {
-        if length.is_some_and(|length| length > LARGEST_PROGRAM) {
+        if length.is_some_and(|length| length > MAX_PROGRAM_SIZE) {
             return Err(LibraryError::TooLarge);
         }
-        let (others, before) = self.around(name)?;
+        let (others, before) = self.use_by_others(name)?;
         let checked = self.quotas.check(by, others, before, length.unwrap_or(0));
         checked.map_err(LibraryError::Quota)?;
         fs::create_dir_all(&self.path).map_err(failed)?;
@@ -189,8 +189,8 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
-        let _alone = self.naming.lock().unwrap_or_else(PoisonError::into_inner);
-        self.known(name)?;
+        let _alone = self.rename_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        self.metadata_of(name)?;
         fs::remove_file(self.file(name)).map_err(failed)
     }
 }
@@ -209,7 +209,7 @@ struct Part {
 
 impl Part {
     fn check_room(&self) -> Result<(), LibraryError> {
-        let (others, before) = self.folder.around(&self.name)?;
+        let (others, before) = self.folder.use_by_others(&self.name)?;
         let checked = { &self.folder.quotas }.check(self.by, others, before, self.written);
         checked.map_err(LibraryError::Quota)
     }
@@ -219,7 +219,7 @@ impl Upload for Part {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.written += bytes.len() as u64;
         // The length was declared by the client, or not at all.
-        if self.written > LARGEST_PROGRAM {
+        if self.written > MAX_PROGRAM_SIZE {
             return Err(LibraryError::TooLarge);
         }
         if self.written > self.room {
@@ -238,7 +238,7 @@ impl Upload for Part {
             file.sync_all().map_err(failed)?;
         }
         let (folder, to) = (self.folder.clone(), self.folder.file(&self.name));
-        let _alone = { folder.naming.lock() }.unwrap_or_else(PoisonError::into_inner);
+        let _alone = { folder.rename_lock.lock() }.unwrap_or_else(PoisonError::into_inner);
         // Checked again under the lock, because several uploads may have started with the same
         // room.
         self.check_room()?;
@@ -334,7 +334,7 @@ mod tests {
         name: u8,
         by: Role,
         bytes: usize,
-        told: bool,
+        declares_length: bool,
         removes: bool,
     }
 
@@ -347,11 +347,11 @@ mod tests {
             any::<bool>(),
             prop::bool::weighted(0.15),
         );
-        let act = act.prop_map(|(name, by, bytes, told, removes)| Act {
+        let act = act.prop_map(|(name, by, bytes, declares_length, removes)| Act {
             name,
             by,
             bytes,
-            told,
+            declares_length,
             removes,
         });
         prop::collection::vec(act, 1..80)
@@ -384,9 +384,9 @@ mod tests {
                     continue;
                 }
                 let before = filled(&folder);
-                let was = folder.known(&name).ok().map(|data| data.len());
+                let was = folder.metadata_of(&name).ok().map(|data| data.len());
                 let bytes = vec![b'x'; act.bytes];
-                let length = act.told.then_some(act.bytes as u64);
+                let length = act.declares_length.then_some(act.bytes as u64);
                 let put = || {
                     let mut upload = folder.upload(&name, act.by, length)?;
                     for piece in bytes.chunks(7) {
@@ -437,7 +437,7 @@ mod tests {
     #[test]
     fn stale_part_files_are_removed() {
         let place = tempfile::tempdir().unwrap();
-        for (part, age) in [("1-0", STALE * 2), ("2-0", STALE / 2)] {
+        for (part, age) in [("1-0", STALE_PART_AGE * 2), ("2-0", STALE_PART_AGE / 2)] {
             let file = File::create(place.path().join(format!("{PART}{part}"))).unwrap();
             let then = std::time::SystemTime::now() - age;
             file.set_modified(then).unwrap();

@@ -1,7 +1,7 @@
 //! Network interface of a station: WebSocket and HTTP.
 //!
 //! [`Listener`] binds loopback addresses by default and serves a
-//! [`RunningStation`](crate::RunningStation) or anything else that is [`Served`]. Who is admitted
+//! [`RunningStation`](crate::RunningStation) or anything else that is [`ApiServer`]. Who is admitted
 //! is decided in one place, `security`; how many and in which turn, in `places` and `pacing`. The
 //! other files are the routes, the stores on disk, and TLS.
 
@@ -17,7 +17,7 @@ mod programs;
 mod recordings;
 mod routes;
 mod security;
-mod served;
+mod server;
 mod socket;
 mod tls;
 mod tokens;
@@ -35,8 +35,8 @@ pub use pages::{PageFile, Pages};
 pub(crate) use places::{Place, Places};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
-pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, SignsOfLife, Tries};
-pub use security::{Admission, Ends};
-pub use served::{Served, ServedClient};
+pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, KeepAliveSource, PairingTries};
+pub use security::{Admission, ConnectionEnds};
+pub use server::{ApiServer, ApiClient};
 pub use tls::{Tls, TlsError};
-pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, UNCHECKED};
+pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, TOKENS_UNAVAILABLE};

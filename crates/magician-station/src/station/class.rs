@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::class_files::{ClassChange, ClassFiles};
 use super::dispatch::{Call, Handled};
-use super::keeping::IfUnkept;
+use super::held_work::WriteFailurePolicy;
 use super::newest::{LIST_INTERVAL, Newest};
 use super::queue::QueuedJob;
 use super::sessions::Entry;
@@ -24,30 +24,30 @@ use super::{Peer, Station, StationConfig};
 use crate::api::{Params, Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
 use crate::control::{
-    ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, TooManyCodes,
+    ArmId, CodeLimit, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, TooManyCodes,
     WrongCodes,
 };
 use crate::roster::Roster;
 use crate::secret::same_secret;
 
 /// Names of the files in the [`JobStore`](crate::JobStore).
-pub(super) const CLASS: &str = "class.toml";
-pub(super) const SCHEDULE: &str = "schedule.toml";
-pub(super) const ROSTER: &str = "roster.json";
-pub(super) const RESULTS: &str = "results.json";
-const DAMAGED: &str = "results-damaged.json";
+pub(super) const CLASS_FILE: &str = "class.toml";
+pub(super) const SCHEDULE_FILE: &str = "schedule.toml";
+pub(super) const ROSTER_FILE: &str = "roster.json";
+pub(super) const RESULTS_FILE: &str = "results.json";
+const DAMAGED_RESULTS_FILE: &str = "results-damaged.json";
 /// Key under which wrong PINs are counted. Cannot collide with a pupil: names contain no control
 /// characters.
-const TEACHER: &str = "\n";
+const TEACHER_KEY: &str = "\n";
 /// Time for the job of a frozen arm to pause, at the end of a short step. Then the job is ended.
-const PAUSE: Duration = Duration::from_secs(1);
+const FREEZE_PAUSE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Interval of expanding the schedule into slots again. Slots are expanded eight days ahead, so
 /// once a day suffices.
-pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
+pub(super) const SLOT_REFRESH_INTERVAL: Duration = Duration::from_secs(24 * 3600);
 
 /// State of the class of a station.
 #[derive(Debug, Default)]
-pub(super) struct Class {
+pub(super) struct StationClass {
     pub(super) file: Option<ClassFile>,
     /// Teacher's PIN of the class held by the stations behind a hub.
     pub(super) elsewhere: Option<String>,
@@ -59,7 +59,7 @@ pub(super) struct Class {
     /// Arms expected on the site.
     pub(super) roster: Roster,
     /// Instant at which slots have to be expanded again.
-    pub(super) anew: Option<HostInstant>,
+    pub(super) slots_due: Option<HostInstant>,
     /// Instants at which the jobs of frozen arms have had their time to pause.
     pub(super) pauses_end: BTreeMap<ArmId, HostInstant>,
     /// Known persons. The index is the [`PersonId`].
@@ -99,13 +99,13 @@ impl Person {
     }
 }
 
-impl Class {
+impl StationClass {
     /// Reads the class from the flags, or else from the files of an earlier station.
     pub(super) fn load(config: &StationConfig) -> Self {
-        let kept = |name| { config.jobs.kept(name) }.map_err(|error| ClassError(error.to_string()));
+        let kept = |name| { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string()));
         let noted =
             |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
-        let before = match kept(CLASS) {
+        let before = match kept(CLASS_FILE) {
             // An empty file is written when a class is ended.
             Ok(text) => {
                 { text.filter(|text| !text.trim().is_empty()) }.map(|text| ClassFile::parse(&text))
@@ -142,7 +142,7 @@ impl Class {
         }
         let schedule = match &config.schedule {
             Some(text) => Ok(Some(text.clone())),
-            None => kept(SCHEDULE),
+            None => kept(SCHEDULE_FILE),
         };
         let schedule =
             schedule.and_then(|text| text.map(|text| Schedule::parse(&text)).transpose());
@@ -156,7 +156,7 @@ impl Class {
                 (None, Some(error))
             }
         };
-        let roster = kept(ROSTER).and_then(|text| {
+        let roster = kept(ROSTER_FILE).and_then(|text| {
             let roster = text.map(|text| Roster::parse(&text).map_err(ClassError));
             roster.unwrap_or_else(|| Ok(Roster::default()))
         });
@@ -165,14 +165,14 @@ impl Class {
             Roster::default()
         });
         let mut files = ClassFiles::default();
-        let results = kept(RESULTS).unwrap_or_else(|error| {
+        let results = kept(RESULTS_FILE).unwrap_or_else(|error| {
             noted("file of results", &error);
             None
         });
         let results = results.map_or_else(Vec::new, |text| {
             serde_json::from_str(&text).unwrap_or_else(|error| {
                 tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
-                files.write(DAMAGED, text);
+                files.write(DAMAGED_RESULTS_FILE, text);
                 Vec::new()
             })
         });
@@ -183,7 +183,7 @@ impl Class {
             schedule_error,
             roster,
             // Expanded at the first call with a time, because the station has no clock.
-            anew: Some(HostInstant::ZERO),
+            slots_due: Some(HostInstant::ZERO),
             fences: config.arms.iter().map(|arm| arm.fence).collect(),
             results,
             ..Self::default()
@@ -191,7 +191,7 @@ impl Class {
     }
 
     pub(super) fn next(&self) -> Option<HostInstant> {
-        self.pauses_end.values().copied().chain(self.anew).min()
+        self.pauses_end.values().copied().chain(self.slots_due).min()
     }
 }
 
@@ -205,20 +205,20 @@ impl Station {
             }
             !is_over
         });
-        if self.class.anew.is_some_and(|anew| anew <= now) {
-            let first = self.class.anew == Some(HostInstant::ZERO);
-            self.class.anew = None;
+        if self.class.slots_due.is_some_and(|anew| anew <= now) {
+            let first = self.class.slots_due == Some(HostInstant::ZERO);
+            self.class.slots_due = None;
             // A schedule from the flag replaces the stored one, unless it is damaged.
             let is_good = self.class.schedule_error.is_none();
             if let Some(text) = self.config.schedule.clone().filter(|_| first && is_good) {
-                self.class.files.write(SCHEDULE, text);
+                self.class.files.write(SCHEDULE_FILE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {
                 file.make_codes(self.config.random);
-                self.class.files.write(CLASS, file.to_text());
+                self.class.files.write(CLASS_FILE, file.to_text());
                 self.begin_class(now, Some(file));
             }
-            self.count_out(now);
+            self.expand_slots(now);
         }
     }
 
@@ -262,10 +262,10 @@ impl Station {
             }
             Err(met) => {
                 let of = match met.bound {
-                    CodeBound::Name => "codes of this name",
-                    CodeBound::Address => "codes from this address",
+                    CodeLimit::Name => "codes of this name",
+                    CodeLimit::Address => "codes from this address",
                 };
-                Err(too_many(of, &met))
+                Err(too_many_codes(of, &met))
             }
         }
     }
@@ -307,14 +307,14 @@ impl Station {
             );
         }
         let wrong = &mut self.class.wrong;
-        match wrong.attempt(now, TEACHER, true, &peer.place(), || {
+        match wrong.attempt(now, TEACHER_KEY, true, &peer.place(), || {
             same_secret(&good, pin)
         }) {
             Ok(CodeTry::Right) => Ok(()),
             Ok(CodeTry::Wrong) => forbidden(
                 "the PIN is not good: the teacher sees it where the station was started, and by `class.get`",
             ),
-            Err(met) => Err(too_many("PINs", &met)),
+            Err(met) => Err(too_many_codes("PINs", &met)),
         }
     }
 
@@ -337,37 +337,37 @@ impl Station {
         self.class.elsewhere = pin;
         let out: Vec<_> = { self.sessions.iter() }
             // Only these have their role from the class.
-            .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
+            .filter(|(_, session)| matches!(session.role_source, RoleSource::Place | RoleSource::Pin))
             .map(|(id, session)| (*id, session.socket))
             .collect();
         for (session, socket) in out {
             if let Some(socket) = socket {
-                self.end_socket(socket, CloseCode::AGAIN);
+                self.end_socket(socket, CloseCode::RECONNECT);
             }
             self.control.expel(now, session);
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Adjusts the role of anonymous clients of this machine when a class begins or ends. With a
     /// class they become viewers, and their leases end like those of a revoked token; without one
     /// they are teachers again.
-    fn place_role_changed(&mut self, now: HostInstant) {
-        let role = self.place_role();
+    fn anonymous_role_changed(&mut self, now: HostInstant) {
+        let role = self.anonymous_role();
         let mut changed = Vec::new();
         for (id, session) in &mut self.sessions {
-            if role == Role::Teacher && session.entry == Entry::Pin {
+            if role == Role::Teacher && session.role_source == RoleSource::Pin {
                 // Signed in with the PIN of a class that is over.
-                session.entry = Entry::Place;
+                session.role_source = RoleSource::Place;
             }
-            let own = role.min(session.most);
-            if session.entry == Entry::Place && session.grant.role != own {
+            let own = role.min(session.max_role);
+            if session.role_source == RoleSource::Place && session.grant.role != own {
                 session.grant.role = own;
                 changed.push(*id);
             }
         }
         for session in changed {
-            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
+            self.notice_rates.changed(Newest::Sessions, LIST_INTERVAL);
             if role == Role::Teacher {
                 self.control.unbind(session);
                 continue;
@@ -407,7 +407,7 @@ impl Station {
     pub(super) fn number_of(&mut self, person: Person) -> PersonId {
         let file = self.class.file.as_ref();
         let person = match person {
-            Person::Token(name) => match file.and_then(|file| file.called(&name)) {
+            Person::Token(name) => match file.and_then(|file| file.named_ignoring_case(&name)) {
                 Some(pupil) => Person::Pupil(pupil.name.clone()),
                 None => Person::Token(name),
             },
@@ -458,7 +458,7 @@ impl Station {
                 let names = call.params.texts("pupils");
                 let mut file = self.class.file.clone().ok_or_else(no_class)?;
                 let dropped = file.drop_codes(names.as_deref());
-                dropped.map_err(|error| wrong("pupils", error))?;
+                dropped.map_err(|error| class_error("pupils", error))?;
                 file.make_codes(self.config.random);
                 let text = file.to_text();
                 let change = ClassChange::Class {
@@ -469,7 +469,7 @@ impl Station {
                 return self.change_class(call, change, text);
             }
             "class.freeze" | "class.free" => {
-                let arms = self.arms_meant(call)?;
+                let arms = self.selected_arms(call)?;
                 let freezes = name == "class.freeze";
                 for arm in arms.iter().copied() {
                     self.records.set_frozen(arm, freezes);
@@ -478,24 +478,24 @@ impl Station {
                         continue;
                     }
                     self.control.freeze(now, arm, Some(call.session));
-                    self.class.pauses_end.insert(arm, now + PAUSE);
+                    self.class.pauses_end.insert(arm, now + FREEZE_PAUSE_TIMEOUT);
                     let error = self.frozen(arm);
-                    self.stop_before_found(now, arm, &error);
+                    self.cancel_pending_starts(now, arm, &error);
                 }
                 let told = json!({"arms": self.names_of(&arms)});
                 // In effect at once. The answer waits until the next start would know it as well.
-                return Ok(self.answer_when_kept(call, arms, told, IfUnkept::Stand));
+                return Ok(self.answer_when_saved(call, arms, told, WriteFailurePolicy::Keep));
             }
             "class.send" => return self.send_to_arms(call),
             "class.results" => self.shown_results(),
             "schedule.get" => self.shown_schedule(now),
             "schedule.set" => {
                 let text = call.params.text("text").unwrap_or_default();
-                let schedule = Schedule::parse(text).map_err(|error| wrong("text", error))?;
+                let schedule = Schedule::parse(text).map_err(|error| class_error("text", error))?;
                 if !call.params.is_on("elsewhere") {
                     let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
                     let arms = schedule.check_arms("this station", has);
-                    arms.map_err(|error| wrong("text", error))?;
+                    arms.map_err(|error| class_error("text", error))?;
                 }
                 let change = ClassChange::Schedule(schedule);
                 return self.change_class(call, change, text.to_owned());
@@ -532,13 +532,13 @@ impl Station {
             }
         };
         let file = read.transpose();
-        let mut file = file.map_err(|error| wrong(param, error))?;
+        let mut file = file.map_err(|error| class_error(param, error))?;
         let mut codes_kept = Vec::new();
         if let Some(file) = &mut file {
             if !call.params.is_on("elsewhere") {
                 let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
                 let arms = file.check_arms("this station", has);
-                arms.map_err(|error| wrong(param, error))?;
+                arms.map_err(|error| class_error(param, error))?;
             }
             if let Some(before) = &self.class.file {
                 // Pupils already have their codes on paper: a new file does not change them unless
@@ -557,7 +557,7 @@ impl Station {
     }
 
     /// Freezes the arms that were frozen when the last station ended, and stops what they still do.
-    pub(super) fn take_up_freezes(&mut self) {
+    pub(super) fn restore_freezes(&mut self) {
         for arm in self.arm_ids() {
             if self.records.is_frozen(arm) {
                 self.control.freeze(HostInstant::ZERO, arm, None);
@@ -587,7 +587,7 @@ impl Station {
         let out: Vec<_> = { self.sessions.iter() }
             .filter(|(_, session)| match &session.pupil {
                 Some(name) => !is_same(name),
-                None => session.entry == Entry::Pin && !is_pin_same,
+                None => session.role_source == RoleSource::Pin && !is_pin_same,
             })
             .map(|(id, session)| (*id, session.socket))
             .collect();
@@ -619,7 +619,7 @@ impl Station {
         }
         self.identify_tokens(now);
         self.bar_groups(now);
-        self.place_role_changed(now);
+        self.anonymous_role_changed(now);
         // Last, because it grants turns to the persons identified above.
         self.control.set_turns(now, rules);
     }
@@ -662,7 +662,7 @@ impl Station {
     }
 
     /// Returns the arm of a request, or those in `arms`, or all.
-    pub(super) fn arms_meant(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
+    pub(super) fn selected_arms(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
         if let Some(arm) = call.arm {
             return Ok(vec![arm]);
         }
@@ -698,11 +698,11 @@ impl Station {
     }
 }
 
-pub(super) fn wrong(param: &str, error: ClassError) -> RpcError {
+pub(super) fn class_error(param: &str, error: ClassError) -> RpcError {
     RpcError::param(param, magician_protocol::visible(&error.0).to_string())
 }
 
-fn too_many(of: &str, met: &TooManyCodes) -> RpcError {
+fn too_many_codes(of: &str, met: &TooManyCodes) -> RpcError {
     let wait = met.wait.as_secs_f64().ceil();
     let why = format!("too many wrong {of}: wait {wait} s");
     let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);

@@ -20,9 +20,9 @@ mod fence;
 mod history;
 mod jobs;
 mod journal;
-mod keeping;
+mod held_work;
 mod leases;
-mod lengthy;
+mod long_requests;
 mod library;
 mod motion;
 mod newest;
@@ -60,32 +60,32 @@ use magician_protocol::HostInstant;
 use serde_json::Value;
 
 use self::ending::Ending;
-pub use self::ending::{CutOff, RunsEnd};
+pub use self::ending::{ForcedStop, EndReport};
 use self::events::EventLog;
-use self::jobs::Wants;
+use self::jobs::AwaitedJobState;
 pub use self::journal::JournalLine;
-use self::keeping::Keeping;
-use self::lengthy::LengthyWork;
+use self::held_work::HeldWork;
+use self::long_requests::LongRequests;
 pub use self::newest::LIST_INTERVAL;
-use self::newest::{Newest, Telling};
+use self::newest::{Newest, NoticeRates};
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, Session};
-pub use self::sessions::{MESSAGE, SOCKETS, VIEWERS};
+pub use self::sessions::{MAX_MESSAGE_SIZE, MAX_SOCKETS, MAX_VIEWERS};
 pub use self::size::StationSize;
 use self::socket::Socket;
-pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
+pub use self::socket::{CloseCode, Outgoing, Peer, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT};
 use self::state::SharedState;
 use self::store::Records;
-pub use self::store::{FileToKeep, JobsToKeep, check_jobs, damaged_jobs};
+pub use self::store::{FileSnapshot, JobsSnapshot, check_jobs, damaged_jobs};
 pub use self::teach::TeachAct;
-pub use self::throttle::{Pace, Throttle};
+pub use self::throttle::{RateVerdict, Throttle};
 use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::frames::FrameRing;
-use crate::job::{FormatReader, JobStore, NoStore, Reader};
+use crate::job::{FormatReader, JobStore, NoJobStore, Reader};
 use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
@@ -201,7 +201,7 @@ impl StationConfig {
             read_only: false,
             student_laser: false,
             reader,
-            jobs: Arc::new(NoStore),
+            jobs: Arc::new(NoJobStore),
             surfaces: Arc::new(MemorySurfaces::default()),
             recordings: Arc::new(NoRecordings),
             ring: 0,
@@ -234,7 +234,7 @@ enum Awaited {
     /// Result of an order.
     Arm(ArmId),
     /// The change is on the disk.
-    Kept,
+    Saved,
     /// Result of the library.
     Library,
     /// Check that a job's program and preset exist. Then the job starts with these parameters.
@@ -244,7 +244,7 @@ enum Awaited {
     /// Start of a jog.
     Jog(ArmId, JogId),
     /// State of a job.
-    Job(ArmId, JobId, Wants),
+    Job(ArmId, JobId, AwaitedJobState),
     /// Result of the recorder.
     Record(Recorded),
     /// Stop of several arms.
@@ -260,14 +260,14 @@ enum Awaited {
 struct Pending {
     socket: SocketId,
     id: Option<MessageId>,
-    waits: Awaited,
+    awaits: Awaited,
     line: Option<JournalLine>,
     began: HostInstant,
 }
 
 /// State of an arm within the station.
 #[derive(Debug)]
-struct ArmPlace {
+struct ArmState {
     entry: ArmEntry,
     reading: Option<ArmReading>,
     recordings: ArmRecordings,
@@ -277,7 +277,7 @@ struct ArmPlace {
     read_at: HostInstant,
     link: bool,
     /// Instant at which the line broke or was found. Earlier readings are outdated.
-    found_at: HostInstant,
+    link_changed_at: HostInstant,
     events: EventLog,
     /// Current rate of reading, and pins.
     watched: (Option<u32>, Vec<magician::Pin>),
@@ -310,23 +310,23 @@ struct ArmPlace {
 pub struct Station {
     config: StationConfig,
     control: Control,
-    arms: Vec<ArmPlace>,
+    arms: Vec<ArmState>,
     sockets: BTreeMap<SocketId, Socket>,
     sessions: BTreeMap<SessionId, Session>,
     /// Sockets of listeners. Decides which one is evicted.
     admission: AdmissionTable<SocketId>,
-    telling: Telling,
+    notice_rates: NoticeRates,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
     library: VecDeque<LibraryOrder>,
-    lengthy: LengthyWork,
+    long_requests: LongRequests,
     #[cfg(feature = "class")]
-    class: class::Class,
+    class: class::StationClass,
     /// Arms of jogs, including jogs that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
-    keeping: Keeping,
+    held_work: HeldWork,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
     /// State of the end of the station, once it has begun.
@@ -348,35 +348,35 @@ impl Station {
     /// Creates a station whose arms are connected and which has no clients.
     #[must_use]
     pub fn new(config: StationConfig) -> Self {
-        let place = |entry: &ArmEntry| ArmPlace {
+        let place = |entry: &ArmEntry| ArmState {
             entry: entry.clone(),
             reading: None,
             recordings: ArmRecordings::default(),
             state: None,
             read_at: HostInstant::ZERO,
             link: true,
-            found_at: HostInstant::ZERO,
+            link_changed_at: HostInstant::ZERO,
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
         let names: Vec<_> = config.arms.iter().map(|arm| arm.name.as_str()).collect();
         let mut station = Self {
             records: Records::load(&*config.jobs, &names, config.unix_zero),
-            keeping: Keeping::default(),
+            held_work: HeldWork::default(),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
             #[cfg(feature = "class")]
-            class: class::Class::load(&config),
+            class: class::StationClass::load(&config),
             config,
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
             admission: AdmissionTable::new(LIMITS),
-            telling: Telling::default(),
+            notice_rates: NoticeRates::default(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
             library: VecDeque::new(),
-            lengthy: LengthyWork::default(),
+            long_requests: LongRequests::default(),
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
@@ -384,9 +384,9 @@ impl Station {
             ids: 0,
         };
         // Before the first client, who may list or resume them.
-        station.take_up_jobs();
+        station.load_jobs();
         // Reading for the history starts now, before the first client.
-        station.watch_anew();
+        station.update_read_rates();
         station
     }
 
@@ -408,7 +408,7 @@ impl Station {
         }
         let socket = self.open(now, peer);
         if let Some(silent) = self.admission.open(now, socket, origin) {
-            self.end_socket(silent, CloseCode::LATE);
+            self.end_socket(silent, CloseCode::HELLO_TIMEOUT);
         }
         Some(socket)
     }
@@ -427,12 +427,12 @@ impl Station {
 
     /// True if a client from there may get a session by its hello.
     fn may_have_room(&self, now: HostInstant, origin: Origin) -> bool {
-        self.admission.has_room(now, origin) || self.yielding_viewer(now, origin).is_some()
+        self.admission.has_room(now, origin) || self.viewer_to_evict(now, origin).is_some()
     }
 
     /// Records that a message has arrived, before it is [received](Self::receive). The client no
     /// longer counts as silent.
-    pub fn heard(&mut self, now: HostInstant, socket: SocketId) {
+    pub fn note_message(&mut self, now: HostInstant, socket: SocketId) {
         self.admission.heard(now, socket);
     }
 
@@ -446,7 +446,7 @@ impl Station {
     /// Returns the token of a `session.hello`. `None` for other messages.
     ///
     /// Tokens are stored in files, and reading one must not delay the station. So the listener
-    /// looks the token up and passes its rights to [`vouch`](Self::vouch) before the message.
+    /// looks the token up and passes its rights to [`set_token_grant`](Self::set_token_grant) before the message.
     #[must_use]
     pub fn token_of(text: &str) -> Option<String> {
         let message = Message::parse(text).ok()?;
@@ -455,9 +455,9 @@ impl Station {
     }
 
     /// Sets the rights of the token in a client's hello. `None` for an invalid token.
-    pub fn vouch(&mut self, socket: SocketId, grant: Option<Grant>) {
+    pub fn set_token_grant(&mut self, socket: SocketId, grant: Option<Grant>) {
         if let Some(open) = self.sockets.get_mut(&socket) {
-            open.vouched = grant;
+            open.token_grant = grant;
         }
     }
 
@@ -491,8 +491,8 @@ impl Station {
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         // Deadlines first: a message must not revive what is over.
         self.handle_timeout(now);
-        self.take(now, socket, text);
-        self.settle(now);
+        self.handle_message(now, socket, text);
+        self.carry_out_effects(now);
     }
 
     /// Processes the only message of a client without a hello. Its session ends with the socket;
@@ -500,8 +500,8 @@ impl Station {
     /// follows.
     pub fn receive_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
         self.handle_timeout(now);
-        let answered = self.take_once(now, socket, text);
-        self.settle(now);
+        let answered = self.handle_single_message(now, socket, text);
+        self.carry_out_effects(now);
         answered
     }
 
@@ -530,20 +530,20 @@ impl Station {
             .retain(|_, pending| pending.socket != socket || pending.line.is_some());
         if let Some(session) = gone.session {
             match self.sessions.get(&session) {
-                Some(known) if known.one_shot => self.left_one_shot(now, session, unanswered),
-                _ => self.left(now, session),
+                Some(known) if known.one_shot => self.end_one_shot(now, session, unanswered),
+                _ => self.note_socket_closed(now, session),
             }
         }
-        self.forget_turns();
+        self.drop_closed_requests();
         // The subscriptions of the session are gone as well, so some arms can be read less often.
-        self.watch_anew();
-        self.settle(now);
+        self.update_read_rates();
+        self.carry_out_effects(now);
     }
 
     /// Processes a report of an arm.
     pub fn report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
         self.take_report(now, arm, report);
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Handles everything that is due.
@@ -552,17 +552,17 @@ impl Station {
         self.class_timeout(now);
         self.control.handle_timeout(now);
         self.save_for_alarms(now);
-        self.records.try_again(now, false);
-        self.tell_stands(now);
+        self.records.retry_writes(now, false);
+        self.answer_stands(now);
         let late = |socket: &Socket| socket.session.is_none() && now >= socket.hello_due();
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.outbox.is_closing())
             .map(|(id, _)| *id)
             .collect();
         for socket in late {
-            self.end_socket(socket, CloseCode::LATE);
+            self.end_socket(socket, CloseCode::HELLO_TIMEOUT);
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due. `None` if
@@ -576,9 +576,9 @@ impl Station {
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
-            .chain(self.telling.due())
+            .chain(self.notice_rates.due())
             .chain(self.end_due())
-            .chain(self.keeping_due())
+            .chain(self.held_due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -602,12 +602,12 @@ impl Station {
         request: RequestId,
         outcome: Result<Value, RpcError>,
     ) {
-        self.turn_is_over(request);
+        self.finish_long_request(request);
         match outcome {
-            Ok(_) if self.waits_for_program(request) => self.start_found(now, request),
+            Ok(_) if self.waits_for_program(request) => self.continue_start(now, request),
             outcome => self.finish(now, request, outcome),
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Returns the next line for the journal.
@@ -616,8 +616,8 @@ impl Station {
     }
 
     /// Returns the jobs of an arm that have changed and must be written.
-    /// [`jobs_kept`](Self::jobs_kept) takes the result.
-    pub fn poll_jobs(&mut self) -> Option<JobsToKeep> {
+    /// [`jobs_written`](Self::jobs_written) takes the result.
+    pub fn poll_jobs(&mut self) -> Option<JobsSnapshot> {
         self.records.take_changed()
     }
 
@@ -653,7 +653,7 @@ impl Station {
     }
 
     /// Carries out all consequences of what happened.
-    fn settle(&mut self, now: HostInstant) {
+    fn carry_out_effects(&mut self, now: HostInstant) {
         // First, because it produces effects.
         self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
@@ -661,15 +661,15 @@ impl Station {
         }
         #[cfg(feature = "class")]
         {
-            self.put_fences();
+            self.order_fences();
             // Starting a job has further effects, so control is settled again.
             if self.begin_queued(now) {
-                return self.settle(now);
+                return self.carry_out_effects(now);
             }
-            self.tell_turns(now);
+            self.notify_turns(now);
         }
         // Last, so that it reports the state after all effects.
-        self.tell_newest(now);
+        self.queue_due(now);
     }
 
     fn next_id(&mut self) -> u64 {
@@ -685,11 +685,11 @@ impl Station {
         (0..self.arms.len() as u64).map(ArmId)
     }
 
-    fn arm(&self, arm: ArmId) -> &ArmPlace {
+    fn arm(&self, arm: ArmId) -> &ArmState {
         &self.arms[arm.0 as usize]
     }
 
-    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmPlace {
+    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmState {
         &mut self.arms[arm.0 as usize]
     }
 
@@ -703,9 +703,9 @@ impl Station {
         );
         // The history is read faster before the arm moves, or its start would be missing.
         if moves && self.arm_mut(arm).recordings.expect_motion() {
-            self.watch_anew();
+            self.update_read_rates();
         }
-        if let Some(order) = self.behind_start(arm, order) {
+        if let Some(order) = self.hold_behind_start(arm, order) {
             self.orders.push_back((arm, order));
         }
     }
@@ -743,7 +743,7 @@ impl Station {
     }
 
     /// Returns the part of an arm's state that its reading lacks.
-    fn beside(&self, arm: ArmId) -> StateContext {
+    fn state_context(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
         StateContext {
             t: self.unix(self.arm(arm).read_at),

@@ -75,7 +75,7 @@ impl Station {
         } else {
             Role::Teacher
         };
-        confirmed(&call.grant, call.yes(), needs, risk, Danger::Laser)
+        confirmed(&call.grant, call.is_confirmed(), needs, risk, Danger::Laser)
     }
 
     /// Checks a command. Returns true if it may switch the laser on.
@@ -153,7 +153,7 @@ pub(super) fn may_endanger(
     risk: Risk<'_>,
     danger: Danger,
 ) -> Result<(), RpcError> {
-    confirmed(&call.grant, call.yes(), Role::Teacher, risk, danger)
+    confirmed(&call.grant, call.is_confirmed(), Role::Teacher, risk, danger)
 }
 
 /// Requires a role, and then a confirmation by a person.

@@ -12,7 +12,7 @@ use crate::bench::HttpStation;
 const STOP: &str = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
 /// Limit for a stop, on the test's clock, which advances only while everything waits: a stop must
 /// not wait for a timeout of others.
-const AT_ONCE: Duration = Duration::from_secs(1);
+const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 
 async fn stops_at_once(bench: &HttpStation) {
     let began = Instant::now();
@@ -21,7 +21,7 @@ async fn stops_at_once(bench: &HttpStation) {
         .await
         .expect("an answer");
     assert_eq!(answer.status, 200, "{}", answer.body);
-    assert!(began.elapsed() < AT_ONCE, "{:?}", began.elapsed());
+    assert!(began.elapsed() < MAX_STOP_TIME, "{:?}", began.elapsed());
 }
 
 #[tokio::test(start_paused = true)]

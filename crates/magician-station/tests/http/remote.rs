@@ -6,7 +6,7 @@ use magician::build::{self, Axis};
 use magician::commands::{Pose, PtpCommonParams};
 use magician::{Arm, ErrorKind, Options};
 use magician_station::client::{ClientError, Connection, StationClient, StationLine, Trust};
-use magician_station::{FRAME_FIELDS, SOCKETS};
+use magician_station::{FRAME_FIELDS, MAX_SOCKETS};
 use serde_json::json;
 
 use crate::bench::HttpStation;
@@ -139,7 +139,7 @@ async fn client_notified_of_the_end_stops_its_run_in_time() {
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);
     over.close().await;
-    assert_eq!(ending.await.unwrap(), magician_station::RunsEnd::default());
+    assert_eq!(ending.await.unwrap(), magician_station::EndReport::default());
 }
 
 #[tokio::test]
@@ -147,8 +147,8 @@ async fn client_ignoring_the_end_is_stopped_and_gets_the_reason() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
-    let cut_off = bench.station.end_runs().await.cut_off;
-    assert_eq!((cut_off.len(), &*cut_off[0].holder), (1, "Anna"));
+    let forced_stops = bench.station.end_runs().await.forced_stops;
+    assert_eq!((forced_stops.len(), &*forced_stops[0].holder), (1, "Anna"));
     bench.over.send(true).unwrap();
     let failed = run.await.unwrap().unwrap_err();
     assert_eq!(failed.to_string(), "the station has ended");
@@ -239,7 +239,7 @@ async fn client_receives_binary_frames() {
 async fn sessionless_stop_works_when_all_sessions_are_in_use() {
     let bench = HttpStation::new().await;
     let mut all = Vec::new();
-    for _ in 0..SOCKETS {
+    for _ in 0..MAX_SOCKETS {
         all.push(client(&bench, "Anna").await);
     }
     let address = format!("http://{}", bench.address);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::SinkExt;
-use magician_station::{Role, SOCKETS};
+use magician_station::{Role, MAX_SOCKETS};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -210,7 +210,7 @@ async fn hello_timeout_is_2_s_remote_and_5_s_local() {
 async fn socket_without_a_place_is_closed_with_its_reason() {
     let bench = HttpStation::new().await;
     let mut sockets = Vec::new();
-    for _ in 0..SOCKETS {
+    for _ in 0..MAX_SOCKETS {
         sockets.push(bench.join("Anna").await);
     }
     let mut beyond = bench.socket(&[]).await.unwrap();

@@ -4,7 +4,7 @@
 mod class;
 mod codes;
 mod effects;
-mod found;
+mod regressions;
 mod laws;
 mod model;
 mod mutant;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_station::RunsEnd;
+use magician_station::EndReport;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
@@ -53,7 +53,7 @@ async fn holder_finishes_its_stop_before_the_station_ends() {
         "viewers hear of it too"
     );
     anna.ok("lease.release", json!({"lease": lease})).await;
-    assert_eq!(ending.await.unwrap(), RunsEnd::default());
+    assert_eq!(ending.await.unwrap(), EndReport::default());
     assert!(stands(&bench));
 }
 
@@ -62,10 +62,10 @@ async fn holder_without_a_stop_in_1_s_is_evicted() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
-    let cut_off = bench.station.end_runs().await.cut_off;
+    let forced_stops = bench.station.end_runs().await.forced_stops;
     assert_eq!(began.elapsed().as_secs(), 1);
     assert_eq!(
-        (cut_off.len(), &*cut_off[0].arm, &*cut_off[0].holder),
+        (forced_stops.len(), &*forced_stops[0].arm, &*forced_stops[0].holder),
         (1, "arm", "Anna")
     );
     let refused = anna.call("arm.home", json!({})).await.unwrap_err();
@@ -83,7 +83,7 @@ async fn stopped_silent_holder_is_done() {
         anna.listen(Duration::from_millis(20)).await;
         anna.ok("arm.stop", json!({})).await;
     });
-    assert_eq!(ended.cut_off, []);
+    assert_eq!(ended.forced_stops, []);
     assert!(
         began.elapsed() < Duration::from_secs(3),
         "{:?}",
@@ -132,7 +132,7 @@ async fn unreachable_holder_is_not_waited_for() {
     let (anna, _) = holder(&bench, "Anna").await;
     drop(anna);
     let began = Instant::now();
-    assert_eq!(bench.station.end_runs().await.cut_off.len(), 1);
+    assert_eq!(bench.station.end_runs().await.forced_stops.len(), 1);
     assert!(began.elapsed() < STOPS);
 
     // The same if its socket was still open when the end began.
@@ -143,7 +143,7 @@ async fn unreachable_holder_is_not_waited_for() {
         tokio::time::sleep(Duration::from_millis(300)).await;
         drop(anna);
     });
-    assert_eq!(ended.cut_off.len(), 1);
+    assert_eq!(ended.forced_stops.len(), 1);
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 
     // A request by POST receives no notification.
@@ -154,7 +154,7 @@ async fn unreachable_holder_is_not_waited_for() {
         bench.station.end_runs().await
     });
     assert_eq!(answer["error"]["message"], "the station ends");
-    assert_eq!(ended.cut_off, []);
+    assert_eq!(ended.forced_stops, []);
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 }
 

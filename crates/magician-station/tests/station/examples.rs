@@ -7,7 +7,7 @@ use magician_station::api::{Example, METHODS, Needs};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
-use crate::typed;
+use crate::schema_check;
 
 fn example(method: &str) -> Example {
     let example = Example::of(method);
@@ -133,7 +133,7 @@ fn examples_cover_existing_methods_completely() {
 #[tokio::test(start_paused = true)]
 async fn reports_options_and_presets_match_their_schemas() {
     let holds = |value: &Value, name: &str| {
-        let checked = typed::is_of(value, typed::component(name));
+        let checked = schema_check::is_of(value, typed::component(name));
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
     let bench = LocalStation::new(1).await;

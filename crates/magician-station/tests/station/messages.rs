@@ -119,7 +119,7 @@ async fn message_before_hello_is_refused_and_bad_hello_closes() {
         -32602
     );
     assert!(early.message().await.is_none());
-    assert_eq!(early.closed, Some(CloseCode::HELLO));
+    assert_eq!(early.closed, Some(CloseCode::BAD_HELLO));
     let mut foreign = bench.socket(None);
     assert_eq!(
         foreign
@@ -128,7 +128,7 @@ async fn message_before_hello_is_refused_and_bad_hello_closes() {
         -32001
     );
     assert!(foreign.message().await.is_none());
-    assert_eq!(foreign.closed, Some(CloseCode::TOKEN));
+    assert_eq!(foreign.closed, Some(CloseCode::BAD_TOKEN));
     let mut noise = bench.socket(Some(Role::Student));
     noise.client.send("GET / HTTP/1.1");
     assert_eq!(
@@ -138,7 +138,7 @@ async fn message_before_hello_is_refused_and_bad_hello_closes() {
     assert!(noise.message().await.is_none());
     let mut silent = bench.socket(Some(Role::Student));
     assert!(silent.message().await.is_none());
-    assert_eq!(silent.closed, Some(CloseCode::LATE));
+    assert_eq!(silent.closed, Some(CloseCode::HELLO_TIMEOUT));
 }
 
 /// Every method of the table must be implemented.

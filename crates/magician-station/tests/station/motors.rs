@@ -39,7 +39,7 @@ async fn stop_switches_motors_off() {
 }
 
 /// Requests that switch on what has no end of its own, by the method.
-fn unheld() -> [(&'static str, Vec<(&'static str, serde_json::Value)>); 5] {
+fn unattended() -> [(&'static str, Vec<(&'static str, serde_json::Value)>); 5] {
     let set = |command: &str, fields: serde_json::Value| {
         let params = json!({"command": command, "fields": fields, "yes": true});
         ("arm.set", params)
@@ -90,8 +90,8 @@ fn is_on(bench: &LocalStation) -> bool {
 #[tokio::test(start_paused = true)]
 async fn motors_and_laser_go_off_with_every_lease_end() {
     let ends = ["released", "at once", "taken", "granted", "left", "silent"];
-    let unheld = unheld();
-    for ((what, requests), end) in unheld.iter().flat_map(|on| ends.map(|end| (on, end))) {
+    let unattended = unattended();
+    for ((what, requests), end) in unattended.iter().flat_map(|on| ends.map(|end| (on, end))) {
         let bench = LocalStation::new(1).await;
         let mut anna = bench.join_as("Anna", magician_station::Role::Teacher).await;
         let mut ben = bench.join_as("Ben", magician_station::Role::Teacher).await;
@@ -136,7 +136,7 @@ async fn post_cannot_switch_motors_or_laser_on() {
     let path = json!({"command": "CPLECmd", "yes": true, "fields": {
         "cp_mode": 1, "x": 220, "y": 0, "z": 0, "velocity_or_power": 50}});
     let path = ("a path", vec![("arm.enqueue", path)]);
-    for (what, requests) in unheld().into_iter().chain([path]) {
+    for (what, requests) in unattended().into_iter().chain([path]) {
         let mut refused = false;
         for (method, params) in requests {
             let answer = bench.once(method, params).await;

@@ -49,7 +49,7 @@ async fn programs_are_stored_listed_returned_and_removed() {
         );
     }
     // Without room nothing is stored, and the old content stays.
-    *bench.shelf.room.lock().unwrap() = 10;
+    *bench.library.room.lock().unwrap() = 10;
     let more = json!({"name": "house 2.plan.json", "text": "more than ten bytes"});
     let full = anna.call("program.put", more).await.unwrap_err();
     assert_eq!(full["data"]["kind"], json!("unexpected"), "{full}");
@@ -192,7 +192,7 @@ async fn program_runs_by_name_and_is_converted() {
     );
     let lost = "a list of points has no speeds, tool or settings";
     assert_eq!(made["lost"], json!([lost]));
-    let points = bench.shelf.bytes("lines.csv");
+    let points = bench.library.bytes("lines.csv");
     let points = String::from_utf8(points).unwrap();
     assert!(
         points.starts_with("step,action,x,y,z,r,line,name\n"),
@@ -270,10 +270,10 @@ async fn existing_program_is_not_replaced_without_permission() {
         let refused = anna.call(method, params).await.unwrap_err();
         let found = (&refused["code"], &refused["data"]["param"]);
         assert_eq!(found, (&json!(-32602), &json!(param)), "{refused}");
-        assert_eq!(bench.shelf.bytes("lines.csv"), b"mine");
+        assert_eq!(bench.library.bytes("lines.csv"), b"mine");
     }
     anna.ok("program.convert", convert).await;
-    assert_ne!(bench.shelf.bytes("lines.csv"), b"mine");
+    assert_ne!(bench.library.bytes("lines.csv"), b"mine");
 }
 
 #[tokio::test(start_paused = true)]

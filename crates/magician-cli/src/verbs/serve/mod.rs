@@ -27,7 +27,7 @@ use magician_station::http::{
     TokenError, TokenStore,
 };
 use magician_station::{
-    ArmEntry, CutOff, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
+    ArmEntry, ForcedStop, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
 };
 use serde_json::json;
 use tokio::sync::watch;
@@ -453,7 +453,7 @@ impl Serve {
             // Leaving the site runs in parallel, so that a slow network does not delay the stops.
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let ended = station.end_runs().await;
-            for CutOff { arm, holder, .. } in ended.cut_off {
+            for ForcedStop { arm, holder, .. } in ended.forced_stops {
                 tell(format_args!(
                     "{arm} was stopped while {holder} had it, which did not stop it itself: a pen may be down"
                 ));

@@ -40,7 +40,7 @@ impl SurfaceStore for Surfaces {
         Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Measured))
     }
 
-    fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> magician::Result<()> {
+    fn store(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> magician::Result<()> {
         if self.is_in_settings(arm) {
             store_surface(surface)
         } else {

@@ -45,7 +45,7 @@ pub(crate) enum Event {
     Acquire(SessionId, ArmId),
     Release(SessionId, ArmId),
     Take(ArmId),
-    Word(SessionId),
+    KeepAlive(SessionId),
     /// A page is closed, or its connection breaks.
     Gone(SessionId),
     /// A page comes back: with its session while that lasts, otherwise with a new one.
@@ -203,7 +203,7 @@ impl Explored for Model {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.happens(before, event)
+        self.check_step(before, event)
     }
 
     fn key(&self) -> u64 {

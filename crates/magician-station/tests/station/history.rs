@@ -14,9 +14,9 @@ use serde_json::json;
 use crate::bare::{ARM, BareStation};
 
 /// Store that writes nothing: the test looks at the orders.
-struct Nowhere;
+struct NullStore;
 
-impl RecordingStore for Nowhere {
+impl RecordingStore for NullStore {
     fn begin(&self, _: &str, _: f64, _: u32) -> io::Result<Box<dyn RecordingFile>> {
         Err(io::ErrorKind::Unsupported.into())
     }
@@ -32,7 +32,7 @@ fn recording() -> BareStation {
 
 fn with_ring(ring: u32, save_on_alarm: bool) -> BareStation {
     let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
-    config.recordings = Arc::new(Nowhere);
+    config.recordings = Arc::new(NullStore);
     (config.ring, config.save_on_alarm) = (ring, save_on_alarm);
     BareStation::with(config)
 }
@@ -132,9 +132,9 @@ fn lost_recording_is_not_reported_as_complete() {
     bare.orders();
     let lost = RecordReport::Lost("the disk is full".to_owned());
     bare.station.recorded(bare.now, ARM, lost);
-    bare.heard();
+    bare.received();
     bare.send("record.stop", &json!({}));
-    let answer = bare.heard().pop().unwrap();
+    let answer = bare.received().pop().unwrap();
     let why = answer["error"]["message"].as_str().unwrap();
     assert!(why.contains("the disk is full"), "{answer}");
     assert_eq!(bare.orders(), []);
@@ -210,16 +210,16 @@ fn alarm_saves_the_history_plus_5_s() {
     };
     assert_eq!(samples.len(), 31 * 50);
     assert_eq!(
-        (notes[0].words.as_str(), notes[0].warning),
+        (notes[0].text.as_str(), notes[0].warning),
         ("alarm-raised code 18", true)
     );
     bare.subscribe("json");
-    bare.heard();
+    bare.received();
     let outcome = Ok(12_345);
     let request = *request;
     bare.station
         .recorded(bare.now, ARM, RecordReport::Done { request, outcome });
-    let told = bare.heard();
+    let told = bare.received();
     let told = told
         .iter()
         .find(|one| one["params"]["event"] == json!("recording-saved"));
@@ -289,7 +289,7 @@ fn events_are_saved_with_the_history() {
     };
     let notes: Vec<_> = notes
         .iter()
-        .map(|note| (note.words.as_str(), note.t >= from))
+        .map(|note| (note.text.as_str(), note.t >= from))
         .collect();
     assert_eq!(notes, [("reset", true)]);
 }

@@ -12,33 +12,33 @@ use tokio::sync::Notify;
 
 use crate::job::JobStore;
 use crate::running::JournalSink;
-use crate::station::{FileToKeep, JobsToKeep, JournalLine};
+use crate::station::{FileSnapshot, JobsSnapshot, JournalLine};
 
 /// Most journal lines that wait for the disk. Further lines are dropped and counted, so that a
 /// stalled disk does not exhaust memory.
-const LINES: usize = 4096;
+const MAX_WAITING_LINES: usize = 4096;
 
 /// Writer of journal and jobs on a blocking thread. Jobs are written whole and only the newest
 /// waiting version is written, so a disk is never more than one version behind, however often they
 /// change.
-pub(crate) struct Keeper {
+pub(crate) struct DiskWriter {
     runtime: Handle,
     /// True if there is no blocking thread: a page has neither threads nor a disk.
     is_inline: bool,
     journal: JournalSink,
     store: Arc<dyn JobStore>,
-    kept: KeptSink,
-    waiting: Mutex<Waiting>,
+    on_written: WriteSink,
+    waiting: Mutex<PendingWrites>,
     idle: Notify,
 }
 
 #[derive(Default)]
-struct Waiting {
+struct PendingWrites {
     lines: VecDeque<JournalLine>,
     lost: u64,
     /// Newest jobs of each arm.
-    jobs: BTreeMap<usize, JobsToKeep>,
-    files: BTreeMap<&'static str, FileToKeep>,
+    jobs: BTreeMap<usize, JobsSnapshot>,
+    files: BTreeMap<&'static str, FileSnapshot>,
     /// True while a task is writing.
     busy: bool,
 }
@@ -46,14 +46,14 @@ struct Waiting {
 /// Result of writing one file.
 #[derive(Debug)]
 pub(crate) struct Written {
-    pub(crate) what: Kept,
+    pub(crate) what: StoredFile,
     pub(crate) revision: u64,
     pub(crate) outcome: Result<(), String>,
 }
 
 /// File that is rewritten as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kept {
+pub(crate) enum StoredFile {
     /// Jobs of the arm with this index.
     Jobs(usize),
     /// File with this name.
@@ -61,31 +61,31 @@ pub(crate) enum Kept {
 }
 
 /// Callback with the result of each write, called on the writing thread.
-type KeptSink = Box<dyn Fn(Written) + Send + Sync>;
+type WriteSink = Box<dyn Fn(Written) + Send + Sync>;
 
-impl Keeper {
+impl DiskWriter {
     /// Creates a keeper on the current runtime.
     pub(crate) fn new(
         journal: JournalSink,
         store: Arc<dyn JobStore>,
-        kept: impl Fn(Written) + Send + Sync + 'static,
+        on_written: impl Fn(Written) + Send + Sync + 'static,
     ) -> Arc<Self> {
         let is_inline = cfg!(any(target_family = "wasm", feature = "single-thread"));
-        Self::with(is_inline, journal, store, kept)
+        Self::with(is_inline, journal, store, on_written)
     }
 
     fn with(
         is_inline: bool,
         journal: JournalSink,
         store: Arc<dyn JobStore>,
-        kept: impl Fn(Written) + Send + Sync + 'static,
+        on_written: impl Fn(Written) + Send + Sync + 'static,
     ) -> Arc<Self> {
         Arc::new(Self {
             runtime: Handle::current(),
             is_inline,
             journal,
             store,
-            kept: Box::new(kept),
+            on_written: Box::new(on_written),
             waiting: Mutex::default(),
             idle: Notify::new(),
         })
@@ -93,19 +93,19 @@ impl Keeper {
 
     /// Queues jobs and journal lines for writing, and returns at once.
     #[cfg(test)]
-    fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) -> Vec<Written> {
-        self.keep_all(lines, jobs.into_iter().collect(), BTreeMap::new())
+    fn queue(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsSnapshot>) -> Vec<Written> {
+        self.queue_all(lines, jobs.into_iter().collect(), BTreeMap::new())
     }
 
     /// Queues everything that is to be written, and returns at once. Only the newest version of
     /// each file, and of the jobs of each arm, is written. Without a blocking thread everything is
     /// written on return, and the results are returned; with one the list is empty and results go
     /// to the sink.
-    pub(crate) fn keep_all(
+    pub(crate) fn queue_all(
         self: &Arc<Self>,
         lines: Vec<JournalLine>,
-        jobs: Vec<JobsToKeep>,
-        files: BTreeMap<&'static str, FileToKeep>,
+        jobs: Vec<JobsSnapshot>,
+        files: BTreeMap<&'static str, FileSnapshot>,
     ) -> Vec<Written> {
         let mut written = Vec::new();
         if lines.is_empty() && jobs.is_empty() && files.is_empty() {
@@ -114,7 +114,7 @@ impl Keeper {
         let mut waiting = self.waiting();
         waiting.files.extend(files);
         // New lines are dropped and not old ones, so that the journal has a single gap.
-        let room = LINES.saturating_sub(waiting.lines.len());
+        let room = MAX_WAITING_LINES.saturating_sub(waiting.lines.len());
         waiting.lost += lines.len().saturating_sub(room) as u64;
         waiting.lines.extend(lines.into_iter().take(room));
         let jobs = jobs.into_iter().map(|jobs| (jobs.arm(), jobs));
@@ -122,18 +122,18 @@ impl Keeper {
         // One writer at a time: it takes what is added while it writes.
         if !std::mem::replace(&mut waiting.busy, true) {
             drop(waiting);
-            let keeper = Arc::clone(self);
+            let disk_writer = Arc::clone(self);
             if self.is_inline {
-                keeper.write(&mut |kept| written.push(kept));
+                disk_writer.write(&mut |on_written| written.push(on_written));
             } else {
                 self.runtime
-                    .spawn_blocking(move || keeper.write(&mut |kept| (keeper.kept)(kept)));
+                    .spawn_blocking(move || disk_writer.write(&mut |on_written| (disk_writer.on_written)(on_written)));
             }
         }
         written
     }
 
-    fn write(&self, kept: &mut dyn FnMut(Written)) {
+    fn write(&self, on_written: &mut dyn FnMut(Written)) {
         loop {
             let mut waiting = self.waiting();
             let lines = std::mem::take(&mut waiting.lines);
@@ -155,19 +155,19 @@ impl Keeper {
                 if let Err(error) = &saved {
                     tracing::warn!(%error, "the jobs are not kept");
                 }
-                kept(Written {
-                    what: Kept::Jobs(arm),
+                on_written(Written {
+                    what: StoredFile::Jobs(arm),
                     revision: jobs.revision(),
                     outcome: saved.map_err(|error| error.to_string()),
                 });
             }
             for (name, file) in files {
-                let saved = self.store.keep(name, &file.text);
+                let saved = self.store.save_text(name, &file.text);
                 if let Err(error) = &saved {
                     tracing::warn!(%error, "the file is not kept");
                 }
-                kept(Written {
-                    what: Kept::File(name),
+                on_written(Written {
+                    what: StoredFile::File(name),
                     revision: file.revision,
                     outcome: saved.map_err(|error| error.to_string()),
                 });
@@ -195,7 +195,7 @@ impl Keeper {
         }
     }
 
-    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+    fn waiting(&self) -> MutexGuard<'_, PendingWrites> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -208,7 +208,7 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::job::NoStore;
+    use crate::job::NoJobStore;
 
     /// Test disk that writes when the test allows it.
     struct Slow {
@@ -228,25 +228,25 @@ mod tests {
         }
 
         fn journal(&self) -> Box<dyn Journal> {
-            NoStore.journal()
+            NoJobStore.journal()
         }
     }
 
     /// Creates a keeper with a blocking thread in every build: the test's disk may block.
-    fn beside(journal: JournalSink, store: impl JobStore + 'static) -> Arc<Keeper> {
-        Keeper::with(false, journal, Arc::new(store), |_| {})
+    fn threaded_writer(journal: JournalSink, store: impl JobStore + 'static) -> Arc<DiskWriter> {
+        DiskWriter::with(false, journal, Arc::new(store), |_| {})
     }
 
     #[tokio::test]
     async fn inline_keeper_writes_before_returning() {
-        let keeper = Keeper::with(true, Box::new(|_| {}), Arc::new(NoStore), |_| {
+        let disk_writer = DiskWriter::with(true, Box::new(|_| {}), Arc::new(NoJobStore), |_| {
             panic!("it was returned")
         });
-        let written = keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
+        let written = disk_writer.queue(Vec::new(), Some(JobsSnapshot::of_ids(&["first"])));
         let [written] = written.as_slice() else {
             panic!("{written:?}");
         };
-        assert_eq!((written.what, written.revision), (Kept::Jobs(0), 1));
+        assert_eq!((written.what, written.revision), (StoredFile::Jobs(0), 1));
         assert_eq!(written.outcome, Ok(()));
     }
 
@@ -254,16 +254,16 @@ mod tests {
     async fn only_the_newest_waiting_jobs_are_written() {
         let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
         let go = Mutex::new(go);
-        let keeper = beside(Box::new(|_| {}), Slow { began, go });
-        keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
+        let disk_writer = threaded_writer(Box::new(|_| {}), Slow { began, go });
+        disk_writer.queue(Vec::new(), Some(JobsSnapshot::of_ids(&["first"])));
         let id = |saved: Value| saved["jobs"][0]["job"].as_str().map(str::to_owned);
         assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
         for number in 0..1000 {
-            keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&[&number.to_string()])));
+            disk_writer.queue(Vec::new(), Some(JobsSnapshot::of_ids(&[&number.to_string()])));
         }
         write.send(()).unwrap();
         write.send(()).unwrap();
-        keeper.flush().await;
+        disk_writer.flush().await;
         let rest: Vec<_> = saved.try_iter().filter_map(id).collect();
         assert_eq!(rest, ["999"]);
     }
@@ -280,16 +280,16 @@ mod tests {
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
         });
-        let keeper = beside(journal, NoStore);
+        let disk_writer = threaded_writer(journal, NoJobStore);
         let line = JournalLine::default();
-        keeper.keep(vec![line.clone()], None);
+        disk_writer.queue(vec![line.clone()], None);
         // The first line is being written: from here on only the waiting room counts.
         begun.recv().unwrap();
         for _ in 0..3 {
-            keeper.keep(vec![line.clone(); LINES], None);
+            disk_writer.queue(vec![line.clone(); MAX_WAITING_LINES], None);
         }
         drop(go);
-        keeper.flush().await;
-        assert_eq!(*written.lock().unwrap(), LINES + 1);
+        disk_writer.flush().await;
+        assert_eq!(*written.lock().unwrap(), MAX_WAITING_LINES + 1);
     }
 }

@@ -10,9 +10,9 @@ use crate::running::{Client, RunningStation};
 use crate::station::{Grant, Outgoing, Peer};
 
 /// Server of the API.
-pub trait Served: Clone + Send + Sync + 'static {
+pub trait ApiServer: Clone + Send + Sync + 'static {
     /// Client of this server.
-    type Client: ServedClient;
+    type Client: ApiClient;
 
     /// Connects a client with the token of its request. Waits until clients that connected just
     /// before have sent their hello, or their time for it is over. `None` if all sessions are in
@@ -42,7 +42,7 @@ pub trait Served: Clone + Send + Sync + 'static {
     fn is_read_only(&self) -> bool;
 
     /// Returns the role of anonymous clients on this machine.
-    fn place_role(&self) -> Role;
+    fn anonymous_role(&self) -> Role;
 
     /// Checks the teacher's PIN of the class, for a request without a session.
     ///
@@ -57,16 +57,16 @@ pub trait Served: Clone + Send + Sync + 'static {
     fn revoke(&self, token: &str);
 }
 
-/// Client of a [`Served`], whose messages the listener carries. Dropping it closes its socket.
-pub trait ServedClient: Send + Sync + 'static {
+/// Client of a [`ApiServer`], whose messages the listener carries. Dropping it closes its socket.
+pub trait ApiClient: Send + Sync + 'static {
     /// Records that a message has arrived, before it is processed.
-    fn heard(&self);
+    fn note_message(&self);
 
     /// Passes a message of the client.
     fn send(&self, text: &str);
 
     /// Sets the rights of the token in the client's hello, before the hello is sent.
-    fn vouch(&self, grant: Option<Grant>);
+    fn set_token_grant(&self, grant: Option<Grant>);
 
     /// Records the reply to a ping.
     fn pong(&self);
@@ -75,7 +75,7 @@ pub trait ServedClient: Send + Sync + 'static {
     fn receive(&self) -> impl Future<Output = Outgoing> + Send;
 }
 
-impl Served for RunningStation {
+impl ApiServer for RunningStation {
     type Client = Client;
 
     async fn admit(&self, peer: Peer, _: Option<String>) -> Option<Client> {
@@ -98,8 +98,8 @@ impl Served for RunningStation {
         self.is_read_only()
     }
 
-    fn place_role(&self) -> Role {
-        self.place_role()
+    fn anonymous_role(&self) -> Role {
+        self.anonymous_role()
     }
 
     #[cfg(feature = "class")]
@@ -122,17 +122,17 @@ impl Served for RunningStation {
     }
 }
 
-impl ServedClient for Client {
-    fn heard(&self) {
-        self.heard();
+impl ApiClient for Client {
+    fn note_message(&self) {
+        self.note_message();
     }
 
     fn send(&self, text: &str) {
         self.send(text);
     }
 
-    fn vouch(&self, grant: Option<Grant>) {
-        self.vouch(grant);
+    fn set_token_grant(&self, grant: Option<Grant>) {
+        self.set_token_grant(grant);
     }
 
     fn pong(&self) {

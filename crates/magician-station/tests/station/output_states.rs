@@ -22,13 +22,13 @@ fn burning_job() -> Value {
 }
 
 /// Subscriber that accumulates the changes it receives.
-struct Told {
+struct Subscriber {
     tester: Tester,
     binary: bool,
     state: Value,
 }
 
-impl Told {
+impl Subscriber {
     async fn new(bench: &LocalStation, rate: u32, binary: bool) -> Self {
         let mut tester = bench.join("Viewer").await;
         let frame = if binary { "binary" } else { "json" };
@@ -65,8 +65,8 @@ impl Told {
 #[tokio::test(start_paused = true)]
 async fn burning_laser_is_reported_to_every_subscriber() {
     let bench = LocalStation::new(1).await;
-    let mut text = Told::new(&bench, 20, false).await;
-    let mut bytes = Told::new(&bench, 10, true).await;
+    let mut text = Subscriber::new(&bench, 20, false).await;
+    let mut bytes = Subscriber::new(&bench, 10, true).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     text.listen(Duration::from_secs(1)).await;
@@ -103,7 +103,7 @@ async fn first_state_after_a_stop_reports_laser_off() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
-    let mut text = Told::new(&bench, 20, false).await;
+    let mut text = Subscriber::new(&bench, 20, false).await;
     anna.ok("arm.tool", json!({"laser": {"on": true}})).await;
     text.listen(Duration::from_millis(200)).await;
     assert_eq!(text.laser(), json!(true));
@@ -119,7 +119,7 @@ async fn first_state_after_a_stop_reports_laser_off() {
 async fn stopped_job_reports_laser_off() {
     for end in ["arm.stop", "job.stop", "job.pause"] {
         let bench = LocalStation::new(1).await;
-        let mut text = Told::new(&bench, 20, false).await;
+        let mut text = Subscriber::new(&bench, 20, false).await;
         let mut anna = bench.join("Anna").await;
         anna.lease().await;
         let job = anna.ok("job.start", burning_job()).await["job"].clone();
@@ -142,7 +142,7 @@ async fn stopped_job_reports_laser_off() {
 #[tokio::test(start_paused = true)]
 async fn suction_and_gripper_states_follow_execution() {
     let bench = LocalStation::new(1).await;
-    let mut text = Told::new(&bench, 20, false).await;
+    let mut text = Subscriber::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let steps = json!([
@@ -196,7 +196,7 @@ async fn suction_and_gripper_states_follow_execution() {
 async fn reported_outputs_match_the_arm_for_any_call_sequence() {
     for seed in 0..20_u64 {
         let bench = LocalStation::new(1).await;
-        let mut text = Told::new(&bench, 20, false).await;
+        let mut text = Subscriber::new(&bench, 20, false).await;
         let mut anna = bench.join_as("Anna", Role::Teacher).await;
         anna.lease().await;
         let mut dice = seed;
@@ -257,7 +257,7 @@ async fn reported_outputs_match_the_arm_for_any_call_sequence() {
 #[tokio::test(start_paused = true)]
 async fn move_is_answered_with_the_state_at_rest() {
     let bench = LocalStation::new(1).await;
-    let mut text = Told::new(&bench, 20, false).await;
+    let mut text = Subscriber::new(&bench, 20, false).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     for y in [40, -40, 0] {

@@ -8,10 +8,10 @@ use serde_json::{Value, json};
 static DOCUMENT: LazyLock<Value> = LazyLock::new(openrpc);
 
 /// Checks that a value has the members of its schema, with the right types, and no others.
-pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
+pub(crate) fn check(value: &Value, schema: &Value) -> Result<(), String> {
     if let Some(reference) = schema["$ref"].as_str() {
         let there = DOCUMENT.pointer(reference.trim_start_matches('#'));
-        return is_of(value, there.ok_or(reference)?);
+        return check(value, there.ok_or(reference)?);
     }
     if let Some(choices) = schema["enum"].as_array() {
         let known = choices.contains(value);
@@ -24,7 +24,7 @@ pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
     }
     for key in ["anyOf", "oneOf"] {
         if let Some(kinds) = schema[key].as_array() {
-            let tried = kinds.iter().map(|kind| is_of(value, kind));
+            let tried = kinds.iter().map(|kind| check(value, kind));
             let failed: Result<Vec<_>, ()> = tried.map(|one| one.err().ok_or(())).collect();
             return match failed {
                 Err(()) => Ok(()),
@@ -57,12 +57,12 @@ pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
         }
         (Value::Array(values), Value::Array(items)) => {
             for (value, item) in values.iter().zip(items) {
-                is_of(value, item)?;
+                check(value, item)?;
             }
         }
         (Value::Array(values), item) => {
             for value in values {
-                is_of(value, item)?;
+                check(value, item)?;
             }
             let count = json!(values.len());
             let right = schema
@@ -84,7 +84,7 @@ pub(crate) fn is_of(value: &Value, schema: &Value) -> Result<(), String> {
             None if more.is_object() => more,
             None => return Err(format!("{name} is not known")),
         };
-        is_of(value, schema).map_err(|why| format!("{name}: {why}"))?;
+        check(value, schema).map_err(|why| format!("{name}: {why}"))?;
     }
     for name in schema["required"].as_array().into_iter().flatten() {
         if !members.contains_key(name.as_str().unwrap_or_default()) {
@@ -105,7 +105,7 @@ pub(crate) fn check_notification(message: &Value) {
     let rows = DOCUMENT["x-notifications"].as_array().unwrap();
     let row = rows.iter().find(|row| row["name"] == method);
     let row = row.unwrap_or_else(|| panic!("{method} is not in the table of notifications"));
-    if let Err(why) = is_of(&message["params"], &row["params"]) {
+    if let Err(why) = check(&message["params"], &row["params"]) {
         panic!("{method}: {why}\nin {}", message["params"]);
     }
     let members: Vec<_> = message.as_object().unwrap().keys().collect();
@@ -123,11 +123,11 @@ pub(crate) fn check_call(method: &str, params: &Value, result: &Value) {
         let Some(given) = param["name"].as_str().and_then(|name| params.get(name)) else {
             continue;
         };
-        if let Err(why) = is_of(given, &param["schema"]) {
+        if let Err(why) = check(given, &param["schema"]) {
             panic!("{method}: {}: {why}\nin {params}", param["name"]);
         }
     }
-    if let Err(why) = is_of(result, &row["result"]["schema"]) {
+    if let Err(why) = check(result, &row["result"]["schema"]) {
         panic!("{method} answers: {why}\nin {result}");
     }
 }
@@ -150,7 +150,7 @@ pub(crate) fn check_error(method: &str, error: &Value) {
         Value::Null => json!({}),
         data => data.clone(),
     };
-    if let Err(why) = is_of(&data, &row["x-data"]) {
+    if let Err(why) = check(&data, &row["x-data"]) {
         panic!("{method} fails: {why}\nin {error}");
     }
 }

@@ -9,7 +9,7 @@ const CLASS: &str = "[[pupil]]\nname = \"Ada\"\n";
 
 /// Returns the new answers.
 fn answers(bare: &mut BareStation) -> Vec<Value> {
-    let mut heard = bare.heard();
+    let mut heard = bare.received();
     heard.retain(|message| message.get("id").is_some());
     heard
 }
@@ -22,18 +22,18 @@ fn change_takes_effect_and_is_answered_once_saved() {
     let before = answers(&mut bare);
     assert_eq!(before.len(), 1, "{before:?}");
     assert_eq!(before[0]["result"]["class"], Value::Null);
-    let files = bare.station.poll_kept();
+    let files = bare.station.poll_files();
     let file = &files["class.toml"];
     assert!(file.text.contains("Ada"), "{}", file.text);
     let written = file.revision;
     // An earlier revision is another version.
     bare.station
-        .file_kept(bare.now, "class.toml", written - 1, Ok(()));
+        .file_written(bare.now, "class.toml", written - 1, Ok(()));
     bare.station
-        .file_kept(bare.now, "schedule.toml", written, Ok(()));
+        .file_written(bare.now, "schedule.toml", written, Ok(()));
     assert_eq!(answers(&mut bare), Vec::<Value>::new());
     bare.station
-        .file_kept(bare.now, "class.toml", written, Ok(()));
+        .file_written(bare.now, "class.toml", written, Ok(()));
     let after = answers(&mut bare);
     assert_eq!(after[0]["result"]["pupils"][0]["name"], "Ada", "{after:?}");
 }
@@ -48,17 +48,17 @@ fn second_change_is_refused_until_the_first_is_answered() {
     assert_eq!(refused[0]["error"]["data"]["kind"], "queue-full");
     // The schedule is another file.
     bare.send("schedule.set", &json!({"text": ""}));
-    let files = bare.station.poll_kept();
+    let files = bare.station.poll_files();
     for (name, file) in files {
         bare.station
-            .file_kept(bare.now, name, file.revision, Ok(()));
+            .file_written(bare.now, name, file.revision, Ok(()));
     }
     assert_eq!(answers(&mut bare).len(), 2);
     bare.send("class.codes", &json!({}));
-    let files = bare.station.poll_kept();
+    let files = bare.station.poll_files();
     let why = Err("full".to_owned());
     bare.station
-        .file_kept(bare.now, "class.toml", files["class.toml"].revision, why);
+        .file_written(bare.now, "class.toml", files["class.toml"].revision, why);
     let refused = answers(&mut bare);
     assert_eq!(
         refused[0]["error"]["data"]["reason"], "unkept",
@@ -74,10 +74,10 @@ fn roster_takes_effect_once_saved() {
     let mut write = |outcome: Result<(), String>| {
         bare.send("site.expect", &expected);
         assert_eq!(answers(&mut bare), Vec::<Value>::new());
-        let file = &bare.station.poll_kept()["roster.json"];
+        let file = &bare.station.poll_files()["roster.json"];
         assert_eq!(serde_json::from_str::<Value>(&file.text).unwrap(), expected);
         bare.station
-            .file_kept(bare.now, "roster.json", file.revision, outcome);
+            .file_written(bare.now, "roster.json", file.revision, outcome);
         let answer = answers(&mut bare).remove(0);
         bare.send("site.roster", &json!({}));
         (answer, answers(&mut bare)[0]["result"].clone())

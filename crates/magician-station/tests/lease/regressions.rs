@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ASK, ArmId, Control, Effect, JobId, JobPhase, OnLost, RequestId, SessionId, TTL, WorkKind,
+    ASK_TIMEOUT, ArmId, Control, Effect, JobId, JobPhase, LeaseLossPolicy, RequestId, SessionId, LEASE_TIMEOUT, WorkKind,
 };
 
 const ANNA: SessionId = SessionId(1);
@@ -32,7 +32,7 @@ fn effects(control: &mut Control) -> Vec<Effect> {
 fn motion_counts_as_keep_alive_until_its_stop() {
     let mut control = control();
     { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Motion) }.unwrap();
-    let later = START + 2 * TTL;
+    let later = START + 2 * LEASE_TIMEOUT;
     control.handle_timeout(later);
     assert_eq!(control.stop(later, ARM), [RequestId(2)]);
     control.handle_timeout(later);
@@ -44,7 +44,7 @@ fn request_at_one_arm_keeps_the_lease_of_another() {
     let mut control = control();
     control.acquire(START, ANNA, OTHER, RequestId(2), Duration::ZERO);
     { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::Motion) }.unwrap();
-    control.handle_timeout(START + 2 * TTL);
+    control.handle_timeout(START + 2 * LEASE_TIMEOUT);
     assert_eq!(control.holder(OTHER), Some(ANNA));
 }
 
@@ -72,7 +72,7 @@ fn pending_question_passes_to_the_next_holder_with_full_time() {
     let mut control = control();
     control.ask(START, CARL, ARM, RequestId(2));
     effects(&mut control);
-    let later = START + ASK - Duration::from_secs(1);
+    let later = START + ASK_TIMEOUT - Duration::from_secs(1);
     control.keep_alive(later, ANNA);
     control.take(later, BEN, ARM, RequestId(3));
     let asked = Effect::Asked {
@@ -88,7 +88,7 @@ fn pending_question_passes_to_the_next_holder_with_full_time() {
         control.keep_alive(now, BEN);
     }
     assert_eq!(control.holder(ARM), Some(BEN));
-    control.handle_timeout(later + ASK);
+    control.handle_timeout(later + ASK_TIMEOUT);
     assert_eq!(control.holder(ARM), Some(CARL));
 }
 
@@ -99,7 +99,7 @@ fn continuing_job_is_not_stopped_for_queued_or_steering_requests() {
     control.finish(START, ARM, RequestId(2));
     { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::StartJob) }.unwrap();
     let active = Some(JobPhase::Active);
-    control.job_is(START, ARM, JobId(1), OnLost::Continue, active);
+    control.set_job_phase(START, ARM, JobId(1), LeaseLossPolicy::Continue, active);
     { control.begin(START, ANNA, ARM, RequestId(4), WorkKind::JobSetting) }.unwrap();
     effects(&mut control);
     control.take(START, BEN, ARM, RequestId(5));

@@ -15,22 +15,22 @@ use crate::order::ArmOrder;
 
 /// Checks and conversions that compute at once. Two leave processors free for the arms on a small
 /// machine; a choice.
-const CHECKS: usize = 2;
+const MAX_COMPUTING: usize = 2;
 /// Library operations that read or write at once.
-const FILES: usize = 4;
+const MAX_FILE_OPERATIONS: usize = 4;
 /// Most requests that wait. Further ones are refused.
-const WAITING: usize = 64;
+const MAX_WAITING: usize = 64;
 
 /// Long-running request.
 #[derive(Debug)]
-pub(super) enum Lengthy {
+pub(super) enum LongRequest {
     /// Check of a program.
     Check(ArmId, ArmOrder),
     /// Operation on the library by a session of this role.
     Library(Role, LibraryAct),
 }
 
-impl Lengthy {
+impl LongRequest {
     /// True if the request computes, false if it only reads or writes. Conversions of taught
     /// programs count as the latter: they are short, and should not wait behind a check.
     fn computes(&self) -> bool {
@@ -43,24 +43,24 @@ impl Lengthy {
 
 /// Long-running requests, waiting and running.
 #[derive(Debug, Default)]
-pub(super) struct LengthyWork {
-    waiting: VecDeque<(RequestId, SessionId, Lengthy)>,
+pub(super) struct LongRequests {
+    waiting: VecDeque<(RequestId, SessionId, LongRequest)>,
     /// Running requests: session, and true if the request computes.
     running: BTreeMap<RequestId, (SessionId, bool)>,
 }
 
-impl LengthyWork {
+impl LongRequests {
     /// Returns the first request that may run now.
-    fn next(&mut self) -> Option<(RequestId, Lengthy)> {
+    fn next(&mut self) -> Option<(RequestId, LongRequest)> {
         let running = &self.running;
         let computing = running.values().filter(|(_, computes)| *computes).count();
         let free = |computes| {
             if computes {
-                computing < CHECKS
+                computing < MAX_COMPUTING
             } else {
                 // Kinds have separate limits, so that a long check does not delay a list of
                 // programs.
-                running.len() - computing < FILES
+                running.len() - computing < MAX_FILE_OPERATIONS
             }
         };
         let of = |session, computes| running.values().any(|run| *run == (session, computes));
@@ -81,27 +81,27 @@ impl LengthyWork {
 
 impl Station {
     /// Queues a request and starts it when its turn comes.
-    pub(super) fn in_turn(&mut self, call: &Call<'_>, what: Lengthy) -> Result<Handled, RpcError> {
-        if self.lengthy.waiting.len() >= WAITING {
+    pub(super) fn queue_long_request(&mut self, call: &Call<'_>, what: LongRequest) -> Result<Handled, RpcError> {
+        if self.long_requests.waiting.len() >= MAX_WAITING {
             let why = format!("{WAITING} checks and changes of programs wait already");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", WAITING));
+            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING));
         }
         let request = call.request;
         let awaited = match &what {
-            Lengthy::Check(arm, _) => Awaited::Arm(*arm),
-            Lengthy::Library(..) => Awaited::Library,
+            LongRequest::Check(arm, _) => Awaited::Arm(*arm),
+            LongRequest::Library(..) => Awaited::Library,
         };
-        { &mut self.lengthy.waiting }.push_back((request, call.session, what));
-        self.take_turns();
+        { &mut self.long_requests.waiting }.push_back((request, call.session, what));
+        self.start_long_requests();
         Ok(Handled::Later(request, awaited))
     }
 
     /// Starts everything that can start.
-    fn take_turns(&mut self) {
-        while let Some((request, what)) = self.lengthy.next() {
+    fn start_long_requests(&mut self) {
+        while let Some((request, what)) = self.long_requests.next() {
             match what {
-                Lengthy::Check(arm, order) => self.order(arm, order),
-                Lengthy::Library(by, act) => {
+                LongRequest::Check(arm, order) => self.order(arm, order),
+                LongRequest::Library(by, act) => {
                     self.library.push_back(LibraryOrder { request, by, act });
                 }
             }
@@ -109,15 +109,15 @@ impl Station {
     }
 
     /// Handles the end of a request, if it was a long-running one.
-    pub(super) fn turn_is_over(&mut self, request: RequestId) {
-        if self.lengthy.running.remove(&request).is_some() {
-            self.take_turns();
+    pub(super) fn finish_long_request(&mut self, request: RequestId) {
+        if self.long_requests.running.remove(&request).is_some() {
+            self.start_long_requests();
         }
     }
 
     /// Drops waiting requests of sockets that are gone.
-    pub(super) fn forget_turns(&mut self) {
+    pub(super) fn drop_closed_requests(&mut self) {
         let pending = &self.pending;
-        { &mut self.lengthy.waiting }.retain(|(request, ..)| pending.contains_key(request));
+        { &mut self.long_requests.waiting }.retain(|(request, ..)| pending.contains_key(request));
     }
 }

@@ -8,20 +8,20 @@ use std::sync::{Arc, Condvar, Mutex};
 use magician_job::presets::PresetStore;
 use magician_program::Format;
 use magician_station::{
-    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
+    ConversionResult, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
     ProgramStore, Reader, ReadingArm, Role, Source, Upload,
 };
 
 type Programs = Arc<Mutex<BTreeMap<ProgramName, Vec<u8>>>>;
 
 /// Programs in memory, with limited room.
-pub(crate) struct Shelf {
+pub(crate) struct MemoryLibrary {
     pub(crate) programs: Programs,
     /// Largest program that fits, bytes.
     pub(crate) room: Mutex<usize>,
 }
 
-impl Default for Shelf {
+impl Default for MemoryLibrary {
     fn default() -> Self {
         Self {
             programs: Programs::default(),
@@ -30,7 +30,7 @@ impl Default for Shelf {
     }
 }
 
-impl Shelf {
+impl MemoryLibrary {
     /// Returns the content of a program.
     pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         let name = ProgramName::new(name).unwrap();
@@ -38,7 +38,7 @@ impl Shelf {
     }
 }
 
-impl ProgramStore for Shelf {
+impl ProgramStore for MemoryLibrary {
     fn folder(&self) -> Option<&Path> {
         Some(Path::new("/shelf"))
     }
@@ -66,7 +66,7 @@ impl ProgramStore for Shelf {
         _: Role,
         _: Option<u64>,
     ) -> Result<Box<dyn Upload>, LibraryError> {
-        Ok(Box::new(Coming {
+        Ok(Box::new(MemoryUpload {
             programs: Arc::clone(&self.programs),
             name: name.clone(),
             bytes: Vec::new(),
@@ -80,14 +80,14 @@ impl ProgramStore for Shelf {
     }
 }
 
-struct Coming {
+struct MemoryUpload {
     programs: Programs,
     name: ProgramName,
     bytes: Vec<u8>,
     room: usize,
 }
 
-impl Upload for Coming {
+impl Upload for MemoryUpload {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.bytes.extend_from_slice(bytes);
         if self.bytes.len() > self.room {
@@ -104,9 +104,9 @@ impl Upload for Coming {
 
 /// Presets in memory.
 #[derive(Debug, Default)]
-pub(crate) struct Drawer(Mutex<BTreeMap<String, String>>);
+pub(crate) struct MemoryPresets(Mutex<BTreeMap<String, String>>);
 
-impl PresetStore for Drawer {
+impl PresetStore for MemoryPresets {
     fn names(&self) -> Vec<String> {
         self.0.lock().unwrap().keys().cloned().collect()
     }
@@ -128,7 +128,7 @@ impl PresetStore for Drawer {
 
 /// State of the readers.
 #[derive(Default)]
-pub(crate) struct Reads {
+pub(crate) struct GateState {
     pub(crate) closed: bool,
     pub(crate) now: usize,
     pub(crate) most: usize,
@@ -136,7 +136,7 @@ pub(crate) struct Reads {
 
 /// Gate that holds readers back while it is closed.
 #[derive(Clone, Default)]
-pub(crate) struct Gate(Arc<(Mutex<Reads>, Condvar)>);
+pub(crate) struct Gate(Arc<(Mutex<GateState>, Condvar)>);
 
 impl Gate {
     pub(crate) fn close(&self, closed: bool) {
@@ -178,7 +178,7 @@ impl Reader for Gated {
         &self,
         source: &Source,
         to: &str,
-    ) -> Result<Converting, magician_station::api::RpcError> {
+    ) -> Result<ConversionResult, magician_station::api::RpcError> {
         self.0.convert(source, to)
     }
 }

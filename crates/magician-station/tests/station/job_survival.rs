@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::{Kept, LocalStation, Tester};
+use crate::bench::{Storage, LocalStation, Tester};
 use crate::jobs::{drawing, until};
 
 /// Way in which a program ends.
@@ -117,7 +117,7 @@ async fn listed(state: &str, end: End) -> Value {
     list_after(kept, &job).await
 }
 
-async fn list_after(kept: Kept, job: &Value) -> Value {
+async fn list_after(kept: Storage, job: &Value) -> Value {
     let bench = LocalStation::after(kept).await;
     let mut ben = bench.join_as("Ben", Role::Teacher).await;
     let list = ben.ok("job.list", json!({})).await["jobs"].clone();

@@ -92,7 +92,7 @@ async fn link_errors_have_their_codes() {
         assert_eq!(answer["id"], json!(1), "{text}");
     }
     // Text other than JSON is not answered.
-    program.link.say("{").await;
+    program.link.send("{").await;
     let answer = program
         .raw(r#"{"id": 2, "method": "dobotlink.api.ShowMessage"}"#)
         .await;

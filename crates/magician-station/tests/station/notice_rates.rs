@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::admission::Origin;
 use magician_job::JobState;
-use magician_station::{ArmOrder, ArmReport, JobNews, LIST_INTERVAL, Peer, SocketId};
+use magician_station::{ArmOrder, ArmReport, JobUpdate, LIST_INTERVAL, Peer, SocketId};
 use serde_json::{Value, json};
 
 use crate::bare::BareStation;
@@ -15,10 +15,10 @@ fn carry_out(bare: &mut BareStation) {
     loop {
         if let Some(jobs) = bare.station.poll_jobs() {
             let (arm, revision) = (jobs.arm(), jobs.revision());
-            bare.station.jobs_kept(bare.now, arm, revision, Ok(()));
+            bare.station.jobs_written(bare.now, arm, revision, Ok(()));
         } else if let Some((_, order)) = bare.station.poll_order() {
             if let ArmOrder::StartJob(start) = order {
-                let news = JobNews::State(JobState::Running, None);
+                let news = JobUpdate::State(JobState::Running, None);
                 bare.report(ArmReport::Job {
                     job: start.job,
                     news,
@@ -28,9 +28,9 @@ fn carry_out(bare: &mut BareStation) {
             break;
         }
     }
-    for (name, file) in bare.station.poll_kept() {
+    for (name, file) in bare.station.poll_files() {
         bare.station
-            .file_kept(bare.now, name, file.revision, Ok(()));
+            .file_written(bare.now, name, file.revision, Ok(()));
     }
 }
 
@@ -46,9 +46,9 @@ fn pass(bare: &mut BareStation, time: Duration) {
 }
 
 /// Returns the notifications with this name, and all answers.
-fn heard(bare: &mut BareStation, notice: &str) -> (Vec<Value>, Vec<Value>) {
-    let heard = bare.heard().into_iter();
-    let (notices, answers): (Vec<_>, Vec<_>) = heard.partition(|it| it.get("method").is_some());
+fn received(bare: &mut BareStation, notice: &str) -> (Vec<Value>, Vec<Value>) {
+    let received = bare.received().into_iter();
+    let (notices, answers): (Vec<_>, Vec<_>) = received.partition(|it| it.get("method").is_some());
     for answer in &answers {
         assert!(answer.get("error").is_none(), "{answer}");
     }
@@ -68,14 +68,14 @@ fn queue_positions_are_rate_limited_and_end_current() {
         let start = json!({"text": text.to_string(), "queue": true, "after_check": false});
         ask(&mut bare, socket, "job.start", &start);
     }
-    let (_, answers) = heard(&mut bare, "job.changed");
+    let (_, answers) = received(&mut bare, "job.changed");
     let ids: Vec<_> = answers[2..]
         .iter()
         .map(|it| it["result"]["job"].clone())
         .collect();
     assert_eq!(ids.len(), JOBS, "{answers:?}");
     pass(&mut bare, Duration::from_secs(1));
-    heard(&mut bare, "job.changed");
+    received(&mut bare, "job.changed");
     let mut told: BTreeMap<String, Vec<Value>> = BTreeMap::new();
     let mut list = Vec::new();
     for at in 0..=REORDERS {
@@ -94,7 +94,7 @@ fn queue_positions_are_rate_limited_and_end_current() {
             pass(&mut bare, LIST_INTERVAL);
             ask(&mut bare, socket, "job.list", &json!({}));
         }
-        let (notices, answers) = heard(&mut bare, "job.changed");
+        let (notices, answers) = received(&mut bare, "job.changed");
         for notice in notices {
             let job = notice["job"]["job"].as_str().unwrap().to_owned();
             told.entry(job)
@@ -125,10 +125,10 @@ fn each_job_state_is_notified_immediately() {
     for _ in 0..2 {
         ask(&mut bare, socket, "job.start", &start);
     }
-    let (notices, answers) = heard(&mut bare, "job.changed");
+    let (notices, answers) = received(&mut bare, "job.changed");
     let job = answers[2]["result"]["job"].clone();
     ask(&mut bare, socket, "job.stop", &json!({"job": job}));
-    let (stopped, _) = heard(&mut bare, "job.changed");
+    let (stopped, _) = received(&mut bare, "job.changed");
     let states: Vec<_> = { notices.iter().chain(&stopped) }
         .map(|notice| notice["job"]["state"].clone())
         .collect();
@@ -156,7 +156,7 @@ fn each_turn_change_is_notified_once() {
         socket
     };
     ask(&mut bare, teacher, "class.set", &json!({"text": CLASS}));
-    let mut counts = vec![("a class is set", heard(&mut bare, "turn.changed").0.len())];
+    let mut counts = vec![("a class is set", received(&mut bare, "turn.changed").0.len())];
     let ada = pupil(&mut bare, "Ada", "7K3M");
     let ben = pupil(&mut bare, "Ben", "9QWE");
     let steps = [
@@ -167,10 +167,10 @@ fn each_turn_change_is_notified_once() {
         ("it is freed", teacher, "class.free"),
         ("he leaves", ben, "turn.leave"),
     ];
-    assert!(heard(&mut bare, "turn.changed").0.is_empty());
+    assert!(received(&mut bare, "turn.changed").0.is_empty());
     for (what, socket, method) in steps {
         ask(&mut bare, socket, method, &json!({}));
-        counts.push((what, heard(&mut bare, "turn.changed").0.len()));
+        counts.push((what, received(&mut bare, "turn.changed").0.len()));
     }
     for (what, count) in &counts {
         assert_eq!(*count, 1, "{what}: {counts:?}");
