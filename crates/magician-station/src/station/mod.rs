@@ -3,7 +3,7 @@
 //!
 //! [`Station`] joins the parts: sockets and sessions, [`Control`](crate::control::Control) for all
 //! decisions about motion, records of jobs, subscriptions, recordings, and with the feature `class`
-//! a class. Every public method that changes something ends in `settle`, which carries out the
+//! a class. Every public method that changes something ends in `carry_out_effects`, which carries out the
 //! effects of control until none is left. The results are collected in queues and polled by the
 //! shell: orders, journal lines, jobs and files to write, sockets with something to send.
 
