@@ -403,7 +403,8 @@ pub fn with_advice(voice: &impl Voice, text: String, problem: &Diagnostic) -> St
     }
 }
 
-/// Note for a job whose progress cannot be stored ([`JobEvent::NotStored`](crate::JobEvent::NotStored)).
+/// Note for a job whose progress cannot be stored
+/// ([`JobEvent::NotStored`](crate::JobEvent::NotStored)).
 #[must_use]
 pub fn not_stored_note(cause: &str) -> Diagnostic {
     Diagnostic::of_file(message!(

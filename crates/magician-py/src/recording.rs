@@ -239,7 +239,8 @@ impl How {
     }
 }
 
-/// Replays a trace on a virtual arm: counts by their names, and the differences, as `magician.recordings` has them.
+/// Replays a trace on a virtual arm: counts by their names, and the differences, as
+/// `magician.recordings` has them.
 #[pyfunction]
 pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAny>> {
     let session = how.session(py, trace)?;

@@ -3,8 +3,8 @@
 //! A recording that is started after an incident still contains the traffic that led to it. The
 //! ring holds *pieces*: what the driver read or wrote at once, with its time and direction. Each
 //! piece is stored behind a head of six bytes in one byte queue, so memory is bounded by bytes and
-//! not by the number of pieces. A reader keeps a [`RingPosition`] and asks for what came after it; pieces
-//! that the ring dropped meanwhile are counted.
+//! not by the number of pieces. A reader keeps a [`RingPosition`] and asks for what came after it;
+//! pieces that the ring dropped meanwhile are counted.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

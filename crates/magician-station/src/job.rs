@@ -2,8 +2,8 @@
 //!
 //! A client sends a program as text, as base64 or as a name in the library ([`Source`]). A
 //! [`Reader`] turns it into a [`PreparedProgram`] for a particular arm ([`ReadingArm`]). Reading
-//! takes time and may happen elsewhere ([`PendingResult`]), so the station never reads: engines do, beside
-//! the driver. A program that depends on where the arm stands is read twice
+//! takes time and may happen elsewhere ([`PendingResult`]), so the station never reads: engines do,
+//! beside the driver. A program that depends on where the arm stands is read twice
 //! ([`ProgramReading::NeedsStart`]).
 //!
 //! [`JobStore`] keeps jobs on disk, so that a restarted station lists and resumes them.
@@ -168,7 +168,8 @@ pub type PendingResult<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + S
 /// Result of reading a program.
 #[non_exhaustive]
 pub enum ProgramReading {
-    /// The program, and the digest of what it was made of: its bytes, and the preset if one is named.
+    /// The program, and the digest of what it was made of: its bytes, and the preset if one is
+    /// named.
     Done(Box<PreparedProgram>, String),
     /// The program depends on the arm's position: read it again with [`ReadingArm::start_state`].
     NeedsStart,

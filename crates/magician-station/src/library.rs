@@ -187,7 +187,7 @@ impl LibraryQuotas {
         }
     }
 
-    /// Checks whether a role may store a program of `bytes` run_blocking `others`. `before` is the size
+    /// Checks whether a role may store a program of `bytes` beside `others`. `before` is the size
     /// of the program that it replaces, if any; a replacement that does not grow always passes.
     ///
     /// # Errors
@@ -220,7 +220,7 @@ impl LibraryQuotas {
         })
     }
 
-    /// Returns the largest program, bytes, that a role may store run_blocking `others`.
+    /// Returns the largest program, bytes, that a role may store beside `others`.
     #[must_use]
     pub fn room(&self, role: Role, others: LibraryUse, before: Option<u64>) -> u64 {
         let room = self.of(role).bytes.saturating_sub(others.bytes);
@@ -391,7 +391,7 @@ pub(crate) fn store_program(
     upload.finish()
 }
 
-/// Operation on the library, or on presets and taught programs, which is carried out run_blocking it.
+/// Operation on the library, or on presets and taught programs, which is carried out beside it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum LibraryAct {

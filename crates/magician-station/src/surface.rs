@@ -42,8 +42,8 @@ impl KnownSurface {
             Self::BySettings => {}
             Self::Unknown => {
                 defaults.surface = None;
-                // The default dates from the start of the station. The sheet under a real arm may be
-                // gone since.
+                // The default dates from the start of the station. The sheet under a real arm may
+                // be gone since.
                 defaults.sheet = defaults.sheet.filter(|_| is_virtual);
             }
             Self::Measured(WorkSurface::Plane(surface)) => {
@@ -178,7 +178,7 @@ impl ArmSurface {
         adds: bool,
     ) -> std::result::Result<Value, RpcError> {
         let known = self.known().await?;
-        // A sheet's height comes from its corners: a height run_blocking it would contradict them.
+        // A sheet's height comes from its corners: a height beside it would contradict them.
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
             return Err(Error::new(ErrorCode::InvalidSettings, sheet_stored_message()).into());
         }

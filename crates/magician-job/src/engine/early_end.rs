@@ -245,7 +245,8 @@ impl Engine {
         }
     }
 
-    /// Waits up to [`RECONNECT_TIMEOUT`] for a line that broke while the laser burnt; true if it is back.
+    /// Waits up to [`RECONNECT_TIMEOUT`] for a line that broke while the laser burnt; true if it is
+    /// back.
     async fn wait_for_reconnect(&self) -> bool {
         // The driver keeps this request and sends it as soon as the line is back.
         let _ = self.arm.stopper().request_stop();

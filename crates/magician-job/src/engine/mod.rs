@@ -1,10 +1,10 @@
 //! The engine: one job from its check to its end.
 //!
-//! A job is a task that owns an [`Engine`] and an [`Inbox`]. It checks (`start_check`), then runs one
-//! [`Segment`] after another; a segment ends at a pause, a stop, an error or the end of the
+//! A job is a task that owns an [`Engine`] and an [`Inbox`]. It checks (`start_check`), then runs
+//! one [`Segment`] after another; a segment ends at a pause, a stop, an error or the end of the
 //! program. `tracker` counts what is finished and writes the journal, `pace` changes the speed
-//! between two commands, `early_end` handles an early end. Every long wait
-//! also listens to the inbox, so a stop is never delayed by the step in progress.
+//! between two commands, `early_end` handles an early end. Every long wait also listens to the
+//! inbox, so a stop is never delayed by the step in progress.
 
 mod early_end;
 mod burn;

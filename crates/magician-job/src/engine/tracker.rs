@@ -1,8 +1,9 @@
 //! Progress of a job, and the checkpoint that outlives the process.
 //!
-//! [`ProgressTracker`] counts the commands taken from the program, maps the arm's index to finished steps,
-//! and writes a [`Checkpoint`] to the journal. The write comes before the commands go out,
-//! [`STEPS_RECORDED_AHEAD`] steps at a time, so a checkpoint never claims less than the arm may have received.
+//! [`ProgressTracker`] counts the commands taken from the program, maps the arm's index to finished
+//! steps, and writes a [`Checkpoint`] to the journal. The write comes before the commands go out,
+//! [`STEPS_RECORDED_AHEAD`] steps at a time, so a checkpoint never claims less than the arm may
+//! have received.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -215,8 +216,8 @@ impl ProgressTracker {
         self.close();
     }
 
-    /// Like [`record_end`](Self::record_end), for an arm that was stopped at `pose`. A burn resumes a braking
-    /// distance before it, because where the laser went out is unknown.
+    /// Like [`record_end`](Self::record_end), for an arm that was stopped at `pose`. A burn resumes
+    /// a braking distance before it, because where the laser went out is unknown.
     pub(super) fn record_end_at(
         &mut self,
         resume_point: ResumePoint,

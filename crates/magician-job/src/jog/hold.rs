@@ -3,8 +3,8 @@
 //! Some controls report their release: the jog lasts from press to release. Others (keys of most
 //! terminals) report only presses, and a held key as repeated presses, of which the second comes
 //! half a second after the first. For these a single press jogs for a moment, so a tap is a nudge.
-//! A repeat within [`MAX_REPEAT_DELAY`] means that the key is held: the jog continues until repeats stop.
-//! The first reported release shows which kind the control is.
+//! A repeat within [`MAX_REPEAT_DELAY`] means that the key is held: the jog continues until repeats
+//! stop. The first reported release shows which kind the control is.
 
 use std::time::Duration;
 
@@ -12,8 +12,8 @@ use super::JogDirection;
 
 /// Time for which a jog continues after the last report that its control is held.
 const RELEASE_TIMEOUT: Duration = Duration::from_millis(250);
-/// Hold time given to the driver: slightly longer than [`RELEASE_TIMEOUT`], it takes effect only if this
-/// program hangs.
+/// Hold time given to the driver: slightly longer than [`RELEASE_TIMEOUT`], it takes effect only if
+/// this program hangs.
 const DRIVER_HOLD_TIME: Duration = Duration::from_millis(300);
 /// Duration of a tap's jog if releases are not reported.
 const TAP_DURATION: Duration = Duration::from_millis(150);

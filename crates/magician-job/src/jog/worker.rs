@@ -2,8 +2,8 @@
 //! overtakes it.
 //!
 //! Work is a set of futures that only [`ArmWorker::next`] polls, so the session needs no task of
-//! its own. Three slots hold it: `moving` for the activity that moves the arm, `side_orders` for tools,
-//! speeds and alarms in order, and `waiting` for the newest order that a stop holds back.
+//! its own. Three slots hold it: `moving` for the activity that moves the arm, `side_orders` for
+//! tools, speeds and alarms in order, and `waiting` for the newest order that a stop holds back.
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};

@@ -10,7 +10,8 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-/// Wrong codes per name within [`TRY_WINDOW`]. Enough for typing errors, too few to guess 4 characters.
+/// Wrong codes per name within [`TRY_WINDOW`]. Enough for typing errors, too few to guess 4
+/// characters.
 pub const MAX_TRIES_PER_NAME: usize = 5;
 /// Wrong codes per address within [`TRY_WINDOW`]. Enough for a class behind one access point that
 /// mistypes.

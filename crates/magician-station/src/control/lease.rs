@@ -280,8 +280,8 @@ impl Control {
             }
         }
         if holder.is_some() && !stops {
-            // Motors and the laser have no end of their own, so they end even when the lease is given
-            // back.
+            // Motors and the laser have no end of their own, so they end even when the lease is
+            // given back.
             self.effects.push_back(Effect::EndUnattended { arm });
         }
         #[cfg(feature = "class")]

@@ -1,5 +1,5 @@
-//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock, no
-//! text.
+//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock,
+//! no text.
 //!
 //! All decisions of a station about motion are made here: leases, the keep-alive of a jog, jobs,
 //! turns of a class, and the order between them. Methods take the current instant and change the

@@ -3,10 +3,14 @@
 //!
 //! | claim | may have the arm | position | ends |
 //! |---|---|---|---|
-//! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where turns are set | by arrival | at `until` |
-//! | request that asks | the same | after waiting requests, if the holder is gone | granted at `until` |
-//! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a missed turn | when the person leaves |
-//! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner | by arrival, or as moved | when stopped |
+//! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where
+//! turns are set | by arrival | at `until` |
+//! | request that asks | the same | after waiting requests, if the holder is gone | granted at
+//! `until` |
+//! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a
+//! missed turn | when the person leaves |
+//! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner |
+//! by arrival, or as moved | when stopped |
 //!
 //! A teacher is not a person of the class and is bound by the lease alone. The functions here only
 //! read the state.

@@ -278,8 +278,8 @@ impl Control {
         self.end_jog_of(arm, why, |under_way| under_way.id == jog);
     }
 
-    /// Stops an arm and returns the requests that this ends. The lease stays. The caller has to stop
-    /// the job and the arm itself.
+    /// Stops an arm and returns the requests that this ends. The lease stays. The caller has to
+    /// stop the job and the arm itself.
     pub fn stop(&mut self, now: HostInstant, arm: ArmId) -> Vec<RequestId> {
         self.end_jog_of(arm, JogEnd::Stopped, |_| true);
         self.arm_mut(arm).queued = false;

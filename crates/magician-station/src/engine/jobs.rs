@@ -57,8 +57,8 @@ pub(super) struct JobSlot {
     cancel: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
-    /// True if no session holds the arm. Then motors that the job leaves running, and the laser, are
-    /// switched off when it pauses or ends.
+    /// True if no session holds the arm. Then motors that the job leaves running, and the laser,
+    /// are switched off when it pauses or ends.
     ends_unattended: Arc<AtomicBool>,
 }
 

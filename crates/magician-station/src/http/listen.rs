@@ -226,8 +226,8 @@ impl Listener {
             .all(|address| address.ip().is_loopback())
     }
 
-    /// Serves a station, or another [`ApiServer`], until `over` becomes true. Sockets are then closed
-    /// with 1001.
+    /// Serves a station, or another [`ApiServer`], until `over` becomes true. Sockets are then
+    /// closed with 1001.
     pub async fn serve(
         self,
         station: impl ApiServer,

@@ -1,7 +1,8 @@
 //! Routes of a station: a table of requirements, and the handlers.
 //!
-//! Every request passes `admit_request` first, which admits it, and every response gets the same security
-//! headers there. A handler then checks role and place. POST requests carry a session of their own.
+//! Every request passes `admit_request` first, which admits it, and every response gets the same
+//! security headers there. A handler then checks role and place. POST requests carry a session of
+//! their own.
 
 use std::fmt;
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};

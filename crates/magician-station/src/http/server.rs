@@ -57,7 +57,7 @@ pub trait ApiServer: Clone + Send + Sync + 'static {
     fn revoke(&self, token: &str);
 }
 
-/// Client of a [`ApiServer`], whose messages the listener carries. Dropping it closes its socket.
+/// Client of an [`ApiServer`], whose messages the listener carries. Dropping it closes its socket.
 pub trait ApiClient: Send + Sync + 'static {
     /// Records that a message has arrived, before it is processed.
     fn note_message(&self);

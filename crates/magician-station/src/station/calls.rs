@@ -347,8 +347,8 @@ impl Station {
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
-    /// Refuses what would go on without a holder: a raw jog of any session, and a motor or the laser
-    /// if the lease ends with the call.
+    /// Refuses what would go on without a holder: a raw jog of any session, and a motor or the
+    /// laser if the lease ends with the call.
     fn refuse_unattended(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<(), RpcError> {
         let (ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set)) = act else {
             return Ok(());

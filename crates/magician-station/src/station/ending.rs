@@ -178,8 +178,8 @@ impl Station {
             if let Some(ending) = &mut self.ending {
                 ending.evicted_sessions.insert(holder);
                 if let Some(name) = name {
-                    // Before the eviction: `record_forced_stop` looks the holder up when the stop is
-                    // ordered.
+                    // Before the eviction: `record_forced_stop` looks the holder up when the stop
+                    // is ordered.
                     ending.evicted.insert(arm, name);
                 }
             }

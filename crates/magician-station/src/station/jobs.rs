@@ -1,8 +1,8 @@
 //! Methods of jobs, and reports about jobs from the arms.
 //!
 //! A job has a record ([`JobRecord`]) from its start on. A request about a job waits for a state
-//! (`AwaitedJobState`); reports of the arm change the record and answer the requests that wait for it.
-//! `job.start` may wait three times: for the library, for the disk, for the check.
+//! (`AwaitedJobState`); reports of the arm change the record and answer the requests that wait for
+//! it. `job.start` may wait three times: for the library, for the disk, for the check.
 
 use magician::message;
 use std::sync::Arc;
@@ -553,7 +553,8 @@ impl Station {
                     magician::ErrorKind::InvalidInput,
                     message!("the job is over"),
                 )),
-                // Independent of who stopped it, the requester learns that its request did not finish.
+                // Independent of who stopped it, the requester learns that its request did not
+                // finish.
                 (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
                 _ => Err(error
                     .clone()

@@ -3,9 +3,9 @@
 //!
 //! [`Station`] joins the parts: sockets and sessions, [`Control`](crate::control::Control) for all
 //! decisions about motion, records of jobs, subscriptions, recordings, and with the feature `class`
-//! a class. Every public method that changes something ends in `carry_out_effects`, which carries out the
-//! effects of control until none is left. The results are collected in queues and polled by the
-//! shell: orders, journal lines, jobs and files to write, sockets with something to send.
+//! a class. Every public method that changes something ends in `carry_out_effects`, which carries
+//! out the effects of control until none is left. The results are collected in queues and polled by
+//! the shell: orders, journal lines, jobs and files to write, sockets with something to send.
 
 mod calls;
 #[cfg(feature = "class")]
@@ -446,7 +446,8 @@ impl Station {
     /// Returns the token of a `session.hello`. `None` for other messages.
     ///
     /// Tokens are stored in files, and reading one must not delay the station. So the listener
-    /// looks the token up and passes its rights to [`set_token_grant`](Self::set_token_grant) before the message.
+    /// looks the token up and passes its rights to [`set_token_grant`](Self::set_token_grant)
+    /// before the message.
     #[must_use]
     pub fn token_of(text: &str) -> Option<String> {
         let message = Message::parse(text).ok()?;

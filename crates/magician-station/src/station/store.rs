@@ -2,8 +2,9 @@
 //!
 //! Each change of an arm's jobs gets a number, its revision. The station hands out the newest
 //! version of an arm ([`Station::poll_jobs`](super::Station::poll_jobs)) and gets the result of
-//! writing it ([`Station::jobs_written`](super::Station::jobs_written)). Answers that promise durability
-//! wait for that revision. If the disk fails, the version is handed out again after a while.
+//! writing it ([`Station::jobs_written`](super::Station::jobs_written)). Answers that promise
+//! durability wait for that revision. If the disk fails, the version is handed out again after a
+//! while.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -29,8 +30,9 @@ const MAX_JOBS_PER_ARM: usize = 500;
 const MAX_STORED_PROGRAMS: usize = 8;
 /// Interval after which a failed write is repeated.
 const RETRY_INTERVAL: Duration = Duration::from_secs(5);
-/// Shortest time between two writes of the progress of a running job: after a crash the list of jobs is
-/// this old at most, and a job of a thousand steps does not write its whole list a thousand times.
+/// Shortest time between two writes of the progress of a running job: after a crash the list of
+/// jobs is this old at most, and a job of a thousand steps does not write its whole list a thousand
+/// times.
 const PROGRESS_WRITE_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Totals over jobs that ran.

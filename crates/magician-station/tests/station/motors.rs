@@ -1,5 +1,5 @@
-//! Motor outputs and a lit laser: they have no end of their own, so they end with the lease and with
-//! a stop.
+//! Motor outputs and a lit laser: they have no end of their own, so they end with the lease and
+//! with a stop.
 
 use std::time::Duration;
 

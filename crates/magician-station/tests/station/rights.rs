@@ -1,5 +1,5 @@
-//! Rights: the table in docs/reference/STATION.md for every method and role; every path to the laser; queued
-//! jobs.
+//! Rights: the table in docs/reference/STATION.md for every method and role; every path to the
+//! laser; queued jobs.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
