@@ -515,7 +515,7 @@ impl LibraryAct {
                 ConversionResult::Done(bytes, report) => {
                     let kept = run_blocking(move || {
                         overwrite.check(&*store, &to, "to")?;
-                        keep(&*store, &to, by, &bytes).map_err(wrong)
+                        store_program(&*store, &to, by, &bytes).map_err(wrong)
                     });
                     return kept.await?.map(|_| report);
                 }
@@ -571,7 +571,7 @@ impl LibraryAct {
             }
             Self::Put(name, bytes, overwrite) => {
                 overwrite.check(store, &name, "name")?;
-                keep(store, &name, by, &bytes).map_err(wrong)?;
+                store_program(store, &name, by, &bytes).map_err(wrong)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }
             Self::Delete(name) => {

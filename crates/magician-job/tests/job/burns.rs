@@ -103,7 +103,7 @@ fn burn(speed: f32) -> Program {
     }
     ends.sort_by(f64::total_cmp);
     for end in ends {
-        let [x, y] = at(end).map(|number| number as f32);
+        let [x, y] = position_at(end).map(|number| number as f32);
         plan.push(
             Action::Burn {
                 to: [x, y, 0.0],

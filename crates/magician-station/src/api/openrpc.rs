@@ -8,7 +8,7 @@ use super::{
     CLOSE_CODES, ERRORS, EVENTS, Example, FEATURES, FRAME_FLAGS, FRAME_PARTS, METHODS, Method,
     NOTIFICATIONS, Needs, Notice, Notification, NotificationExample,
 };
-use crate::frame::FRAME;
+use crate::frame::FRAME_SIZE;
 
 /// Returns the document: all methods and notifications with their schemas, and an example of each.
 #[must_use]
@@ -94,7 +94,7 @@ fn frame() -> Value {
     let flags = FRAME_FLAGS.iter();
     let flags = flags.map(|(bit, name, about)| json!({"bit": bit, "name": name, "about": about}));
     json!({
-        "bytes": FRAME,
+        "bytes": FRAME_SIZE,
         "order": "little endian",
         "parts": parts.collect::<Vec<_>>(),
         "flags": flags.collect::<Vec<_>>(),

@@ -7,7 +7,7 @@ use magician::{ArmModel, Fence};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::{ClassError, wrong};
+use super::{ClassError, invalid};
 use crate::control::TurnRules;
 use crate::secret::same_secret;
 

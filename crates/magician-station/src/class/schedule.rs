@@ -8,7 +8,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{ClassError, wrong};
+use super::{ClassError, invalid};
 
 const DAY: i64 = 86_400;
 // Day 0 of Unix time was a Thursday.

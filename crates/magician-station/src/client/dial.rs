@@ -20,7 +20,7 @@ use tokio_rustls::rustls::ClientConfig;
 use tokio_rustls::rustls::pki_types::ServerName;
 
 use super::request::exchange;
-use super::task::{OPENING, SILENT, refused, upgrade};
+use super::task::{OPEN_TIMEOUT, NO_ANSWER, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 
@@ -88,8 +88,8 @@ impl StationDial {
             let stream = self.open().await?;
             upgrade(stream, "wss", &self.name).await
         };
-        let opened = timeout(OPENING, opening).await;
-        opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)))
+        let opened = timeout(OPEN_TIMEOUT, opening).await;
+        opened.unwrap_or_else(|_| Err(no_station(&self.name, NO_ANSWER)))
     }
 
     /// Connects to the first address at which a station with this name answers.
@@ -99,8 +99,8 @@ impl StationDial {
         }
         // All addresses at once: a dead one would otherwise delay a stop by its whole timeout.
         let tries = self.addresses.iter().map(|at| Box::pin(self.open_at(*at)));
-        let opened = timeout(OPENING, select_ok(tries)).await;
-        let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)));
+        let opened = timeout(OPEN_TIMEOUT, select_ok(tries)).await;
+        let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, NO_ANSWER)));
         opened.map(|(stream, _)| stream)
     }
 

@@ -21,7 +21,7 @@ use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::outcome::{end_of, notes_of, over};
-use super::program::{ReadProgram, changed, read, report_value, reported};
+use super::program::{ReadProgram, changed_program_error, read, report_value, with_check_report};
 use super::world;
 use super::{TaskResult, WaitingOrder, EngineTask, switch_unattended_off};
 use crate::api::RpcError;
@@ -173,9 +173,9 @@ impl EngineTask {
             let program = read(&arm, homed, reader, &surface, source, begun, &cancel).await;
             let program = match program {
                 Ok((_, digest)) if checked.is_some_and(|checked| checked != digest) => {
-                    Err(changed(&digest))
+                    Err(changed_program_error(&digest))
                 }
-                Ok((program, digest)) => reported(&runs_on, program, digest).await,
+                Ok((program, digest)) => with_check_report(&runs_on, program, digest).await,
                 Err(error) => Err(error),
             };
             TaskResult::Program(job, program.map(Box::new))

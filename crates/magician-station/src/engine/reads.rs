@@ -18,7 +18,7 @@ use magician_protocol::{Direction, describe};
 use serde_json::{Value, json};
 
 use super::TaskResult;
-use super::acts::stood;
+use super::acts::standing_answer;
 use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::order::{ArmRead, Outcome};
@@ -218,7 +218,7 @@ async fn value(
         ArmRead::Alarms => to_value(&AlarmReport::read(arm).await?),
         ArmRead::Stand => {
             arm.wait_still().await?;
-            Ok(stood(&arm.get::<Pose>().await?))
+            Ok(standing_answer(&arm.get::<Pose>().await?))
         }
         ArmRead::Capture { by, unhomed } => {
             if !unhomed {

@@ -284,7 +284,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::library::{bytes_of, keep};
+    use crate::library::{bytes_of, store_program};
 
     fn name(text: &str) -> ProgramName {
         ProgramName::new(text).expect(text)
@@ -300,8 +300,8 @@ mod tests {
         let folder = ProgramFolder::at(place.path().join("new"));
         assert_eq!(folder.list(), Ok(Vec::new()));
         let house = name("house.svg");
-        assert_eq!(keep(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
-        assert_eq!(keep(&folder, &house, Role::Student, b"<svg />"), Ok(false));
+        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
+        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg />"), Ok(false));
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
         // A dropped upload leaves no file, nor does an upload that is too large.
         let mut upload = folder.upload(&house, Role::Student, None).unwrap();
@@ -426,9 +426,9 @@ mod tests {
     fn open_program_is_unchanged_by_its_replacement() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path());
-        keep(&folder, &name("a"), Role::Student, b"old").unwrap();
+        store_program(&folder, &name("a"), Role::Student, b"old").unwrap();
         let (size, mut from) = folder.open(&name("a")).unwrap();
-        keep(&folder, &name("a"), Role::Student, b"newer").unwrap();
+        store_program(&folder, &name("a"), Role::Student, b"newer").unwrap();
         let mut read = Vec::new();
         from.read_to_end(&mut read).unwrap();
         assert_eq!((size, read.as_slice()), (3, &b"old"[..]));
@@ -466,9 +466,9 @@ mod tests {
         assert!(folder.delete(&name("folder")).is_err());
         assert!(folder.delete(&name("link")).is_err());
         assert!(inside.join("link").is_symlink());
-        assert!(keep(&folder, &name("folder"), Role::Student, b"x").is_err());
+        assert!(store_program(&folder, &name("folder"), Role::Student, b"x").is_err());
         // Replacing a link creates a file and leaves the link's target alone.
-        keep(&folder, &name("link"), Role::Student, b"mine").unwrap();
+        store_program(&folder, &name("link"), Role::Student, b"mine").unwrap();
         assert_eq!(fs::read(&outside).unwrap(), b"secret");
         assert_eq!(bytes_of(&folder, &name("link")).unwrap(), b"mine");
     }

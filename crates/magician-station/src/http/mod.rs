@@ -27,7 +27,7 @@ pub use jobs::{JobFolder, JobStoreError};
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
-pub(crate) use listen::{Wanted, ended, next};
+pub(crate) use listen::{ListenAddress, wait_for_end, next};
 #[cfg(feature = "link")]
 pub(crate) use pacing::{Lane, Paced};
 pub use pages::{PageFile, Pages};
@@ -39,4 +39,4 @@ pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, KeepAliveSou
 pub use security::{Admission, ConnectionEnds};
 pub use server::{ApiServer, ApiClient};
 pub use tls::{Tls, TlsError};
-pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, TOKENS_UNAVAILABLE};
+pub use tokens::{CODE_LIFETIME, TokenEntry, TokenError, TokenStore, TOKENS_UNAVAILABLE};

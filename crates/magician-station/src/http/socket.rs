@@ -10,7 +10,7 @@ use futures_util::{SinkExt, StreamExt};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::listen::ended;
+use super::listen::wait_for_end;
 use super::pacing::{Lane, Pacer};
 use super::routes::KeepAliveSource;
 use super::server::ApiClient;
@@ -82,7 +82,7 @@ pub(super) async fn carry(
             let message = tokio::select! {
                 // The end of the station first; then messages before pings.
                 biased;
-                () = ended(&mut over) => return Some(close(1001, "the station ends")),
+                () = wait_for_end(&mut over) => return Some(close(1001, "the station ends")),
                 outgoing = client.receive() => match outgoing {
                     Outgoing::Text(text) => Message::Text(text.into()),
                     Outgoing::Frame(bytes) => Message::Binary(bytes.into()),

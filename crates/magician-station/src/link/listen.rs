@@ -20,7 +20,7 @@ use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 use super::{ProgramInput, LinkService};
 use crate::READ_BUFFER;
 use crate::http::{
-    Admission, Ends, Lane, ListenError, Listener, Paced, Place, Places, Wanted, next,
+    Admission, ConnectionEnds, Lane, ListenError, Listener, Paced, Place, Places, ListenAddress, next,
 };
 use crate::station::{MAX_MESSAGE_SIZE, MAX_SOCKETS};
 
@@ -118,7 +118,7 @@ impl ConnectionService {
                 let silence = async { while let Some(Ok(_)) = socket.next().await {} };
                 tokio::select! {
                     () = silence => {}
-                    () = crate::http::ended(&mut over) => {}
+                    () = crate::http::wait_for_end(&mut over) => {}
                 }
             }
         }
@@ -127,9 +127,9 @@ impl ConnectionService {
 
 /// Binds an address, which must be loopback.
 async fn bind_loopback(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
-    let wanted = address.map(|text| Wanted::read(text, usual)).transpose()?;
+    let wanted = address.map(|text| ListenAddress::read(text, usual)).transpose()?;
     match wanted {
-        Some(Wanted::At(address)) if !address.ip().is_loopback() => {
+        Some(ListenAddress::At(address)) if !address.ip().is_loopback() => {
             Err(ListenError::Beyond(address))
         }
         // `localhost`, a loopback address, or none given.
@@ -198,7 +198,7 @@ async fn open(
 ) -> Option<WebSocketStream<Paced<TcpStream>>> {
     let local = stream.local_addr().ok()?;
     let _ = stream.set_nodelay(true);
-    let ends = Ends {
+    let ends = ConnectionEnds {
         local,
         peer,
         tls: false,
@@ -269,7 +269,7 @@ async fn talk(
             let message = tokio::select! {
                 // The end of the station first; then answers before pings.
                 biased;
-                () = crate::http::ended(&mut over) => {
+                () = crate::http::wait_for_end(&mut over) => {
                     return Some((CloseCode::Away, "the station ends"));
                 }
                 text = output.recv() => match text {
@@ -301,7 +301,7 @@ async fn talk(
 
 impl Admission {
     /// Checks a request. `Err` holds status and reason of the refusal.
-    fn check_request(&self, request: &Request<()>, ends: Ends) -> Result<(), (StatusCode, String)> {
+    fn check_request(&self, request: &Request<()>, ends: ConnectionEnds) -> Result<(), (StatusCode, String)> {
         let (parts, ()) = request.clone().into_parts();
         let admitted =
             { self.admit(&parts, ends) }.map_err(|refused| (refused.status, refused.why))?;

@@ -213,10 +213,10 @@ impl Station {
                 },
             );
             for ended in self.control.stop(call.now, *arm) {
-                let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
+                let error = self.ended_error(*arm, crate::control::WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }
-            let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
+            let error = self.ended_error(*arm, crate::control::WorkEnd::Stop(by));
             self.cancel_pending_starts(call.now, *arm, &error);
             let by = self.session_id_value(by);
             if self.arm_mut(*arm).events.should_record_stop(call.now) {

@@ -18,7 +18,7 @@ use super::dispatch::{Call, Handled};
 use super::held_work::WriteFailurePolicy;
 use super::newest::{LIST_INTERVAL, Newest};
 use super::queue::QueuedJob;
-use super::sessions::Entry;
+use super::sessions::RoleSource;
 use super::socket::CloseCode;
 use super::{Peer, Station, StationConfig};
 use crate::api::{Params, Role, RpcError};

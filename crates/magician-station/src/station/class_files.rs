@@ -11,10 +11,10 @@ use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::class::{CLASS, ROSTER, SCHEDULE};
+use super::class::{CLASS_FILE, ROSTER_FILE, SCHEDULE_FILE};
 use super::dispatch::{Call, Handled};
 use super::held_work::refused_change_error;
-use super::sessions::Entry;
+use super::sessions::RoleSource;
 use super::store::FileSnapshot;
 use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
@@ -112,9 +112,9 @@ impl Station {
         text: String,
     ) -> Result<Handled, RpcError> {
         let name = match &change {
-            ClassChange::Class { .. } => CLASS,
-            ClassChange::Schedule(_) => SCHEDULE,
-            ClassChange::Roster(_) => ROSTER,
+            ClassChange::Class { .. } => CLASS_FILE,
+            ClassChange::Schedule(_) => SCHEDULE_FILE,
+            ClassChange::Roster(_) => ROSTER_FILE,
         };
         let files = &mut self.class.files;
         if files.held.iter().any(|held| held.name == name) {
@@ -141,11 +141,11 @@ impl Station {
             } => {
                 if let Some(maker) = maker.and_then(|maker| self.sessions.get_mut(&maker))
                     && file.is_some()
-                    && maker.entry == Entry::Place
+                    && maker.entry == RoleSource::Place
                 {
                     // The answer contains the PIN, so the maker of the class counts as signed in
                     // with it and stays a teacher.
-                    maker.entry = Entry::Pin;
+                    maker.entry = RoleSource::Pin;
                 }
                 self.begin_class(now, file.map(|file| *file));
                 self.expand_slots(now);

@@ -58,7 +58,7 @@ impl Station {
         if stops {
             // Requests in progress were checked against the earlier fence.
             for ended in self.control.stop(call.now, arm) {
-                let error = self.ended(arm, WorkEnd::Stop(by));
+                let error = self.ended_error(arm, WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }
         }

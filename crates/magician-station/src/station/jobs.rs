@@ -555,7 +555,7 @@ impl Station {
                 )),
                 // Independent of who stopped it, the requester learns that its request did not
                 // finish.
-                (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
+                (_, "stopped") => Err(self.ended_error(arm, WorkEnd::Stop(None))),
                 _ => Err(error
                     .clone()
                     .unwrap_or_else(|| RpcError::internal("the job failed"))),

@@ -93,6 +93,6 @@ impl Station {
 
     pub(super) fn write_results(&mut self) {
         let text = Value::Array(self.class.results.clone()).to_string();
-        self.class.files.write(RESULTS, text);
+        self.class.files.write(RESULTS_FILE, text);
     }
 }

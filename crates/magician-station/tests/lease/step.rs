@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, JobPhase, LeaseLossPolicy, RequestId, SessionId, WorkKind};
 
-use crate::model::{Doing, Event, Jogging, KEEP, SHORT_PAUSE, Model, Request, WAIT};
+use crate::model::{RunningRequest, Event, Jogging, KEEP, SHORT_PAUSE, Model, Request, WAIT};
 
 /// Result of a check. The error is the broken invariant.
 pub(crate) type Checked = Result<(), String>;
@@ -118,7 +118,7 @@ impl Model {
                 let begun = self.control.begin(now, session, arm, request, kind).is_ok();
                 self.began(session, arm, begun, request)?;
                 if begun {
-                    self.arms[arm.0 as usize].running.push(Doing {
+                    self.arms[arm.0 as usize].running.push(RunningRequest {
                         session,
                         free: false,
                         request,
@@ -167,7 +167,7 @@ impl Model {
                 }
             }
             PauseJob(session, arm) => {
-                let may = self.control.control.may(session, arm, WorkKind::SteerJob);
+                let may = self.control.control.check_work(session, arm, WorkKind::SteerJob);
                 if let (Ok(()), Some((on_lost, _))) = (may, self.arm(arm).job) {
                     self.set_job_phase(arm, on_lost, Some(JobPhase::Paused));
                 }
