@@ -132,11 +132,11 @@ fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
 /// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read.
 #[cfg(feature = "settings")]
 pub fn stored_surface() -> Result<Option<WorkSurface>> {
-    let file = crate::settings::SettingsFile::load().map_err(unkept)?;
-    if let Some(sheet) = file.value("sheet").map_err(unkept)? {
+    let file = crate::settings::SettingsFile::load().map_err(settings_error)?;
+    if let Some(sheet) = file.value("sheet").map_err(settings_error)? {
         return Ok(Some(WorkSurface::Sheet(sheet)));
     }
-    Ok(surface_of(&file).map_err(unkept)?.map(WorkSurface::Plane))
+    Ok(surface_of(&file).map_err(settings_error)?.map(WorkSurface::Plane))
 }
 
 /// Plane that a settings file stores under `surface`: a height in mm, or a table with height and
@@ -168,9 +168,9 @@ pub fn surface_of(
 /// plane while the file has a sheet, whose height takes precedence. Nothing is changed then.
 #[cfg(feature = "settings")]
 pub fn store_surface(surface: Option<WorkSurface>) -> Result<()> {
-    let mut file = crate::settings::SettingsFile::load().map_err(unkept)?;
+    let mut file = crate::settings::SettingsFile::load().map_err(settings_error)?;
     let has = |name: &str| {
-        let value = file.value::<toml::Value>(name).map_err(unkept)?;
+        let value = file.value::<toml::Value>(name).map_err(settings_error)?;
         Ok::<_, Error>(value.is_some())
     };
     let edited = match surface.map(WorkSurface::rounded) {
@@ -202,7 +202,7 @@ pub fn store_surface(surface: Option<WorkSurface>) -> Result<()> {
             left
         }
     };
-    file.change(edited).map_err(unkept)
+    file.change(edited).map_err(settings_error)
 }
 
 /// Message that refuses a touched surface while a sheet is stored.

@@ -503,7 +503,7 @@ impl LibraryAct {
         let converted = run_blocking(move || {
             // Opened here although the reader opens it again: the reader would report an unknown
             // name for the parameter `program`, which this method does not have.
-            opened.open(&from).map_err(wrong)?;
+            opened.open(&from).map_err(library_error)?;
             // Before the conversion, which may take long, and once more after it.
             overwrite.check(&*opened, &name, "to")?;
             reader.convert(&source, name.as_str())
@@ -515,7 +515,7 @@ impl LibraryAct {
                 ConversionResult::Done(bytes, report) => {
                     let kept = run_blocking(move || {
                         overwrite.check(&*store, &to, "to")?;
-                        store_program(&*store, &to, by, &bytes).map_err(wrong)
+                        store_program(&*store, &to, by, &bytes).map_err(library_error)
                     });
                     return kept.await?.map(|_| report);
                 }
@@ -533,7 +533,7 @@ impl LibraryAct {
             Self::Presets(act) => act.carry_out(presets),
             Self::Teach(act) => act.carry_out(),
             Self::List => {
-                let programs = store.list().map_err(wrong)?;
+                let programs = store.list().map_err(library_error)?;
                 let shown = programs.iter().map(|program| {
                     json!({
                         "name": program.name.as_str(),
@@ -546,7 +546,7 @@ impl LibraryAct {
             }
             Self::Get(name) => {
                 // The size first: a large program is refused without reading it.
-                let (size, _) = store.open(&name).map_err(wrong)?;
+                let (size, _) = store.open(&name).map_err(library_error)?;
                 if size > MAX_ANSWER_PROGRAM {
                     let why = format!(
                         "{name} has {size} bytes, and an answer has room for {IN_AN_ANSWER}: get \
@@ -554,7 +554,7 @@ impl LibraryAct {
                     );
                     return Err(RpcError::arm(ErrorKind::InvalidInput, why));
                 }
-                let bytes = bytes_of(store, &name).map_err(wrong)?;
+                let bytes = bytes_of(store, &name).map_err(library_error)?;
                 let format = Format::of(name.as_str(), &bytes).map(Format::name);
                 let data = STANDARD.encode(bytes);
                 Ok(json!({"name": name.as_str(), "format": format, "data": data}))
@@ -571,11 +571,11 @@ impl LibraryAct {
             }
             Self::Put(name, bytes, overwrite) => {
                 overwrite.check(store, &name, "name")?;
-                store_program(store, &name, by, &bytes).map_err(wrong)?;
+                store_program(store, &name, by, &bytes).map_err(library_error)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }
             Self::Delete(name) => {
-                store.delete(&name).map_err(wrong)?;
+                store.delete(&name).map_err(library_error)?;
                 Ok(Value::Null)
             }
             Self::Convert { .. } => Err(RpcError::internal("it is not done at once")),

@@ -112,7 +112,7 @@ fn method(method: &Method) -> Value {
     });
     let example = Example::of(method.name);
     let schema = example.as_ref().map_or_else(|| json!({}), Example::shape);
-    let examples: Vec<_> = example.iter().map(pairing).collect();
+    let examples: Vec<_> = example.iter().map(method_example).collect();
     let errors = ERRORS.iter().filter(|row| row.is_of(method));
     let errors = errors.map(|row| json!({"$ref": format!("#/components/errors/{}", row.name())}));
     json!({

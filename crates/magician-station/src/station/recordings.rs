@@ -299,7 +299,7 @@ impl Station {
         let rate = (samples.len() - 1) as f64 / (last.t - first.t).max(1e-3);
         let rate = rate.round().clamp(1.0, 50.0) as u32;
         let name = place.recordings.name(&place.entry.name, t);
-        let notes = { place.events.after(from) }.filter_map(noted).collect();
+        let notes = { place.events.after(from) }.filter_map(event_note).collect();
         let order = RecordOrder::Save {
             request,
             name: name.clone(),
