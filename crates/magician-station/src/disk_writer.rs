@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::runtime::Handle;
 use tokio::sync::Notify;
 
-use crate::job::JobStore;
+use crate::job_store::JobStore;
 use crate::running::JournalSink;
 use crate::station::{FileSnapshot, JobsSnapshot, JournalLine};
 
@@ -208,7 +208,7 @@ mod tests {
     use serde_json::Value;
 
     use super::*;
-    use crate::job::NoJobStore;
+    use crate::job_store::NoJobStore;
 
     /// Test disk that writes when the test allows it.
     struct Slow {

@@ -1,15 +1,12 @@
-//! Reading of programs for jobs, previews and checks, and the interface for storing jobs.
+//! Reading of programs for jobs, previews and checks.
 //!
 //! A client sends a program as text, as base64 or as a name in the library ([`Source`]). A
 //! [`Reader`] turns it into a [`PreparedProgram`] for a particular arm ([`ReadingArm`]). Reading
 //! takes time and may happen elsewhere ([`PendingResult`]), so the station never reads: engines do,
 //! beside the driver. A program that depends on where the arm stands is read twice
 //! ([`ProgramReading::NeedsStart`]).
-//!
-//! [`JobStore`] keeps jobs on disk, so that a restarted station lists and resumes them.
 
 use std::fmt;
-use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -21,7 +18,6 @@ use magician::{Fence, Voice};
 use magician_job::background::BackgroundTurns;
 use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note};
-use magician_job::{Journal, NoJournal};
 use magician_picture::{Conversion, ConversionError};
 use magician_program::toolpath::Outline;
 use magician_program::wire::FileAnswer;
@@ -38,7 +34,6 @@ use crate::api::RpcError;
 use crate::digest::digest;
 use crate::files::{FilePreparation, FilePreparer, LocalPreparer};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
-use crate::order::JobOrder;
 use crate::presets;
 use crate::reading::to_value;
 use crate::surface::KnownSurface;
@@ -537,83 +532,5 @@ impl Voice for ApiVoice {
 
     fn setting(&self, setting: magician::Setting) -> String {
         setting.name().to_owned()
-    }
-}
-
-/// Stores jobs beyond the lifetime of a station. `arm` is the index of an arm in the station's
-/// configuration.
-pub trait JobStore: Send + Sync {
-    /// Returns the last saved jobs of an arm. Null if none were saved.
-    fn load(&self, arm: usize) -> Value;
-
-    /// Replaces the saved jobs of an arm. On return they are on the disk.
-    ///
-    /// # Errors
-    /// The cause. Then the earlier version is still stored.
-    fn save(&self, arm: usize, jobs: &Value) -> io::Result<()>;
-
-    /// Creates a journal for a job.
-    fn journal(&self) -> Box<dyn Journal>;
-
-    /// Returns runs of the command line at this arm that were interrupted and can be resumed.
-    fn runs(&self, arm: usize) -> Vec<StoredRun> {
-        let _ = arm;
-        Vec::new()
-    }
-
-    /// Returns a stored text by name (a class, its schedule). `None` if absent.
-    ///
-    /// # Errors
-    /// The cause, if the text exists but cannot be read.
-    fn load_text(&self, name: &str) -> io::Result<Option<String>> {
-        let _ = name;
-        Ok(None)
-    }
-
-    /// Stores a text by name, readable by its owner alone. On return it is on the disk.
-    ///
-    /// # Errors
-    /// The cause. Then the earlier version is still stored.
-    fn save_text(&self, name: &str, text: &str) -> io::Result<()> {
-        let _ = (name, text);
-        Ok(())
-    }
-}
-
-/// Interrupted run of the command line.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct StoredRun {
-    /// Name of its journal; unique while the journal exists.
-    pub name: String,
-    /// Title of its program.
-    pub title: String,
-    /// Program and options.
-    pub order: JobOrder,
-    /// Steps of one loop, if known.
-    pub steps: Option<u64>,
-    /// Finished steps over all loops.
-    pub done: u64,
-    /// Start, Unix seconds.
-    pub started: f64,
-    /// Last entry in its journal, Unix seconds.
-    pub ended: f64,
-}
-
-/// Store that keeps nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoJobStore;
-
-impl JobStore for NoJobStore {
-    fn load(&self, _: usize) -> Value {
-        Value::Null
-    }
-
-    fn save(&self, _: usize, _: &Value) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn journal(&self) -> Box<dyn Journal> {
-        Box::new(NoJournal)
     }
 }

@@ -37,6 +37,7 @@ mod frames;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;
+mod job_store;
 mod disk_writer;
 mod library;
 #[cfg(feature = "link")]
@@ -58,10 +59,8 @@ pub use engine::ArmEngine;
 pub use files::{PendingAnswer, FilePreparation, FilePreparer, LocalPreparer};
 pub use frame::{FRAME_SIZE, FRAME_FIELDS, FrameError, StateFrame};
 pub use frames::{FrameRing, RingPosition, TrafficPiece};
-pub use job::{
-    ConversionResult, FormatReader, JobStore, StoredRun, NoJobStore, ProgramReading, Reader, ReadingArm,
-    Source, SourceBytes, PendingResult,
-};
+pub use job::{ConversionResult, FormatReader, ProgramReading, Reader, ReadingArm, Source, SourceBytes, PendingResult};
+pub use job_store::{JobStore, StoredRun, NoJobStore};
 pub use library::{
     OverwritePolicy, MAX_PROGRAM_SIZE, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
     NoPrograms, OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,

@@ -6,6 +6,8 @@
 //! lock is released. So effects leave in the order of the decisions. A timer task calls
 //! [`Station::handle_timeout`] when the earliest deadline is due.
 
+mod client;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::pin::pin;
@@ -22,6 +24,7 @@ use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until, timeout};
 
+pub use self::client::Client;
 use crate::api::Role;
 #[cfg(feature = "class")]
 use crate::api::RpcError;
@@ -34,7 +37,7 @@ use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    Grant, JournalLine, Outgoing, Peer, EndReport, SocketId, Station, StationConfig, StationSize,
+    JournalLine, Outgoing, Peer, EndReport, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
 
@@ -638,82 +641,5 @@ impl Shared {
                 () = strong.due.notified() => {}
             }
         }
-    }
-}
-
-/// Client of a station in this process, or of a listener that carries its messages. Dropping it
-/// closes its socket.
-pub struct Client {
-    shared: Arc<Shared>,
-    socket: SocketId,
-    awake: Arc<Notify>,
-}
-
-impl fmt::Debug for Client {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Client")
-            .field("socket", &self.socket)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Client {
-    /// Records that a message of the client has arrived, before the message is processed. From then
-    /// on the client does not count as silent and is not evicted for another one.
-    pub fn note_message(&self) {
-        self.shared
-            .with(|inner, now| inner.station.note_message(now, self.socket));
-    }
-
-    /// Passes a message of the client to the station.
-    pub fn send(&self, text: &str) {
-        self.shared
-            .with(|inner, now| inner.station.receive(now, self.socket, text));
-    }
-
-    /// Passes a message that the link translated from this call of its program.
-    #[cfg(feature = "link")]
-    pub(crate) fn send_for(&self, text: &str, of: Option<String>) {
-        self.shared
-            .with(|inner, now| inner.station.receive_for(now, self.socket, text, of));
-    }
-
-    /// Sets the rights of the token in the client's hello, before the hello is sent
-    /// ([`Station::set_token_grant`]).
-    pub fn set_token_grant(&self, grant: Option<Grant>) {
-        self.shared.lock().station.set_token_grant(self.socket, grant);
-    }
-
-    /// Records the reply to a ping, which keeps the lease alive. A holder that is silent for 5 s
-    /// loses its lease.
-    pub fn pong(&self) {
-        self.shared
-            .with(|inner, now| inner.station.pong(now, self.socket));
-    }
-
-    /// Waits for the next message to the client. After a close only the close is returned. Call it
-    /// when the socket can send: until then newer states replace older ones in the queue. Cancel
-    /// safe.
-    pub async fn receive(&self) -> Outgoing {
-        loop {
-            if let Some(outgoing) = self.try_receive() {
-                return outgoing;
-            }
-            self.awake.notified().await;
-        }
-    }
-
-    /// Returns the next message to the client. `None` if none is waiting.
-    pub fn try_receive(&self) -> Option<Outgoing> {
-        self.shared.lock().station.poll_send(self.socket)
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.shared.with(|inner, now| {
-            inner.station.close(now, self.socket);
-            inner.sockets.remove(&self.socket);
-        });
     }
 }

@@ -15,7 +15,7 @@ use magician_job::files::replace_private;
 use magician_job::{FileJournal, Journal, InterruptedRun, dirs, interrupted_runs};
 use serde_json::{Value, json};
 
-use crate::job::{JobStore, StoredRun};
+use crate::job_store::{JobStore, StoredRun};
 use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 
 /// File of an older version that held the jobs of all arms by name.

@@ -1,12 +1,10 @@
-//! Routes of a station: a table of requirements, and the handlers.
+//! Handlers of the routes of a station.
 //!
 //! Every request passes `admit_request` first, which admits it, and every response gets the same
 //! security headers there. A handler then checks role and place. POST requests carry a session of
 //! their own.
 
-use std::fmt;
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, LazyLock};
 
 use axum::Router;
 use axum::body::{Bytes, HttpBody};
@@ -18,15 +16,15 @@ use axum::response::{IntoResponse, Response};
 use magician::admission::Origin;
 use serde_json::{Value, json};
 use tokio::sync::watch;
-use tokio::time::Instant;
 
 use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
-use super::pages::Pages;
+use super::options::HttpOptions;
 use super::places::Place;
-use super::programs::{self, Uploads};
-use super::security::{Admission, Admitted, ConnectionEnds, HttpRefusal};
+use super::programs;
+use super::route_table::{ROUTES, Route, RouteNeeds};
+use super::security::{Admitted, ConnectionEnds, HttpRefusal};
 use super::server::ApiServer;
-use super::tokens::{TokenStore, TOKENS_UNAVAILABLE, run_blocking};
+use super::tokens::{TOKENS_UNAVAILABLE, run_blocking};
 use super::{recordings, socket};
 use crate::READ_BUFFER;
 use crate::Role;
@@ -36,221 +34,9 @@ use crate::station::{Grant, Peer};
 const MAX_BODY_SIZE: usize = 1024 * 1024;
 /// Hint in a refusal of an anonymous client of this machine.
 const CLASS_HINT: &str = ": while a class is set, a teacher on this machine authenticates with the PIN, as `Authorization: Bearer PIN`";
-/// Most pairing tries per minute, over all callers: a code of six digits lives two minutes, so at
-/// most ten of a million codes can be tried.
-const MAX_PAIRING_TRIES: usize = 5;
 
 /// OpenRPC document of the API, rendered once: 100 kB.
 static OPENRPC: LazyLock<Bytes> = LazyLock::new(|| crate::api::openrpc().to_string().into());
-
-/// Requirement of a route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RouteNeeds {
-    /// No requirement.
-    Nothing,
-    /// The first message on the socket decides.
-    Hello,
-    /// Requirement of the called method.
-    Method,
-    /// A pairing code.
-    Code,
-    /// A role.
-    Role(Role),
-}
-
-/// Route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Route {
-    /// HTTP method. HEAD is handled like GET.
-    pub method: &'static str,
-    /// Path. `{name}` stands for any last segment.
-    pub path: &'static str,
-    /// Requirement.
-    pub needs: RouteNeeds,
-    /// Answer, for the documentation.
-    pub about: &'static str,
-}
-
-/// All routes.
-pub static ROUTES: &[Route] = &[
-    Route {
-        method: "GET",
-        path: "/",
-        needs: RouteNeeds::Nothing,
-        about: "the studio, a web page; 404 if none is served",
-    },
-    Route {
-        method: "GET",
-        path: "/assets/{name}",
-        needs: RouteNeeds::Nothing,
-        about: "scripts, styles and pictures of the studio, gzip-compressed if the browser accepts it",
-    },
-    Route {
-        method: "GET",
-        path: "/manifest.webmanifest",
-        needs: RouteNeeds::Nothing,
-        about: "web app manifest",
-    },
-    Route {
-        method: "GET",
-        path: "/healthz",
-        needs: RouteNeeds::Nothing,
-        about: "health check: versions of station and API",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/ws",
-        needs: RouteNeeds::Hello,
-        about: "WebSocket for JSON-RPC; subprotocol `magician.v1` if offered",
-    },
-    Route {
-        method: "POST",
-        path: "/api/v1/rpc",
-        needs: RouteNeeds::Method,
-        about: "one JSON-RPC request; a method that needs the lease takes it for the call if it is free",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/openrpc.json",
-        needs: RouteNeeds::Nothing,
-        about: "description of the API, as OpenRPC",
-    },
-    Route {
-        method: "POST",
-        path: "/api/v1/pair",
-        needs: RouteNeeds::Code,
-        about: "exchanges a six-digit code for a token",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/recordings/{name}",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "recording, MCAP",
-    },
-    Route {
-        method: "PUT",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Student),
-        about: "stores a program of at most 64 MiB: 201 if new, 200 if replaced",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "content of a program",
-    },
-    Route {
-        method: "DELETE",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Student),
-        about: "deletes a program",
-    },
-    #[cfg(feature = "class")]
-    Route {
-        method: "GET",
-        path: "/api/v1/class/results.html",
-        needs: RouteNeeds::Role(Role::Teacher),
-        about: "results of the class, as one page",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/link",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "calls of programs for DobotLink, by program; 404 if none are served",
-    },
-];
-
-impl Route {
-    /// True if the path belongs to this route.
-    fn is_of(&self, path: &str) -> bool {
-        match self.path.strip_suffix("{name}") {
-            Some(folder) => path
-                .strip_prefix(folder)
-                .is_some_and(|name| !name.contains('/')),
-            None => self.path == path,
-        }
-    }
-}
-
-/// Options of the network interface.
-#[derive(Clone, Debug)]
-pub struct HttpOptions {
-    /// Hosts and origins that are admitted.
-    pub admission: Admission,
-    /// Tokens, for roles beyond those of this machine.
-    pub tokens: TokenStore,
-    /// Version of the program.
-    pub version: String,
-    /// Recent pairing tries.
-    pub tries: PairingTries,
-    /// Uploads in progress.
-    pub uploads: Uploads,
-    /// Calls of programs for DobotLink. `None` if none are served.
-    pub link: Option<LinkCalls>,
-    /// Page for browsers. Empty if none is served.
-    pub pages: Pages,
-    /// Source of keep-alives of a client.
-    pub keep_alives: KeepAliveSource,
-}
-
-impl HttpOptions {
-    /// Creates options without pages, for the station's own host names.
-    #[must_use]
-    pub fn new(tokens: TokenStore, version: impl Into<String>) -> Self {
-        Self {
-            admission: Admission::default(),
-            tokens,
-            version: version.into(),
-            tries: PairingTries::default(),
-            uploads: Uploads::default(),
-            link: None,
-            pages: Pages::default(),
-            keep_alives: KeepAliveSource::default(),
-        }
-    }
-}
-
-/// Source of a client's keep-alives. A holder of a lease without one for 5 s loses it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum KeepAliveSource {
-    /// Replies to the station's pings.
-    #[default]
-    Pings,
-    /// The hub in between, which sends a pong for each keep-alive of the client behind it. The hub
-    /// itself would answer pings even if that client were dead.
-    Hub,
-}
-
-/// Returns the calls of programs for DobotLink.
-#[derive(Clone)]
-pub struct LinkCalls(pub Arc<dyn Fn() -> Value + Send + Sync>);
-
-impl fmt::Debug for LinkCalls {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("LinkCalls").finish()
-    }
-}
-
-/// Pairing tries of the last minute.
-#[derive(Clone, Debug, Default)]
-pub struct PairingTries(Arc<Mutex<Vec<Instant>>>);
-
-impl PairingTries {
-    /// Counts a try. `Err` holds the time to wait if there were too many.
-    fn count(&self) -> Result<(), Duration> {
-        let minute = Duration::from_secs(60);
-        let mut tries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let now = Instant::now();
-        tries.retain(|at| now - *at < minute);
-        match tries.first() {
-            Some(first) if tries.len() >= MAX_PAIRING_TRIES => Err(minute - (now - *first)),
-            _ => {
-                tries.push(now);
-                Ok(())
-            }
-        }
-    }
-}
 
 /// Context of a request.
 #[derive(Clone)]

@@ -12,7 +12,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::wait_for_end;
 use super::pacing::{Lane, Pacer};
-use super::routes::KeepAliveSource;
+use super::options::KeepAliveSource;
 use super::server::ApiClient;
 use super::tokens::{TokenStore, TOKENS_UNAVAILABLE};
 use crate::station::{CloseCode, MAX_MESSAGE_SIZE, Outgoing, Station};

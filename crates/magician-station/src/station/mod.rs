@@ -12,12 +12,15 @@ mod calls;
 mod class;
 #[cfg(feature = "class")]
 mod class_files;
+mod config;
+mod connections;
 mod dispatch;
 mod effects;
 mod ending;
 mod events;
 mod fence;
 mod history;
+mod job_updates;
 mod jobs;
 mod journal;
 mod held_work;
@@ -38,6 +41,8 @@ mod rights;
 #[cfg(feature = "class")]
 mod schedule;
 mod sessions;
+#[cfg(feature = "class")]
+mod sign_in;
 mod size;
 mod socket;
 mod state;
@@ -52,13 +57,12 @@ mod world;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
-use std::sync::Arc;
 
-use magician::admission::{AdmissionTable, Origin};
-use magician_job::presets::Presets;
+use magician::admission::AdmissionTable;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
+pub use self::config::{ArmEntry, Grant, StationConfig};
 use self::ending::Ending;
 pub use self::ending::{ForcedStop, EndReport};
 use self::events::EventLog;
@@ -82,151 +86,16 @@ use self::store::Records;
 pub use self::store::{FileSnapshot, JobsSnapshot, check_jobs, damaged_jobs};
 pub use self::teach::TeachAct;
 pub use self::throttle::{RateVerdict, Throttle};
-use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
+use crate::api::{MessageId, Notice, Params, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
-use crate::frames::FrameRing;
-use crate::job::{FormatReader, JobStore, NoJobStore, Reader};
-use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
+use crate::library::LibraryOrder;
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
-use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
-use crate::surface::{MemorySurfaces, SurfaceStore};
+use crate::recording::RecordOrder;
 
 /// Id of a client's connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SocketId(pub u64);
-
-/// Rights of a client, and their source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Grant {
-    /// Role.
-    pub role: Role,
-    /// Name of the token. `None` for a client that needs no token.
-    pub token: Option<String>,
-}
-
-/// Arm of a station.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArmEntry {
-    /// Name: `[a-z0-9][a-z0-9_-]{0,31}`.
-    pub name: String,
-    /// Port, as given by the user.
-    pub port: String,
-    /// True for a virtual arm of this process. It burns nothing.
-    pub is_virtual: bool,
-    /// True if a laser may be mounted at the arm's pins.
-    pub laser_pins: bool,
-    /// Fence. [`RunningStation`](crate::RunningStation) sets it from the arm.
-    pub fence: Option<magician::Fence>,
-}
-
-/// Configuration of a station.
-pub struct StationConfig {
-    /// Arms.
-    pub arms: Vec<ArmEntry>,
-    /// Prefix of all ids. Must differ for each start of a station, so that no id is used twice.
-    pub epoch: String,
-    /// Unix time at [`HostInstant::ZERO`], s.
-    pub unix_zero: f64,
-    /// Version of the program.
-    pub version: String,
-    /// True to limit every session to the role of a viewer.
-    pub read_only: bool,
-    /// True to let students burn with the laser of a real arm.
-    pub student_laser: bool,
-    /// Reader of programs.
-    pub reader: Arc<dyn Reader>,
-    /// Store of jobs.
-    pub jobs: Arc<dyn JobStore>,
-    /// Store of measured work surfaces.
-    pub surfaces: Arc<dyn SurfaceStore>,
-    /// Store of recordings.
-    pub recordings: Arc<dyn RecordingStore>,
-    /// Most readings per second for the history of the last ten minutes. With 0 only readings made
-    /// for other purposes are kept.
-    pub ring: u32,
-    /// True to save the history to a file when an alarm is raised.
-    pub save_on_alarm: bool,
-    /// Traffic of the arms' lines, by index. Empty if no line is tapped.
-    pub lines: Vec<Arc<FrameRing>>,
-    /// Library of programs.
-    pub programs: Arc<dyn ProgramStore>,
-    /// Presets of drawing and engraving.
-    pub presets: Presets,
-    /// Text of the class file. `None` uses the stored one.
-    #[cfg(feature = "class")]
-    pub class: Option<String>,
-    /// Text of the schedule file. `None` uses the stored one.
-    #[cfg(feature = "class")]
-    pub schedule: Option<String>,
-    /// Source of unpredictable numbers, for codes.
-    #[cfg(feature = "class")]
-    pub random: fn() -> u64,
-}
-
-impl ArmEntry {
-    /// Creates the entry of a virtual arm of this process.
-    #[must_use]
-    pub fn simulated(name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            port: "sim".to_owned(),
-            is_virtual: true,
-            laser_pins: true,
-            fence: None,
-        }
-    }
-}
-
-impl StationConfig {
-    /// Creates a configuration with these arms and defaults: no tokens, built-in formats, nothing
-    /// stored beyond the station's lifetime, a clock that starts in 1970.
-    #[must_use]
-    pub fn new(arms: Vec<ArmEntry>, epoch: impl Into<String>) -> Self {
-        Self::reading_by(arms, epoch, Arc::new(FormatReader::default()))
-    }
-
-    /// Creates the same configuration with this reader of programs.
-    #[must_use]
-    pub fn reading_by(
-        arms: Vec<ArmEntry>,
-        epoch: impl Into<String>,
-        reader: Arc<dyn Reader>,
-    ) -> Self {
-        Self {
-            arms,
-            epoch: epoch.into(),
-            unix_zero: 0.0,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            read_only: false,
-            student_laser: false,
-            reader,
-            jobs: Arc::new(NoJobStore),
-            surfaces: Arc::new(MemorySurfaces::default()),
-            recordings: Arc::new(NoRecordings),
-            ring: 0,
-            save_on_alarm: true,
-            lines: Vec::new(),
-            programs: Arc::new(NoPrograms),
-            presets: Presets::default(),
-            #[cfg(feature = "class")]
-            class: None,
-            #[cfg(feature = "class")]
-            schedule: None,
-            #[cfg(feature = "class")]
-            random: crate::class::random,
-        }
-    }
-}
-
-impl fmt::Debug for StationConfig {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("StationConfig")
-            .field("arms", &self.arms)
-            .field("epoch", &self.epoch)
-            .finish_non_exhaustive()
-    }
-}
 
 /// Event for which a request waits.
 #[derive(Debug)]
@@ -394,151 +263,6 @@ impl Station {
     #[must_use]
     pub fn arms(&self) -> &[ArmEntry] {
         &self.config.arms
-    }
-
-    /// Admits a client of a listener.
-    ///
-    /// A socket has no claim to its place until its hello: if there are too many of those, the
-    /// oldest is evicted. `None` if all sessions are in use and no viewer can be evicted for a
-    /// client with a higher role.
-    pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
-        let origin = peer.origin;
-        if !self.may_have_room(now, origin) {
-            return None;
-        }
-        let socket = self.open(now, peer);
-        if let Some(silent) = self.admission.open(now, socket, origin) {
-            self.end_socket(silent, CloseCode::HELLO_TIMEOUT);
-        }
-        Some(socket)
-    }
-
-    /// Returns the earliest instant at which a client can be [admitted](Self::admit) without
-    /// evicting a socket that has not had its time for a hello.
-    ///
-    /// `None` if it can be admitted now, or if all sessions are in use.
-    #[must_use]
-    pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
-        if !self.may_have_room(now, origin) {
-            return None;
-        }
-        self.admission.opens_at(now, origin, Socket::grace(origin))
-    }
-
-    /// True if a client from there may get a session by its hello.
-    fn may_have_room(&self, now: HostInstant, origin: Origin) -> bool {
-        self.admission.has_room(now, origin) || self.viewer_to_evict(now, origin).is_some()
-    }
-
-    /// Records that a message has arrived, before it is [received](Self::receive). The client no
-    /// longer counts as silent.
-    pub fn note_message(&mut self, now: HostInstant, socket: SocketId) {
-        self.admission.heard(now, socket);
-    }
-
-    /// Connects a client of this process, or of a listener that limits its clients itself.
-    pub fn open(&mut self, now: HostInstant, peer: Peer) -> SocketId {
-        let id = SocketId(self.next_id());
-        self.sockets.insert(id, Socket::new(now, peer));
-        id
-    }
-
-    /// Returns the token of a `session.hello`. `None` for other messages.
-    ///
-    /// Tokens are stored in files, and reading one must not delay the station. So the listener
-    /// looks the token up and passes its rights to [`set_token_grant`](Self::set_token_grant)
-    /// before the message.
-    #[must_use]
-    pub fn token_of(text: &str) -> Option<String> {
-        let message = Message::parse(text).ok()?;
-        let token = message.params.get("token")?.as_str()?;
-        (message.method == "session.hello").then(|| token.to_owned())
-    }
-
-    /// Sets the rights of the token in a client's hello. `None` for an invalid token.
-    pub fn set_token_grant(&mut self, socket: SocketId, grant: Option<Grant>) {
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.token_grant = grant;
-        }
-    }
-
-    /// Connects a program for DobotLink (feature `link`).
-    #[cfg(feature = "link")]
-    pub(crate) fn open_link(&mut self, now: HostInstant, peer: Peer) -> SocketId {
-        let id = self.open(now, peer);
-        if let Some(socket) = self.sockets.get_mut(&id) {
-            socket.link = true;
-        }
-        id
-    }
-
-    /// Processes a message that the link translated from this call of its program. The journal
-    /// names the call.
-    #[cfg(feature = "link")]
-    pub(crate) fn receive_for(
-        &mut self,
-        now: HostInstant,
-        socket: SocketId,
-        text: &str,
-        of: Option<String>,
-    ) {
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.calls = of;
-        }
-        self.receive(now, socket, text);
-    }
-
-    /// Processes a text message of a client.
-    pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
-        // Deadlines first: a message must not revive what is over.
-        self.handle_timeout(now);
-        self.handle_message(now, socket, text);
-        self.carry_out_effects(now);
-    }
-
-    /// Processes the only message of a client without a hello. Its session ends with the socket;
-    /// the lease that the request needs is acquired if it is free. Returns true if an answer
-    /// follows.
-    pub fn receive_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
-        self.handle_timeout(now);
-        let answered = self.handle_single_message(now, socket, text);
-        self.carry_out_effects(now);
-        answered
-    }
-
-    /// Records the reply to a ping, which keeps the lease alive as a message does.
-    pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
-        self.handle_timeout(now);
-        if let Some(session) = self.session_of(socket) {
-            self.control.keep_alive(now, session);
-        }
-    }
-
-    /// Handles the end of a socket, by the client or by the station.
-    pub fn close(&mut self, now: HostInstant, socket: SocketId) {
-        let Some(gone) = self.sockets.remove(&socket) else {
-            return;
-        };
-        self.admission.close(socket);
-        // Looked at before requests without a line are dropped below.
-        let unanswered = self
-            .pending
-            .values()
-            .any(|pending| pending.socket == socket);
-        // Requests with a journal line stay until they are over, so that the journal gets their
-        // results.
-        self.pending
-            .retain(|_, pending| pending.socket != socket || pending.line.is_some());
-        if let Some(session) = gone.session {
-            match self.sessions.get(&session) {
-                Some(known) if known.one_shot => self.end_one_shot(now, session, unanswered),
-                _ => self.note_socket_closed(now, session),
-            }
-        }
-        self.drop_closed_requests();
-        // The subscriptions of the session are gone as well, so some arms can be read less often.
-        self.update_read_rates();
-        self.carry_out_effects(now);
     }
 
     /// Processes a report of an arm.

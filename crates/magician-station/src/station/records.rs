@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::jobs::is_under_way;
 use crate::api::RpcError;
 use crate::control::{ArmId, JobId, LeaseLossPolicy};
-use crate::job::StoredRun;
+use crate::job_store::StoredRun;
 use crate::order::{JobEnd, JobOrder};
 
 /// Record of a job. Serialized fields are what clients see; the file has more (`to_file`).

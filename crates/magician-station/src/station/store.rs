@@ -17,7 +17,7 @@ use super::jobs::is_under_way;
 use super::records::{JobRecord, from_file, lost_parts, to_file};
 use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
-use crate::job::JobStore;
+use crate::job_store::JobStore;
 
 /// Version of the file that is written. Version 1 was a list of jobs of all arms.
 const VERSION: u64 = 2;
