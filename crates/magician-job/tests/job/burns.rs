@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::sim::ExternalEvent;
 use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, build};
-use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Left, Start};
+use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, ResumePlace, Start};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
@@ -353,7 +353,7 @@ async fn stopped_burn_reports_an_upper_bound_of_the_overlap() {
             .expect("it stops");
         job.stop();
         let error = job.outcome().await.expect_err("stopped");
-        let Some(ResumePlace::Known { burnt_twice, .. }) = error.left else {
+        let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place else {
             continue;
         };
         let Some(said) = try_resume(&arm, JobSpec::new(program.clone()), journal).await else {
@@ -403,7 +403,7 @@ async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length()
             job.stop();
             match job.outcome().await {
                 Err(error) => {
-                    if let Some(ResumePlace::Known { burnt_twice, .. }) = error.left {
+                    if let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place {
                         said += burnt_twice;
                     }
                 }

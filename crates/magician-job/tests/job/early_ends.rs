@@ -191,7 +191,7 @@ async fn early_end_at_any_instant_leaves_pen_up_laser_off_and_settings_restored(
         let twice = matches!(&outcome, Some(Err(error)) if matches!(error.fault, Fault::Stopped { twice: true }));
         assert!(!twice || at_once, "{what}: {outcome:?}");
         if let (EndCause::LineEnds, Some(Err(error))) = (how, &outcome) {
-            assert!(error.line_ends, "{what}: {error}");
+            assert!(error.stopped_by_line_end, "{what}: {error}");
         }
         stopped += u64::from(matches!(outcome, Some(Err(_))));
         halted += u64::from(twice);
@@ -264,7 +264,7 @@ async fn end_of_the_line_before_the_first_command_does_not_stop_the_arm() {
     let before = arm.stops();
     let job = Job::start(&arm, JobSpec::new(program), NoJournal);
     let error = job.outcome().await.expect_err("stopped");
-    assert!(error.is_stop() && error.line_ends && error.pose.is_none());
-    assert!(error.left.is_none() && arm.stops() == before);
+    assert!(error.is_stop() && error.stopped_by_line_end && error.pose.is_none());
+    assert!(error.resume_place.is_none() && arm.stops() == before);
     drop(run);
 }

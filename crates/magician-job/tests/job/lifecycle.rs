@@ -7,7 +7,7 @@ use magician::commands::{EndEffectorLaser, Pose};
 use magician::{Alarm, Arm, ErrorKind, Options, VirtualArm};
 use magician_job::{
     Fault, FileJournal, Job, JobError, JobEvent, JobHandle, JobSpec, JobState, Journal,
-    JournalError, JournalKey, Left, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
+    JournalError, JournalKey, ResumePlace, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
     Start,
 };
 use magician_program::resume::{Checkpoint, RunEnd};
@@ -147,7 +147,7 @@ async fn pause_and_stop_are_defined_at_any_instant() {
     assert!(stands > PAPER + 5.0);
     job.stop();
     let error = job.outcome().await.expect_err("stopped");
-    assert!(error.is_stop() && matches!(error.left, Some(ResumePlace::Known { .. })));
+    assert!(error.is_stop() && matches!(error.resume_place, Some(ResumePlace::Known { .. })));
     assert_eq!(height(&arm).await, stands);
     assert_eq!(job.pause(PERSON).await, Err(PauseError::Ended));
     assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
@@ -225,8 +225,8 @@ async fn full_disk_is_reported_once_and_in_the_outcome() {
         }
         assert_eq!(causes.len(), told, "{full:?}: {causes:?}");
         let error = job.outcome().await.expect_err("stopped");
-        assert!(error.is_stop() && error.left.is_some(), "{error:?}");
-        assert_eq!(error.unkept.is_none(), kept, "{full:?}: {error:?}");
+        assert!(error.is_stop() && error.resume_place.is_some(), "{error:?}");
+        assert_eq!(error.storage_error.is_none(), kept, "{full:?}: {error:?}");
     }
 }
 
@@ -317,7 +317,7 @@ async fn second_stop_moves_nothing() {
     let error = job.outcome().await.expect_err("stopped");
     assert!(matches!(error.fault, Fault::Stopped { twice: true }));
     assert!(height(&arm).await < PAPER + 55.0);
-    assert!(matches!(error.left, Some(ResumePlace::Known { .. })));
+    assert!(matches!(error.resume_place, Some(ResumePlace::Known { .. })));
 }
 
 #[tokio::test(start_paused = true)]
@@ -415,7 +415,7 @@ async fn foreign_stop_or_alarm_ends_the_job() {
     };
     assert_eq!(fault.kind(), ErrorKind::Closed);
     assert!(matches!(error.lift, PenLift::None), "that is not the job's");
-    assert!(error.left.is_some());
+    assert!(error.resume_place.is_some());
 
     let (cell, arm) = bench(&program).await;
     let other = Arm::simulated(cell.clone(), Options::default())
@@ -428,7 +428,7 @@ async fn foreign_stop_or_alarm_ends_the_job() {
         panic!("{error}");
     };
     assert_eq!(fault.kind(), ErrorKind::InvalidInput);
-    assert!(error.left.is_none());
+    assert!(error.resume_place.is_none());
 }
 
 #[tokio::test(start_paused = true)]

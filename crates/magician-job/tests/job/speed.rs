@@ -54,7 +54,7 @@ async fn ratio(arm: &Arm) -> f32 {
 async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Option<Duration>)> {
     let mut seen = Vec::new();
     while job.state() != JobState::Ended {
-        let left = job.progress().left;
+        let left = job.progress().remaining;
         seen.push((lines_done(arm).await, from.elapsed().as_secs_f64(), left));
         sleep(POLL_INTERVAL).await;
     }
@@ -158,7 +158,7 @@ async fn slower_paths_and_arcs_draw_the_same() {
             assert_eq!(job.set_speed(speed), Ok(()));
             let mut events = job.events();
             while events.next().await != Some(JobEvent::State(JobState::Running)) {}
-            let left = job.progress().left.expect("known").as_secs_f64();
+            let left = job.progress().remaining.expect("known").as_secs_f64();
             let done = job.outcome().await.expect("done");
             let off = left - done.seconds;
             assert!(

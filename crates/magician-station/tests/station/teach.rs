@@ -144,7 +144,7 @@ async fn guiding_started_as_the_lease_ends_is_off() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn concurrent_guiding_requests_restore_the_settings() {
+async fn concurrent_guiding_requests_apply_the_last_one() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;

@@ -98,7 +98,7 @@ fn arc_takes_two_points_and_remains_an_arc() {
 }
 
 #[test]
-fn relative_step_depends_on_earlier_steps() {
+fn arc_depends_on_the_preceding_step() {
     let mut program = taught(&[200.0, 210.0]);
     program.next_suction().unwrap();
     program.arc_through(&pose(220.0));
