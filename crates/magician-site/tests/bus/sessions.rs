@@ -44,7 +44,7 @@ async fn a_session_is_the_equal_of_a_socket() {
     while frames < 150 {
         match timeout(PATIENCE, channel.receive()).await.unwrap() {
             FromStation::Frame(bytes) => {
-                assert_eq!(bytes.len(), magician_station::FRAME);
+                assert_eq!(bytes.len(), magician_station::FRAME_SIZE);
                 frames += 1;
             }
             FromStation::Text(_) => {}

@@ -399,7 +399,7 @@ impl Simulation {
             );
             match outgoing {
                 Outgoing::Text(text) => client.hears(&text),
-                Outgoing::Frame(frame) => assert_eq!(frame.len(), magician_station::FRAME),
+                Outgoing::Frame(frame) => assert_eq!(frame.len(), magician_station::FRAME_SIZE),
                 Outgoing::Close(_) => {
                     client.closed = true;
                     break;
