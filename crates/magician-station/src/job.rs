@@ -92,7 +92,7 @@ impl Source {
                 let name = ProgramName::new(name).ok_or_else(library::unknown_program)?;
                 library::bytes_of(library, &name).map_err(|error| match error {
                     LibraryError::Unknown => library::unknown_program(),
-                    other => library::wrong(other),
+                    other => library::library_error(other),
                 })
             }
         }
@@ -277,7 +277,7 @@ impl FormatReader {
         let Some(name) = &source.preset else {
             return Ok((None, String::new()));
         };
-        let wrong = |error| presets::wrong(error, "setup.preset");
+        let wrong = |error| presets::preset_error(error, "setup.preset");
         let preset = self.presets.load(name).map_err(wrong)?;
         let completed = preset.complete(options, Some(format));
         let (completed, told) = completed.map_err(|error| {

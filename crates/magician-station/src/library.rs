@@ -566,7 +566,7 @@ impl LibraryAct {
                     Err(error) => return Err(library_error(error)),
                 }
                 let preset = preset.map(|name| presets.load(&name)).transpose();
-                preset.map_err(|error| presets::library_error(error, "setup.preset"))?;
+                preset.map_err(|error| presets::preset_error(error, "setup.preset"))?;
                 Ok(Value::Null)
             }
             Self::Put(name, bytes, overwrite) => {

@@ -8,7 +8,7 @@ use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, ResumeP
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
-use super::killed::{Watched, killed};
+use super::killed::{KillingJournal, killed};
 use super::lifecycle::MemoryJournal;
 use super::fixtures::{ink, bench};
 
@@ -278,7 +278,7 @@ async fn burn_of_a_killed_process_resumes_without_a_gap() {
             let arm = arm.expect("a virtual arm");
             let spec = JobSpec::new(program.clone()).outlives_process(true);
             all_tried.0 += 1;
-            let Some(said) = try_resume(&arm, spec, Watched::left_by(one)).await else {
+            let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
                 all_tried.1 += 1;
                 continue;
             };
@@ -314,7 +314,7 @@ async fn burn_stopped_by_another_program_repeats_the_braking_distance() {
         let arm = Arm::simulated(cell.clone(), Options::default()).await;
         let spec = JobSpec::new(program.clone()).outlives_process(true);
         let arm = arm.expect("a virtual arm");
-        let Some(said) = try_resume(&arm, spec, Watched::left_by(one)).await else {
+        let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
             continue;
         };
         let (gap, twice) = burnt(&cell);

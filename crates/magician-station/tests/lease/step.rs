@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, JobPhase, LeaseLossPolicy, RequestId, SessionId, WorkKind};
 
-use crate::model::{RunningRequest, Event, Jogging, KEEP, SHORT_PAUSE, Model, Request, WAIT};
+use crate::model::{RunningRequest, Event, RunningJog, KEEP, SHORT_PAUSE, Model, Request, WAIT};
 
 /// Result of a check. The error is the broken invariant.
 pub(crate) type Checked = Result<(), String>;
@@ -242,7 +242,7 @@ impl Model {
         self.control.control.note_jog_started(self.now, id);
         must(self.arm(arm).jog.is_none(), "one jog an arm")?;
         let until = self.now + KEEP;
-        self.arms[arm.0 as usize].jog = Some(Jogging { id, session, until });
+        self.arms[arm.0 as usize].jog = Some(RunningJog { id, session, until });
         Ok(())
     }
 

@@ -8,7 +8,7 @@ use magician_station::{Grant, Role};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
-use crate::rights::{CLASS, Lesson, Row, table};
+use crate::rights::{CLASS, ClassBench, Row, table};
 
 const FORBIDDEN: i64 = -32001;
 const TOO_MANY: i64 = -32006;
@@ -82,7 +82,7 @@ async fn class_makes_strangers_viewers_on_every_method() {
     let mut wrong = Vec::new();
     for (row, method) in cells() {
         for who in ["stranger", "pin", "token"] {
-            let lesson = Lesson::new().await;
+            let lesson = ClassBench::new().await;
             let bench = &lesson.bench;
             let params = Value::Object(lesson.params(&row, &method));
             let mut tester = match who {
@@ -102,7 +102,7 @@ async fn class_makes_strangers_viewers_on_every_method() {
         }
         // The same by single requests. A PIN in those is tested over HTTP.
         for who in [None, Some(token())] {
-            let lesson = Lesson::new().await;
+            let lesson = ClassBench::new().await;
             let params = Value::Object(lesson.params(&row, &method));
             let column = if who.is_none() { VIEWER } else { TEACHER };
             let expected = row.cells[column] == "no";
