@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
     let text = read_text(path, MAX_FILE_SIZE)
         .map_err(unread)?
-        .ok_or_else(|| format!("{shown}: no file of pens is larger than {LARGEST} bytes"))?;
+        .ok_or_else(|| format!("{shown}: no file of pens is larger than {MAX_FILE_SIZE} bytes"))?;
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 

@@ -66,7 +66,7 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length(length) => write!(f, "a frame has {FRAME} bytes, and here are {length}"),
+            Self::Length(length) => write!(f, "a frame has {FRAME_SIZE} bytes, and here are {length}"),
             Self::Mark([mark, version]) => write!(
                 f,
                 "a frame begins with {:#04x} and version {}, and not with {mark:#04x} and {version}",

@@ -549,7 +549,7 @@ impl LibraryAct {
                 let (size, _) = store.open(&name).map_err(library_error)?;
                 if size > MAX_ANSWER_PROGRAM {
                     let why = format!(
-                        "{name} has {size} bytes, and an answer has room for {IN_AN_ANSWER}: get \
+                        "{name} has {size} bytes, and an answer has room for {MAX_ANSWER_PROGRAM}: get \
                             it by HTTP from /api/v1/programs"
                     );
                     return Err(RpcError::arm(ErrorKind::InvalidInput, why));

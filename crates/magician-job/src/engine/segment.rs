@@ -158,7 +158,7 @@ impl Engine {
         let progress = match reached {
             Some((step, left)) => JobProgress {
                 step,
-                left,
+                remaining: left,
                 silent: Duration::ZERO,
                 ..progress
             },

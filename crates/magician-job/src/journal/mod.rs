@@ -99,7 +99,7 @@ impl<J: Journal + ?Sized> Journal for Box<J> {
     }
 
     fn load(&self) -> Result<Checkpoint, JournalError> {
-        (**self).left()
+        (**self).load()
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {

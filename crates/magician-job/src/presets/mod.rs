@@ -146,7 +146,7 @@ impl fmt::Display for PresetError {
         match self {
             Self::Name(name) => write!(
                 f,
-                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {LONGEST}"
+                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {MAX_NAME_LENGTH}"
             ),
             Self::Unknown(name, known) => {
                 write!(
@@ -162,7 +162,7 @@ impl fmt::Display for PresetError {
             Self::Broken { path, problem, .. } => write!(f, "{}: {problem}", path.display()),
             Self::Inexpressible(why) => f.write_str(why),
             Self::NoDirectory => f.write_str("there is no directory for presets"),
-            Self::TooMany => write!(f, "{MOST} presets are kept at most: remove some"),
+            Self::TooMany => write!(f, "{MAX_PRESETS} presets are kept at most: remove some"),
             Self::File(path, error) => write!(f, "{}: {error}", path.display()),
         }
     }

@@ -171,7 +171,7 @@ impl ProgramStore for ProgramFolder {
         fs::create_dir_all(&self.path).map_err(failed)?;
         let part = self.parts.fetch_add(1, Ordering::Relaxed);
         // The process id keeps parts of several stations apart.
-        let part = format!("{PART}{}-{part}", std::process::id());
+        let part = format!("{PART_PREFIX}{}-{part}", std::process::id());
         let part = self.path.join(part);
         let mut options = OpenOptions::new();
         // Never another upload's part.
@@ -438,14 +438,14 @@ mod tests {
     fn stale_part_files_are_removed() {
         let place = tempfile::tempdir().unwrap();
         for (part, age) in [("1-0", STALE_PART_AGE * 2), ("2-0", STALE_PART_AGE / 2)] {
-            let file = File::create(place.path().join(format!("{PART}{part}"))).unwrap();
+            let file = File::create(place.path().join(format!("{PART_PREFIX}{part}"))).unwrap();
             let then = std::time::SystemTime::now() - age;
             file.set_modified(then).unwrap();
         }
         let _folder = ProgramFolder::at(place.path());
-        assert!(!place.path().join(format!("{PART}1-0")).exists());
+        assert!(!place.path().join(format!("{PART_PREFIX}1-0")).exists());
         // Young enough to be in progress.
-        assert!(place.path().join(format!("{PART}2-0")).exists());
+        assert!(place.path().join(format!("{PART_PREFIX}2-0")).exists());
     }
 
     #[cfg(unix)]

@@ -163,7 +163,7 @@ impl StationClass {
         });
         let results = results.map_or_else(Vec::new, |text| {
             serde_json::from_str(&text).unwrap_or_else(|error| {
-                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
+                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED_RESULTS_FILE}");
                 files.write(DAMAGED_RESULTS_FILE, text);
                 Vec::new()
             })

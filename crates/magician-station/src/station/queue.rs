@@ -60,7 +60,7 @@ impl Station {
         on_lost: LeaseLossPolicy,
     ) -> Result<JobId, RpcError> {
         if self.control.jobs(arm).count() >= MAX_WAITING_JOBS {
-            let why = format!("{WAITING} jobs wait for the arm already");
+            let why = format!("{MAX_WAITING_JOBS} jobs wait for the arm already");
             return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING_JOBS));
         }
         let bound = self.control.is_bound(call.session);

@@ -42,7 +42,7 @@ impl Station {
             return Err(RpcError::internal("the socket is gone"));
         };
         if open.subscriptions.len() >= MAX_SUBSCRIPTIONS {
-            let why = format!("a socket has at most {SUBSCRIPTIONS} subscriptions");
+            let why = format!("a socket has at most {MAX_SUBSCRIPTIONS} subscriptions");
             let error = RpcError::new(RpcError::TOO_MANY, why);
             return Err(error.with("limit", MAX_SUBSCRIPTIONS));
         }

@@ -111,7 +111,7 @@ async fn every_notification_matches_its_example() {
         let example = NotificationExample::of(row.name).expect(row.name);
         let received = received(&example, row.name).await;
         if !received.iter().any(|params| alike(&example.params, params)) {
-            wrong.push(format!("{}: {heard:?}", row.name));
+            wrong.push(format!("{}: {received:?}", row.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -133,7 +133,7 @@ async fn every_event_matches_its_example() {
         let is_it = |params: &&Value| params["event"] == row.name;
         let found = received.iter().filter(is_it).collect::<Vec<_>>();
         if !found.iter().any(|params| alike(&example.params, params)) {
-            wrong.push(format!("{}: {found:?} of {heard:?}", row.name));
+            wrong.push(format!("{}: {found:?} of {received:?}", row.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -330,7 +330,7 @@ async fn every_laser_method_needs_the_same_role_and_confirmation() {
                         _ => Some(DANGEROUS),
                     };
                     let told = format!(
-                        "{door} by a {} with yes {yes}; virtual {is_virtual}, students {students}",
+                        "{method} by a {} with yes {yes}; virtual {is_virtual}, students {students}",
                         role.name()
                     );
                     assert_eq!(found, expected, "{told}");
