@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 mod host;
 
 fuzz_target!(|script: &[u8]| {
-    let mut life = host::Life::default();
+    let mut life = host::Simulation::default();
     life.live(&String::from_utf8_lossy(script));
     life.end();
 });

@@ -272,7 +272,7 @@ impl From<RecordError> for Failure {
             RecordError::Arm(error) => error.into(),
             RecordError::Lost { readings, .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
                 .hint(format!("the {readings} readings before that are saved")),
-            RecordError::Died(_) => Self::new(Kind::Bug, message),
+            RecordError::TaskFailed(_) => Self::new(Kind::Bug, message),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         }

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem;
 
 use clap::builder::StyledStr;
-use magician_job::report::{Note, advised};
+use magician_job::report::{Note, with_advice};
 use magician_program::{Diagnostic, DiagnosticCode, Origin};
 use magician_protocol::visible_lines;
 use serde::Serialize;
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use crate::failure::Failure;
 use crate::json::{json, write_json};
 use crate::paint::{Paint, print_stderr};
-use crate::saved::{self, Settled};
+use crate::saved::{self, RecoveredSettings};
 use crate::voice::Command;
 
 /// Plain text as a JSON object.
@@ -97,7 +97,7 @@ impl Output {
 
     /// Reports settings of an earlier command: as a note to a person now, in the next JSON object
     /// otherwise.
-    pub(crate) fn note_settled(&mut self, settled: &Settled, json: bool) {
+    pub(crate) fn note_settled(&mut self, settled: &RecoveredSettings, json: bool) {
         let Some(text) = saved::note(settled) else {
             return;
         };
@@ -111,7 +111,7 @@ impl Output {
             self.notes.extend(Note::all(&Command, [note]))
         } else {
             let label = Paint::for_stderr().note("note:");
-            let text = advised(&Command, note.message.as_str().to_owned(), note);
+            let text = with_advice(&Command, note.message.as_str().to_owned(), note);
             print_stderr(format_args!("{label} {}", visible_lines(&text)));
         }
     }

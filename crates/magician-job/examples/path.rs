@@ -53,7 +53,7 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
                     shown = percent;
                     println!(
                         "{percent} %, {:.0?} left",
-                        progress.left.unwrap_or_default()
+                        progress.remaining.unwrap_or_default()
                     );
                 }
                 if percent >= 50 && !was_paused {

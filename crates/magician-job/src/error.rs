@@ -8,18 +8,18 @@ use magician::{AlarmSet, Error, Lifted, Message, message};
 use magician_program::resume::{DoubtReason, ResumePoint, StepRange};
 use magician_program::{Diagnostic, RemainingProgram, Report};
 
-use crate::event::Done;
+use crate::event::JobSummary;
 use crate::journal::JournalError;
 
 /// Outcome of a job. All callers that wait get the same value.
-pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
+pub type JobOutcome = Result<Arc<JobSummary>, Arc<JobError>>;
 
 /// Reason why a job ended early.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Fault {
     /// A stop by [`JobHandle::stop`](crate::JobHandle::stop), by the drop of the last handle, or by
-    /// the announced end of the line ([`JobError::line_ends`]).
+    /// the announced end of the line ([`JobError::stopped_by_line_end`]).
     Stopped {
         /// True if a second stop ended what the first one had begun to do.
         twice: bool,
@@ -47,17 +47,17 @@ pub enum Fault {
         why: DoubtReason,
     },
     /// Commands of the last job wait in the arm's queue while nothing moves.
-    Stands {
+    StuckQueue {
         /// Number of waiting commands.
         waiting: u32,
     },
     /// A program that depends on the arm's pose at its start, which is unknown.
-    BeginsElsewhere,
+    UnknownStartPose,
 }
 
 /// Pose and progress of an arm that stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stood {
+pub struct StopPosition {
     /// Pose of the arm.
     pub pose: Pose,
     /// Index of the command that it finished last.
@@ -67,9 +67,9 @@ pub struct Stood {
 /// Place where a job that ended early can be resumed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
-pub enum Left {
+pub enum ResumePlace {
     /// Not read from the arm: it finishes what it has received and can be asked afterwards.
-    NotAsked,
+    NotRead,
     /// Known place.
     Known {
         /// Steps after which the job resumes.
@@ -92,13 +92,13 @@ pub enum PenLift {
     #[default]
     None,
     /// The pen stays down on request.
-    Stays,
+    KeptDown,
     /// The pen was lifted.
     Lifted(Lifted),
     /// The lift failed.
     Failed(Arc<Error>),
     /// The lift exceeded its deadline: the pen may still be down.
-    Late,
+    TimedOut,
 }
 
 /// Error of a job, with everything known at its end.
@@ -108,17 +108,17 @@ pub struct JobError {
     /// Cause of the end.
     pub fault: Fault,
     /// Place to resume at. `None` if nothing was sent, or everything is done.
-    pub left: Option<Left>,
-    /// Why the progress was not stored, if so: a resumed job does not find `left` then.
-    pub unkept: Option<Arc<str>>,
+    pub resume_place: Option<ResumePlace>,
+    /// Why the progress was not stored, if so: a resumed job does not find `resume_place` then.
+    pub storage_error: Option<Arc<str>>,
     /// True if all steps were done.
     pub all_done: bool,
     /// True if the job stopped because the program at the other end of the line, a station, was
     /// about to end ([`EndNotice`](magician::EndNotice)). Without `pose` the arm had received
     /// nothing of the job, or did not report where it stands.
-    pub line_ends: bool,
+    pub stopped_by_line_end: bool,
     /// Pose and progress of the arm when it was stopped, if it reported them.
-    pub stood: Option<Stood>,
+    pub stopped_at: Option<StopPosition>,
     /// Pose now, after the lift; `None` if unknown.
     pub pose: Option<Pose>,
     /// Error that left it unconfirmed if the arm stands.
@@ -131,11 +131,11 @@ impl JobError {
     pub(crate) fn new(fault: Fault) -> Self {
         Self {
             fault,
-            left: None,
-            unkept: None,
+            resume_place: None,
+            storage_error: None,
             all_done: false,
-            line_ends: false,
-            stood: None,
+            stopped_by_line_end: false,
+            stopped_at: None,
             pose: None,
             unconfirmed: None,
             lift: PenLift::None,
@@ -176,7 +176,7 @@ impl JobError {
                 }
                 None => message!("the check failed"),
             },
-            Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+            Fault::Journal(JournalError::NotFound | JournalError::OtherPrograms(_)) => {
                 message!(
                     "nothing to resume: no journal says how far the job came; start it from the beginning"
                 )
@@ -194,11 +194,11 @@ impl JobError {
                 most = span.most,
                 why = why.to_string()
             ),
-            Fault::Stands { waiting } => message!(
+            Fault::StuckQueue { waiting } => message!(
                 "{waiting} commands of the last job wait in the queue, and nothing moves",
                 waiting
             ),
-            Fault::BeginsElsewhere => {
+            Fault::UnknownStartPose => {
                 message!("the program depends on where the arm was when it began")
             }
         }

@@ -9,7 +9,7 @@ use magician_program::Report;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
 
-use crate::Settled;
+use crate::RecoveredSettings;
 
 /// Phase of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,7 +90,7 @@ pub struct JobProgress {
     /// Current loop, counted from 1.
     pub iteration: u64,
     /// Remaining time by the arm's clock, if known.
-    pub left: Option<Duration>,
+    pub remaining: Option<Duration>,
     /// Time since the arm's last answer while the driver waits for one.
     pub silent: Duration,
 }
@@ -98,7 +98,7 @@ pub struct JobProgress {
 /// Place where a resumed job starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct StartsAt {
+pub struct StartPlace {
     /// Number of finished steps.
     pub steps: u64,
     /// True if the next step was cut short and continues where it was stopped.
@@ -110,7 +110,7 @@ pub struct StartsAt {
     pub burnt_twice: f64,
     /// True if that is an upper bound: the step is repeated, or where the laser went out is not
     /// known exactly.
-    pub at_most: bool,
+    pub is_upper_bound: bool,
     /// True if no command of the earlier job reached the arm's queue.
     pub nothing_queued: bool,
 }
@@ -118,13 +118,13 @@ pub struct StartsAt {
 /// Longer waits of a job, beyond a normal reply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Waits {
+pub enum JobWait {
     /// For commands that an earlier job left in the arm's queue.
     Queue,
     /// For a line that broke while the laser burnt, to switch it off.
     Line,
     /// The wait is over.
-    Nothing,
+    Over,
 }
 
 /// Event of a job.
@@ -136,7 +136,7 @@ pub enum JobEvent {
     /// Progress, at most ten times a second.
     Progress(JobProgress),
     /// Result of restoring settings that dead processes left changed.
-    Settled(Settled),
+    RecoveredSettings(RecoveredSettings),
     /// An earlier run of the same program at this arm was interrupted (its process was killed, the
     /// computer failed), and this job does not resume it.
     Unfinished {
@@ -149,11 +149,11 @@ pub enum JobEvent {
     /// Progress cannot be stored, with the cause; reported once. The job continues, and cannot be
     /// resumed after its end unless a later write succeeds
     /// ([`JobError::unkept`](crate::JobError::unkept)).
-    Unkept(Arc<str>),
+    NotStored(Arc<str>),
     /// Place where the job starts, if not at the first step; sent once everything is checked.
-    Starts(StartsAt),
+    Start(StartPlace),
     /// The job waits, or stopped waiting.
-    Waits(Waits),
+    Wait(JobWait),
     /// Speed of the commands not sent yet, percent.
     Speed(u8),
 }
@@ -193,7 +193,7 @@ impl JobEvents {
 /// Result of a job that ran to its end.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Done {
+pub struct JobSummary {
     /// Number of steps done.
     pub steps: u64,
     /// First of them, counted from 0.
@@ -205,13 +205,13 @@ pub struct Done {
     /// Report of the check before anything moved.
     pub report: Report,
     /// Final state of the tool; `None` if the job neither draws nor parks.
-    pub end: Option<End>,
+    pub end: Option<FinalState>,
 }
 
 /// State of the tool after the last step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct End {
+pub struct FinalState {
     /// Pose of the arm.
     pub pose: Pose,
     /// True if the pen of a drawing is up; `None` for other programs.

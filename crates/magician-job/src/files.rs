@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn output_that_is_an_input_or_another_output_is_found_by_any_name() {
+    fn output_equal_to_an_input_or_output_is_found_by_any_name() {
         let place = tempfile::tempdir().expect("a directory");
         let at = |name: &str| place.path().join(name);
         fs::create_dir(at("folder")).expect("made");

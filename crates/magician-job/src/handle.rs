@@ -13,12 +13,12 @@ use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
 
 /// Events buffered for a slow reader; older ones are dropped. A choice: 25 seconds of progress
 /// events at ten a second.
-const EVENTS: usize = 256;
+const EVENT_CAPACITY: usize = 256;
 
 /// Full speed, as the program sets it, percent.
-pub(crate) const FULL: u8 = 100;
+pub(crate) const FULL_SPEED: u8 = 100;
 /// Lowest speed that a job accepts, percent.
-const SLOWEST: u8 = 10;
+const MIN_SPEED: u8 = 10;
 
 /// A request to a job.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub(crate) enum Request {
 
 /// Properties of a job that never change.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Fixed {
+pub(crate) struct LaserUse {
     /// True if the job may switch a laser on.
     pub(crate) burns: bool,
     /// True if something it burns has a power that is right for one speed only.
@@ -45,7 +45,7 @@ pub(crate) struct Shared {
     outcome: watch::Sender<Option<JobOutcome>>,
     /// Speed requested for commands not sent yet, percent.
     pub(crate) pace: watch::Sender<u8>,
-    fixed: Fixed,
+    laser_use: LaserUse,
     events: broadcast::Sender<JobEvent>,
     /// Receiver with all events from the start, until the first caller of `events` takes it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
@@ -59,14 +59,14 @@ pub(crate) struct Shared {
 }
 
 impl Shared {
-    pub(crate) fn tell(&self, event: JobEvent) {
+    pub(crate) fn emit(&self, event: JobEvent) {
         // Fails if there is no listener, which is fine.
         let _ = self.events.send(event);
     }
 
     pub(crate) fn enter(&self, state: JobState) {
         self.state.send_replace(state);
-        self.tell(JobEvent::State(state));
+        self.emit(JobEvent::State(state));
     }
 
     /// Enters a pause, with the text for the person it waits for.
@@ -89,7 +89,7 @@ impl Shared {
     }
 
     /// Publishes the progress to all observers.
-    pub(crate) fn reach(&self, progress: JobProgress) {
+    pub(crate) fn publish_progress(&self, progress: JobProgress) {
         self.finished.store(progress.step, Ordering::Relaxed);
         self.progress.send_replace(progress);
     }
@@ -131,16 +131,16 @@ impl JobHandle {
     pub(crate) fn new(
         name: String,
         origin: String,
-        fixed: Fixed,
+        laser_use: LaserUse,
     ) -> (Self, Arc<Shared>, mpsc::UnboundedReceiver<Request>) {
         let (requests, inbox) = mpsc::unbounded_channel();
-        let (events, first) = broadcast::channel(EVENTS);
+        let (events, first) = broadcast::channel(EVENT_CAPACITY);
         let shared = Arc::new(Shared {
             state: watch::Sender::new(JobState::Checking),
             progress: watch::Sender::new(JobProgress::default()),
             outcome: watch::Sender::new(None),
-            pace: watch::Sender::new(FULL),
-            fixed,
+            pace: watch::Sender::new(FULL_SPEED),
+            laser_use,
             events,
             first: Mutex::new(Some(first)),
             finished: Arc::default(),
@@ -255,7 +255,7 @@ impl JobHandle {
     /// program on its own.
     #[must_use]
     pub fn burns(&self) -> bool {
-        self.0.shared.fixed.burns
+        self.0.shared.laser_use.burns
     }
 
     /// Speed of commands not sent yet, in percent of the program's; 100 at first.
@@ -278,17 +278,17 @@ impl JobHandle {
     /// [`SpeedError`]; nothing changes.
     pub fn set_speed(&self, percent: u8) -> Result<(), SpeedError> {
         let shared = &self.0.shared;
-        if !(SLOWEST..=FULL).contains(&percent) {
+        if !(MIN_SPEED..=FULL_SPEED).contains(&percent) {
             return Err(SpeedError::Range);
         }
         match shared.state() {
             JobState::Ended => return Err(SpeedError::Ended),
             JobState::Ending | JobState::Stopping => return Err(SpeedError::Ending),
-            _ if shared.fixed.needs_speed => return Err(SpeedError::Burns),
+            _ if shared.laser_use.needs_speed => return Err(SpeedError::Burns),
             _ => {}
         }
         if shared.pace.send_replace(percent) != percent {
-            shared.tell(JobEvent::Speed(percent));
+            shared.emit(JobEvent::Speed(percent));
         }
         Ok(())
     }

@@ -21,12 +21,12 @@ const VERSION: u32 = 1;
 /// Largest relative drift between the arm's crystal and this computer's: 100 ppm each, which is 17
 /// s a day. A power cycle shifts the computed time by at least the time that the arm had been on
 /// before, and that is no less than a homing takes.
-const DRIFT: f64 = 200e-6;
+const MAX_RELATIVE_DRIFT: f64 = 200e-6;
 /// Longest age of a record, s. The arm's clock (32 bits of ms) wraps after 49.7 days.
-const LONGEST: f64 = 50.0 * 86400.0;
+const MAX_RECORD_AGE: f64 = 50.0 * 86400.0;
 /// Error of a single reading, s: the arm may take this long to answer, or the computer's clock may
 /// be adjusted by as much.
-const SLACK: f64 = 2.0;
+const MAX_READING_ERROR: f64 = 2.0;
 
 /// Homing records in the user's state directory, for
 /// [`Options::homings`](magician::Options::homings).
@@ -70,7 +70,7 @@ enum Clock {
 
 impl HomingRecord for HomingFiles {
     fn keep(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate) {
-        self.keep_at(arm, uptime, rate, now());
+        self.store_at(arm, uptime, rate, now());
     }
 
     fn forget(&self, arm: &ArmIdentity) {
@@ -90,7 +90,7 @@ impl HomingRecord for HomingFiles {
 }
 
 impl HomingFiles {
-    fn keep_at(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate, now: f64) {
+    fn store_at(&self, arm: &ArmIdentity, uptime: Duration, rate: ClockRate, now: f64) {
         // Without a serial number the record would fit every arm that has none.
         if arm.serial.is_empty() {
             return;
@@ -156,12 +156,12 @@ impl Homing {
     /// recorded time.
     fn is_of_this_power_up(&self, uptime: f64, now: f64) -> bool {
         let passed = now - self.seen;
-        if !(-SLACK..=LONGEST).contains(&passed) {
+        if !(-MAX_READING_ERROR..=MAX_RECORD_AGE).contains(&passed) {
             // The computer's clock was set back, or the record is damaged: nothing can be
             // concluded.
             return false;
         }
-        let slack = SLACK + passed.max(0.0) * DRIFT;
+        let slack = MAX_READING_ERROR + passed.max(0.0) * MAX_RELATIVE_DRIFT;
         let later = now - uptime - self.powered_up;
         match self.clock {
             // A clock that is ahead belongs to another arm.
@@ -193,7 +193,7 @@ mod tests {
 
     const HOUR: f64 = 3600.0;
     /// Time at which the arm of these tests was homed.
-    const SEEN: f64 = 1.8e9;
+    const HOMED_AT: f64 = 1.8e9;
     /// Time for which it had been on by then, s.
     const UPTIME: f64 = 60.0;
 
@@ -207,94 +207,94 @@ mod tests {
             place: dir.path().join("homed"),
         };
         let arm = ArmIdentity::new("A1", "tcp:here:1");
-        files.keep_at(&arm, seconds(UPTIME), rate, SEEN);
+        files.store_at(&arm, seconds(UPTIME), rate, HOMED_AT);
         (dir, files, arm)
     }
 
     #[test]
-    fn arm_of_the_same_power_up_is_homed_whatever_its_crystal_drifts() {
+    fn arm_of_the_same_power_up_is_homed_within_clock_drift() {
         let (_dir, files, arm) = files(ClockRate::Steady);
         for passed in [0.0, 1.0, HOUR, 24.0 * HOUR, 40.0 * 24.0 * HOUR] {
             for drift in [-150e-6, 0.0, 150e-6] {
                 let uptime = UPTIME + passed * (1.0 + drift);
-                let homed = files.is_homed_at(&arm, seconds(uptime), SEEN + passed);
+                let homed = files.is_homed_at(&arm, seconds(uptime), HOMED_AT + passed);
                 assert!(homed, "{passed} {drift}");
             }
         }
     }
 
     #[test]
-    fn arm_that_was_switched_off_and_on_is_not_homed() {
+    fn power_cycled_arm_is_not_homed() {
         let (_dir, files, arm) = files(ClockRate::Steady);
         for off in [1.0, 20.0, HOUR, 24.0 * HOUR] {
             for on in [0.5, 30.0, HOUR, 24.0 * HOUR] {
-                let homed = files.is_homed_at(&arm, seconds(on), SEEN + off + on);
+                let homed = files.is_homed_at(&arm, seconds(on), HOMED_AT + off + on);
                 assert!(!homed, "off for {off} s, on for {on} s");
             }
         }
     }
 
     #[test]
-    fn what_cannot_be_told_apart_is_not_homed() {
+    fn ambiguous_arm_is_not_homed() {
         let (_dir, files, arm) = files(ClockRate::Steady);
         let homed = |serial: &str, port: &str, uptime, now| {
             files.is_homed_at(&ArmIdentity::new(serial, port), seconds(uptime), now)
         };
-        assert!(homed("A1", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0));
-        assert!(!homed("A1", "tcp:here:2", UPTIME + 5.0, SEEN + 5.0), "port");
+        assert!(homed("A1", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0));
+        assert!(!homed("A1", "tcp:here:2", UPTIME + 5.0, HOMED_AT + 5.0), "port");
         assert!(
-            !homed("A2", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            !homed("A2", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0),
             "serial"
         );
         assert!(
-            !homed("", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            !homed("", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0),
             "no serial"
         );
         assert!(
-            !homed("A1", "tcp:here:1", HOUR, SEEN + 5.0),
+            !homed("A1", "tcp:here:1", HOUR, HOMED_AT + 5.0),
             "on for longer"
         );
         assert!(
-            !homed("A1", "tcp:here:1", UPTIME, SEEN - HOUR),
+            !homed("A1", "tcp:here:1", UPTIME, HOMED_AT - HOUR),
             "clock set back"
         );
-        files.keep_at(
+        files.store_at(
             &ArmIdentity::new("", "tcp:here:3"),
             seconds(UPTIME),
             ClockRate::Steady,
-            SEEN,
+            HOMED_AT,
         );
         assert!(
-            !homed("", "tcp:here:3", UPTIME, SEEN),
+            !homed("", "tcp:here:3", UPTIME, HOMED_AT),
             "kept without a serial"
         );
         files.forget(&arm);
         assert!(
-            !homed("A1", "tcp:here:1", UPTIME + 5.0, SEEN + 5.0),
+            !homed("A1", "tcp:here:1", UPTIME + 5.0, HOMED_AT + 5.0),
             "forgotten"
         );
     }
 
     #[test]
-    fn names_that_are_written_alike_are_kept_apart() {
+    fn similar_names_have_separate_files() {
         let (_dir, files, _) = files(ClockRate::Steady);
         let alike = ArmIdentity::new("A1", "tcp-here-1");
-        assert!(!files.is_homed_at(&alike, seconds(UPTIME), SEEN));
+        assert!(!files.is_homed_at(&alike, seconds(UPTIME), HOMED_AT));
     }
 
     #[test]
-    fn clock_of_a_virtual_arm_shows_a_new_start_by_falling_behind() {
+    fn restarted_virtual_arm_is_detected_by_its_clock() {
         let (_dir, fast, arm) = files(ClockRate::Faster);
-        assert!(fast.is_homed_at(&arm, seconds(UPTIME + 20.0 * HOUR), SEEN + HOUR));
-        assert!(fast.is_homed_at(&arm, seconds(UPTIME + HOUR), SEEN + HOUR));
-        assert!(!fast.is_homed_at(&arm, seconds(HOUR), SEEN + HOUR));
+        assert!(fast.is_homed_at(&arm, seconds(UPTIME + 20.0 * HOUR), HOMED_AT + HOUR));
+        assert!(fast.is_homed_at(&arm, seconds(UPTIME + HOUR), HOMED_AT + HOUR));
+        assert!(!fast.is_homed_at(&arm, seconds(HOUR), HOMED_AT + HOUR));
         let (_dir, slow, arm) = files(ClockRate::Slower);
-        assert!(slow.is_homed_at(&arm, seconds(UPTIME + 1.0), SEEN + HOUR));
-        assert!(!slow.is_homed_at(&arm, seconds(UPTIME - 1.0), SEEN + HOUR));
+        assert!(slow.is_homed_at(&arm, seconds(UPTIME + 1.0), HOMED_AT + HOUR));
+        assert!(!slow.is_homed_at(&arm, seconds(UPTIME - 1.0), HOMED_AT + HOUR));
     }
 
     #[test]
-    fn damaged_file_is_no_homing() {
+    fn damaged_file_counts_as_not_homed() {
         let (_dir, files, arm) = files(ClockRate::Steady);
         let path = files.path(&arm);
         let whole = fs::read_to_string(&path).expect("read");
@@ -305,19 +305,19 @@ mod tests {
             &whole.replace("\"version\":1", "\"version\":2"),
         ] {
             fs::write(&path, text).expect("written");
-            assert!(!files.is_homed_at(&arm, seconds(UPTIME), SEEN), "{text}");
+            assert!(!files.is_homed_at(&arm, seconds(UPTIME), HOMED_AT), "{text}");
         }
     }
 
     #[cfg(unix)]
     #[test]
-    fn names_that_lead_to_one_port_are_one_port() {
+    fn names_of_the_same_port_share_a_record() {
         let (dir, files, _) = files(ClockRate::Steady);
         let (device, link) = (dir.path().join("tty"), dir.path().join("arm"));
         fs::write(&device, "").expect("written");
         std::os::unix::fs::symlink(&device, &link).expect("linked");
         let at = |path: &Path| ArmIdentity::new("A1", path.display().to_string());
-        files.keep_at(&at(&link), seconds(UPTIME), ClockRate::Steady, SEEN);
-        assert!(files.is_homed_at(&at(&device), seconds(UPTIME), SEEN));
+        files.store_at(&at(&link), seconds(UPTIME), ClockRate::Steady, HOMED_AT);
+        assert!(files.is_homed_at(&at(&device), seconds(UPTIME), HOMED_AT));
     }
 }

@@ -57,7 +57,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
-pub mod beside;
+pub mod background;
 mod engine;
 mod error;
 mod event;
@@ -86,29 +86,29 @@ mod spec;
 pub mod teach;
 mod touch;
 
-pub use engine::{Job, NOTICEABLE};
+pub use engine::{Job, MIN_REPORTED_OVERLAP};
 pub use error::{
-    Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, SpeedError, Stood,
+    Fault, JobError, JobOutcome, ResumePlace, PauseError, PenLift, ResumeError, SpeedError, StopPosition,
 };
 pub use event::{
-    Done, End, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartsAt, Waits,
+    JobSummary, FinalState, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartPlace, JobWait,
 };
 pub use handle::JobHandle;
 #[cfg(feature = "files")]
 pub use homings::homings;
 #[cfg(feature = "files")]
-pub use journal::{FileJournal, LeftRun, left_runs};
+pub use journal::{FileJournal, InterruptedRun, interrupted_runs};
 pub use journal::{InterruptedJob, Journal, JournalError, JournalKey, NoJournal};
 #[cfg(feature = "files")]
 pub use magician::dirs;
 pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
-pub use saved::{Access, SavedSettings, Settled};
+pub use saved::{Access, SavedSettings, RecoveredSettings};
 pub use signals::{SECOND_STOP_DELAY, StopOrder, StopRule, StopSignal};
 pub use spec::{JobSpec, Start};
-pub use touch::{Touch, WorkSurface, sheet_counts, touch_off};
+pub use touch::{Touch, WorkSurface, sheet_stored_message, touch_off};
 #[cfg(feature = "settings")]
-pub use touch::{keep_surface, kept_surface, surface_of};
+pub use touch::{store_surface, stored_surface, surface_of};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

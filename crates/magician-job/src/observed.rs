@@ -7,11 +7,11 @@ use magician::commands::Pose;
 use magician::{RestDetector, Status};
 
 /// Number of speeds kept in the history.
-const HISTORY: usize = 600;
+const SPEED_HISTORY_LENGTH: usize = 600;
 /// Age from which a reading is stale. A choice: many periods at the usual rate of 20 Hz.
-const STALE: Duration = Duration::from_secs(1);
+const STALE_AFTER: Duration = Duration::from_secs(1);
 /// Number of missed readings from which a slower series of readings is stale.
-const MISSED: f64 = 3.0;
+const MAX_MISSED_READINGS: f64 = 3.0;
 
 /// Speeds of tool and joints, without direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -83,8 +83,8 @@ pub struct ObservedState {
     stale: Duration,
     /// Detector fed with the poses since the arm last moved. `None` once the arm came to rest, and
     /// before it was first seen to move.
-    moved: Option<RestDetector>,
-    begun: Instant,
+    rest_detector: Option<RestDetector>,
+    created: Instant,
 }
 
 impl Default for ObservedState {
@@ -95,9 +95,9 @@ impl Default for ObservedState {
             speeds: VecDeque::new(),
             rate: 0.0,
             age: Duration::ZERO,
-            stale: STALE,
-            moved: None,
-            begun: Instant::now(),
+            stale: STALE_AFTER,
+            rest_detector: None,
+            created: Instant::now(),
         }
     }
 }
@@ -106,9 +106,9 @@ impl ObservedState {
     /// Sets the expected rate, Hz. At low rates a reading is fresh for three periods instead of one
     /// second.
     #[must_use]
-    pub fn reading(mut self, rate: f64) -> Self {
-        let missed = Duration::try_from_secs_f64(MISSED / rate).unwrap_or(Duration::MAX);
-        self.stale = STALE.max(missed);
+    pub fn with_rate(mut self, rate: f64) -> Self {
+        let missed = Duration::try_from_secs_f64(MAX_MISSED_READINGS / rate).unwrap_or(Duration::MAX);
+        self.stale = STALE_AFTER.max(missed);
         self
     }
 
@@ -125,40 +125,40 @@ impl ObservedState {
             let seconds = status.at.saturating_duration_since(before.at).as_secs_f64();
             // When the link comes or goes, the last reading is delivered a second time.
             if seconds > 0.0 {
-                self.keep(Speeds::between(&before.pose, &status.pose, seconds));
+                self.push_speeds(Speeds::between(&before.pose, &status.pose, seconds));
                 let rate = seconds.recip();
                 let known = if self.rate > 0.0 { self.rate } else { rate };
                 self.rate = known + 0.1 * (rate - known);
             }
         }
-        let at = status.at.saturating_duration_since(self.begun);
+        let at = status.at.saturating_duration_since(self.created);
         let at = u64::try_from(at.as_micros()).unwrap_or(u64::MAX);
         let before = self.status.as_ref().map(|before| before.pose);
         if before.is_some_and(|before| before != status.pose) {
-            self.moved.get_or_insert_default();
+            self.rest_detector.get_or_insert_default();
         }
-        if let Some(rest) = &mut self.moved
+        if let Some(rest) = &mut self.rest_detector
             && rest.see(at, status.pose)
         {
-            self.moved = None;
+            self.rest_detector = None;
         }
         self.status = Some(status);
     }
 
     /// Updates the age of the last reading.
     pub fn tick(&mut self, now: Instant) {
-        let last = self.status.as_ref().map_or(self.begun, |status| status.at);
+        let last = self.status.as_ref().map_or(self.created, |status| status.at);
         self.age = now.saturating_duration_since(last);
     }
 
     /// Marks the arm as moving: earlier readings no longer give its position.
-    pub fn disturb(&mut self) {
-        self.moved = Some(RestDetector::default());
+    pub fn mark_moving(&mut self) {
+        self.rest_detector = Some(RestDetector::default());
     }
 
     /// True if the arm has answered recently.
     #[must_use]
-    pub fn answers(&self) -> bool {
+    pub fn is_answering(&self) -> bool {
         self.age < self.stale
     }
 
@@ -170,19 +170,19 @@ impl ObservedState {
 
     /// True if the arm was recently seen to stand, and nothing has moved it since.
     #[must_use]
-    pub fn stands(&self) -> bool {
-        self.answers() && self.moved.is_none()
+    pub fn is_at_rest(&self) -> bool {
+        self.is_answering() && self.rest_detector.is_none()
     }
 
     /// Pose at which the arm stands, if it is known to.
     #[must_use]
     pub fn standing_pose(&self) -> Option<&Pose> {
         let status = self.status.as_ref()?;
-        self.stands().then_some(&status.pose)
+        self.is_at_rest().then_some(&status.pose)
     }
 
-    fn keep(&mut self, speeds: Speeds) {
-        if self.speeds.len() == HISTORY {
+    fn push_speeds(&mut self, speeds: Speeds) {
+        if self.speeds.len() == SPEED_HISTORY_LENGTH {
             self.speeds.pop_front();
         }
         self.speeds.push_back(speeds);
@@ -213,31 +213,31 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn an_arm_that_was_moved_stands_again_when_three_readings_say_so() {
+    async fn moved_arm_is_at_rest_after_three_equal_readings() {
         let (mut observed, status) = (ObservedState::default(), status().await);
         read(&mut observed, &status, 3);
-        assert!(observed.stands());
-        observed.disturb();
-        assert!(!observed.stands());
+        assert!(observed.is_at_rest());
+        observed.mark_moving();
+        assert!(!observed.is_at_rest());
         read(&mut observed, &status, 2);
-        assert!(!observed.stands());
+        assert!(!observed.is_at_rest());
         read(&mut observed, &status, 1);
-        assert!(observed.stands());
+        assert!(observed.is_at_rest());
     }
 
     #[tokio::test]
-    async fn what_was_read_long_ago_is_not_how_it_is() {
+    async fn old_reading_is_stale() {
         let (mut observed, status) = (ObservedState::default(), status().await);
         read(&mut observed, &status, 3);
         let last = observed.status.as_ref().unwrap().at;
         observed.tick(last + Duration::from_millis(900));
-        assert!(observed.answers() && observed.stands());
+        assert!(observed.is_answering() && observed.is_at_rest());
         observed.tick(last + Duration::from_millis(2100));
-        assert!(!observed.answers() && !observed.stands());
+        assert!(!observed.is_answering() && !observed.is_at_rest());
         assert_eq!(observed.age().as_secs(), 2);
         // At a low rate readings are fresh for longer.
-        let mut observed = observed.reading(0.5);
+        let mut observed = observed.with_rate(0.5);
         observed.tick(last + Duration::from_millis(2100));
-        assert!(observed.answers());
+        assert!(observed.is_answering());
     }
 }

@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::files::read_text;
 
 /// Largest size of a file that is read, bytes. A choice far above any real file.
-const LARGEST: u64 = 1 << 20;
+const MAX_FILE_SIZE: u64 = 1 << 20;
 
 /// Content of the file.
 #[derive(Debug, Deserialize)]
@@ -25,9 +25,9 @@ struct Pens {
 pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
     let shown = path.display();
     let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
-    let text = read_text(path, LARGEST)
+    let text = read_text(path, MAX_FILE_SIZE)
         .map_err(unread)?
-        .ok_or_else(|| format!("{shown}: no file of pens is larger than {LARGEST} bytes"))?;
+        .ok_or_else(|| format!("{shown}: no file of pens is larger than {MAX_FILE_SIZE} bytes"))?;
     from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
 }
 
@@ -57,13 +57,13 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn device_without_an_end_is_too_large() {
+    fn endless_device_file_is_too_large() {
         let refused = read(Path::new("/dev/zero")).unwrap_err();
         assert!(refused.contains("larger than 1048576"), "{refused}");
     }
 
     #[test]
-    fn what_is_wrong_with_a_file_of_pens_has_line_and_column() {
+    fn error_in_a_pen_file_has_line_and_column() {
         let problem = |text: &str| from_text(text).expect_err("it is wrong");
         let unknown = problem("[[pen]]\nmatch = \"red\"\n  colour = \"red\"\n");
         assert!(
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_of_pens_is_what_it_says() {
+    fn pen_file_is_parsed() {
         let text = "[[pen]]\nmatch = 'red'\nsurface_offset = -0.5\nlift = 4\nspeed = 20\nfill = 'hatch'\n\n[[pen]]\nmatch = 2\npower = 40\npasses = 3\n";
         let pens = from_text(text).expect("two pens");
         assert_eq!(pens.len(), 2);

@@ -16,9 +16,9 @@ use magician_program::{
 use serde::Serialize;
 
 /// Largest number of refused steps in a report.
-pub const SHOWN: usize = 10;
+pub const MAX_LISTED_REFUSALS: usize = 10;
 /// Duration above which a job is probably a mistake. A choice.
-const LONG: Duration = Duration::from_secs(2 * 3600);
+const LONG_JOB: Duration = Duration::from_secs(2 * 3600);
 
 /// Result of a check.
 #[derive(Debug, Serialize)]
@@ -57,7 +57,7 @@ pub struct CheckReport {
     pub notes: Vec<Note>,
 }
 
-/// First refused step of each place in the file, at most [`SHOWN`].
+/// First refused step of each place in the file, at most [`MAX_LISTED_REFUSALS`].
 ///
 /// All steps made from one line, row or element of a file are refused for the same reason.
 #[must_use]
@@ -68,7 +68,7 @@ pub fn refused_places(report: &Report) -> Vec<&RefusedStep> {
             let is_known = refused_step.origin.line > 0;
             is_known && (other.origin, &other.name) == (refused_step.origin, &refused_step.name)
         };
-        if places.len() < SHOWN && !places.iter().any(is_of) {
+        if places.len() < MAX_LISTED_REFUSALS && !places.iter().any(is_of) {
             places.push(refused_step);
         }
     }
@@ -79,7 +79,7 @@ impl CheckReport {
     /// Creates the report of a program with `steps` left (`None` if endless). An `Err` in `ok`
     /// holds the changes that would make it fit.
     #[must_use]
-    fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
+    fn new(report: &Report, steps: Option<u64>, ok: Result<bool, FitOptions>) -> Self {
         let refusals = { refused_places(report).into_iter() }
             .map(|refused_step| Refusal::of(report, refused_step));
         Self {
@@ -108,7 +108,7 @@ impl CheckReport {
         let ok = if report.is_good() && prepared.misfit.is_none() {
             Ok(true)
         } else {
-            Err(WayOut::of(prepared, rest))
+            Err(FitOptions::of(prepared, rest))
         };
         let steps = prepared.program.steps();
         let steps = steps.map(|steps| steps.saturating_sub(rest.from()));
@@ -270,7 +270,7 @@ impl Refusal {
 /// Changes that would bring a program within reach.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
-pub struct WayOut {
+pub struct FitOptions {
     /// Size in which it would fit at its place and angle.
     pub straight: Option<WouldFit>,
     /// Size in which it would fit after a turn, if larger.
@@ -279,7 +279,7 @@ pub struct WayOut {
     pub at: Option<[f64; 2]>,
 }
 
-impl WayOut {
+impl FitOptions {
     /// Finds the changes for the rest of a refused program.
     #[must_use]
     pub fn of(prepared: &PreparedProgram, rest: &RemainingProgram) -> Self {
@@ -383,7 +383,7 @@ impl Note {
     ) -> Vec<Self> {
         let told = |note: &Diagnostic| Self {
             code: note.code.name(),
-            text: advised(voice, note.message.as_str().to_owned(), note),
+            text: with_advice(voice, note.message.as_str().to_owned(), note),
             sentence: SentenceReport::of(&note.message),
             help: note.help.as_ref().map(SentenceReport::of),
             line: Some(note.origin.line).filter(|line| *line > 0),
@@ -396,16 +396,17 @@ impl Note {
 
 /// Appends the advice of a problem or note, in the words of `voice`.
 #[must_use]
-pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String {
+pub fn with_advice(voice: &impl Voice, text: String, problem: &Diagnostic) -> String {
     match problem.advice(voice) {
         Some(advice) => format!("{text} ({advice})"),
         None => text,
     }
 }
 
-/// Note for a job whose progress cannot be stored ([`JobEvent::Unkept`](crate::JobEvent::Unkept)).
+/// Note for a job whose progress cannot be stored
+/// ([`JobEvent::NotStored`](crate::JobEvent::NotStored)).
 #[must_use]
-pub fn unkept(cause: &str) -> Diagnostic {
+pub fn not_stored_note(cause: &str) -> Diagnostic {
     Diagnostic::of_file(message!(
         "the progress cannot be kept: {cause}: after a stop this job starts again from the beginning",
         cause
@@ -414,7 +415,7 @@ pub fn unkept(cause: &str) -> Diagnostic {
 
 /// Notes for outputs that a stop leaves on, each with its remedy.
 #[must_use]
-pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
+pub fn outputs_left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     let mut left = Vec::new();
     if outputs.suction == Some(true) {
         let note = Diagnostic::of_file(message!("the suction cup is still on"));
@@ -440,11 +441,11 @@ pub fn left_on(outputs: &ArmOutputs) -> Vec<Diagnostic> {
     left.into_iter().map(coded).collect()
 }
 
-/// Notes of a check besides refusals: [`warnings`] and [`doubts`].
+/// Notes of a check besides refusals: [`warnings`] and [`arm_dependent_notes`].
 #[must_use]
 pub fn findings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagnostic> {
     let mut found = warnings(report, placed);
-    found.extend(doubts(report));
+    found.extend(arm_dependent_notes(report));
     found
 }
 
@@ -457,8 +458,8 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
         let what = message!("it becomes very small: {percent:.1} % of its size", percent);
         warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Placed));
     }
-    if let Some(time) = report.time.filter(|time| *time > LONG) {
-        let what = message!("it takes {time}", time = clock(time));
+    if let Some(time) = report.time.filter(|time| *time > LONG_JOB) {
+        let what = message!("it takes {time}", time = format_duration(time));
         warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Long));
     }
     warnings
@@ -466,7 +467,7 @@ pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagno
 
 /// Notes for steps that some arms of this type can do and others cannot.
 #[must_use]
-pub fn doubts(report: &Report) -> Vec<Diagnostic> {
+pub fn arm_dependent_notes(report: &Report) -> Vec<Diagnostic> {
     let told = report.doubtful.iter().map(|doubtful| {
         let step = report.number(doubtful.step);
         let cause = doubt_in_words(&doubtful.cause);
@@ -488,7 +489,7 @@ pub fn doubts(report: &Report) -> Vec<Diagnostic> {
 
 /// Duration as `m:ss` or `h:mm:ss`: `0:07`, `2:05:09`.
 #[must_use]
-pub fn clock(time: Duration) -> String {
+pub fn format_duration(time: Duration) -> String {
     let seconds = time.as_secs_f64().round() as u64;
     let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     match hours {

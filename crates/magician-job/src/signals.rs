@@ -7,8 +7,8 @@
 
 use std::time::Duration;
 
-/// Time from the first stop until a second one counts. Repeats by kernel and shell come within 0.1 s; a
-/// person who sees that the arm still moves takes longer.
+/// Time from the first stop until a second one counts. Repeats by kernel and shell come within 0.1
+/// s; a person who sees that the arm still moves takes longer.
 pub const SECOND_STOP_DELAY: Duration = Duration::from_millis(500);
 
 /// Signal or request to end a run.
@@ -32,7 +32,7 @@ pub enum StopOrder {
     /// The arm stops, the laser goes off, the pen goes up, settings are restored.
     Stop,
     /// The arm stops where it is, and nothing moves afterwards. Settings are restored.
-    AtOnce,
+    Halt,
 }
 
 /// Decides which signals stop a run, and how.
@@ -46,39 +46,39 @@ pub enum StopOrder {
 /// use magician_job::{StopOrder, StopRule, StopSignal};
 ///
 /// let mut rule = StopRule::default();
-/// let mut hears = |signal, ms| rule.hears(signal, Duration::from_millis(ms));
-/// assert_eq!(hears(StopSignal::Interrupt, 0), Some(StopOrder::Stop));
-/// assert_eq!(hears(StopSignal::Interrupt, 80), None);
-/// assert_eq!(hears(StopSignal::HangUp, 700), None);
-/// assert_eq!(hears(StopSignal::Interrupt, 900), Some(StopOrder::AtOnce));
+/// let mut order = |signal, ms| rule.order_for(signal, Duration::from_millis(ms));
+/// assert_eq!(order(StopSignal::Interrupt, 0), Some(StopOrder::Stop));
+/// assert_eq!(order(StopSignal::Interrupt, 80), None);
+/// assert_eq!(order(StopSignal::HangUp, 700), None);
+/// assert_eq!(order(StopSignal::Interrupt, 900), Some(StopOrder::Halt));
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StopRule {
     /// Time of the first signal.
     first: Option<Duration>,
     /// True once the second stop was ordered: there is no third.
-    at_once: bool,
+    is_halted: bool,
 }
 
 impl StopRule {
     /// Order that follows from a signal at `at`, counted from any fixed instant; `None` if it
     /// changes nothing.
-    pub fn hears(&mut self, signal: StopSignal, at: Duration) -> Option<StopOrder> {
+    pub fn order_for(&mut self, signal: StopSignal, at: Duration) -> Option<StopOrder> {
         let Some(first) = self.first else {
             self.first = Some(at);
             return Some(StopOrder::Stop);
         };
         let insists = matches!(signal, StopSignal::Interrupt | StopSignal::Terminate);
-        if self.at_once || !insists || at.saturating_sub(first) < SECOND_STOP_DELAY {
+        if self.is_halted || !insists || at.saturating_sub(first) < SECOND_STOP_DELAY {
             return None;
         }
-        self.at_once = true;
-        Some(StopOrder::AtOnce)
+        self.is_halted = true;
+        Some(StopOrder::Halt)
     }
 
     /// True if a stop was ordered.
     #[must_use]
-    pub const fn stops(&self) -> bool {
+    pub const fn is_stopping(&self) -> bool {
         self.first.is_some()
     }
 }
@@ -114,13 +114,13 @@ mod tests {
 
     fn orders(sequence: &[(StopSignal, Duration)]) -> Vec<Option<StopOrder>> {
         let mut rule = StopRule::default();
-        let hears = sequence.iter().map(|(signal, at)| rule.hears(*signal, *at));
+        let orders = sequence.iter().map(|(signal, at)| rule.order_for(*signal, *at));
         hears.collect()
     }
 
     #[test]
-    fn every_sequence_of_four_signals_stops_once_and_at_once_by_a_late_ctrl_c_or_term_alone() {
-        let (mut count, mut at_once) = (0, 0);
+    fn only_a_late_ctrl_c_or_sigterm_halts() {
+        let (mut count, mut halted) = (0, 0);
         sequences(4, &mut |sequence| {
             count += 1;
             let orders = orders(sequence);
@@ -131,17 +131,17 @@ mod tests {
             };
             let expected = sequence.iter().skip(1).position(late).map(|nth| nth + 1);
             for (nth, order) in orders.iter().enumerate().skip(1) {
-                let due = (expected == Some(nth)).then_some(StopOrder::AtOnce);
+                let due = (expected == Some(nth)).then_some(StopOrder::Halt);
                 assert_eq!(*order, due, "signal {nth} of {sequence:?}");
             }
-            at_once += usize::from(expected.is_some());
+            halted += usize::from(expected.is_some());
         });
         assert_eq!(count, 20 + 400 + 8_000 + 160_000);
-        assert!(at_once > 10_000, "{at_once}");
+        assert!(halted > 10_000, "{halted}");
     }
 
     #[test]
-    fn hang_ups_alone_never_stop_at_once() {
+    fn hang_ups_never_halt() {
         sequences(4, &mut |sequence| {
             if sequence.iter().all(|(signal, _)| *signal == HangUp) {
                 let orders = orders(sequence);
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn two_of_any_signal_within_a_tenth_of_a_second_are_one() {
+    fn two_signals_within_100_ms_count_as_one() {
         for first in SIGNALS {
             for second in SIGNALS {
                 for ms in [0, 20, 100] {

@@ -48,15 +48,15 @@ pub struct JobSpec {
     pub check: bool,
     /// True if the arm's index may skip numbers for a reason not visible in the program and the
     /// line: a window above 1.
-    pub passes_over: bool,
+    pub index_may_skip: bool,
     /// True if steps depend on the pose at which the program was made, and count on the current
     /// one. Such a program cannot begin after those steps.
-    pub begins_here: bool,
+    pub depends_on_pose: bool,
     /// True if the surface of the program is an assumption: only valid on a virtual arm.
     pub assumes_surface: bool,
     /// True if the arm outlives this process: only then is the journal written while the job runs.
     /// `None` decides by the arm: true unless it is virtual and in this process.
-    pub lasting: Option<bool>,
+    pub outlives_process: Option<bool>,
     /// Storage for the settings that the job changes and restores; `None` restores nothing.
     pub saved: Option<SavedSettings>,
 }
@@ -76,10 +76,10 @@ impl JobSpec {
             keep: false,
             require_homed: false,
             check: true,
-            passes_over: false,
-            begins_here: false,
+            index_may_skip: false,
+            depends_on_pose: false,
             assumes_surface: false,
-            lasting: None,
+            outlives_process: None,
             saved: Some(SavedSettings::default()),
         }
     }
@@ -133,17 +133,17 @@ impl JobSpec {
         self
     }
 
-    /// Sets [`passes_over`](Self::passes_over).
+    /// Sets [`index_may_skip`](Self::index_may_skip).
     #[must_use]
-    pub fn passes_over(mut self, passes_over: bool) -> Self {
-        self.passes_over = passes_over;
+    pub fn index_may_skip(mut self, index_may_skip: bool) -> Self {
+        self.index_may_skip = index_may_skip;
         self
     }
 
-    /// Sets [`begins_here`](Self::begins_here).
+    /// Sets [`depends_on_pose`](Self::depends_on_pose).
     #[must_use]
-    pub fn begins_here(mut self, begins_here: bool) -> Self {
-        self.begins_here = begins_here;
+    pub fn depends_on_pose(mut self, depends_on_pose: bool) -> Self {
+        self.depends_on_pose = depends_on_pose;
         self
     }
 
@@ -154,10 +154,10 @@ impl JobSpec {
         self
     }
 
-    /// Sets [`lasting`](Self::lasting).
+    /// Sets [`outlives_process`](Self::outlives_process).
     #[must_use]
-    pub fn lasting(mut self, lasting: bool) -> Self {
-        self.lasting = Some(lasting);
+    pub fn outlives_process(mut self, outlives_process: bool) -> Self {
+        self.outlives_process = Some(outlives_process);
         self
     }
 

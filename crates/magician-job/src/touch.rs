@@ -131,12 +131,12 @@ fn same_height(mounted: ToolBias, draws: ToolBias) -> bool {
 /// # Errors
 /// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read.
 #[cfg(feature = "settings")]
-pub fn kept_surface() -> Result<Option<WorkSurface>> {
-    let file = crate::settings::SettingsFile::load().map_err(unkept)?;
-    if let Some(sheet) = file.value("sheet").map_err(unkept)? {
+pub fn stored_surface() -> Result<Option<WorkSurface>> {
+    let file = crate::settings::SettingsFile::load().map_err(settings_error)?;
+    if let Some(sheet) = file.value("sheet").map_err(settings_error)? {
         return Ok(Some(WorkSurface::Sheet(sheet)));
     }
-    Ok(surface_of(&file).map_err(unkept)?.map(WorkSurface::Plane))
+    Ok(surface_of(&file).map_err(settings_error)?.map(WorkSurface::Plane))
 }
 
 /// Plane that a settings file stores under `surface`: a height in mm, or a table with height and
@@ -150,13 +150,13 @@ pub fn surface_of(
 ) -> std::result::Result<Option<Surface>, crate::settings::SettingsError> {
     #[derive(serde::Deserialize)]
     #[serde(untagged)]
-    enum Kept {
+    enum StoredSurface {
         Level(f64),
         Plane(Surface),
     }
     Ok(file.value("surface")?.map(|kept| match kept {
-        Kept::Level(height) => Surface::level(height),
-        Kept::Plane(surface) => surface,
+        StoredSurface::Level(height) => Surface::level(height),
+        StoredSurface::Plane(surface) => surface,
     }))
 }
 
@@ -167,15 +167,15 @@ pub fn surface_of(
 /// [`InvalidSettings`](ErrorCode::InvalidSettings) if the file cannot be read or edited, and for a
 /// plane while the file has a sheet, whose height takes precedence. Nothing is changed then.
 #[cfg(feature = "settings")]
-pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
-    let mut file = crate::settings::SettingsFile::load().map_err(unkept)?;
+pub fn store_surface(surface: Option<WorkSurface>) -> Result<()> {
+    let mut file = crate::settings::SettingsFile::load().map_err(settings_error)?;
     let has = |name: &str| {
-        let value = file.value::<toml::Value>(name).map_err(unkept)?;
+        let value = file.value::<toml::Value>(name).map_err(settings_error)?;
         Ok::<_, Error>(value.is_some())
     };
     let edited = match surface.map(WorkSurface::rounded) {
         Some(WorkSurface::Plane(_)) if has("sheet")? => {
-            return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()));
+            return Err(Error::new(ErrorCode::InvalidSettings, sheet_stored_message()));
         }
         Some(WorkSurface::Plane(surface)) if surface.slope == [0.0, 0.0] => {
             file.with("surface", &surface.height.to_string())
@@ -202,12 +202,12 @@ pub fn keep_surface(surface: Option<WorkSurface>) -> Result<()> {
             left
         }
     };
-    file.change(edited).map_err(unkept)
+    file.change(edited).map_err(settings_error)
 }
 
 /// Message that refuses a touched surface while a sheet is stored.
 #[must_use]
-pub fn sheet_counts() -> Message {
+pub fn sheet_stored_message() -> Message {
     message!(
         "the settings keep a calibrated sheet, whose height takes precedence over a \
             touched surface"
@@ -215,7 +215,7 @@ pub fn sheet_counts() -> Message {
 }
 
 #[cfg(feature = "settings")]
-fn unkept(error: crate::settings::SettingsError) -> Error {
+fn settings_error(error: crate::settings::SettingsError) -> Error {
     Error::new(ErrorCode::InvalidSettings, error.to_string())
 }
 
@@ -225,7 +225,7 @@ mod tests {
     use crate::settings::SettingsFile;
 
     #[test]
-    fn surface_of_the_settings_is_a_height_or_a_tilted_plane() {
+    fn surface_setting_is_a_height_or_a_tilted_plane() {
         let said = |value: &str| {
             let file = SettingsFile::default()
                 .with("surface", value)

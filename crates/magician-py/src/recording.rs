@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use magician::sim::{Controller, Profile, Speed, World};
 use magician::{Arm, Error, ErrorCode};
 use magician_job::files::WholeFile;
-use magician_job::recording::{Clock, Options, RecordError, Recorder, Summary, Tally};
+use magician_job::recording::{Clock, Options, RecordError, Recorder, Summary, RecordingProgress};
 use magician_record::replay::{Difference, DifferenceKind, Replay, ReplayWriter, Tolerances};
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
@@ -36,7 +36,7 @@ pub(crate) struct Recording {
 }
 
 struct Inner {
-    tally: Box<dyn Fn() -> Tally + Send + Sync>,
+    tally: Box<dyn Fn() -> RecordingProgress + Send + Sync>,
     ending: Mutex<Option<Ending>>,
 }
 
@@ -61,7 +61,7 @@ fn raised(py: Python<'_>, error: RecordError) -> PyErr {
             let message = format!("{message}; the {readings} readings before that are kept");
             errors::raise(py, &Error::new(ErrorCode::LineLost, message))
         }
-        RecordError::Died(_) => PyRuntimeError::new_err(message),
+        RecordError::TaskFailed(_) => PyRuntimeError::new_err(message),
         #[cfg(not(magician_workspace))]
         _ => unreachable!(),
     }
@@ -85,7 +85,7 @@ async fn record(
     let (end, told) = oneshot::channel();
     let (tell, ended) = oneshot::channel();
     let inner = Inner {
-        tally: Box::new(recorder.teller()),
+        tally: Box::new(recorder.progress_reader()),
         ending: Mutex::new(Some(Ending { end, ended })),
     };
     drop(begun.send(Ok(inner)));
@@ -146,7 +146,7 @@ impl Recording {
     /// mm.
     fn tally(&self, py: Python<'_>) -> PyResult<(f64, u64, [f64; 4], f64, f64)> {
         let tally = (self.inner.get(py)?.tally)();
-        let Tally {
+        let RecordingProgress {
             seconds,
             readings,
             pose,
@@ -239,7 +239,8 @@ impl How {
     }
 }
 
-/// Replays a trace on a virtual arm: counts by their names, and the differences, as `magician.recordings` has them.
+/// Replays a trace on a virtual arm: counts by their names, and the differences, as
+/// `magician.recordings` has them.
 #[pyfunction]
 pub(crate) fn replay(py: Python<'_>, trace: &[u8], how: How) -> PyResult<Py<PyAny>> {
     let session = how.session(py, trace)?;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
-    Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
+    JobSummary, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
     JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
     SpeedError, Start as StartsWhere, StopOrder, StopRule, StopSignal, report,
 };
@@ -63,13 +63,13 @@ type Progress = (u64, Option<f64>, f64);
 
 fn parts(progress: &JobProgress, is_virtual: bool) -> Progress {
     // The speed of a virtual arm's clock is unknown here, so the time left cannot be told.
-    let left = progress.left.filter(|left| left.is_zero() || !is_virtual);
+    let left = progress.remaining.filter(|left| left.is_zero() || !is_virtual);
     let left = left.map(|left| left.as_secs_f64());
     (progress.step, left, progress.silent.as_secs_f64())
 }
 
 /// Converts the result of a job.
-fn found(py: Python<'_>, done: &Done, source: &Source) -> PyResult<Py<PyAny>> {
+fn found(py: Python<'_>, done: &JobSummary, source: &Source) -> PyResult<Py<PyAny>> {
     let parts = PyDict::new(py);
     let end = done.end.as_ref();
     let pen = end.and_then(|end| end.pen_is_up);
@@ -95,7 +95,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             let refusal = refusal(report, source);
             refusal.map_or_else(|| invalid(error.to_string()), Arc::new)
         }
-        Fault::Stopped { .. } if error.line_ends => {
+        Fault::Stopped { .. } if error.stopped_by_line_end => {
             let message = "the station ended, and the job was stopped before its end";
             Arc::new(Error::new(ErrorCode::Stopped, message))
         }
@@ -103,7 +103,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             let message = "the job was stopped before its end";
             Arc::new(Error::new(ErrorCode::Stopped, message))
         }
-        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => invalid(
+        Fault::Journal(JournalError::NotFound | JournalError::OtherPrograms(_)) => invalid(
             "nothing to resume: no interrupted job of this plan, in this placement, on this arm; \
                 first_step=N begins \
              at any step"
@@ -118,7 +118,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             );
             Arc::new(Error::new(ErrorCode::Uncertain, message))
         }
-        Fault::Stands { waiting } => {
+        Fault::StuckQueue { waiting } => {
             let message = format!(
                 "{waiting} commands of the last job wait in the arm's queue, and nothing moves"
             );
@@ -138,7 +138,7 @@ fn said(error: &JobError) -> Option<String> {
         }
         (PenLift::Lifted(lifted), _) => lifted.to_string(),
         (PenLift::Failed(error), _) => format!("the pen was not lifted: {error}"),
-        (PenLift::Late, _) => "the pen may not be up: lifting it took too long".to_owned(),
+        (PenLift::TimedOut, _) => "the pen may not be up: lifting it took too long".to_owned(),
         _ => return None,
     };
     Some(said)
@@ -181,15 +181,15 @@ impl Job {
             while let Some(event) = events.next().await {
                 match event {
                     JobEvent::Progress(progress) => tell(&progress),
-                    JobEvent::Unkept(cause) => {
-                        warn!(target: LOGGER, "{}", report::unkept(&cause).message);
+                    JobEvent::NotStored(cause) => {
+                        warn!(target: LOGGER, "{}", report::not_stored_note(&cause).message);
                     }
                     _ => {}
                 }
             }
             handle.outcome().await.map_err(|error| why(&error, &source))
         };
-        let made = move |py: Python<'_>, done: Arc<Done>| found(py, &done, &of_report);
+        let made = move |py: Python<'_>, done: Arc<JobSummary>| found(py, &done, &of_report);
         Ok(Call::under_way(move || stopping.stop(), task, made))
     }
 
@@ -254,9 +254,9 @@ impl Job {
     fn interrupted(&self, py: Python<'_>) -> PyResult<()> {
         let inner = self.inner.get(py)?;
         let mut stops = inner.stops.lock().unwrap_or_else(PoisonError::into_inner);
-        let order = stops.hears(StopSignal::Interrupt, inner.begun.elapsed());
+        let order = stops.order_for(StopSignal::Interrupt, inner.begun.elapsed());
         // The first interrupt has already stopped the job, by dropping the wait.
-        if order == Some(StopOrder::AtOnce) {
+        if order == Some(StopOrder::Halt) {
             inner.handle.stop();
         }
         Ok(())
@@ -345,7 +345,7 @@ impl Core {
             .require_homed(how.require_homed)
             .assumes_surface(source.assumed)
             .check(how.check)
-            .passes_over(true)
+            .index_may_skip(true)
             .saved(how.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
             // A virtual arm in this process ends with it, so its jobs cannot be resumed later.

@@ -178,7 +178,7 @@ async fn open(
             if *client.connection().borrow() != Connection::Up {
                 return Err(io::Error::other("there is no connection to the station"));
             }
-            let asked = homings.ask(&client, arm.as_deref()).await;
+            let asked = homings.read_from(&client, arm.as_deref()).await;
             asked.map_err(|error| io::Error::other(error.to_string()))?;
             // Permissions for laser and danger are checked by this process, and by the role at the
             // station.

@@ -7,8 +7,8 @@
 use std::fmt;
 use std::time::Duration;
 
-use magician_station::http::{TokenStore, UNCHECKED};
-use magician_station::{Client, MESSAGE, Outgoing, Station};
+use magician_station::http::{TokenStore, TOKENS_UNAVAILABLE};
+use magician_station::{Client, MAX_MESSAGE_SIZE, Outgoing, Station};
 use tokio::sync::mpsc;
 use tokio::time::timeout;
 
@@ -146,15 +146,15 @@ pub async fn carry(client: Client, tokens: TokenStore, mut end: StationEnd) {
         let mut asked = false;
         loop {
             match end.from_client.recv().await {
-                Some(ToStation::Text(text)) if text.len() > MESSAGE => {
+                Some(ToStation::Text(text)) if text.len() > MAX_MESSAGE_SIZE => {
                     return Some(Closed::new(1009, "a message is 1 MiB at most"));
                 }
                 Some(ToStation::Text(text)) => {
                     if !asked && let Some(token) = Station::token_of(&text) {
                         asked = true;
                         match tokens.granted(token).await {
-                            Ok(grant) => client.vouch(grant),
-                            Err(_) => return Some(Closed::new(1013, UNCHECKED)),
+                            Ok(grant) => client.set_token_grant(grant),
+                            Err(_) => return Some(Closed::new(1013, TOKENS_UNAVAILABLE)),
                         }
                     }
                     client.send(&text);

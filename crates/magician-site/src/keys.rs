@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use crate::{ArmAt, StationId};
 
-use magician_station::LONGEST_NAME;
+use magician_station::MAX_NAME_LENGTH;
 pub use magician_station::is_name;
 
 /// Derives a valid name from a text such as a host name. Returns `None` if no valid character is
@@ -20,7 +20,7 @@ pub fn derive_name(text: &str) -> Option<String> {
     let name: String = name
         .trim_end_matches('-')
         .chars()
-        .take(LONGEST_NAME)
+        .take(MAX_NAME_LENGTH)
         .collect();
     is_name(&name).then_some(name)
 }

@@ -24,7 +24,7 @@ use tokio_tungstenite::{MaybeTlsStream, WebSocketStream};
 
 const STOPS: usize = 200;
 const READS: usize = 2000;
-const VIEWERS: usize = 20;
+const MAX_VIEWERS: usize = 20;
 
 /// Writer that notes when the driver writes a stop.
 #[derive(Clone, Default)]
@@ -180,7 +180,7 @@ async fn main() {
         "a stop, one viewer:        {}",
         spread(stops(&mut client, &tap).await)
     );
-    for _ in 0..VIEWERS {
+    for _ in 0..MAX_VIEWERS {
         let mut viewer = Client::join(&url).await;
         viewer.call("arm.subscribe", json!({"rate": 20})).await;
         tokio::spawn(async move { while viewer.0.next().await.is_some() {} });

@@ -31,7 +31,7 @@ use std::time::Duration;
 use magician::{
     Arm, ArmOutputs, ArmSnapshot, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch,
 };
-use magician_job::{Access, Journal, SavedSettings, Settled};
+use magician_job::{Access, Journal, SavedSettings, RecoveredSettings};
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::{mpsc, oneshot};
@@ -39,9 +39,9 @@ use tokio::task::{AbortHandle, JoinSet};
 use tokio::time::sleep;
 
 use self::guided::Guided;
-use self::jobs::{JobContext, RunningJob, Slot};
+use self::jobs::{JobContext, RunningJob, JobSlot};
 use self::program::ReadProgram;
-pub(crate) use self::program::beside;
+pub(crate) use self::program::run_blocking;
 use self::reads::Known;
 use crate::api::{ArmEvent, RpcError};
 use crate::control::{JobId, JogId, RequestId};
@@ -52,11 +52,11 @@ use crate::surface::ArmSurface;
 /// Attempts to restore the settings that a job had changed when its line was lost, and their
 /// interval. The arm's queue must be empty first. It holds two seconds of motion, or one long
 /// command, so half a minute suffices.
-const LOOKS_AFTER_JOB: u32 = 30;
-const LOOK_AFTER_JOB: Duration = Duration::from_secs(1);
+const MAX_RESTORE_ATTEMPTS: u32 = 30;
+const RESTORE_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Most stops of an arm when the station ends. Another host may send commands after the first one.
-const LAST_STOPS: u32 = 3;
+const MAX_FINAL_STOPS: u32 = 3;
 
 /// Message to the engine's task.
 enum Message {
@@ -69,10 +69,10 @@ enum Message {
 }
 
 /// Action in progress. Its result includes what was read after it.
-type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
+type ActionFuture = Pin<Box<dyn Future<Output = ActionResult> + Send>>;
 
 /// Result of an action.
-struct Done {
+struct ActionResult {
     outcome: Result<Outcome, RpcError>,
     /// Values that were read again, if any.
     known: Option<Known>,
@@ -114,10 +114,10 @@ impl ArmEngine {
         let (messages, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
         let running = Arc::default();
-        let work = Work {
+        let work = EngineTask {
             arm: arm.clone(),
             report,
-            jobs_with: JobContext {
+            job_context: JobContext {
                 reader,
                 surface,
                 journal: Box::new(journal),
@@ -128,16 +128,16 @@ impl ArmEngine {
             load: Arc::clone(&load),
             watch: None,
             known: Known::default(),
-            told: None,
+            reported_outputs: None,
             lapses: 0,
             waiting: VecDeque::new(),
-            doing: None,
+            action: None,
             stops: 0,
             ended: false,
             // A set, so that dropping the engine aborts its background tasks.
             side: JoinSet::new(),
             jog: None,
-            beginning: None,
+            starting_jog: None,
             guided: Guided::default(),
         };
         let task = tokio::spawn(work.run()).abort_handle();
@@ -219,34 +219,34 @@ enum TaskResult {
 }
 
 /// Order that waits for its turn.
-enum Waiting {
+enum WaitingOrder {
     Act {
         request: RequestId,
         act: Box<ArmAct>,
         laser: bool,
     },
     Job(Box<JobStart>),
-    /// Ends what the actions before it may have left on: see [`ArmOrder::EndUnheld`].
-    EndUnheld,
+    /// Ends what the actions before it may have left on: see [`ArmOrder::EndUnattended`].
+    EndUnattended,
 }
 
-struct Work {
+struct EngineTask {
     arm: Arm,
     report: Arc<dyn Fn(ArmReport) + Send + Sync>,
     inbox: mpsc::UnboundedReceiver<Message>,
     load: Arc<AtomicUsize>,
-    jobs_with: JobContext,
-    job: Option<Slot>,
+    job_context: JobContext,
+    job: Option<JobSlot>,
     /// The part of the job that the end of the program needs.
     running: Arc<Mutex<RunningJob>>,
     watch: Option<StateWatch>,
     known: Known,
     /// Tools and speed as reported last.
-    told: Option<ArmOutputs>,
+    reported_outputs: Option<ArmOutputs>,
     /// Value of the driver's `lapses` counter at the last read.
     lapses: u64,
-    waiting: VecDeque<Waiting>,
-    doing: Option<(RequestId, Doing)>,
+    waiting: VecDeque<WaitingOrder>,
+    action: Option<(RequestId, ActionFuture)>,
     /// Stops in progress. No action starts while this is above 0.
     stops: usize,
     /// True after [`ArmEngine::end`]: only reads and stops are obeyed.
@@ -254,29 +254,29 @@ struct Work {
     side: JoinSet<TaskResult>,
     jog: Option<(JogId, Jog)>,
     /// Jog that is starting.
-    beginning: Option<(JogId, AbortHandle)>,
+    starting_jog: Option<(JogId, AbortHandle)>,
     /// Reports poses when the unlock key is released, while switched on.
     guided: Guided,
 }
 
-impl Work {
+impl EngineTask {
     async fn run(mut self) {
         let mut events = self.arm.events();
-        self.learn();
+        self.refresh_known();
         loop {
             // At the top of each round, because any event may have removed what an action waited
             // for.
             self.begin_next();
-            self.tell_outputs();
+            self.report_outputs();
             let waiting = self.inbox.len() + self.waiting.len() + self.side.len();
-            let load = waiting + usize::from(self.doing.is_some());
+            let load = waiting + usize::from(self.action.is_some());
             self.load.store(load, Ordering::Relaxed);
             tokio::select! {
                 // In this order on purpose: orders come first, so a stop is never behind a flood of
                 // readings.
                 biased;
                 message = self.inbox.recv() => match message {
-                    Some(Message::Order(order)) => self.obey(order),
+                    Some(Message::Order(order)) => self.handle_order(order),
                     Some(Message::End { is_reader, reply }) => self.end(is_reader, reply),
                     // Never while the handle exists: dropping it aborts the task.
                     None => return,
@@ -284,28 +284,28 @@ impl Work {
                 // Events before readings: a line that was found must be known to be up when it is
                 // read.
                 event = events.next() => match event {
-                    Some(event) => self.tell(event),
+                    Some(event) => self.report_event(event),
                     None => return,
                 },
                 Some(side) = self.side.join_next() => {
                     if let Ok(side) = side {
-                        self.take(side);
+                        self.handle_task_result(side);
                     }
                 }
-                (request, done) = done(&mut self.doing) => {
-                    self.doing = None;
+                (request, done) = next_result(&mut self.action) => {
+                    self.action = None;
                     self.finish(request, done);
                 }
-                news = self.guided.next() => self.take_guided(news),
-                status = changed(&mut self.watch) => match status {
-                    Some(status) => self.read(&status),
+                news = self.guided.next() => self.handle_guide_event(news),
+                status = next_status(&mut self.watch) => match status {
+                    Some(status) => self.handle_status(&status),
                     None => self.watch = None,
                 },
             }
         }
     }
 
-    fn obey(&mut self, order: ArmOrder) {
+    fn handle_order(&mut self, order: ArmOrder) {
         // Reads, and everything that ends motion, stay possible to the last.
         let begins_nothing = matches!(
             order,
@@ -313,7 +313,7 @@ impl Work {
                 | ArmOrder::EndJog(_)
                 | ArmOrder::StopJob(_)
                 | ArmOrder::Stop { .. }
-                | ArmOrder::EndUnheld
+                | ArmOrder::EndUnattended
         );
         if self.ended && !begins_nothing {
             return;
@@ -321,7 +321,7 @@ impl Work {
         match order {
             ArmOrder::Read { request, read } => {
                 let (arm, known) = (self.arm.clone(), self.known.clone());
-                let surface = self.jobs_with.surface.clone();
+                let surface = self.job_context.surface.clone();
                 self.side
                     .spawn(reads::answer(arm, known, surface, request, read));
             }
@@ -329,7 +329,7 @@ impl Work {
                 request,
                 act,
                 laser,
-            } => self.waiting.push_back(Waiting::Act {
+            } => self.waiting.push_back(WaitingOrder::Act {
                 request,
                 act,
                 laser,
@@ -350,12 +350,12 @@ impl Work {
                     TaskResult::Jog(request, jog, arm.jog_with(direction, options).await)
                 };
                 let begins = self.side.spawn(begins);
-                self.beginning = Some((jog, begins));
+                self.starting_jog = Some((jog, begins));
             }
-            ArmOrder::KeepJog(jog) => self.keep(jog),
+            ArmOrder::KeepJog(jog) => self.keep_jog(jog),
             ArmOrder::EndJog(jog) => {
                 self.jog.take_if(|(id, _)| *id == jog);
-                if let Some((_, begins)) = self.beginning.take_if(|(id, _)| *id == jog) {
+                if let Some((_, begins)) = self.starting_jog.take_if(|(id, _)| *id == jog) {
                     // Dropping the start of a jog ends the jog, whether the arm has started it or
                     // not.
                     begins.abort();
@@ -374,8 +374,8 @@ impl Work {
             } => self.check_job(request, *source, preview),
             ArmOrder::StartJob(start) => {
                 // The slot exists before the job's turn, so that a pause or stop already finds it.
-                self.job = Some(Slot::new(start.job));
-                self.waiting.push_back(Waiting::Job(start));
+                self.job = Some(JobSlot::new(start.job));
+                self.waiting.push_back(WaitingOrder::Job(start));
             }
             ArmOrder::PauseJob {
                 request,
@@ -390,14 +390,14 @@ impl Work {
             } => self.resume_job(request, job, approach, laser),
             ArmOrder::StopJob(job) => self.stop_job(job),
             // A job in progress is paused or stopped by its own orders, not by the end of a lease.
-            ArmOrder::Stop { request: None } if self.job_drives() => self.owe_unheld(),
+            ArmOrder::Stop { request: None } if self.is_job_moving() => self.end_unattended_with_job(),
             // An explicit stop ends the job as well; a stop because a lease ended leaves a paused
             // job.
             ArmOrder::Stop { request } => {
                 if request.is_some() {
                     self.halt_job();
                 }
-                self.give_up();
+                self.drop_actions();
                 let arm = self.arm.clone();
                 self.side.spawn(async move {
                     // The pose comes after the stop: it is where the arm came to rest.
@@ -405,16 +405,16 @@ impl Work {
                         arm.stop().await?;
                         arm.get().await
                     };
-                    let stood = stood.await.map(|pose| acts::stood(&pose));
+                    let stood = stood.await.map(|pose| acts::standing_answer(&pose));
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
-            ArmOrder::EndUnheld => {
+            ArmOrder::EndUnattended => {
                 // Actions that came before the end of the lease may still switch something on.
-                if self.doing.is_some() || !self.waiting.is_empty() {
-                    self.waiting.push_back(Waiting::EndUnheld);
+                if self.action.is_some() || !self.waiting.is_empty() {
+                    self.waiting.push_back(WaitingOrder::EndUnattended);
                 }
-                self.end_unheld();
+                self.end_unattended();
             }
             ArmOrder::Fence {
                 request,
@@ -424,7 +424,7 @@ impl Work {
                 // In force from here on, for every frame that follows.
                 let holds = self.arm.set_fence(*fence);
                 if stops {
-                    self.give_up();
+                    self.drop_actions();
                 } else {
                     // A fence that does not stop the arm still holds new actions back until it is
                     // in force.
@@ -442,21 +442,21 @@ impl Work {
                 self.watch = options.and_then(|options| self.arm.state_with(options).ok());
                 // The last reading may be old: comparing the next pose with it would show motion
                 // that is over.
-                self.known.rests();
+                self.known.reset_poses();
                 if self.watch.is_some() {
-                    self.learn();
+                    self.refresh_known();
                 }
             }
         }
     }
 
     /// Drops all actions in progress and waiting, except jobs, for a stop that follows.
-    fn give_up(&mut self) {
-        self.doing = None;
-        let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
+    fn drop_actions(&mut self) {
+        self.action = None;
+        let is_job = |waiting: &WaitingOrder| matches!(waiting, WaitingOrder::Job(_));
         self.waiting.retain(is_job);
         self.jog = None;
-        if let Some((_, begins)) = self.beginning.take() {
+        if let Some((_, begins)) = self.starting_jog.take() {
             begins.abort();
         }
         self.stops += 1;
@@ -465,22 +465,22 @@ impl Work {
     /// Carries out the last stop. No action starts after it.
     fn end(&mut self, is_reader: bool, reply: oneshot::Sender<magician::Result<()>>) {
         self.ended = true;
-        self.give_up();
+        self.drop_actions();
         self.waiting.clear();
         let arm = self.arm.clone();
         self.side.spawn(async move {
             // Fails only if the station is gone already.
-            let _ = reply.send(come_to_an_end(&arm, is_reader).await);
+            let _ = reply.send(stop_completely(&arm, is_reader).await);
             TaskResult::Stopped(None, Ok(Value::Null))
         });
     }
 
     /// Switches off motor outputs and a laser that would stay on without a holder. A command in the
     /// queue that would switch one on is dropped with the queue.
-    fn end_unheld(&mut self) {
+    fn end_unattended(&mut self) {
         // What a running job switched on belongs to the job until it pauses or ends.
-        self.owe_unheld();
-        if self.job_drives() || !has_unheld(&self.arm) {
+        self.end_unattended_with_job();
+        if self.is_job_moving() || !has_unattended(&self.arm) {
             return;
         }
         self.stops += 1;
@@ -491,7 +491,7 @@ impl Work {
             let ended = if arm.moving() {
                 arm.stop().await
             } else {
-                switch_unheld_off(&arm).await
+                switch_unattended_off(&arm).await
             };
             if let Err(error) = ended {
                 tracing::warn!(%error, "a motor or the laser may stay on after the lease");
@@ -502,16 +502,16 @@ impl Work {
 
     /// Starts the next action, unless one is in progress or a stop is not confirmed.
     fn begin_next(&mut self) {
-        if self.doing.is_some() || self.stops > 0 {
+        if self.action.is_some() || self.stops > 0 {
             return;
         }
         match self.waiting.pop_front() {
-            Some(Waiting::Act {
+            Some(WaitingOrder::Act {
                 request,
                 act,
                 laser,
             }) => {
-                if let Some(outcome) = self.paced(&act) {
+                if let Some(outcome) = self.apply_job_speed(&act) {
                     // A running job sets the speed through its own handle.
                     return (self.report)(ArmReport::Done { request, outcome });
                 }
@@ -520,53 +520,53 @@ impl Work {
                 } else {
                     self.arm.clone()
                 };
-                self.doing = Some((request, self.doing_of(arm, *act)));
+                self.action = Some((request, self.action_future(arm, *act)));
             }
-            Some(Waiting::Job(start)) => self.read_job(*start),
-            Some(Waiting::EndUnheld) => self.end_unheld(),
+            Some(WaitingOrder::Job(start)) => self.read_job(*start),
+            Some(WaitingOrder::EndUnattended) => self.end_unattended(),
             None => {}
         }
     }
 
     /// Returns the future that carries out an action.
-    fn doing_of(&self, arm: Arm, act: ArmAct) -> Doing {
-        let surface = self.jobs_with.surface.clone();
-        let draws = self.jobs_with.reader.usual_tool();
+    fn action_future(&self, arm: Arm, act: ArmAct) -> ActionFuture {
+        let surface = self.job_context.surface.clone();
+        let draws = self.job_context.reader.default_tool();
         let known = self.known.clone();
-        Box::pin(acts::to_the_end(arm, act, known, surface, draws))
+        Box::pin(acts::run_action(arm, act, known, surface, draws))
     }
 
     /// Reports tools and speed if they changed, and reads them again if they are unknown.
-    fn tell_outputs(&mut self) {
+    fn report_outputs(&mut self) {
         let ArmSnapshot {
             outputs, lapses, ..
         } = self.arm.snapshot();
-        if self.told.replace(outputs) != Some(outputs) {
+        if self.reported_outputs.replace(outputs) != Some(outputs) {
             let tool = reads::tool(&outputs);
             let speed = outputs.speed;
             (self.report)(ArmReport::Outputs { tool, speed });
         }
         if lapses != self.lapses {
-            self.learn();
+            self.refresh_known();
         }
     }
 
-    fn finish(&mut self, request: RequestId, done: Done) {
+    fn finish(&mut self, request: RequestId, done: ActionResult) {
         if let Some(known) = done.known {
             self.known = known;
         }
         if done.stale {
-            self.learn();
+            self.refresh_known();
         }
         if let Some(reading) = done.reading {
             (self.report)(ArmReport::Reading(Box::new(reading)));
         }
-        self.tell_outputs();
+        self.report_outputs();
         let outcome = done.outcome;
         (self.report)(ArmReport::Done { request, outcome });
     }
 
-    fn keep(&mut self, jog: JogId) {
+    fn keep_jog(&mut self, jog: JogId) {
         let Some((id, under_way)) = &self.jog else {
             return;
         };
@@ -579,13 +579,13 @@ impl Work {
         }
     }
 
-    fn take(&mut self, side: TaskResult) {
+    fn handle_task_result(&mut self, side: TaskResult) {
         // Reported before the answer to a stop that changed them.
-        self.tell_outputs();
+        self.report_outputs();
         match side {
             TaskResult::Report(report) => (self.report)(report),
             TaskResult::Program(job, program) => self.begin_job(job, program),
-            TaskResult::JobOver(job) => self.job_is_over(job),
+            TaskResult::JobOver(job) => self.clear_job(job),
             TaskResult::Nothing => {}
             TaskResult::Known(rail) => self.known.rail = rail,
             TaskResult::Read(request, outcome, known, reading) => {
@@ -596,7 +596,7 @@ impl Work {
                 (self.report)(ArmReport::Done { request, outcome });
             }
             TaskResult::Jog(request, id, begun) => {
-                self.beginning.take_if(|(beginning, _)| *beginning == id);
+                self.starting_jog.take_if(|(starting_jog, _)| *starting_jog == id);
                 let outcome = match begun {
                     Ok(jog) => {
                         // The keep-alive period of the jog starts with the answer that goes out
@@ -621,7 +621,7 @@ impl Work {
     }
 
     /// Reads in the background the values that only some readings contain.
-    fn learn(&mut self) {
+    fn refresh_known(&mut self) {
         self.lapses = self.arm.snapshot().lapses;
         let arm = self.arm.clone();
         let before = self.known.rail;
@@ -631,7 +631,7 @@ impl Work {
         });
     }
 
-    fn read(&mut self, status: &magician::Status) {
+    fn handle_status(&mut self, status: &magician::Status) {
         // While the line is down the status is the last one known: no reading.
         if status.link == Link::Up
             && let Some(reading) = self.known.reading(status, &self.arm)
@@ -640,7 +640,7 @@ impl Work {
         }
     }
 
-    fn tell(&mut self, event: Event) {
+    fn report_event(&mut self, event: Event) {
         let tell = |event, fields| (self.report)(ArmReport::Event { event, fields });
         match event {
             Event::AlarmRaised { code } => tell(ArmEvent::AlarmRaised, vec![("code", json!(code))]),
@@ -657,11 +657,11 @@ impl Work {
             Event::LinkFound { .. } => {
                 (self.report)(ArmReport::Link(true));
                 self.side.spawn(restore_after_job(self.arm.clone()));
-                self.learn();
+                self.refresh_known();
             }
             Event::Reset { .. } => {
                 tell(ArmEvent::Reset, Vec::new());
-                self.learn();
+                self.refresh_known();
             }
             Event::Missed { events } => tell(ArmEvent::Missed, vec![("count", json!(events))]),
             // Events of a newer driver: of no use to clients that cannot know them.
@@ -672,9 +672,9 @@ impl Work {
 
 /// Restores settings of a job whose line was lost, once the arm has finished the commands it had.
 async fn restore_after_job(arm: Arm) -> TaskResult {
-    for _ in 0..LOOKS_AFTER_JOB {
-        match SavedSettings::settle(&arm, Access::Sets).await {
-            Settled::Later(_) => sleep(LOOK_AFTER_JOB).await,
+    for _ in 0..MAX_RESTORE_ATTEMPTS {
+        match SavedSettings::recover(&arm, Access::Sets).await {
+            RecoveredSettings::Deferred(_) => sleep(RESTORE_INTERVAL).await,
             // Restored, or nothing to restore.
             _ => break,
         }
@@ -684,12 +684,12 @@ async fn restore_after_job(arm: Arm) -> TaskResult {
 
 /// True if something is on that has no end of its own: a motor output, or the laser as far as is
 /// known.
-fn has_unheld(arm: &Arm) -> bool {
+fn has_unattended(arm: &Arm) -> bool {
     arm.outputs().laser == Some(true) || !arm.motors().running().is_empty()
 }
 
 /// Switches motor outputs and the laser off where they are on.
-async fn switch_unheld_off(arm: &Arm) -> magician::Result<()> {
+async fn switch_unattended_off(arm: &Arm) -> magician::Result<()> {
     let dark = if arm.outputs().laser == Some(true) {
         arm.laser().switch_off().await
     } else {
@@ -701,15 +701,15 @@ async fn switch_unheld_off(arm: &Arm) -> magician::Result<()> {
 }
 
 /// Stops an arm until nothing of it moves, burns, runs or waits.
-async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
+async fn stop_completely(arm: &Arm, is_reader: bool) -> magician::Result<()> {
     let (_, places) = arm.stats().await?;
     for stops in 0.. {
-        let is_busy = arm.moving() || has_unheld(arm);
+        let is_busy = arm.moving() || has_unattended(arm);
         // The driver does not know commands that another host sent, so the arm's queue is asked.
         if !is_busy && (is_reader || arm.queue().left_space().await? >= places) {
             break;
         }
-        if stops == LAST_STOPS {
+        if stops == MAX_FINAL_STOPS {
             // Given up after LAST_STOPS, so that the end of the station is not held up for ever.
             let message = "commands come to the arm's queue again after each stop";
             return Err(magician::Error::new(ErrorCode::StopUnconfirmed, message));
@@ -720,15 +720,15 @@ async fn come_to_an_end(arm: &Arm, is_reader: bool) -> magician::Result<()> {
 }
 
 /// Resolves when the action in progress is done. Pending for ever without one.
-async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Done) {
-    match doing {
-        Some((request, doing)) => (*request, doing.as_mut().await),
+async fn next_result(action: &mut Option<(RequestId, ActionFuture)>) -> (RequestId, ActionResult) {
+    match action {
+        Some((request, action)) => (*request, action.as_mut().await),
         None => std::future::pending().await,
     }
 }
 
 /// Returns the next status. `None` if the connection has ended; pending for ever without a watch.
-async fn changed(watch: &mut Option<StateWatch>) -> Option<magician::Status> {
+async fn next_status(watch: &mut Option<StateWatch>) -> Option<magician::Status> {
     match watch {
         Some(watch) => watch.changed().await.ok(),
         None => std::future::pending().await,

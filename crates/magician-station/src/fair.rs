@@ -174,7 +174,7 @@ mod tests {
         })]
 
         #[test]
-        fn sender_with_any_neighbours_is_next_after_one_item_of_each(
+        fn sender_waits_for_one_item_of_each_other_sender(
             others in vec(1..6_u8, 0..200), more in vec(1..6_u8, 0..200),
         ) {
             let mut queue = FairQueue::default();
@@ -186,7 +186,7 @@ mod tests {
         }
 
         #[test]
-        fn every_item_is_taken_once_and_in_the_order_of_its_sender(
+        fn items_are_popped_once_in_sender_order(
             pushed in vec((0..5_u8, any::<bool>()), 0..200),
         ) {
             let mut queue = FairQueue::default();
@@ -236,7 +236,7 @@ mod tests {
 
         /// Tasks that take no turns are not delayed by them.
         #[test]
-        fn task_of_many_steps_meets_one_turn_a_step(hops in 1..40_usize, connections in 1..200_u16) {
+        fn task_with_many_steps_takes_one_turn_per_step(hops in 1..40_usize, connections in 1..200_u16) {
             let served = run(async move {
                 let (turns, served) = (FairTurns::default(), Arc::new(AtomicUsize::new(0)));
                 let mut busy = JoinSet::new();
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn turn_that_is_given_up_or_not_taken_holds_up_nobody() {
+    fn abandoned_turn_blocks_no_other_sender() {
         run(async {
             let turns = FairTurns::default();
             let mut idle = Box::pin(turns.turn(0));

@@ -12,15 +12,15 @@ use magician_program::wire::FileAnswer;
 use crate::api::RpcError;
 
 /// Future that resolves to a prepared file. Dropping it cancels the preparation.
-pub type AnswerToCome = Pin<Box<dyn Future<Output = Result<FileAnswer, RpcError>> + Send>>;
+pub type PendingAnswer = Pin<Box<dyn Future<Output = Result<FileAnswer, RpcError>> + Send>>;
 
 /// Result of [`FilePreparer::prepare`]: a program or a future.
 #[non_exhaustive]
 pub enum FilePreparation {
     /// The file is prepared.
-    Here(FileAnswer),
+    Ready(FileAnswer),
     /// The file is being prepared elsewhere.
-    ToCome(AnswerToCome),
+    Pending(PendingAnswer),
 }
 
 /// Prepares files into programs.
@@ -31,10 +31,10 @@ pub trait FilePreparer: Send + Sync {
 
 /// Prepares files in place, with the readers that are compiled in.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PrepareHere;
+pub struct LocalPreparer;
 
-impl FilePreparer for PrepareHere {
+impl FilePreparer for LocalPreparer {
     fn prepare(&self, request: PrepareRequest) -> FilePreparation {
-        FilePreparation::Here(request.prepare())
+        FilePreparation::Ready(request.prepare())
     }
 }

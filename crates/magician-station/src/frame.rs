@@ -28,10 +28,10 @@ pub const FRAME_FIELDS: [&str; 13] = [
 const MARK: [u8; 2] = [0x4D, 1];
 
 /// Bytes before the values: mark, version, subscription (2), sequence number (4).
-const HEAD: usize = 8;
+const HEADER_SIZE: usize = 8;
 
 /// Size of a frame, bytes.
-pub const FRAME: usize = HEAD + 8 * FRAME_FIELDS.len();
+pub const FRAME_SIZE: usize = HEADER_SIZE + 8 * FRAME_FIELDS.len();
 
 /// State of an arm, as sent to a subscription with `frame: "binary"`: 112 bytes, little endian.
 ///
@@ -66,7 +66,7 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Length(length) => write!(f, "a frame has {FRAME} bytes, and here are {length}"),
+            Self::Length(length) => write!(f, "a frame has {FRAME_SIZE} bytes, and here are {length}"),
             Self::Mark([mark, version]) => write!(
                 f,
                 "a frame begins with {:#04x} and version {}, and not with {mark:#04x} and {version}",
@@ -84,11 +84,11 @@ impl StateFrame {
     /// # Errors
     /// [`FrameError`] for a wrong length, mark or version.
     pub fn read(bytes: &[u8]) -> Result<Self, FrameError> {
-        let Ok(frame): Result<&[u8; FRAME], _> = bytes.try_into() else {
+        let Ok(frame): Result<&[u8; FRAME_SIZE], _> = bytes.try_into() else {
             return Err(FrameError::Length(bytes.len()));
         };
-        let (head, rest) = frame.split_at(HEAD);
-        // Always matches, because `HEAD` is 8.
+        let (head, rest) = frame.split_at(HEADER_SIZE);
+        // Always matches, because `HEADER_SIZE` is 8.
         let &[mark, version, s0, s1, n0, n1, n2, n3] = head else {
             return Err(FrameError::Length(bytes.len()));
         };
@@ -109,7 +109,7 @@ impl StateFrame {
     /// Encodes the frame.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(FRAME);
+        let mut bytes = Vec::with_capacity(FRAME_SIZE);
         bytes.extend(MARK);
         bytes.extend(self.subscription.to_le_bytes());
         bytes.extend(self.sequence.to_le_bytes());
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_frame_says_why() {
+    fn invalid_frame_reports_its_fault() {
         let frame = StateFrame {
             subscription: 0x0102,
             sequence: 0x0304_0506,
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(StateFrame::read(&bytes), Ok(frame));
         assert_eq!(frame.value("left_space"), Some(11.0));
         assert_eq!(frame.value("nothing"), None);
-        for length in [0, 1, FRAME - 1] {
+        for length in [0, 1, FRAME_SIZE - 1] {
             let short = StateFrame::read(&bytes[..length]);
             assert_eq!(short, Err(FrameError::Length(length)));
         }
@@ -149,6 +149,6 @@ mod tests {
         other[1] = 2;
         assert_eq!(StateFrame::read(&other), Err(FrameError::Mark([0x4D, 2])));
         other.push(0);
-        assert_eq!(StateFrame::read(&other), Err(FrameError::Length(FRAME + 1)));
+        assert_eq!(StateFrame::read(&other), Err(FrameError::Length(FRAME_SIZE + 1)));
     }
 }

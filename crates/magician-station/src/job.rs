@@ -1,15 +1,12 @@
-//! Reading of programs for jobs, previews and checks, and the interface for storing jobs.
+//! Reading of programs for jobs, previews and checks.
 //!
 //! A client sends a program as text, as base64 or as a name in the library ([`Source`]). A
 //! [`Reader`] turns it into a [`PreparedProgram`] for a particular arm ([`ReadingArm`]). Reading
-//! takes time and may happen elsewhere ([`ToCome`]), so the station never reads: engines do, beside
-//! the driver. A program that depends on where the arm stands is read twice
+//! takes time and may happen elsewhere ([`PendingResult`]), so the station never reads: engines do,
+//! beside the driver. A program that depends on where the arm stands is read twice
 //! ([`ProgramReading::NeedsStart`]).
-//!
-//! [`JobStore`] keeps jobs on disk, so that a restarted station lists and resumes them.
 
 use std::fmt;
-use std::io;
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -18,10 +15,9 @@ use base64::engine::general_purpose::STANDARD;
 use magician::message;
 use magician::preflight::Preflight;
 use magician::{Fence, Voice};
-use magician_job::beside::BesideTurns;
+use magician_job::background::BackgroundTurns;
 use magician_job::presets::Presets;
 use magician_job::report::{CheckReport, ConversionReport, Note};
-use magician_job::{Journal, NoJournal};
 use magician_picture::{Conversion, ConversionError};
 use magician_program::toolpath::Outline;
 use magician_program::wire::FileAnswer;
@@ -36,20 +32,19 @@ use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
 use crate::digest::digest;
-use crate::files::{FilePreparation, FilePreparer, PrepareHere};
+use crate::files::{FilePreparation, FilePreparer, LocalPreparer};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
-use crate::order::JobOrder;
 use crate::presets;
 use crate::reading::to_value;
 use crate::surface::KnownSurface;
 
 /// Most points of strokes, and of travels, in a preview. Longer lines are thinned out, so that a
 /// message stays small.
-const PREVIEWED: usize = 20_000;
+const MAX_PREVIEW_POINTS: usize = 20_000;
 /// Most parts listed in a check, and most characters of a part's name: both come from the client's
 /// file, which does not bound them.
-const PARTS: usize = 256;
-const LONGEST_NAME: usize = 200;
+const MAX_PARTS: usize = 256;
+const MAX_PART_NAME: usize = 200;
 
 /// Content of a program as named by a client.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,7 +92,7 @@ impl Source {
                 let name = ProgramName::new(name).ok_or_else(library::unknown_program)?;
                 library::bytes_of(library, &name).map_err(|error| match error {
                     LibraryError::Unknown => library::unknown_program(),
-                    other => library::wrong(other),
+                    other => library::library_error(other),
                 })
             }
         }
@@ -139,7 +134,7 @@ pub(crate) fn setup_and_preset(
     };
     let options = options.map_err(|error| {
         let message = format!("`setup`: {}", visible(&error.message));
-        RpcError::param(&format!("setup.{}", visible(&error.key)), message).said(&error.message)
+        RpcError::param(&format!("setup.{}", visible(&error.key)), message).with_sentence(&error.message)
     })?;
     Ok((Some(Box::new(options)), preset))
 }
@@ -153,40 +148,41 @@ pub struct ReadingArm {
     /// Fence of the arm.
     pub fence: Option<Fence>,
     /// Position at which the program started when it was read before, mm.
-    pub begun: Option<[f64; 3]>,
+    pub start: Option<[f64; 3]>,
     /// Tool in force; set when a program is framed.
     pub tool: Option<Tool>,
     /// Pose, tool and speeds of the arm, if the program depends on them.
-    pub stands: Option<Preflight>,
+    pub start_state: Option<Preflight>,
     /// Known heights of the work surface under the arm.
     pub surface: KnownSurface,
 }
 
 /// Future of something done elsewhere. Dropping it cancels the work.
-pub type ToCome<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
+pub type PendingResult<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
 
 /// Result of reading a program.
 #[non_exhaustive]
 pub enum ProgramReading {
-    /// The program, and the digest of what it was made of: its bytes, and the preset if one is named.
+    /// The program, and the digest of what it was made of: its bytes, and the preset if one is
+    /// named.
     Done(Box<PreparedProgram>, String),
-    /// The program depends on the arm's position: read it again with [`ReadingArm::stands`].
+    /// The program depends on the arm's position: read it again with [`ReadingArm::start_state`].
     NeedsStart,
     /// The program needs the height of its work surface, which is unknown. Kept apart from other
     /// errors because measuring requires a homed arm: an arm not homed gets the error about homing
     /// first.
     LacksSurface(RpcError),
     /// The program is being read elsewhere. Dropping the future cancels it.
-    ToCome(ToCome<ProgramReading>),
+    Pending(PendingResult<ProgramReading>),
 }
 
 /// Result of converting a program to another file.
 #[non_exhaustive]
-pub enum Converting {
+pub enum ConversionResult {
     /// Bytes of the new file, and the answer to the client.
     Done(Vec<u8>, Value),
     /// The program is being read elsewhere.
-    ToCome(ToCome<Converting>),
+    Pending(PendingResult<ConversionResult>),
 }
 
 /// Turns what a client sent into a program. May take long: engines call it off the station's
@@ -199,7 +195,7 @@ pub trait Reader: Send + Sync {
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
 
     /// Returns the tool used when neither the program nor its options name one.
-    fn usual_tool(&self) -> Tool {
+    fn default_tool(&self) -> Tool {
         Tool::Pen
     }
 
@@ -208,7 +204,7 @@ pub trait Reader: Send + Sync {
     ///
     /// # Errors
     /// What is wrong with the program, or an unknown extension.
-    fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
+    fn convert(&self, source: &Source, to: &str) -> Result<ConversionResult, RpcError> {
         let _ = (source, to);
         let why = message!("this station converts no programs");
         Err(RpcError::arm(magician::ErrorKind::Unsupported, why))
@@ -242,12 +238,12 @@ impl FormatReader {
     /// Creates a reader with these defaults for settings that a program does not bring.
     #[must_use]
     pub fn new(defaults: SetupDefaults) -> Self {
-        Self::by(defaults, Arc::new(PrepareHere))
+        Self::with_preparer(defaults, Arc::new(LocalPreparer))
     }
 
     /// Creates a reader that prepares files with `files` instead of the compiled-in readers.
     #[must_use]
-    pub fn by(defaults: SetupDefaults, files: Arc<dyn FilePreparer>) -> Self {
+    pub fn with_preparer(defaults: SetupDefaults, files: Arc<dyn FilePreparer>) -> Self {
         Self {
             defaults,
             library: Arc::new(NoPrograms),
@@ -272,7 +268,7 @@ impl FormatReader {
 
     /// Completes the options with the source's preset. Returns the preset's note for the user, and
     /// its text.
-    fn by_preset(
+    fn apply_preset(
         &self,
         source: &Source,
         format: Format,
@@ -281,7 +277,7 @@ impl FormatReader {
         let Some(name) = &source.preset else {
             return Ok((None, String::new()));
         };
-        let wrong = |error| presets::wrong(error, "setup.preset");
+        let wrong = |error| presets::preset_error(error, "setup.preset");
         let preset = self.presets.load(name).map_err(wrong)?;
         let completed = preset.complete(options, Some(format));
         let (completed, told) = completed.map_err(|error| {
@@ -316,11 +312,11 @@ impl FormatReader {
         if let Some(options) = &source.setup {
             request.options = (**options).clone();
         }
-        let (note, preset) = self.by_preset(source, format, &mut request.options)?;
+        let (note, preset) = self.apply_preset(source, format, &mut request.options)?;
         request.preset_note = note;
         let digest = digest(&bytes, &[preset.as_bytes()]);
         // A resumed program starts where it started first, or its steps would differ.
-        request.options.start = request.options.start.or(arm.begun);
+        request.options.start = request.options.start.or(arm.start);
         request.defaults = defaults;
         request.fence = arm.fence;
         request.tool = arm.tool;
@@ -329,7 +325,7 @@ impl FormatReader {
         } else if format == Format::Text {
             request.title = title_of_text(&bytes);
         }
-        if let Some(stands) = &arm.stands {
+        if let Some(stands) = &arm.start_state {
             let tool = request.options.tool.or(request.defaults.tool);
             request.start = tip(stands, tool).map_or(StartPosition::Unknown, StartPosition::At);
         }
@@ -341,12 +337,12 @@ impl FormatReader {
         &self,
         request: PrepareRequest,
         done: impl FnOnce(FileAnswer) -> Result<T, RpcError> + Send + 'static,
-        to_come: impl FnOnce(ToCome<T>) -> T,
+        pending: impl FnOnce(PendingResult<T>) -> T,
     ) -> Result<T, RpcError> {
         match self.files.prepare(request) {
-            FilePreparation::Here(answer) => done(answer),
-            FilePreparation::ToCome(answer) => {
-                Ok(to_come(Box::pin(async move { done(answer.await?) })))
+            FilePreparation::Ready(answer) => done(answer),
+            FilePreparation::Pending(answer) => {
+                Ok(pending(Box::pin(async move { done(answer.await?) })))
             }
         }
     }
@@ -356,10 +352,10 @@ impl FormatReader {
 /// jobs.
 fn title_of_text(bytes: &[u8]) -> String {
     // Fits one row of the page's list of jobs; a choice.
-    const MOST_LETTERS: usize = 40;
+    const MAX_TITLE_LENGTH: usize = 40;
     let text = String::from_utf8_lossy(bytes);
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    match words.char_indices().nth(MOST_LETTERS) {
+    match words.char_indices().nth(MAX_TITLE_LENGTH) {
         Some((end, _)) => format!("{}…", words[..end].trim_end()),
         None => words,
     }
@@ -392,14 +388,14 @@ impl Reader for FormatReader {
         }
         let (request, digest) = self.request(source, arm, defaults)?;
         let done = move |answer| reading(answer, digest);
-        self.prepare(request, done, ProgramReading::ToCome)
+        self.prepare(request, done, ProgramReading::Pending)
     }
 
-    fn usual_tool(&self) -> Tool {
+    fn default_tool(&self) -> Tool {
         self.defaults.tool.unwrap_or(Tool::Pen)
     }
 
-    fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
+    fn convert(&self, source: &Source, to: &str) -> Result<ConversionResult, RpcError> {
         let conversion = Conversion::of(to).ok_or_else(|| {
             let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
             RpcError::param("to", why)
@@ -414,7 +410,7 @@ impl Reader for FormatReader {
                 Preparation::Done(program) => converted(conversion, names, *program),
                 Preparation::NeedsStart => Err(invalid("it is not known where the program begins")),
             };
-        self.prepare(request, done, Converting::ToCome)
+        self.prepare(request, done, ConversionResult::Pending)
     }
 }
 
@@ -422,7 +418,7 @@ fn converted(
     conversion: Conversion,
     names: [String; 2],
     program: PreparedProgram,
-) -> Result<Converting, RpcError> {
+) -> Result<ConversionResult, RpcError> {
     // Unlike a job, a conversion has no check that would report a misfit.
     let program = program.fitting().map_err(|error| refusal(*error.problem))?;
     let plan = program.program.plan();
@@ -434,8 +430,8 @@ fn converted(
         _ => invalid("it draws and burns nothing"),
     })?;
     let steps = plan.steps.len();
-    let report = ConversionReport::new(&Words, names, steps, &program.notes, &lost);
-    Ok(Converting::Done(bytes, to_value(&report)?))
+    let report = ConversionReport::new(&ApiVoice, names, steps, &program.notes, &lost);
+    Ok(ConversionResult::Done(bytes, to_value(&report)?))
 }
 
 fn invalid(why: &str) -> RpcError {
@@ -446,7 +442,7 @@ fn invalid(why: &str) -> RpcError {
 /// 20,000 points each.
 pub(crate) async fn preview(program: &PreparedProgram, start: &Preflight) -> Value {
     let plan = program.program.plan();
-    let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
+    let outline = Outline::with_travels(plan, start, MAX_PREVIEW_POINTS, &BackgroundTurns);
     let (lines, travels) = outline.await;
     // Hundredths of a millimetre: finer than the arm repeats, and half the size of full decimals.
     let rounded = |value: f64| (value * 100.0).round() / 100.0;
@@ -481,7 +477,7 @@ pub(crate) async fn check(
     start: Preflight,
 ) -> Result<CheckReport, RpcError> {
     let rest = program.program.remaining(0, start).map_err(refusal)?;
-    let report = rest.check_yielding(&BesideTurns).await;
+    let report = rest.check_yielding(&BackgroundTurns).await;
     Ok(check_report(program, &rest, &report))
 }
 
@@ -491,15 +487,15 @@ pub(crate) fn check_report(
     rest: &RemainingProgram,
     report: &Report,
 ) -> CheckReport {
-    let mut found = CheckReport::of(program, rest, report, &Words);
+    let mut found = CheckReport::of(program, rest, report, &ApiVoice);
     let mut parts = program.parts.clone();
     PartSummary::measure(&mut parts, report);
     // After `measure`, which needs all parts.
-    parts.truncate(PARTS);
+    parts.truncate(MAX_PARTS);
     for part in &mut parts {
         part.drawn_mm = (part.drawn_mm * 1000.0).round() / 1000.0;
         // Cut between characters: `truncate` panics inside of one.
-        let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(LONGEST_NAME));
+        let end = { part.name.as_ref() }.and_then(|name| name.char_indices().nth(MAX_PART_NAME));
         if let (Some((end, _)), Some(name)) = (end, &mut part.name) {
             name.truncate(end);
         }
@@ -511,14 +507,14 @@ pub(crate) fn check_report(
     let foreign = raw
         .then(|| foreign_coordinates(rest.first(), report))
         .flatten();
-    found.notes.extend(Note::all(&Words, &foreign));
+    found.notes.extend(Note::all(&ApiVoice, &foreign));
     found
 }
 
 /// Wording of messages for API clients: names of method parameters.
-pub(crate) struct Words;
+pub(crate) struct ApiVoice;
 
-impl Voice for Words {
+impl Voice for ApiVoice {
     fn action(&self, action: magician::Action) -> String {
         action.name().to_owned()
     }
@@ -536,83 +532,5 @@ impl Voice for Words {
 
     fn setting(&self, setting: magician::Setting) -> String {
         setting.name().to_owned()
-    }
-}
-
-/// Stores jobs beyond the lifetime of a station. `arm` is the index of an arm in the station's
-/// configuration.
-pub trait JobStore: Send + Sync {
-    /// Returns the last saved jobs of an arm. Null if none were saved.
-    fn load(&self, arm: usize) -> Value;
-
-    /// Replaces the saved jobs of an arm. On return they are on the disk.
-    ///
-    /// # Errors
-    /// The cause. Then the earlier version is still stored.
-    fn save(&self, arm: usize, jobs: &Value) -> io::Result<()>;
-
-    /// Creates a journal for a job.
-    fn journal(&self) -> Box<dyn Journal>;
-
-    /// Returns runs of the command line at this arm that were interrupted and can be resumed.
-    fn runs(&self, arm: usize) -> Vec<KeptRun> {
-        let _ = arm;
-        Vec::new()
-    }
-
-    /// Returns a stored text by name (a class, its schedule). `None` if absent.
-    ///
-    /// # Errors
-    /// The cause, if the text exists but cannot be read.
-    fn kept(&self, name: &str) -> io::Result<Option<String>> {
-        let _ = name;
-        Ok(None)
-    }
-
-    /// Stores a text by name, readable by its owner alone. On return it is on the disk.
-    ///
-    /// # Errors
-    /// The cause. Then the earlier version is still stored.
-    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
-        let _ = (name, text);
-        Ok(())
-    }
-}
-
-/// Interrupted run of the command line.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct KeptRun {
-    /// Name of its journal; unique while the journal exists.
-    pub name: String,
-    /// Title of its program.
-    pub title: String,
-    /// Program and options.
-    pub order: JobOrder,
-    /// Steps of one loop, if known.
-    pub steps: Option<u64>,
-    /// Finished steps over all loops.
-    pub done: u64,
-    /// Start, Unix seconds.
-    pub started: f64,
-    /// Last entry in its journal, Unix seconds.
-    pub ended: f64,
-}
-
-/// Store that keeps nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoStore;
-
-impl JobStore for NoStore {
-    fn load(&self, _: usize) -> Value {
-        Value::Null
-    }
-
-    fn save(&self, _: usize, _: &Value) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn journal(&self) -> Box<dyn Journal> {
-        Box::new(NoJournal)
     }
 }

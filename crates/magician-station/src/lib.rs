@@ -37,7 +37,8 @@ mod frames;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;
-mod keeper;
+mod job_store;
+mod disk_writer;
 mod library;
 #[cfg(feature = "link")]
 pub mod link;
@@ -55,24 +56,22 @@ mod surface;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use files::{AnswerToCome, FilePreparation, FilePreparer, PrepareHere};
-pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
-pub use frames::{FrameRing, Mark, PassedBytes};
-pub use job::{
-    Converting, FormatReader, JobStore, KeptRun, NoStore, ProgramReading, Reader, ReadingArm,
-    Source, SourceBytes, ToCome,
-};
+pub use files::{PendingAnswer, FilePreparation, FilePreparer, LocalPreparer};
+pub use frame::{FRAME_SIZE, FRAME_FIELDS, FrameError, StateFrame};
+pub use frames::{FrameRing, RingPosition, TrafficPiece};
+pub use job::{ConversionResult, FormatReader, ProgramReading, Reader, ReadingArm, Source, SourceBytes, PendingResult};
+pub use job_store::{JobStore, StoredRun, NoJobStore};
 pub use library::{
-    IfTaken, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
+    OverwritePolicy, MAX_PROGRAM_SIZE, LibraryAct, LibraryError, LibraryOrder, LibraryQuotas, LibraryUse,
     NoPrograms, OverQuota, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
-pub use names::{LONGEST_NAME, is_name};
+pub use names::{MAX_NAME_LENGTH, is_name};
 pub use order::{
-    ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,
+    ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobUpdate, JobOrder, JobStart, Outcome,
     WorldAct,
 };
 pub use presets::PresetAct;
-pub use reading::{ArmReading, FIELDS, ToolReading};
+pub use reading::{ArmReading, STATE_FIELDS, ToolReading};
 pub use recording::{
     NoRecordings, Note, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
 };
@@ -80,9 +79,9 @@ pub use recording::{
 pub use roster::Roster;
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, CutOff, FileToKeep, Grant, JobsToKeep, JournalLine, LIST_INTERVAL,
-    MESSAGE, Next, Outbox, Outgoing, Pace, Peer, RATE, RunsEnd, SOCKETS, SocketId, Station,
-    StationConfig, StationSize, TeachAct, Throttle, UNDER_WAY, VIEWERS, check_jobs, damaged_jobs,
+    ArmEntry, CloseCode, ForcedStop, FileSnapshot, Grant, JobsSnapshot, JournalLine, LIST_INTERVAL,
+    MAX_MESSAGE_SIZE, Next, Outbox, Outgoing, RateVerdict, Peer, MAX_MESSAGES_PER_SECOND, EndReport, MAX_SOCKETS, SocketId, Station,
+    StationConfig, StationSize, TeachAct, Throttle, MAX_REQUESTS_IN_FLIGHT, MAX_VIEWERS, check_jobs, damaged_jobs,
 };
 pub use surface::{ArmSurface, KnownSurface, MemorySurfaces, SurfaceStore};
 

@@ -17,16 +17,16 @@ use serde_json::{Value, json};
 
 use crate::api::{Role, RpcError};
 use crate::control::RequestId;
-use crate::engine::beside;
-use crate::job::{Converting, Reader, Source, SourceBytes};
+use crate::engine::run_blocking;
+use crate::job::{ConversionResult, Reader, Source, SourceBytes};
 use crate::presets::{self, PresetAct};
 use crate::station::TeachAct;
 
 /// Largest program, bytes.
-pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
+pub const MAX_PROGRAM_SIZE: u64 = 64 * 1024 * 1024;
 /// Largest program in an answer to `program.get`, bytes. As base64 it stays below the largest
 /// message of a socket; larger ones are downloaded by HTTP.
-const IN_AN_ANSWER: u64 = 700 * 1024;
+const MAX_ANSWER_PROGRAM: u64 = 700 * 1024;
 
 /// Name of a program: 1 to 80 characters of `A-Z a-z 0-9 . _ -` and space. Does not start with a
 /// point; does not start or end with a space.
@@ -52,7 +52,7 @@ impl ProgramName {
             && !name.starts_with(['.', ' '])
             && !name.ends_with(' ')
             // On other systems these names are ordinary, and existing files keep them.
-            && !(cfg!(windows) && is_of_windows(name));
+            && !(cfg!(windows) && is_reserved_on_windows(name));
         good.then(|| Self(name.to_owned()))
     }
 
@@ -64,7 +64,7 @@ impl ProgramName {
 }
 
 /// True if Windows reserves the name for a device, or strips its final point.
-fn is_of_windows(name: &str) -> bool {
+fn is_reserved_on_windows(name: &str) -> bool {
     // `con.svg` is the console as well: Windows looks at the part before the first point.
     let stem = name.split('.').next().unwrap_or_default().trim_end();
     let stem = stem.to_ascii_lowercase();
@@ -101,7 +101,7 @@ pub struct ProgramEntry {
 pub enum LibraryError {
     /// The library has no such program.
     Unknown,
-    /// The program is larger than [`LARGEST_PROGRAM`].
+    /// The program is larger than [`MAX_PROGRAM_SIZE`].
     TooLarge,
     /// The quota of the request's role is exhausted.
     Quota(OverQuota),
@@ -115,7 +115,7 @@ impl fmt::Display for LibraryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Unknown => f.write_str("there is no such program"),
-            Self::TooLarge => write!(f, "a program is {} MiB at most", LARGEST_PROGRAM >> 20),
+            Self::TooLarge => write!(f, "a program is {} MiB at most", MAX_PROGRAM_SIZE >> 20),
             Self::Quota(met) => met.fmt(f),
             Self::Full => f.write_str("no room for the program"),
             Self::Other(why) => f.write_str(why),
@@ -265,7 +265,7 @@ impl fmt::Display for OverQuota {
 /// Store of programs by name. Calls may block: they are made off the station's thread.
 pub trait ProgramStore: Send + Sync {
     /// True if the store can keep programs.
-    fn keeps(&self) -> bool {
+    fn is_enabled(&self) -> bool {
         true
     }
 
@@ -330,7 +330,7 @@ impl NoPrograms {
 }
 
 impl ProgramStore for NoPrograms {
-    fn keeps(&self) -> bool {
+    fn is_enabled(&self) -> bool {
         false
     }
 
@@ -370,17 +370,17 @@ pub(crate) fn bytes_of(
     let read = { from.by_ref() }
         // Reading one byte more than the limit shows that a program is too long without reading all
         // of it.
-        .take(LARGEST_PROGRAM + 1)
+        .take(MAX_PROGRAM_SIZE + 1)
         .read_to_end(&mut bytes);
     match read {
         Err(error) => Err(LibraryError::Other(error.to_string())),
-        Ok(count) if count as u64 > LARGEST_PROGRAM => Err(LibraryError::TooLarge),
+        Ok(count) if count as u64 > MAX_PROGRAM_SIZE => Err(LibraryError::TooLarge),
         Ok(_) => Ok(bytes),
     }
 }
 
 /// Stores a program. Returns true if the name is new.
-pub(crate) fn keep(
+pub(crate) fn store_program(
     store: &dyn ProgramStore,
     name: &ProgramName,
     by: Role,
@@ -407,7 +407,7 @@ pub enum LibraryAct {
         preset: Option<String>,
     },
     /// Store a program.
-    Put(ProgramName, Vec<u8>, IfTaken),
+    Put(ProgramName, Vec<u8>, OverwritePolicy),
     /// Remove a program.
     Delete(ProgramName),
     /// Convert a program to another file.
@@ -421,7 +421,7 @@ pub enum LibraryAct {
         /// Name of the preset.
         preset: Option<String>,
         /// Treatment of an existing program with this name.
-        if_taken: IfTaken,
+        overwrite: OverwritePolicy,
     },
     /// Operation on presets.
     Presets(PresetAct),
@@ -432,14 +432,14 @@ pub enum LibraryAct {
 /// Treatment of an existing program with the name of a new one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::exhaustive_enums, reason = "there is no third treatment")]
-pub enum IfTaken {
+pub enum OverwritePolicy {
     /// Replaces the existing program.
     Replace,
     /// Keeps the existing program and refuses the new one.
     Refuse,
 }
 
-impl IfTaken {
+impl OverwritePolicy {
     /// Checks the name before a program is stored under it. `param` is the parameter of the name.
     fn check(
         self,
@@ -456,7 +456,7 @@ impl IfTaken {
                 let why = message!("there is a program {name} already", name = name.as_str());
                 Err(RpcError::param(param, why))
             }
-            Err(error) => Err(wrong(error)),
+            Err(error) => Err(library_error(error)),
         }
     }
 }
@@ -487,10 +487,10 @@ impl LibraryAct {
             to,
             setup,
             preset,
-            if_taken,
+            overwrite,
         } = self
         else {
-            return beside(move || self.carry_out_on(by, &*store, &presets)).await?;
+            return run_blocking(move || self.carry_out_on(by, &*store, &presets)).await?;
         };
         let source = Source {
             bytes: SourceBytes::Program(from.as_str().to_owned()),
@@ -500,22 +500,22 @@ impl LibraryAct {
         };
         // Both are needed again for storing the result.
         let (opened, name) = (Arc::clone(&store), to.clone());
-        let converted = beside(move || {
+        let converted = run_blocking(move || {
             // Opened here although the reader opens it again: the reader would report an unknown
             // name for the parameter `program`, which this method does not have.
-            opened.open(&from).map_err(wrong)?;
+            opened.open(&from).map_err(library_error)?;
             // Before the conversion, which may take long, and once more after it.
-            if_taken.check(&*opened, &name, "to")?;
+            overwrite.check(&*opened, &name, "to")?;
             reader.convert(&source, name.as_str())
         });
         let mut converted = converted.await??;
         loop {
             match converted {
-                Converting::ToCome(to_come) => converted = to_come.await?,
-                Converting::Done(bytes, report) => {
-                    let kept = beside(move || {
-                        if_taken.check(&*store, &to, "to")?;
-                        keep(&*store, &to, by, &bytes).map_err(wrong)
+                ConversionResult::Pending(to_come) => converted = to_come.await?,
+                ConversionResult::Done(bytes, report) => {
+                    let kept = run_blocking(move || {
+                        overwrite.check(&*store, &to, "to")?;
+                        store_program(&*store, &to, by, &bytes).map_err(library_error)
                     });
                     return kept.await?.map(|_| report);
                 }
@@ -533,7 +533,7 @@ impl LibraryAct {
             Self::Presets(act) => act.carry_out(presets),
             Self::Teach(act) => act.carry_out(),
             Self::List => {
-                let programs = store.list().map_err(wrong)?;
+                let programs = store.list().map_err(library_error)?;
                 let shown = programs.iter().map(|program| {
                     json!({
                         "name": program.name.as_str(),
@@ -546,15 +546,15 @@ impl LibraryAct {
             }
             Self::Get(name) => {
                 // The size first: a large program is refused without reading it.
-                let (size, _) = store.open(&name).map_err(wrong)?;
-                if size > IN_AN_ANSWER {
+                let (size, _) = store.open(&name).map_err(library_error)?;
+                if size > MAX_ANSWER_PROGRAM {
                     let why = format!(
-                        "{name} has {size} bytes, and an answer has room for {IN_AN_ANSWER}: get \
+                        "{name} has {size} bytes, and an answer has room for {MAX_ANSWER_PROGRAM}: get \
                             it by HTTP from /api/v1/programs"
                     );
                     return Err(RpcError::arm(ErrorKind::InvalidInput, why));
                 }
-                let bytes = bytes_of(store, &name).map_err(wrong)?;
+                let bytes = bytes_of(store, &name).map_err(library_error)?;
                 let format = Format::of(name.as_str(), &bytes).map(Format::name);
                 let data = STANDARD.encode(bytes);
                 Ok(json!({"name": name.as_str(), "format": format, "data": data}))
@@ -563,19 +563,19 @@ impl LibraryAct {
                 match program.map(|name| store.open(&name)).transpose() {
                     Ok(_) => {}
                     Err(LibraryError::Unknown) => return Err(unknown_program()),
-                    Err(error) => return Err(wrong(error)),
+                    Err(error) => return Err(library_error(error)),
                 }
                 let preset = preset.map(|name| presets.load(&name)).transpose();
-                preset.map_err(|error| presets::wrong(error, "setup.preset"))?;
+                preset.map_err(|error| presets::preset_error(error, "setup.preset"))?;
                 Ok(Value::Null)
             }
-            Self::Put(name, bytes, if_taken) => {
-                if_taken.check(store, &name, "name")?;
-                keep(store, &name, by, &bytes).map_err(wrong)?;
+            Self::Put(name, bytes, overwrite) => {
+                overwrite.check(store, &name, "name")?;
+                store_program(store, &name, by, &bytes).map_err(library_error)?;
                 Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
             }
             Self::Delete(name) => {
-                store.delete(&name).map_err(wrong)?;
+                store.delete(&name).map_err(library_error)?;
                 Ok(Value::Null)
             }
             Self::Convert { .. } => Err(RpcError::internal("it is not done at once")),
@@ -589,7 +589,7 @@ pub(crate) fn unknown_program() -> RpcError {
 }
 
 /// Converts an error of the library to an answer.
-pub(crate) fn wrong(error: LibraryError) -> RpcError {
+pub(crate) fn library_error(error: LibraryError) -> RpcError {
     match error {
         LibraryError::Unknown => RpcError::param("name", error.to_string()),
         LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.to_string()),

@@ -65,7 +65,7 @@ pub enum ArmOrder {
     },
     /// Switch off what has no end of its own, because the lease has ended: motor outputs that this
     /// station started, and the laser. While a job runs this waits for its pause or end.
-    EndUnheld,
+    EndUnattended,
     /// Replace the fence at once.
     Fence {
         /// Request that is answered when the fence is in force, and the arm stands if it had to be
@@ -251,7 +251,7 @@ pub enum ArmRead {
 
 /// Purpose of touching the work surface with the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
+pub enum TouchTarget {
     /// Height of the surface.
     Height {
         /// True to keep the touches taken before.
@@ -304,7 +304,7 @@ pub enum ArmAct {
     /// Take a height or a corner from where the tool touches the work surface.
     Touch {
         /// Value to take.
-        takes: Taken,
+        takes: TouchTarget,
         /// True to accept an arm without a known homing.
         unhomed: bool,
     },
@@ -423,7 +423,7 @@ pub enum ArmReport {
         /// The job.
         job: JobId,
         /// The news.
-        news: JobNews,
+        news: JobUpdate,
     },
     /// Event of the arm.
     Event {
@@ -441,7 +441,7 @@ pub enum ArmReport {
 /// News of a job.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum JobNews {
+pub enum JobUpdate {
     /// The program was read.
     Read {
         /// Title of the program.

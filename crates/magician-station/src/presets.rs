@@ -30,15 +30,15 @@ impl PresetAct {
     pub(crate) fn carry_out(self, presets: &Presets) -> Result<Value, RpcError> {
         let saved = |saved: Result<_, PresetError>, param| {
             let saved = saved.map_err(|error| match error {
-                PresetError::Unsaid(why) => RpcError::param(param, visible(&why).to_string()),
-                error => wrong(error, "name"),
+                PresetError::Inexpressible(why) => RpcError::param(param, visible(&why).to_string()),
+                error => preset_error(error, "name"),
             });
             to_value(&PresetReport::from(&saved?))
         };
         match self {
             Self::List => to_value(&PresetList::of(presets)),
             Self::Show(name) => {
-                let preset = presets.load(&name).map_err(|error| wrong(error, "name"))?;
+                let preset = presets.load(&name).map_err(|error| preset_error(error, "name"))?;
                 to_value(&PresetReport::from(&preset))
             }
             Self::Save(name, note, options) => {
@@ -47,7 +47,7 @@ impl PresetAct {
             Self::SaveText(name, text) => saved(presets.save_text(&name, text), "text"),
             Self::Remove(name) => {
                 let removed = presets.remove(&name);
-                removed.map_err(|error| wrong(error, "name"))?;
+                removed.map_err(|error| preset_error(error, "name"))?;
                 Ok(Value::Null)
             }
         }
@@ -55,11 +55,11 @@ impl PresetAct {
 }
 
 /// Converts an error about the preset named by a parameter to an answer.
-pub(crate) fn wrong(error: PresetError, param: &str) -> RpcError {
+pub(crate) fn preset_error(error: PresetError, param: &str) -> RpcError {
     let why = visible(&error.to_string()).to_string();
     match error {
         PresetError::Name(_) | PresetError::Unknown(..) => RpcError::param(param, why),
-        PresetError::Homeless => RpcError::arm(ErrorKind::Unsupported, why),
+        PresetError::NoDirectory => RpcError::arm(ErrorKind::Unsupported, why),
         PresetError::File(..) => RpcError::arm(ErrorKind::Unexpected, why),
         // The rest is about the content of the preset.
         _ => RpcError::arm(ErrorKind::InvalidInput, why),

@@ -12,7 +12,7 @@ use crate::api::{FRAME_FLAGS, RpcError};
 use crate::frame::{FRAME_FIELDS, StateFrame};
 
 /// Names that a subscription in JSON may ask for.
-pub const FIELDS: [&str; 23] = [
+pub const STATE_FIELDS: [&str; 23] = [
     "t",
     "arm",
     "x",
@@ -145,14 +145,14 @@ impl ArmReading {
     }
 
     /// Returns all fields as JSON.
-    pub(crate) fn fields(&self, beside: &StateContext) -> Map<String, Value> {
+    pub(crate) fn fields(&self, context: &StateContext) -> Map<String, Value> {
         let tool = &self.tool;
         let pins = self.pins.iter().map(
             |(kind, address, value)| json!({"kind": kind, "address": address, "value": value}),
         );
         let rest = json!({
-            "t": beside.t,
-            "arm": beside.arm,
+            "t": context.t,
+            "arm": context.arm,
             "current_index": self.current_index,
             "left_space": self.left_space,
             // Only codes: `arm.alarms` explains them.
@@ -170,9 +170,9 @@ impl ArmReading {
             },
             "speed": self.speed.map(short),
             "pins": pins.collect::<Vec<_>>(),
-            "job": beside.job,
-            "jog": beside.jog,
-            "holder": beside.holder,
+            "job": context.job,
+            "jog": context.jog,
+            "holder": context.holder,
         });
         let mut fields = pose(&self.pose);
         if let Value::Object(rest) = rest {
@@ -182,15 +182,15 @@ impl ArmReading {
     }
 
     /// Returns the binary frame.
-    pub(crate) fn frame(&self, beside: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
+    pub(crate) fn frame(&self, context: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
         let bits = [
             self.link,
             self.moving,
             self.alarm_holds,
             self.tool.laser == Some(true),
-            beside.jog.is_some(),
-            beside.job_runs,
-            !beside.holder.is_null(),
+            context.jog.is_some(),
+            context.job_runs,
+            !context.holder.is_null(),
         ];
         // Same order as the table FRAME_FLAGS, from which the API's description is generated.
         let flags = FRAME_FLAGS.iter().zip(bits).filter(|(_, on)| *on);
@@ -198,7 +198,7 @@ impl ArmReading {
         let [j1, j2, j3, j4] = self.pose.joint_angle.map(f64::from);
         let Pose { x, y, z, r, .. } = self.pose;
         let values = [
-            beside.t,
+            context.t,
             f64::from(x),
             f64::from(y),
             f64::from(z),
@@ -232,7 +232,7 @@ pub(crate) fn changes(before: &Map<String, Value>, now: &Map<String, Value>) -> 
 }
 
 /// Returns the fields that a binary frame does not carry.
-pub(crate) fn beside_frames(fields: &Map<String, Value>) -> Map<String, Value> {
+pub(crate) fn fields_outside_frames(fields: &Map<String, Value>) -> Map<String, Value> {
     // `t` is in both: each message needs its own time.
     let carried = |name: &str| name != "t" && FRAME_FIELDS.contains(&name);
     let rest = fields.iter().filter(|(name, _)| !carried(name));

@@ -14,15 +14,15 @@ use magician_protocol::{AlarmSet, Direction};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::control::{ArmId, RequestId};
-use crate::frames::{FrameRing, Mark, PassedBytes};
+use crate::frames::{FrameRing, RingPosition, TrafficPiece};
 use crate::reading::ArmReading;
 
 /// True if this build keeps recordings. A constant, so that the compiler drops all of this code
 /// from a page's module, from which a file could not be downloaded.
-pub(crate) const KEEPS: bool = cfg!(feature = "http");
+pub(crate) const IS_SUPPORTED: bool = cfg!(feature = "http");
 
 /// Interval of flushing, s: the most that a crash can lose.
-const FLUSH: f64 = 1.0;
+const FLUSH_INTERVAL: f64 = 1.0;
 
 /// Reading as stored in files and in the history.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +74,7 @@ pub trait RecordingFile: Send {
     ///
     /// # Errors
     /// Error of the file system.
-    fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()>;
+    fn note(&mut self, t: f64, warning: bool, text: &str) -> io::Result<()>;
 
     /// Writes all buffered data to the file, so that it survives a crash of the program.
     ///
@@ -92,7 +92,7 @@ pub trait RecordingFile: Send {
 /// Store of recordings.
 pub trait RecordingStore: Send + Sync {
     /// True if the store can keep recordings.
-    fn keeps(&self) -> bool {
+    fn is_enabled(&self) -> bool {
         true
     }
 
@@ -116,7 +116,7 @@ pub trait RecordingStore: Send + Sync {
 pub struct NoRecordings;
 
 impl RecordingStore for NoRecordings {
-    fn keeps(&self) -> bool {
+    fn is_enabled(&self) -> bool {
         false
     }
 
@@ -177,7 +177,7 @@ pub struct Note {
     /// True for a warning.
     pub warning: bool,
     /// Text.
-    pub words: String,
+    pub text: String,
 }
 
 /// Report of the recorder.
@@ -194,14 +194,14 @@ pub enum RecordReport {
     Lost(String),
 }
 
-pub(crate) enum Job {
+pub(crate) enum RecorderMessage {
     Order(ArmId, RecordOrder),
     /// Complete all recordings.
     Close(oneshot::Sender<()>),
 }
 
 /// Background writer of recordings. Carries out orders one after the other.
-pub(crate) struct Recorder(mpsc::UnboundedSender<Job>);
+pub(crate) struct Recorder(mpsc::UnboundedSender<RecorderMessage>);
 
 impl fmt::Debug for Recorder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -218,11 +218,11 @@ impl Recorder {
     ) -> Self {
         let (orders, mut inbox) = mpsc::unbounded_channel();
         // Without recordings there is no task, and orders go nowhere.
-        if !KEEPS {
+        if !IS_SUPPORTED {
             return Self(orders);
         }
         tokio::spawn(async move {
-            let mut files = Files {
+            let mut files = RecordingFiles {
                 store,
                 lines,
                 open: BTreeMap::new(),
@@ -234,12 +234,12 @@ impl Recorder {
                 let batch = std::mem::take(&mut jobs);
                 // A reading that only goes to memory is not worth a blocking thread.
                 let quick = { batch.iter() }
-                    .all(|job| matches!(job, Job::Order(_, RecordOrder::Sample(_))));
+                    .all(|job| matches!(job, RecorderMessage::Order(_, RecordOrder::Sample(_))));
                 let reports;
                 if quick && files.can_wait(&batch) {
                     reports = files.carry_out(batch);
                 } else {
-                    let done = crate::engine::beside(move || {
+                    let done = crate::engine::run_blocking(move || {
                         let reports = files.carry_out(batch);
                         (files, reports)
                     });
@@ -252,46 +252,46 @@ impl Recorder {
                     .for_each(|(arm, told)| report(arm, told));
             }
             // Dropping completes the files, which may block.
-            let _ = crate::engine::beside(move || drop(files)).await;
+            let _ = crate::engine::run_blocking(move || drop(files)).await;
         });
         Self(orders)
     }
 
     pub(crate) fn order(&self, arm: ArmId, order: RecordOrder) {
         // Fails only while the station shuts down.
-        let _ = self.0.send(Job::Order(arm, order));
+        let _ = self.0.send(RecorderMessage::Order(arm, order));
     }
 
     /// Completes all recordings. The receiver resolves when it is done.
     pub(crate) fn close(&self) -> oneshot::Receiver<()> {
         let (done, closed) = oneshot::channel();
-        let _ = self.0.send(Job::Close(done));
+        let _ = self.0.send(RecorderMessage::Close(done));
         closed
     }
 }
 
-struct Files {
+struct RecordingFiles {
     store: Arc<dyn RecordingStore>,
     /// Lines of the arms, by index. Empty if no line is tapped.
     lines: Vec<Arc<FrameRing>>,
-    open: BTreeMap<ArmId, Open>,
+    open: BTreeMap<ArmId, OpenRecording>,
 }
 
-struct Open {
+struct OpenRecording {
     file: Box<dyn RecordingFile>,
     /// Readings still to be written.
     samples: Vec<Sample>,
     /// Time of the last flush, Unix seconds.
     flushed: f64,
     /// The line, and the position up to which it is written.
-    line: Option<(Arc<FrameRing>, Mark)>,
+    line: Option<(Arc<FrameRing>, RingPosition)>,
 }
 
 /// Writes readings and line traffic, merged by time.
-fn put(
+fn write_merged(
     file: &mut dyn RecordingFile,
     samples: impl IntoIterator<Item = Sample>,
-    passed: Vec<PassedBytes>,
+    passed: Vec<TrafficPiece>,
     line: Option<&FrameRing>,
 ) -> io::Result<()> {
     let mut passed = passed.into_iter().peekable();
@@ -315,9 +315,9 @@ fn put(
     before(file, f64::INFINITY)
 }
 
-impl Open {
+impl OpenRecording {
     /// Writes everything that is buffered.
-    fn put(&mut self) -> io::Result<()> {
+    fn write_merged(&mut self) -> io::Result<()> {
         let file = &mut *self.file;
         let mut passed = Vec::new();
         if let Some((line, mark)) = &mut self.line {
@@ -330,18 +330,18 @@ impl Open {
             }
         }
         let line = self.line.as_ref().map(|(line, _)| &**line);
-        put(file, self.samples.drain(..), passed, line)
+        write_merged(file, self.samples.drain(..), passed, line)
     }
 
     fn is_due(&self, t: f64) -> bool {
-        t - self.flushed >= FLUSH
+        t - self.flushed >= FLUSH_INTERVAL
     }
 
     fn add(&mut self, sample: Sample) -> io::Result<()> {
         let due = self.is_due(sample.t);
         self.samples.push(sample);
         if due {
-            self.put()?;
+            self.write_merged()?;
             self.flushed = sample.t;
             self.file.flush()?;
         }
@@ -349,28 +349,28 @@ impl Open {
     }
 
     fn note(&mut self, note: &Note) -> io::Result<()> {
-        self.put()?;
-        self.file.note(note.t, note.warning, &note.words)?;
+        self.write_merged()?;
+        self.file.note(note.t, note.warning, &note.text)?;
         self.file.flush()
     }
 
     fn end(mut self) -> io::Result<u64> {
-        self.put()?;
+        self.write_merged()?;
         self.file.finish()
     }
 }
 
-impl Drop for Files {
+impl Drop for RecordingFiles {
     fn drop(&mut self) {
         self.close();
     }
 }
 
-impl Files {
+impl RecordingFiles {
     /// True if no job has to be written to a file at once.
-    fn can_wait(&self, jobs: &[Job]) -> bool {
+    fn can_wait(&self, jobs: &[RecorderMessage]) -> bool {
         jobs.iter().all(|job| match job {
-            Job::Order(arm, RecordOrder::Sample(sample)) => {
+            RecorderMessage::Order(arm, RecordOrder::Sample(sample)) => {
                 { self.open.get(arm) }.is_none_or(|open| !open.is_due(sample.t))
             }
             // Notes, beginnings and ends are written at once.
@@ -378,14 +378,14 @@ impl Files {
         })
     }
 
-    fn carry_out(&mut self, jobs: Vec<Job>) -> Vec<(ArmId, RecordReport)> {
+    fn carry_out(&mut self, jobs: Vec<RecorderMessage>) -> Vec<(ArmId, RecordReport)> {
         let mut reports = Vec::new();
         for job in jobs {
             match job {
-                Job::Order(arm, order) => {
-                    reports.extend(self.obey(arm, order).map(|told| (arm, told)));
+                RecorderMessage::Order(arm, order) => {
+                    reports.extend(self.handle_order(arm, order).map(|told| (arm, told)));
                 }
-                Job::Close(done) => {
+                RecorderMessage::Close(done) => {
                     self.close();
                     let _ = done.send(());
                 }
@@ -402,7 +402,7 @@ impl Files {
         }
     }
 
-    fn obey(&mut self, arm: ArmId, order: RecordOrder) -> Option<RecordReport> {
+    fn handle_order(&mut self, arm: ArmId, order: RecordOrder) -> Option<RecordReport> {
         let done = |request, outcome: io::Result<u64>| {
             let outcome = outcome.map_err(|error| error.to_string());
             Some(RecordReport::Done { request, outcome })
@@ -422,8 +422,8 @@ impl Files {
                 });
                 let outcome = begun.map(|file| {
                     let line = self.lines.get(arm.0 as usize);
-                    let open = Open {
-                        line: line.map(|line| (Arc::clone(line), line.mark())),
+                    let open = OpenRecording {
+                        line: line.map(|line| (Arc::clone(line), line.position())),
                         file,
                         samples: Vec::new(),
                         flushed: epoch,
@@ -436,7 +436,7 @@ impl Files {
             RecordOrder::End { request } => {
                 let open = self.open.remove(&arm);
                 let lost = || Err(io::Error::other("the recording is over"));
-                return done(request, open.map_or_else(lost, Open::end));
+                return done(request, open.map_or_else(lost, OpenRecording::end));
             }
             RecordOrder::Save {
                 request,
@@ -447,7 +447,7 @@ impl Files {
                 notes,
             } => {
                 let line = self.lines.get(arm.0 as usize);
-                let mut passed = line.map_or_else(Vec::new, |line| line.since(&Mark::default()).0);
+                let mut passed = line.map_or_else(Vec::new, |line| line.since(&RingPosition::default()).0);
                 if let Some(line) = line {
                     // The ring may reach further back than the readings.
                     passed.retain(|piece| line.unix(piece.at) >= from);
@@ -463,9 +463,9 @@ impl Files {
                 let epoch = first.fold(f64::INFINITY, f64::min);
                 let epoch = if epoch.is_finite() { epoch } else { from };
                 let saved = self.store.begin(&name, epoch, rate).and_then(|mut file| {
-                    put(&mut *file, samples, passed, line.map(|line| &**line))?;
+                    write_merged(&mut *file, samples, passed, line.map(|line| &**line))?;
                     for note in &notes {
-                        file.note(note.t, note.warning, &note.words)?;
+                        file.note(note.t, note.warning, &note.text)?;
                     }
                     file.finish()
                 });

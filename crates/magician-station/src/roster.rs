@@ -13,9 +13,9 @@ use crate::names::is_name;
 
 /// Most arms in a roster. A roster also comes from strangers on the site's bus, so it is bounded;
 /// further arms are ignored.
-const MOST: usize = 10_000;
+const MAX_ARMS: usize = 10_000;
 /// Most characters kept of a machine's name.
-const MACHINE: usize = 64;
+const MAX_MACHINE_NAME: usize = 64;
 
 /// Expected arms of a site, each with the name of its machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -74,8 +74,8 @@ impl Roster {
     /// Adds an arm at this machine, unless the arm is in the roster already. No effect above 10,000
     /// arms.
     pub fn expect(&mut self, arm: String, machine: &str) {
-        if self.0.len() < MOST {
-            let machine = machine.chars().take(MACHINE).collect();
+        if self.0.len() < MAX_ARMS {
+            let machine = machine.chars().take(MAX_MACHINE_NAME).collect();
             // A known arm keeps its machine, so a stranger's roster cannot move it.
             self.0.entry(arm).or_insert(machine);
         }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn roster_is_read_as_it_is_written() {
+    fn roster_round_trips_through_json() {
         let known = roster(&[("a1", "bench-1"), ("b1", "")]);
         assert_eq!(Roster::parse(&known.to_value().to_string()), Ok(known));
         for wrong in [
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn roster_of_another_adds_arms_and_changes_none() {
+    fn merged_roster_adds_arms_without_changing_any() {
         let mut own = roster(&[("a1", "bench-1"), ("a2", "bench-1")]);
         own.add(&roster(&[("a1", "elsewhere"), ("a3", "bench-3")]));
         let all = roster(&[("a1", "bench-1"), ("a2", "bench-1"), ("a3", "bench-3")]);
@@ -146,12 +146,12 @@ mod tests {
     }
 
     #[test]
-    fn roster_of_a_flood_is_bounded() {
+    fn roster_size_is_bounded() {
         let mut own = Roster::default();
-        for at in 0..=MOST {
-            own.expect(format!("a{at}"), &"m".repeat(MACHINE + 1));
+        for at in 0..=MAX_ARMS {
+            own.expect(format!("a{at}"), &"m".repeat(MAX_MACHINE_NAME + 1));
         }
-        assert_eq!(own.arms().count(), MOST);
-        assert!(own.arms().all(|(_, machine)| machine.len() == MACHINE));
+        assert_eq!(own.arms().count(), MAX_ARMS);
+        assert!(own.arms().all(|(_, machine)| machine.len() == MAX_MACHINE_NAME));
     }
 }

@@ -6,6 +6,8 @@
 //! lock is released. So effects leave in the order of the decisions. A timer task calls
 //! [`Station::handle_timeout`] when the earliest deadline is due.
 
+mod client;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::pin::pin;
@@ -22,6 +24,7 @@ use tokio::sync::{Notify, oneshot};
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until, timeout};
 
+pub use self::client::Client;
 use crate::api::Role;
 #[cfg(feature = "class")]
 use crate::api::RpcError;
@@ -29,26 +32,26 @@ use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::fair::FairLine;
 use crate::job::Reader;
-use crate::keeper::{Keeper, Kept, Written};
+use crate::disk_writer::{DiskWriter, StoredFile, Written};
 use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
-    Grant, JournalLine, Outgoing, Peer, RunsEnd, SocketId, Station, StationConfig, StationSize,
+    JournalLine, Outgoing, Peer, EndReport, SocketId, Station, StationConfig, StationSize,
 };
 use crate::surface::ArmSurface;
 
 /// Longest wait for running jobs and for holders when the station ends: the 5 s that holders have
 /// ([`Station::end`]) plus 1 s for the station's own jobs.
-const RUNS: Duration = Duration::from_secs(6);
+const END_TIMEOUT: Duration = Duration::from_secs(6);
 /// The same wait after a second call of [`RunningStation::end_runs`], which starts no motion.
-const AT_ONCE: Duration = Duration::from_secs(1);
+const SECOND_END_TIMEOUT: Duration = Duration::from_secs(1);
 /// Longest wait for the final stop of an arm. An arm that is connected confirms within a tenth of
 /// this.
-const LAST_STOP: Duration = Duration::from_secs(2);
+const FINAL_STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Longest wait for the final reports of jobs whose arms have stopped.
-const JOBS_OVER: Duration = Duration::from_millis(500);
+const JOB_REPORT_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Queue of clients that wait for a free session, by address.
 type WaitingClients = FairLine<String, (Peer, oneshot::Sender<Option<Client>>)>;
@@ -105,17 +108,17 @@ impl Drop for Timer {
 
 struct Shared {
     inner: Mutex<Inner>,
-    begun: Instant,
+    started: Instant,
     /// Wakes the timer: a deadline is earlier than before.
     due: Notify,
     /// Notified when the station ends and no session holds an arm.
-    let_go: Notify,
+    released: Notify,
     /// Notified after each change, because a session may have become free.
     changed: Notify,
     /// Clients that wait for a session: those of this machine, and those from elsewhere. Two
     /// queues, so that the network cannot delay this machine.
     waiting: [WaitingClients; 2],
-    keeper: Arc<Keeper>,
+    disk_writer: Arc<DiskWriter>,
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
     presets: Presets,
@@ -135,18 +138,18 @@ struct Inner {
 }
 
 impl Inner {
-    fn take_kept(&mut self, now: HostInstant, kept: Written) {
+    fn note_written(&mut self, now: HostInstant, kept: Written) {
         let Written {
             what,
             revision,
             outcome,
         } = kept;
         match what {
-            Kept::Jobs(arm) => self.station.jobs_kept(now, arm, revision, outcome),
+            StoredFile::Jobs(arm) => self.station.jobs_written(now, arm, revision, outcome),
             #[cfg(feature = "class")]
-            Kept::File(name) => self.station.file_kept(now, name, revision, outcome),
+            StoredFile::File(name) => self.station.file_written(now, name, revision, outcome),
             #[cfg(not(feature = "class"))]
-            Kept::File(_) => {}
+            StoredFile::File(_) => {}
         }
     }
 }
@@ -159,7 +162,7 @@ impl RunningStation {
     /// If called outside of a tokio runtime.
     #[must_use]
     pub fn start(mut config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
-        let begun = Instant::now();
+        let started = Instant::now();
         for (entry, arm) in config.arms.iter_mut().zip(&arms) {
             // The driver may have a fence from its options.
             entry.fence = arm.fence();
@@ -205,16 +208,16 @@ impl RunningStation {
                     engines: arms.iter().enumerate().map(engine).collect(),
                     sockets: BTreeMap::new(),
                 }),
-                begun,
+                started,
                 due: Notify::new(),
-                let_go: Notify::new(),
+                released: Notify::new(),
                 changed: Notify::new(),
                 waiting: Default::default(),
-                keeper: {
+                disk_writer: {
                     let shared = Weak::clone(shared);
-                    Keeper::new(journal, store, move |kept| {
+                    DiskWriter::new(journal, store, move |kept| {
                         if let Some(shared) = shared.upgrade() {
-                            shared.with(|inner, now| inner.take_kept(now, kept));
+                            shared.with(|inner, now| inner.note_written(now, kept));
                         }
                     })
                 },
@@ -222,11 +225,11 @@ impl RunningStation {
             }
         });
         for line in &lines {
-            line.set_clock(shared.begun, zero);
+            line.set_clock(shared.started, zero);
         }
         // Reading starts now, so that the history covers the time before the first client.
         shared.with(|_, _| ());
-        let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
+        let timer = tokio::spawn(Shared::run_timer(Arc::downgrade(&shared)));
         Self {
             shared,
             _timer: Arc::new(Timer(timer.abort_handle())),
@@ -315,7 +318,7 @@ impl RunningStation {
                     break;
                 };
                 tokio::select! {
-                    () = sleep_until(self.shared.begun + (at - HostInstant::ZERO)) => {}
+                    () = sleep_until(self.shared.started + (at - HostInstant::ZERO)) => {}
                     () = changed => {}
                 }
             }
@@ -358,8 +361,8 @@ impl RunningStation {
 
     /// Returns the role of anonymous clients on this machine: viewer while a class is set.
     #[must_use]
-    pub fn place_role(&self) -> Role {
-        self.shared.lock().station.place_role()
+    pub fn anonymous_role(&self) -> Role {
+        self.shared.lock().station.anonymous_role()
     }
 
     /// Checks the teacher's PIN of the class ([`Station::try_pin`]).
@@ -422,7 +425,7 @@ impl RunningStation {
     /// Waits until journal and jobs are on disk in their current state. They are written in the
     /// background, a moment after the change.
     pub async fn flush(&self) {
-        self.shared.keeper.flush().await;
+        self.shared.disk_writer.flush().await;
     }
 
     /// Returns the names of the tokens that sessions have used.
@@ -439,7 +442,7 @@ impl RunningStation {
     /// motors are off, and no command of a client is accepted any more.
     ///
     /// A second call ends everything at once. Takes at most 9 s.
-    pub async fn end_runs(&self) -> RunsEnd {
+    pub async fn end_runs(&self) -> EndReport {
         let (again, jobs) = self.shared.with(|inner, now| {
             #[cfg(feature = "class")]
             inner.station.close_queue();
@@ -452,17 +455,17 @@ impl RunningStation {
             for job in jobs {
                 job.await;
             }
-            self.let_go().await;
+            self.wait_for_release().await;
         };
         // The limit is needed because a job of an arm that does not answer does not end.
-        let _ = timeout(if again { AT_ONCE } else { RUNS }, runs).await;
+        let _ = timeout(if again { SECOND_END_TIMEOUT } else { END_TIMEOUT }, runs).await;
         let stops: Vec<_> = self.shared.with(|inner, now| {
             // `Station::end` again: sessions that still hold a lease lose it now.
             inner.station.end(now);
             let is_reader = inner.station.is_read_only();
             // All arms at once: an arm that does not answer must not delay the stop of the others.
             let stops = inner.engines.iter().map(|engine| engine.end(is_reader));
-            stops.map(|stop| timeout(LAST_STOP, stop)).collect()
+            stops.map(|stop| timeout(FINAL_STOP_TIMEOUT, stop)).collect()
         });
         let mut unconfirmed = Vec::new();
         // The stops run side by side: each was started above and has its own limit.
@@ -475,21 +478,21 @@ impl RunningStation {
             }
         }
         // Final states of jobs are reported and saved before the sockets close.
-        let _ = timeout(JOBS_OVER, self.jobs_over()).await;
+        let _ = timeout(JOB_REPORT_TIMEOUT, self.wait_for_jobs()).await;
         self.shared.with(|inner, now| {
             // Jobs of arms that did not confirm are recorded as interrupted.
             let lost: Vec<_> = unconfirmed.iter().map(|(arm, _)| arm.clone()).collect();
             inner.station.end_jobs(now, &lost);
         });
-        let cut_off = self.shared.lock().station.cut_off().to_vec();
-        RunsEnd {
-            cut_off,
+        let forced_stops = self.shared.lock().station.forced_stops().to_vec();
+        EndReport {
+            forced_stops,
             unconfirmed,
         }
     }
 
     /// Waits until no job is running.
-    async fn jobs_over(&self) {
+    async fn wait_for_jobs(&self) {
         loop {
             let changed = self.shared.changed.notified();
             tokio::pin!(changed);
@@ -502,15 +505,15 @@ impl RunningStation {
     }
 
     /// Waits until no session holds an arm of a station that ends.
-    async fn let_go(&self) {
+    async fn wait_for_release(&self) {
         loop {
-            let let_go = self.shared.let_go.notified();
-            tokio::pin!(let_go);
-            let_go.as_mut().enable();
-            if self.shared.lock().station.has_let_go() {
+            let released = self.shared.released.notified();
+            tokio::pin!(released);
+            released.as_mut().enable();
+            if self.shared.lock().station.is_released() {
                 return;
             }
-            let_go.await;
+            released.await;
         }
     }
 
@@ -541,7 +544,7 @@ impl Shared {
     }
 
     fn now(&self) -> HostInstant {
-        HostInstant::ZERO + self.begun.elapsed()
+        HostInstant::ZERO + self.started.elapsed()
     }
 
     /// Changes the station and carries out everything that follows.
@@ -553,14 +556,14 @@ impl Shared {
         // Files that were written inline are reported back, which may produce further effects.
         while let Some(written) = self.carry_out(&mut inner) {
             for kept in written {
-                inner.take_kept(self.now(), kept);
+                inner.note_written(self.now(), kept);
             }
         }
         if inner.station.poll_timeout() != due {
             self.due.notify_one();
         }
-        if inner.station.has_let_go() {
-            self.let_go.notify_waiters();
+        if inner.station.is_released() {
+            self.released.notify_waiters();
         }
         self.changed.notify_waiters();
         outcome
@@ -583,7 +586,7 @@ impl Shared {
             }
         }
         while let Some(order) = inner.station.poll_library() {
-            self.look_into(order);
+            self.carry_out_library(order);
         }
         let mut lines = Vec::new();
         while let Some(line) = inner.station.poll_journal() {
@@ -591,19 +594,19 @@ impl Shared {
         }
         // Still under the lock: lines and files are queued in the order of the events.
         #[cfg(feature = "class")]
-        let files = inner.station.poll_kept();
+        let files = inner.station.poll_files();
         #[cfg(not(feature = "class"))]
         let files = BTreeMap::new();
         let mut jobs = Vec::new();
         while let Some(changed) = inner.station.poll_jobs() {
             jobs.push(changed);
         }
-        let written = self.keeper.keep_all(lines, jobs, files);
+        let written = self.disk_writer.queue_all(lines, jobs, files);
         (!written.is_empty()).then_some(written)
     }
 
     /// Carries out an operation on the library off the station's thread.
-    fn look_into(&self, order: LibraryOrder) {
+    fn carry_out_library(&self, order: LibraryOrder) {
         let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
         let (presets, reader) = (self.presets.clone(), Arc::clone(&self.reader));
         let LibraryOrder { request, by, act } = order;
@@ -620,16 +623,16 @@ impl Shared {
         self.with(|inner, now| inner.station.report(now, arm, report));
     }
 
-    async fn keep_time(shared: Weak<Self>) {
+    async fn run_timer(shared: Weak<Self>) {
         loop {
             let Some(strong) = shared.upgrade() else {
                 return;
             };
             let due = strong.lock().station.poll_timeout();
-            let begun = strong.begun;
+            let started = strong.started;
             let sleep = async {
                 match due {
-                    Some(due) => sleep_until(begun + (due - HostInstant::ZERO)).await,
+                    Some(due) => sleep_until(started + (due - HostInstant::ZERO)).await,
                     None => std::future::pending().await,
                 }
             };
@@ -638,82 +641,5 @@ impl Shared {
                 () = strong.due.notified() => {}
             }
         }
-    }
-}
-
-/// Client of a station in this process, or of a listener that carries its messages. Dropping it
-/// closes its socket.
-pub struct Client {
-    shared: Arc<Shared>,
-    socket: SocketId,
-    awake: Arc<Notify>,
-}
-
-impl fmt::Debug for Client {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Client")
-            .field("socket", &self.socket)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Client {
-    /// Records that a message of the client has arrived, before the message is processed. From then
-    /// on the client does not count as silent and is not evicted for another one.
-    pub fn heard(&self) {
-        self.shared
-            .with(|inner, now| inner.station.heard(now, self.socket));
-    }
-
-    /// Passes a message of the client to the station.
-    pub fn send(&self, text: &str) {
-        self.shared
-            .with(|inner, now| inner.station.receive(now, self.socket, text));
-    }
-
-    /// Passes a message that the link translated from this call of its program.
-    #[cfg(feature = "link")]
-    pub(crate) fn send_for(&self, text: &str, of: Option<String>) {
-        self.shared
-            .with(|inner, now| inner.station.receive_for(now, self.socket, text, of));
-    }
-
-    /// Sets the rights of the token in the client's hello, before the hello is sent
-    /// ([`Station::vouch`]).
-    pub fn vouch(&self, grant: Option<Grant>) {
-        self.shared.lock().station.vouch(self.socket, grant);
-    }
-
-    /// Records the reply to a ping, which keeps the lease alive. A holder that is silent for 5 s
-    /// loses its lease.
-    pub fn pong(&self) {
-        self.shared
-            .with(|inner, now| inner.station.pong(now, self.socket));
-    }
-
-    /// Waits for the next message to the client. After a close only the close is returned. Call it
-    /// when the socket can send: until then newer states replace older ones in the queue. Cancel
-    /// safe.
-    pub async fn receive(&self) -> Outgoing {
-        loop {
-            if let Some(outgoing) = self.try_receive() {
-                return outgoing;
-            }
-            self.awake.notified().await;
-        }
-    }
-
-    /// Returns the next message to the client. `None` if none is waiting.
-    pub fn try_receive(&self) -> Option<Outgoing> {
-        self.shared.lock().station.poll_send(self.socket)
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.shared.with(|inner, now| {
-            inner.station.close(now, self.socket);
-            inner.sockets.remove(&self.socket);
-        });
     }
 }

@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use magician::{Arm, Error, ErrorCode, Result};
-use magician_job::{Touch, WorkSurface, sheet_counts, touch_off};
+use magician_job::{Touch, WorkSurface, sheet_stored_message, touch_off};
 use magician_program::artwork::Sheet;
 use magician_program::{
     Diagnostic, FittedSurface, SetupDefaults, SheetCorner, Tool, TouchedCorners,
@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 
 use crate::ArmEntry;
 use crate::api::RpcError;
-use crate::engine::beside;
+use crate::engine::run_blocking;
 
 /// Knowledge of the work surface under an arm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,8 +42,8 @@ impl KnownSurface {
             Self::BySettings => {}
             Self::Unknown => {
                 defaults.surface = None;
-                // The default dates from the start of the station. The sheet under a real arm may be
-                // gone since.
+                // The default dates from the start of the station. The sheet under a real arm may
+                // be gone since.
                 defaults.sheet = defaults.sheet.filter(|_| is_virtual);
             }
             Self::Measured(WorkSurface::Plane(surface)) => {
@@ -68,7 +68,7 @@ pub trait SurfaceStore: Send + Sync {
     ///
     /// # Errors
     /// The surface cannot be stored; then nothing has changed.
-    fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> Result<()>;
+    fn store(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> Result<()>;
 }
 
 /// Store in memory, for the lifetime of the station.
@@ -82,7 +82,7 @@ impl SurfaceStore for MemorySurfaces {
         Ok(surface.map_or(KnownSurface::BySettings, KnownSurface::Measured))
     }
 
-    fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> Result<()> {
+    fn store(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> Result<()> {
         let mut surfaces = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         match surface {
             Some(surface) => surfaces.insert(arm.name.clone(), surface.rounded()),
@@ -160,7 +160,7 @@ impl ArmSurface {
     /// Reads the store.
     pub(crate) async fn known(&self) -> std::result::Result<KnownSurface, RpcError> {
         let this = self.clone();
-        Ok(beside(move || this.store.surface(&this.entry)).await??)
+        Ok(run_blocking(move || this.store.surface(&this.entry)).await??)
     }
 
     /// Returns the answer to `surface.get`.
@@ -180,7 +180,7 @@ impl ArmSurface {
         let known = self.known().await?;
         // A sheet's height comes from its corners: a height beside it would contradict them.
         if let KnownSurface::Measured(WorkSurface::Sheet(_)) = known {
-            return Err(Error::new(ErrorCode::InvalidSettings, sheet_counts()).into());
+            return Err(Error::new(ErrorCode::InvalidSettings, sheet_stored_message()).into());
         }
         let touch = touch_off(&arm, draws).await?;
         let point = point(touch.at, touch);
@@ -192,7 +192,7 @@ impl ArmSurface {
         let fitted = FittedSurface::touched(&touches).map_err(refused)?;
         let plane = WorkSurface::Plane(fitted.surface).rounded();
         // Stored first: if that fails, the touches in memory stay those of the stored plane.
-        self.keep(Some(plane)).await?;
+        self.store(Some(plane)).await?;
         self.with_measuring(|measuring| {
             *measuring = Measuring {
                 touches,
@@ -225,22 +225,22 @@ impl ArmSurface {
             return Ok(self.publish(known, Cause::Change));
         };
         let sheet = WorkSurface::Sheet(sheet.rounded());
-        self.keep(Some(sheet)).await?;
+        self.store(Some(sheet)).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
         Ok(self.publish(KnownSurface::Measured(sheet), Cause::Change))
     }
 
     /// Forgets all measurements.
     pub(crate) async fn forget(self) -> std::result::Result<Value, RpcError> {
-        self.keep(None).await?;
+        self.store(None).await?;
         self.with_measuring(|measuring| *measuring = Measuring::default());
         let known = self.known().await?;
         Ok(self.publish(known, Cause::Change))
     }
 
-    async fn keep(&self, surface: Option<WorkSurface>) -> std::result::Result<(), RpcError> {
+    async fn store(&self, surface: Option<WorkSurface>) -> std::result::Result<(), RpcError> {
         let this = self.clone();
-        Ok(beside(move || this.store.keep(&this.entry, surface)).await??)
+        Ok(run_blocking(move || this.store.store(&this.entry, surface)).await??)
     }
 
     fn with_measuring<T>(&self, change: impl FnOnce(&mut Measuring) -> T) -> T {
@@ -310,14 +310,14 @@ impl ArmSurface {
             "plane": {"at": [x, y], "z": z, "slope_x": slope_x, "slope_y": slope_y},
             "residual": if touches.is_empty() { 0.0 } else { (residual * 1e3).round() / 1e3 },
             "corners": corners,
-            "sheet": sheet.map(told_sheet),
+            "sheet": sheet.map(sheet_value),
         })
     }
 }
 
 /// Returns a sheet as JSON, with the four corners of its outline counterclockwise from the lower
 /// left.
-fn told_sheet(sheet: Sheet) -> Value {
+fn sheet_value(sheet: Sheet) -> Value {
     let [width, height] = sheet.size.unwrap_or_default();
     let outline = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]].map(|at| {
         let [x, y] = magician_program::artwork::rotated(at, sheet.rotation);

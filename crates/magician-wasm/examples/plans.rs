@@ -6,7 +6,7 @@ use std::{env, fs};
 
 use magician_program::Format;
 use magician_station::{
-    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader, Role,
+    ConversionResult, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader, Role,
     Source, Upload,
 };
 
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let name = entry?.file_name().to_string_lossy().into_owned();
         let source: Source = serde_json::from_value(serde_json::json!({ "program": name }))?;
         let (ending, bytes) = match reader.convert(&source, "made.plan.json") {
-            Ok(Converting::Done(bytes, _)) => ("made", bytes),
+            Ok(ConversionResult::Done(bytes, _)) => ("made", bytes),
             Ok(_) => return Err("the readers are not built in".into()),
             Err(error) => ("error", error.message.into_bytes()),
         };

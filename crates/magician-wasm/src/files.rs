@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician::ErrorKind;
-use magician_job::beside::BesideTurns;
+use magician_job::background::BackgroundTurns;
 use magician_program::PrepareRequest;
 use magician_program::wire::{WireError, answer_yielding};
 use magician_station::api::RpcError;
@@ -105,7 +105,7 @@ impl Drop for PendingRead {
 impl FilePreparer for PageFiles {
     fn prepare(&self, mut request: PrepareRequest) -> FilePreparation {
         let files = self.clone();
-        FilePreparation::ToCome(Box::pin(async move {
+        FilePreparation::Pending(Box::pin(async move {
             let _turn = files.turn.acquire().await;
             let bytes = request.to_bytes();
             // The page's worker has the file now; two copies may exceed the memory.
@@ -119,7 +119,7 @@ impl FilePreparer for PageFiles {
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
                 Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
                 Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(Some(bytes))) => { answer_yielding(&request, &bytes, &BesideTurns).await }
+                Ok(Ok(Some(bytes))) => { answer_yielding(&request, &bytes, &BackgroundTurns).await }
                     .or_else(|error| match error {
                         WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
                         _ => wrong(ErrorKind::Unexpected, &error.to_string()),

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use magician::admission::Origin;
 use magician::{Arm, Options, Tracer};
-use magician_job::beside;
+use magician_job::background;
 use magician_job::presets::{PresetStore, Presets};
 use magician_program::SetupDefaults;
 use magician_station::{
@@ -237,7 +237,7 @@ impl PageStation {
         }
         self.deliver();
         self.runtime.block_on(settle());
-        beside::next_turn();
+        background::next_turn();
         let now = self.clock.now();
         let opening = matches!(self.stage, Stage::Closed(_) | Stage::Opening(_));
         let busy = opening || now - self.active_at < ACTIVE_TIME;
@@ -448,8 +448,8 @@ async fn connect(
         presets: MemoryPresets::default(),
     };
     let programs = Arc::new(library.programs.clone());
-    let presets = Presets::kept_in(Arc::new(library.presets.clone()));
-    let reader = FormatReader::by(SetupDefaults::default(), Arc::new(files))
+    let presets = Presets::with_store(Arc::new(library.presets.clone()));
+    let reader = FormatReader::with_preparer(SetupDefaults::default(), Arc::new(files))
         .with_library(Arc::clone(&programs) as _)
         .with_presets(presets.clone());
     let config = StationConfig {

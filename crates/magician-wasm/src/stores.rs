@@ -10,7 +10,7 @@ use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::Format;
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    JobStore, LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Role, Upload,
+    JobStore, MAX_PROGRAM_SIZE, LibraryError, ProgramEntry, ProgramName, ProgramStore, Role, Upload,
 };
 use serde_json::Value;
 use tokio::time::Instant;
@@ -114,10 +114,10 @@ struct ProgramUpload {
 impl Upload for ProgramUpload {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         let size = self.bytes.len() as u64 + bytes.len() as u64;
-        if size > LARGEST_PROGRAM {
+        if size > MAX_PROGRAM_SIZE {
             return Err(LibraryError::TooLarge);
         }
-        if self.library.size_of_others(&self.name) + size > LARGEST_PROGRAM {
+        if self.library.size_of_others(&self.name) + size > MAX_PROGRAM_SIZE {
             return Err(LibraryError::Full);
         }
         self.bytes.extend_from_slice(bytes);
@@ -201,9 +201,9 @@ impl Journal for MemoryJournal {
         self.key = (key.program.clone(), key.arm.clone(), key.virtual_arm);
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let journals = lock(&self.stored.0);
-        { journals.get(&self.key).cloned() }.ok_or(JournalError::Nothing)
+        { journals.get(&self.key).cloned() }.ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {

@@ -188,7 +188,7 @@ impl Config {
         let file = edited.as_ref().map(|config| config.file.clone());
         self.file.change(file).map_err(|error| {
             let hint = match error {
-                SettingsError::Homeless => Some("set MAGICIAN_CONFIG to the path of the file"),
+                SettingsError::NoDirectory => Some("set MAGICIAN_CONFIG to the path of the file"),
                 SettingsError::NotEditable(_) => Some("edit it by hand"),
                 _ => None,
             };

@@ -283,7 +283,7 @@ impl Context {
             return Err(Failure::invalid(message).hint("name one: --station http://HOST:PORT/ARM"));
         }
         let homings = Arc::new(StationHomings::default());
-        homings.ask(&client, address.arm.as_deref()).await?;
+        homings.read_from(&client, address.arm.as_deref()).await?;
         let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
         let (end, lease) = (line.end(), line.lease());
         let mut options = Options::default();

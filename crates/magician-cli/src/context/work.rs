@@ -20,7 +20,7 @@ use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::paint::print_stderr;
 use crate::progress::announce_wait;
-use crate::saved::{Access, SavedSettings, Settled};
+use crate::saved::{Access, SavedSettings, RecoveredSettings};
 
 impl Context {
     /// Runs work with the arm, connecting first if necessary.
@@ -192,7 +192,7 @@ impl Context {
                 }
                 let ends = arm.front_end().end_notice();
                 let work = async {
-                    let settled = SavedSettings::settle(arm, access).await;
+                    let settled = SavedSettings::recover(arm, access).await;
                     self.out.note_settled(&settled, self.global.json);
                     let done = if self.laser_allowed {
                         work(&arm.allowing_laser(), &mut self.out).await
@@ -200,8 +200,8 @@ impl Context {
                         work(arm, &mut self.out).await
                     }?;
                     // Before the work the arm's queue was busy; now it may be empty.
-                    if let Settled::Later(_) = settled {
-                        let settled = SavedSettings::settle(arm, Access::Sets).await;
+                    if let RecoveredSettings::Deferred(_) = settled {
+                        let settled = SavedSettings::recover(arm, Access::Sets).await;
                         self.out.note_settled(&settled, self.global.json);
                     }
                     Ok(done)

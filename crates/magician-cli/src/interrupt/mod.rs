@@ -73,7 +73,7 @@ impl Signals {
     /// Returns the order that follows from a signal now, or from a key that stands for one; `None`
     /// if the rule ignores it.
     pub(crate) fn next_stop(&mut self, signal: Signal) -> Option<StopOrder> {
-        self.rule.hears(signal, self.begun.elapsed())
+        self.rule.order_for(signal, self.begun.elapsed())
     }
 
     /// True if one of the signals asks the program to end, even a shell.

@@ -42,7 +42,7 @@ impl ObservedArm {
 
     /// Sets the number of readings a second.
     pub(crate) fn reading(mut self, rate: f64) -> Self {
-        self.arm = self.arm.reading(rate);
+        self.arm = self.arm.with_rate(rate);
         self
     }
 
@@ -59,7 +59,7 @@ impl ObservedArm {
     pub(crate) fn header(&self, program: &str, width: u16, theme: Theme) -> Paragraph<'static> {
         let link = match self.arm.status.as_ref().map(|status| &status.link) {
             None => " waiting for the arm ".to_owned(),
-            Some(Link::Up) if !self.arm.answers() => {
+            Some(Link::Up) if !self.arm.is_answering() => {
                 format!(" NO ANSWER for {} s ", self.arm.age().as_secs())
             }
             Some(Link::Up) => format!(" link up {:.0}/s ", self.arm.rate),

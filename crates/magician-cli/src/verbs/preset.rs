@@ -85,7 +85,7 @@ impl Verb {
                 let presets = Presets::of_user();
                 let saved = presets.save(&save.name, save.note.as_deref(), &options);
                 let saved = saved.map_err(|error| match error {
-                    PresetError::Unsaid(why) => Failure::usage(why),
+                    PresetError::Inexpressible(why) => Failure::usage(why),
                     error => failure(error),
                 })?;
                 context.show(&PresetReport::from(&saved), |out| match &saved.path {
@@ -115,7 +115,7 @@ pub(super) fn load(name: &str) -> Result<Preset, Failure> {
 
 fn failure(error: PresetError) -> Failure {
     let hint = match &error {
-        PresetError::Homeless => Some("set MAGICIAN_CONFIG to the path of the file of settings"),
+        PresetError::NoDirectory => Some("set MAGICIAN_CONFIG to the path of the file of settings"),
         PresetError::Unknown(..) => Some("`magician preset list` lists them"),
         PresetError::Shipped(_) => Some("`magician preset save` with the same name overrides it"),
         _ => None,

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use clap::{Args, ValueHint};
 use magician::Arm;
-use magician_job::recording::{Format, Options, Recorder, Summary, Tally};
+use magician_job::recording::{Format, Options, Recorder, Summary, RecordingProgress};
 use magician_record::law::LawReport;
 use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval, sleep};
@@ -124,7 +124,7 @@ impl Record {
                 biased;
                 () = &mut end => break,
                 error = recorder.failed() => return Err(error.into()),
-                _ = frames.tick() => live.show(&recorder.tally()),
+                _ = frames.tick() => live.show(&recorder.progress()),
             }
         }
         drop(live);
@@ -209,7 +209,7 @@ impl ProgressLine {
         }
     }
 
-    fn show(&mut self, tally: &Tally) {
+    fn show(&mut self, tally: &RecordingProgress) {
         if !self.on {
             return;
         }
@@ -227,7 +227,7 @@ impl Drop for ProgressLine {
 }
 
 /// Formats the progress in less than 80 columns.
-fn line(tally: &Tally) -> String {
+fn line(tally: &RecordingProgress) -> String {
     let [x, y, z, r] = tally.pose;
     let time = match tally.seconds {
         long if long >= 600.0 => format!(

@@ -3,7 +3,7 @@
 use clap::{Args, Subcommand};
 use magician_station::Role;
 use magician_station::client::StationClient;
-use magician_station::http::{CODE, TokenStore};
+use magician_station::http::{CODE_LIFETIME, TokenStore};
 use serde_json::{Value, json};
 
 use super::class::{Class, Results};
@@ -75,7 +75,7 @@ impl Station {
             Action::Results(results) => results.run(context, call),
             Action::Pair(pair) => {
                 let code = store.pair(pair.role)?;
-                let seconds = CODE.as_secs();
+                let seconds = CODE_LIFETIME.as_secs();
                 let answer = json!({"code": code, "role": pair.role.name(), "seconds": seconds});
                 context.show(&answer, |out| out.line(&code))
             }

@@ -3,7 +3,7 @@
 use clap::Args;
 use magician::report::PoseReport;
 use magician::{Arm, commands};
-use magician_job::report::left_on;
+use magician_job::report::outputs_left_on;
 use magician_program::Diagnostic;
 use magician_station::client::{ClientError, StationAddress, StationClient};
 use serde::Deserialize;
@@ -64,7 +64,7 @@ impl Stop {
         // A gentle stop lets the current command finish, which may still switch outputs.
         if !self.gentle {
             match outputs {
-                Some(outputs) => left_on(&outputs).iter().for_each(|note| context.note(note)),
+                Some(outputs) => outputs_left_on(&outputs).iter().for_each(|note| context.note(note)),
                 None => context.note(&Diagnostic::of_file(NO_SESSION_NOTE)),
             }
         }

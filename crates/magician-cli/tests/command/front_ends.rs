@@ -16,7 +16,7 @@ use magician_program::{
 };
 use magician_protocol::{Direction, describe};
 use magician_station::{
-    FilePreparation, FilePreparer, FormatReader, PrepareHere, ProgramReading, Reader, ReadingArm,
+    FilePreparation, FilePreparer, FormatReader, LocalPreparer, ProgramReading, Reader, ReadingArm,
     Source,
 };
 use serde_json::{Value, json};
@@ -35,7 +35,7 @@ struct Worker;
 impl FilePreparer for Worker {
     fn prepare(&self, request: PrepareRequest) -> FilePreparation {
         let answer = answer_from(&request, &answer(&request.to_bytes()));
-        FilePreparation::Here(answer.expect("an answer of this build"))
+        FilePreparation::Ready(answer.expect("an answer of this build"))
     }
 }
 
@@ -86,7 +86,7 @@ fn by_station(format: Format, bytes: &[u8], setup: &Value, files: Arc<dyn FilePr
     let source: Source = serde_json::from_value(source).expect("a source");
     let mut arm = ReadingArm::default();
     arm.is_virtual = true;
-    let reader = FormatReader::by(SetupDefaults::default(), files);
+    let reader = FormatReader::with_preparer(SetupDefaults::default(), files);
     let read = |arm: &ReadingArm| reader.read(&source, arm);
     let mut reading = read(&arm);
     if let Ok(ProgramReading::NeedsStart) = reading {
@@ -187,7 +187,7 @@ fn sample_is_the_same_program_at_command_station_and_page() {
         for (flags, setup) in &options {
             let case = format!("{name} {}", flags.join(" "));
             let command = by_command(&path.to_string_lossy(), flags);
-            let endpoints: [Arc<dyn FilePreparer>; 2] = [Arc::new(PrepareHere), Arc::new(Worker)];
+            let endpoints: [Arc<dyn FilePreparer>; 2] = [Arc::new(LocalPreparer), Arc::new(Worker)];
             for endpoint in endpoints {
                 assert_same(
                     &case,

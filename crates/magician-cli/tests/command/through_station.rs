@@ -1,7 +1,7 @@
 //! Every verb through a station: output and exit status as at a port, or a message why not.
 #![cfg(target_os = "linux")]
 
-use magician_station::SOCKETS;
+use magician_station::MAX_SOCKETS;
 use magician_station::client::StationClient;
 use serde_json::Value;
 
@@ -645,7 +645,7 @@ fn stop_works_at_a_station_that_refuses_sessions() {
         .enable_all()
         .build();
     let runtime = runtime.expect("a runtime");
-    let _all: Vec<_> = (0..SOCKETS)
+    let _all: Vec<_> = (0..MAX_SOCKETS)
         .map(|_| {
             runtime
                 .block_on(StationClient::connect(&url, "Anna", None))

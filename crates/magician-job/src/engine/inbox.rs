@@ -21,7 +21,7 @@ pub(super) struct Inbox {
     requests: mpsc::UnboundedReceiver<Request>,
     /// Announces that the program at the other end of the line is about to end; it stops the job as
     /// a person does.
-    line_ends: EndNotice,
+    line_end_notice: EndNotice,
     stop: FirstStop,
     /// Pause requests without a reply yet.
     pauses: Vec<PauseReply>,
@@ -31,13 +31,13 @@ pub(super) struct Inbox {
 
 /// Request to a running job.
 #[derive(Debug)]
-pub(super) enum Wish {
+pub(super) enum RunInterruption {
     Pause,
     Stop,
 }
 
 /// Request to a paused job.
-pub(super) enum Next {
+pub(super) enum PauseEnd {
     Resume(ResumeReply),
     Stop,
 }
@@ -54,10 +54,10 @@ enum FirstStop {
 }
 
 impl Inbox {
-    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>, line_ends: EndNotice) -> Self {
+    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>, line_end_notice: EndNotice) -> Self {
         Self {
             requests,
-            line_ends,
+            line_end_notice,
             stop: FirstStop::None,
             pauses: Vec::new(),
             reason: None,
@@ -84,7 +84,7 @@ impl Inbox {
     }
 
     /// True if the end of the line stopped the job.
-    pub(super) fn line_ends(&self) -> bool {
+    pub(super) fn was_stopped_by_line(&self) -> bool {
         matches!(self.stop, FirstStop::Line | FirstStop::LineAndPerson)
     }
 
@@ -92,14 +92,14 @@ impl Inbox {
         loop {
             let Self {
                 requests,
-                line_ends,
+                line_end_notice,
                 stop,
                 ..
             } = self;
             let request = tokio::select! {
                 biased;
                 Some(request) = requests.recv() => request,
-                () = line_ends.given(), if *stop == FirstStop::None => {
+                () = line_end_notice.given(), if *stop == FirstStop::None => {
                     *stop = FirstStop::Line;
                     return Request::Stop;
                 }
@@ -145,13 +145,13 @@ impl Inbox {
     }
 
     /// Waits for the next stop or pause while the job runs.
-    pub(super) async fn wish(&mut self) -> Wish {
+    pub(super) async fn next_interruption(&mut self) -> RunInterruption {
         loop {
             match self.next().await {
-                Request::Stop => return Wish::Stop,
+                Request::Stop => return RunInterruption::Stop,
                 Request::Pause(reason, reply) => {
                     self.note_pause(reason, reply);
-                    return Wish::Pause;
+                    return RunInterruption::Pause;
                 }
                 Request::Resume(reply) => drop(reply.send(Err(ResumeError::NotPaused))),
             }
@@ -159,13 +159,13 @@ impl Inbox {
     }
 
     /// Waits for the next stop or resume while the job is paused.
-    pub(super) async fn while_paused(&mut self) -> Next {
+    pub(super) async fn next_pause_end(&mut self) -> PauseEnd {
         loop {
             match self.next().await {
-                Request::Stop => return Next::Stop,
+                Request::Stop => return PauseEnd::Stop,
                 // The job is paused already.
                 Request::Pause(_, reply) => drop(reply.send(Ok(()))),
-                Request::Resume(reply) => return Next::Resume(reply),
+                Request::Resume(reply) => return PauseEnd::Resume(reply),
             }
         }
     }

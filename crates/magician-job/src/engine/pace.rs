@@ -18,17 +18,17 @@ use magician::{Arm, Error, Set, SettingsBackup, build};
 use magician_program::Timetable;
 use magician_protocol::{CpMode, Effect, PtpMode};
 
-use super::Work;
+use super::Engine;
 use super::segment::Segment;
-use crate::beside::{BesideTurns, beside};
+use crate::background::{BackgroundTurns, run_in_background};
 use crate::event::JobEvent;
-use crate::handle::FULL;
+use crate::handle::FULL_SPEED;
 
 /// Margin factor on the distance that braking and accelerating at full speed need, when a travel
 /// line is cut. A choice: 10 %.
-const ROOM: f64 = 1.1;
+const BRAKING_MARGIN: f64 = 1.1;
 /// Smallest ratio allowed for a move, percent (1.10.4).
-const LEAST_RATIO: f32 = 1.0;
+const MIN_SPEED_RATIO: f32 = 1.0;
 
 /// The settings that determine how fast an arm moves.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,9 +42,9 @@ struct Speeds {
 #[derive(Debug, Default)]
 pub(super) struct Pace {
     /// Speed for the commands from now on, percent. Set once everything it needs is known.
-    wanted: u8,
+    requested: u8,
     /// Speed that the arm was set to last, percent.
-    told: u8,
+    sent: u8,
     full: Speeds,
     /// Settings to send next, before the program continues.
     next: VecDeque<Set>,
@@ -90,16 +90,16 @@ impl Speeds {
 /// even parts. The acceleration of paths gets the share alone, because corners are taken as fast as
 /// it allows (model section 8): at no place is the path slower than its share. A laser power that
 /// follows the speed also gets the share, so nothing is burnt deeper than at full speed.
-fn paced(command: Set, percent: u8) -> Set {
-    if percent == FULL {
+fn at_speed(command: Set, percent: u8) -> Set {
+    if percent == FULL_SPEED {
         return command;
     }
-    let share = f32::from(percent) / f32::from(FULL);
+    let share = f32::from(percent) / f32::from(FULL_SPEED);
     let square = share * share;
     match command {
         Set::PtpCommonParams(moves) => {
             // The arm takes more than 100 % as 100 %, so the share applies to at most that.
-            let ratio = |ratio: f32, share: f32| (ratio.min(100.0) * share).max(LEAST_RATIO);
+            let ratio = |ratio: f32, share: f32| (ratio.min(100.0) * share).max(MIN_SPEED_RATIO);
             PtpCommonParams {
                 velocity_ratio: ratio(moves.velocity_ratio, share),
                 acceleration_ratio: ratio(moves.acceleration_ratio, square),
@@ -142,8 +142,8 @@ impl Pace {
     /// Speed state of a job that restores these settings at its end.
     pub(super) fn new<'s>(saved: impl IntoIterator<Item = &'s Set>) -> Self {
         Self {
-            wanted: FULL,
-            told: FULL,
+            requested: FULL_SPEED,
+            sent: FULL_SPEED,
             saved: saved.into_iter().map(discriminant).collect(),
             ..Self::default()
         }
@@ -166,25 +166,25 @@ impl Pace {
     /// Queues the settings of the requested speed, with `before` ahead of them.
     ///
     /// Called between two commands of the program.
-    fn turns(&mut self, step: u64, before: Option<Set>) {
-        self.told = self.wanted;
-        let percent = self.told;
-        let settings = self.full.settings().map(|set| paced(set, percent));
+    fn queue_settings(&mut self, step: u64, before: Option<Set>) {
+        self.sent = self.requested;
+        let percent = self.sent;
+        let settings = self.full.settings().map(|set| at_speed(set, percent));
         self.next = before.into_iter().chain(settings).collect();
         self.tables
             .extend(self.table.clone().map(|table| (step, table)));
     }
 
     /// Returns a command of the program at the current speed, and records it if it is a setting.
-    fn passes(&mut self, command: Set) -> Set {
+    fn pass(&mut self, command: Set) -> Set {
         self.full.note(&command);
-        paced(command, self.told)
+        at_speed(command, self.sent)
     }
 }
 
 /// Commands of a segment, with the settings of its speed inserted.
 pub(super) struct Paced<'w, I: Iterator<Item = Set>> {
-    pub(super) work: &'w Work,
+    pub(super) engine: &'w Engine,
     pub(super) commands: Peekable<I>,
     pub(super) lead: u64,
     /// End of the last command, if known.
@@ -202,7 +202,7 @@ impl<I: Iterator<Item = Set>> Paced<'_, I> {
     /// neighbours are as fast as without the cut.
     fn seam(&mut self, full: &Speeds) -> Option<Option<Set>> {
         let next = self.commands.peek()?;
-        if !self.work.burns || !self.on_path {
+        if !self.engine.burns || !self.on_path {
             return Some(None);
         }
         let Set::CpLeCmd(line) = next else {
@@ -214,7 +214,7 @@ impl<I: Iterator<Item = Set>> Paced<'_, I> {
         let off = [0, 1, 2].map(|axis| f64::from(to[axis] - from[axis]));
         let long = off.iter().map(|off| off * off).sum::<f64>().sqrt();
         let speed = f64::from(paths.junction_vel);
-        let least = ROOM * speed * speed / f64::from(paths.plan_acc);
+        let least = BRAKING_MARGIN * speed * speed / f64::from(paths.plan_acc);
         let is_dark = line.velocity_or_power == 0.0 && line.cp_mode == CpMode::Absolute;
         let fits = is_dark && !paths.real_time_track.is_on() && long >= least;
         let [x, y, z] = [0, 1, 2].map(|axis| f32::midpoint(from[axis], to[axis]));
@@ -222,7 +222,7 @@ impl<I: Iterator<Item = Set>> Paced<'_, I> {
         fits.then(|| Some(half.into()))
     }
 
-    fn notes(&mut self, command: &Set) {
+    fn note(&mut self, command: &Set) {
         self.on_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
         // Settings do not move the arm.
         if let Some(end) = end_of(command) {
@@ -252,62 +252,62 @@ impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
     fn next(&mut self) -> Option<Set> {
         // Release the lock first: `seam` reads ahead in the program.
         let full = {
-            let pace = self.work.pace();
-            (pace.next.is_empty() && pace.wanted != pace.told).then_some(pace.full)
+            let pace = self.engine.pace();
+            (pace.next.is_empty() && pace.requested != pace.sent).then_some(pace.full)
         };
         let seam = full.and_then(|full| self.seam(&full));
-        let mut track = self.work.track();
-        let mut pace = self.work.pace();
+        let mut tracker = self.engine.tracker();
+        let mut pace = self.engine.pace();
         if let Some(half) = seam {
-            pace.turns(track.steps_pulled(self.lead), half);
+            pace.queue_settings(tracker.steps_pulled(self.lead), half);
         }
         if let Some(setting) = pace.next.pop_front() {
-            track.inserts(self.lead);
-            drop((pace, track));
-            self.notes(&setting);
+            tracker.note_inserted(self.lead);
+            drop((pace, tracker));
+            self.note(&setting);
             return Some(setting);
         }
-        drop((pace, track));
+        drop((pace, tracker));
         let command = self.commands.next()?;
-        self.notes(&command);
-        self.work.track().pulls(self.lead);
-        Some(self.work.pace().passes(command))
+        self.note(&command);
+        self.engine.tracker().note_pulled(self.lead);
+        Some(self.engine.pace().pass(command))
     }
 }
 
-impl Work {
+impl Engine {
     /// Follows requests to change the speed: later commands go out at the requested one.
     pub(super) async fn follow_pace(&self, segment: &Segment) -> std::convert::Infallible {
-        let mut wanted = self.shared.pace.subscribe();
+        let mut requested = self.shared.pace.subscribe();
         loop {
-            let percent = *wanted.borrow_and_update();
-            let before = self.pace().wanted;
-            if before != percent && self.takes_pace(segment, percent).await.is_err() {
+            let percent = *requested.borrow_and_update();
+            let before = self.pace().requested;
+            if before != percent && self.apply_pace(segment, percent).await.is_err() {
                 // An arm that does not report its speeds keeps them. The run sees the same error,
                 // so it is not reported here.
                 self.shared.pace.send_replace(before);
-                self.shared.tell(JobEvent::Speed(before));
+                self.shared.emit(JobEvent::Speed(before));
             }
             // Cannot fail: the job itself owns the sender.
-            let _ = wanted.changed().await;
+            let _ = requested.changed().await;
         }
     }
 
     /// Prepares the speed of a segment: full, or the share that was requested before.
-    pub(super) async fn begins_paced(&self, segment: &Segment) -> Result<(), Error> {
+    pub(super) async fn prepare_pace(&self, segment: &Segment) -> Result<(), Error> {
         {
             let mut pace = self.pace();
-            (pace.wanted, pace.told) = (FULL, FULL);
+            (pace.requested, pace.sent) = (FULL_SPEED, FULL_SPEED);
             pace.full = Speeds::default();
             pace.next.clear();
             pace.tables.clear();
             pace.table = None;
         }
         let percent = *self.shared.pace.borrow();
-        if percent == FULL {
+        if percent == FULL_SPEED {
             return Ok(());
         }
-        Box::pin(self.takes_pace(segment, percent)).await?;
+        Box::pin(self.apply_pace(segment, percent)).await?;
         let mut pace = self.pace();
         pace.tables = pace
             .table
@@ -320,10 +320,10 @@ impl Work {
 
     /// Applies `percent` to the commands from now on. Saves the settings that it changes, to be
     /// restored at the end.
-    async fn takes_pace(&self, segment: &Segment, percent: u8) -> Result<(), Error> {
+    async fn apply_pace(&self, segment: &Segment, percent: u8) -> Result<(), Error> {
         // The values do not matter: these commands only name the settings to read.
         let kinds = [
-            build::speed(FULL.into(), FULL.into()),
+            build::speed(FULL_SPEED.into(), FULL_SPEED.into()),
             build::path_speed(1.0, 1.0),
             build::arc_speed(1.0, 1.0),
         ];
@@ -345,33 +345,33 @@ impl Work {
             saved.save_all(&self.arm, new).await;
         }
         let full = self.pace().full.or(own);
-        let table = if percent == FULL {
+        let table = if percent == FULL_SPEED {
             segment.timetable.clone()
         } else {
             let (rest, table) = (segment.rest.clone(), segment.timetable.clone());
-            let before: Vec<Set> = full.settings().map(|set| paced(set, percent)).collect();
-            beside(async move {
-                let paced = |set| paced(set, percent);
-                { rest.timetable_with(&table, &before, paced, &BesideTurns) }.await
+            let before: Vec<Set> = full.settings().map(|set| at_speed(set, percent)).collect();
+            run_in_background(async move {
+                let at_percent = |set| at_speed(set, percent);
+                { rest.timetable_with(&table, &before, at_percent, &BackgroundTurns) }.await
             })
             .await?
         };
         let mut pace = self.pace();
         // The program may have set more in the meantime.
         pace.full = pace.full.or(full);
-        (pace.wanted, pace.table) = (percent, Some(table));
+        (pace.requested, pace.table) = (percent, Some(table));
         Ok(())
     }
 
     /// Restores full speed between two segments and before the pen goes up: a person who moves the
     /// arm in a pause expects its usual speed.
-    pub(super) async fn leaves_pace(&self, arm: &Arm) -> Result<(), Error> {
+    pub(super) async fn restore_full_speed(&self, arm: &Arm) -> Result<(), Error> {
         let full = {
             let mut pace = self.pace();
-            if pace.told == FULL {
+            if pace.sent == FULL_SPEED {
                 return Ok(());
             }
-            (pace.wanted, pace.told) = (FULL, FULL);
+            (pace.requested, pace.sent) = (FULL_SPEED, FULL_SPEED);
             pace.full
         };
         for setting in full.settings() {

@@ -14,23 +14,23 @@ use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use magician_program::{PauseCause, RemainingProgram};
 use tokio::time::{Instant, sleep};
 
-use super::inbox::{Inbox, Next, Stopped};
-use super::look::{Found, at_rest};
+use super::inbox::{Inbox, PauseEnd, Stopped};
+use super::start_check::{StartCheck, rest_index};
 use super::segment::Segment;
-use super::{Begun, Work};
-use crate::error::{Fault, JobError, Left, PenLift, ResumeError, Stood};
+use super::{StartTime, Engine};
+use crate::error::{Fault, JobError, ResumePlace, PenLift, ResumeError, StopPosition};
 use crate::event::{JobState, PauseReason};
 
 /// Poll interval while the command in progress ends.
-const LOOKS: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Longest wait for a command that does not show in the pose: homing, a motor, the rail
 /// (model section 11).
-const HIDDEN: Duration = Duration::from_secs(60);
+const MAX_HIDDEN_COMMAND_TIME: Duration = Duration::from_secs(60);
 /// Largest number of steps among which the pose may choose. A choice that bounds the work.
-const MOST: u64 = 64;
+const MAX_CANDIDATE_STEPS: u64 = 64;
 
 /// Place where a paused job resumes, and the arm's state at the pause.
-struct Place {
+struct PausePlace {
     /// Finished steps and position within the next; `None` if unknown.
     from: Option<(u64, Option<[f64; 3]>)>,
     /// The arm's clock, ms.
@@ -40,21 +40,21 @@ struct Place {
 }
 
 /// A step of the program that waits for a person.
-struct PausedAt {
+struct PauseStep {
     reason: PauseReason,
     part: Option<u64>,
     text: Arc<str>,
 }
 
-impl Work {
+impl Engine {
     /// Pauses before anything was sent; returns what to run when the pause ends.
-    pub(super) async fn pause_ahead(
+    pub(super) async fn pause_before_start(
         &self,
         inbox: &mut Inbox,
-        found: Found,
-    ) -> Result<Found, JobError> {
+        found: StartCheck,
+    ) -> Result<StartCheck, JobError> {
         let place = async {
-            Ok::<_, Error>(Place {
+            Ok::<_, Error>(PausePlace {
                 from: Some((found.rest.from(), found.rest.within())),
                 clock: self.arm.get::<DeviceTime>().await?.g_systick,
                 was_reset: self.arm.alarms().await?.contains(Alarm::ResetOccurred),
@@ -62,17 +62,17 @@ impl Work {
         };
         let place = match inbox.unless_stopped(place).await {
             Ok(place) => place?,
-            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+            Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
         };
         let mut found = Some(found);
         loop {
-            let reply = match self.hold(inbox, None).await {
-                Next::Resume(reply) => reply,
-                Next::Stop => return Err(self.stopped(inbox, None).await),
+            let reply = match self.wait_paused(inbox, None).await {
+                PauseEnd::Resume(reply) => reply,
+                PauseEnd::Stop => return Err(self.end_after_stop(inbox, None).await),
             };
-            let look = self.look_again(&place, found.take());
+            let look = self.check_resume(&place, found.take());
             match inbox.unless_stopped(look).await {
-                Err(Stopped) => return Err(self.stopped(inbox, None).await),
+                Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
                 Ok(Err(error)) => drop(reply.send(Err(error))),
                 Ok(Ok(found)) => {
                     let _ = reply.send(Ok(()));
@@ -86,61 +86,61 @@ impl Work {
     /// segment to run when the pause ends, `None` if that command was the last.
     pub(super) async fn pause(&self, inbox: &mut Inbox) -> Result<Option<Segment>, JobError> {
         let come_to_rest = self.come_to_rest();
-        let stood = match inbox.unless_stopped(come_to_rest).await {
-            Ok(Ok(stood)) => stood,
-            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
-            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        let stopped_at = match inbox.unless_stopped(come_to_rest).await {
+            Ok(Ok(stopped_at)) => stopped_at,
+            Ok(Err(error)) => return Err(self.end_after_failure(inbox, error).await),
+            Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
         };
-        let from = self.keep_place(&stood);
+        let from = self.record_place(&stopped_at);
         let all_done = |(steps, _)| self.steps().is_some_and(|all| steps >= all);
         if from.is_some_and(all_done) {
             return Ok(None);
         }
         // From here on a stop finds everything recorded.
         let rise = async {
-            self.leaves_pace(&self.arm).await?;
-            let lift = self.lift(&stood).await;
+            self.restore_full_speed(&self.arm).await?;
+            let lift = self.lift(&stopped_at).await;
             let clock = self.arm.get::<DeviceTime>().await?.g_systick;
             let was_reset = self.arm.alarms().await?.contains(Alarm::ResetOccurred);
             Ok::<_, Error>((lift, clock, was_reset))
         };
         let (lift, clock, was_reset) = match inbox.unless_stopped(rise).await {
             Ok(Ok(risen)) => risen,
-            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
-            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+            Ok(Err(error)) => return Err(self.end_after_failure(inbox, error).await),
+            Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
         };
-        let place = Place {
+        let place = PausePlace {
             from,
             clock,
             was_reset,
         };
-        Box::pin(self.resumed_after(inbox, &place, (stood, lift), None))
+        Box::pin(self.await_resume(inbox, &place, (stopped_at, lift), None))
             .await
             .map(Some)
     }
 
     /// Waits for the end of the pause and returns the segment to run after it.
-    async fn resumed_after(
+    async fn await_resume(
         &self,
         inbox: &mut Inbox,
-        place: &Place,
-        at: (Stood, PenLift),
-        step: Option<&PausedAt>,
+        place: &PausePlace,
+        at: (StopPosition, PenLift),
+        step: Option<&PauseStep>,
     ) -> Result<Segment, JobError> {
-        let (stood, lift) = at;
+        let (stopped_at, lift) = at;
         loop {
-            let reply = match self.hold(inbox, step).await {
-                Next::Resume(reply) => reply,
-                Next::Stop => return Err(self.stopped(inbox, Some((stood, lift))).await),
+            let reply = match self.wait_paused(inbox, step).await {
+                PauseEnd::Resume(reply) => reply,
+                PauseEnd::Stop => return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await),
             };
-            match Box::pin(inbox.unless_stopped(self.look_again(place, None))).await {
-                Err(Stopped) => return Err(self.stopped(inbox, Some((stood, lift))).await),
+            match Box::pin(inbox.unless_stopped(self.check_resume(place, None))).await {
+                Err(Stopped) => return Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await),
                 Ok(Err(error)) => drop(reply.send(Err(error))),
                 Ok(Ok(found)) => {
                     let _ = reply.send(Ok(()));
-                    let mut segment = Segment::of(found.rest, found.timetable, found.begun, false);
+                    let mut segment = Segment::new(found.rest, found.timetable, found.started, false);
                     segment.stops = self.arm.stops();
-                    segment.rests_at = found.rests_at;
+                    segment.rest_index = found.rest_index;
                     return Ok(segment);
                 }
             }
@@ -157,7 +157,7 @@ impl Work {
         let Some((step, pause)) = rest.pause() else {
             return Ok(None);
         };
-        let paused = PausedAt {
+        let paused = PauseStep {
             reason: match pause.cause {
                 PauseCause::Part => PauseReason::Part,
                 // Every other cause is a pause written in the program.
@@ -167,57 +167,57 @@ impl Work {
             text: Arc::from(&*pause.text),
         };
         self.shared.enter(JobState::Pausing);
-        let stood = match inbox.unless_stopped(self.come_to_rest()).await {
-            Ok(Ok(stood)) => stood,
-            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
-            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        let stopped_at = match inbox.unless_stopped(self.come_to_rest()).await {
+            Ok(Ok(stopped_at)) => stopped_at,
+            Ok(Err(error)) => return Err(self.end_after_failure(inbox, error).await),
+            Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
         };
         // The step itself is done when a person resumes.
-        self.track().ends(ResumePoint::After(step), None);
+        self.tracker().record_end(ResumePoint::After(step), None);
         let rise = async {
-            self.leaves_pace(&self.arm).await?;
-            let lift = self.rises(&stood, paused.reason).await?;
+            self.restore_full_speed(&self.arm).await?;
+            let lift = self.lift_at_pause(&stopped_at, paused.reason).await?;
             let clock = self.arm.get::<DeviceTime>().await?.g_systick;
             let was_reset = self.arm.alarms().await?.contains(Alarm::ResetOccurred);
             Ok::<_, Error>((lift, clock, was_reset))
         };
         let (lift, clock, was_reset) = match inbox.unless_stopped(rise).await {
             Ok(Ok(risen)) => risen,
-            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
-            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+            Ok(Err(error)) => return Err(self.end_after_failure(inbox, error).await),
+            Err(Stopped) => return Err(self.end_after_stop(inbox, None).await),
         };
         let next = step.saturating_add(1);
         if self.steps().is_some_and(|all| next >= all) {
-            return match self.hold(inbox, Some(&paused)).await {
-                Next::Resume(reply) => {
+            return match self.wait_paused(inbox, Some(&paused)).await {
+                PauseEnd::Resume(reply) => {
                     let _ = reply.send(Ok(()));
                     Ok(None)
                 }
-                Next::Stop => Err(self.stopped(inbox, Some((stood, lift))).await),
+                PauseEnd::Stop => Err(self.end_after_stop(inbox, Some((stopped_at, lift))).await),
             };
         }
-        let place = Place {
+        let place = PausePlace {
             from: Some((next, None)),
             clock,
             was_reset,
         };
-        let segment = Box::pin(self.resumed_after(inbox, &place, (stood, lift), Some(&paused)));
+        let segment = Box::pin(self.await_resume(inbox, &place, (stopped_at, lift), Some(&paused)));
         segment.await.map(Some)
     }
 
     /// Lifts the pen at a step that waits; between parts also parks the tool.
-    async fn rises(&self, stood: &Stood, reason: PauseReason) -> Result<PenLift, Error> {
+    async fn lift_at_pause(&self, stopped_at: &StopPosition, reason: PauseReason) -> Result<PenLift, Error> {
         let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
-        let at = [stood.pose.x, stood.pose.y, stood.pose.z].map(f64::from);
-        let begun = self.track().pulled > 0;
+        let at = [stopped_at.pose.x, stopped_at.pose.y, stopped_at.pose.z].map(f64::from);
+        let started = self.tracker().pulled > 0;
         if reason == PauseReason::Part {
             // Between parts the program has lifted the pen already, except for the rest computed
             // here.
-            self.track().lift = ending.after_done(plan, at);
+            self.tracker().lift = ending.after_done(plan, at);
         }
-        let lift = self.lift(stood).await;
+        let lift = self.lift(stopped_at).await;
         if let Some(place) = ending.park
-            && begun
+            && started
             && reason == PauseReason::Part
         {
             self.arm.park(place).await?;
@@ -227,7 +227,7 @@ impl Work {
 
     /// Enters the paused state and waits for the next request. `step` is the step that waits for a
     /// person, if the program paused.
-    async fn hold(&self, inbox: &mut Inbox, step: Option<&PausedAt>) -> Next {
+    async fn wait_paused(&self, inbox: &mut Inbox, step: Option<&PauseStep>) -> PauseEnd {
         let (reason, part) = match step {
             Some(step) => (step.reason, step.part),
             None => (inbox.reason(), None),
@@ -238,42 +238,42 @@ impl Work {
                 .enter_pause(JobState::Paused { reason, part }, text);
         }
         inbox.answer_pauses(|| Ok(()));
-        inbox.while_paused().await
+        inbox.next_pause_end().await
     }
 
     /// Waits until the command in progress has ended, empties the queue and switches the laser off.
     /// Returns how the arm stands.
-    async fn come_to_rest(&self) -> Result<Stood, Error> {
+    async fn come_to_rest(&self) -> Result<StopPosition, Error> {
         let arm = &self.arm;
         let began = Instant::now();
         let mut before = None;
-        let stood = loop {
+        let stopped_at = loop {
             let index = arm.queue().current_index().await?.0;
             let pose = arm.get::<Pose>().await?;
-            let now = Stood { pose, index };
+            let now = StopPosition { pose, index };
             let still = before.replace(now) == Some(now);
             // A pose that stands proves rest, unless the command in progress does not show in it.
-            if still && !(self.is_hidden(index) && began.elapsed() < HIDDEN) {
+            if still && !(self.is_hidden(index) && began.elapsed() < MAX_HIDDEN_COMMAND_TIME) {
                 break now;
             }
-            sleep(LOOKS).await;
+            sleep(POLL_INTERVAL).await;
         };
         arm.queue().clear().await?;
         if self.burns {
             arm.laser().switch_off().await?;
         }
         // Counts a command that finished during the Clear.
-        let index = arm.queue().current_index().await?.0.max(stood.index);
-        Ok(Stood { index, ..stood })
+        let index = arm.queue().current_index().await?.0.max(stopped_at.index);
+        Ok(StopPosition { index, ..stopped_at })
     }
 
     /// True if the command after this index may be in progress while the pose stands still.
     fn is_hidden(&self, index: u64) -> bool {
-        let track = self.track();
-        let Some(rest) = &track.rest else {
+        let tracker = self.tracker();
+        let Some(rest) = &tracker.rest else {
             return false;
         };
-        let StepRange { least, most } = track.counter.finished(index);
+        let StepRange { least, most } = tracker.counter.finished(index);
         let next = rest.next_command(least);
         let hidden = |command| {
             matches!(
@@ -281,56 +281,56 @@ impl Work {
                 Set::HomeCmd(_) | Set::EMotorS(_) | Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_)
             )
         };
-        let handed = track.counter.last().is_some_and(|(_, steps)| least < steps);
+        let handed = tracker.counter.last().is_some_and(|(_, steps)| least < steps);
         least == most && handed && next.is_some_and(hidden)
     }
 
     /// Records where the job resumes, before anything moves again. `None` if that is unknown.
-    fn keep_place(&self, stood: &Stood) -> Option<(u64, Option<[f64; 3]>)> {
-        let mut track = self.track();
-        if track.pulled == 0 {
-            let from = track.from();
-            return Some((from, track.rest.as_ref().and_then(RemainingProgram::within)));
+    fn record_place(&self, stopped_at: &StopPosition) -> Option<(u64, Option<[f64; 3]>)> {
+        let mut tracker = self.tracker();
+        if tracker.pulled == 0 {
+            let from = tracker.from();
+            return Some((from, tracker.rest.as_ref().and_then(RemainingProgram::within)));
         }
-        let from = track.from();
-        let rest = track.rest.clone()?;
-        let StepRange { least, most } = track.counter.finished(stood.index);
+        let from = tracker.from();
+        let rest = tracker.rest.clone()?;
+        let StepRange { least, most } = tracker.counter.finished(stopped_at.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {
             // The host splits burning lines into pieces: an unfinished step may be half done while
             // its last piece is complete.
-            let half = self.burns && rest.stands_after(least, &stood.pose, false) != Some(true);
-            let half = half.then(|| rest.resume_place(ResumePoint::Again(least), &stood.pose));
+            let half = self.burns && rest.stands_after(least, &stopped_at.pose, false) != Some(true);
+            let half = half.then(|| rest.resume_place(ResumePoint::Again(least), &stopped_at.pose));
             if let Some(place @ (steps, Some(_))) = half.flatten() {
                 Some((ResumePoint::Again(steps), place))
             } else {
                 let resume_point =
-                    resume_point_at(least, |steps| rest.stands_after(steps, &stood.pose, true));
-                rest.resume_place(resume_point, &stood.pose)
+                    resume_point_at(least, |steps| rest.stands_after(steps, &stopped_at.pose, true));
+                rest.resume_place(resume_point, &stopped_at.pose)
                     .map(|place| (resume_point, place))
             }
         } else {
-            by_pose(&rest, (least, most), &stood.pose)
+            resume_by_pose(&rest, (least, most), &stopped_at.pose)
         };
         let Some((resume_point, (steps, within))) = found else {
-            track.ends(ResumePoint::Doubt(StepRange { least, most }), None);
+            tracker.record_end(ResumePoint::Doubt(StepRange { least, most }), None);
             return None;
         };
         let resume_point = within.map_or(resume_point, |_| ResumePoint::Again(steps));
-        track.ends(resume_point, within.map(|place| (steps, place)));
+        tracker.record_end(resume_point, within.map(|place| (steps, place)));
         Some((steps, within))
     }
 
     /// Checks if the job can resume now, and what to run then.
-    async fn look_again(&self, place: &Place, found: Option<Found>) -> Result<Found, ResumeError> {
+    async fn check_resume(&self, place: &PausePlace, found: Option<StartCheck>) -> Result<StartCheck, ResumeError> {
         let arm = &self.arm;
-        let told = |error: Error| ResumeError::Arm(Arc::new(error));
-        let alarms = arm.alarms().await.map_err(told)?;
-        let clock = arm.get::<DeviceTime>().await.map_err(told)?.g_systick;
+        let arm_error = |error: Error| ResumeError::Arm(Arc::new(error));
+        let alarms = arm.alarms().await.map_err(arm_error)?;
+        let clock = arm.get::<DeviceTime>().await.map_err(arm_error)?.g_systick;
         // The 32-bit clock wraps after 49.7 days, so a restart shows as a difference beyond half of
         // its range.
-        let began_anew = clock.wrapping_sub(place.clock) > u32::MAX / 2;
-        if began_anew || alarms.contains(Alarm::ResetOccurred) && !place.was_reset {
+        let has_restarted = clock.wrapping_sub(place.clock) > u32::MAX / 2;
+        if has_restarted || alarms.contains(Alarm::ResetOccurred) && !place.was_reset {
             return Err(ResumeError::Reset);
         }
         if alarms.blocking() {
@@ -346,24 +346,24 @@ impl Work {
                 .await
                 .map_err(|error| match error.code() {
                     ErrorCode::NotHomed => ResumeError::Reset,
-                    _ => told(error),
+                    _ => arm_error(error),
                 })?;
         }
         arm.wait_still().await.map_err(|error| match error.kind() {
             ErrorKind::Timeout => ResumeError::Busy,
-            _ => told(error),
+            _ => arm_error(error),
         })?;
-        if at_rest(arm).await.map_err(told)?.is_none() {
+        if rest_index(arm).await.map_err(arm_error)?.is_none() {
             return Err(ResumeError::Busy);
         }
-        self.check_ready().await.map_err(told)?;
-        let pose = arm.get::<Pose>().await.map_err(told)?;
+        self.check_ready().await.map_err(arm_error)?;
+        let pose = arm.get::<Pose>().await.map_err(arm_error)?;
         // The arm has not moved since the first check, whose result still holds.
         if let Some(found) = found.filter(|found| found.pose == pose) {
-            let begun = Begun::now(arm).await.map_err(told)?;
-            return Ok(Found { begun, ..found });
+            let started = StartTime::now(arm).await.map_err(arm_error)?;
+            return Ok(StartCheck { started, ..found });
         }
-        let found = Box::pin(self.look(from, within, true)).await;
+        let found = Box::pin(self.check_rest(from, within, true)).await;
         let found = found.map_err(|error| match error.fault {
             Fault::Arm(error) => ResumeError::Arm(error),
             Fault::Program(problem) => ResumeError::Program(problem),
@@ -382,23 +382,23 @@ impl Work {
     }
 
     /// Record of where a job that is stopped in a pause can be resumed.
-    pub(super) fn left(&self) -> Option<Left> {
-        self.track().left
+    pub(super) fn resume_place(&self) -> Option<ResumePlace> {
+        self.tracker().resume_place
     }
 }
 
-pub(super) type Goes = (ResumePoint, (u64, Option<[f64; 3]>));
+pub(super) type ResumeChoice = (ResumePoint, (u64, Option<[f64; 3]>));
 
 /// Resume point chosen by the pose, if between `least` and `most` steps are done: after the only
 /// step that ends at the pose, or within the only one whose line the pose is on.
 ///
 /// `None` if several steps match.
-pub(super) fn by_pose(
+pub(super) fn resume_by_pose(
     rest: &RemainingProgram,
     (least, most): (u64, u64),
     pose: &Pose,
-) -> Option<Goes> {
-    if most - least > MOST {
+) -> Option<ResumeChoice> {
+    if most - least > MAX_CANDIDATE_STEPS {
         return None;
     }
     let ends = (least..=most).filter(|steps| rest.stands_after(*steps, pose, true) == Some(true));
@@ -420,4 +420,4 @@ pub(super) fn by_pose(
 }
 
 /// State of arm and pen at a pause, for a stop during it.
-pub(super) type AtPause = Option<(Stood, PenLift)>;
+pub(super) type PausedState = Option<(StopPosition, PenLift)>;

@@ -7,32 +7,32 @@ use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
 use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
-use super::inbox::{Inbox, Stopped, Wish};
+use super::inbox::{Inbox, Stopped, RunInterruption};
 use super::pace::Paced;
-use super::{Begun, Work};
+use super::{StartTime, Engine};
 use crate::event::{JobEvent, JobProgress, JobState};
 
 /// Interval between two progress events.
-const TELL: Duration = Duration::from_millis(100);
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
 /// Deadline for a run to end after the queue was stopped. A choice, far above a reply's usual
 /// delay.
-const GIVE_UP: Duration = Duration::from_secs(3);
+const RUN_END_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Part of a program, from where it begins or resumes.
 pub(super) struct Segment {
     pub(super) rest: RemainingProgram,
     pub(super) timetable: Timetable,
-    pub(super) begun: Begun,
+    pub(super) started: StartTime,
     pub(super) keep: bool,
     /// Stops of the arm before the segment.
     pub(super) stops: u64,
     /// Index of the arm at rest before the segment.
-    pub(super) rests_at: Option<u64>,
+    pub(super) rest_index: Option<u64>,
 }
 
 /// Outcome of a segment.
-pub(super) enum End {
-    Done,
+pub(super) enum SegmentEnd {
+    Completed,
     /// Everything before a step that waits for a person is done.
     AtPause,
     /// The queue is stopped, and the command in progress runs to its end.
@@ -42,53 +42,53 @@ pub(super) enum End {
 }
 
 impl Segment {
-    pub(super) fn of(
+    pub(super) fn new(
         rest: RemainingProgram,
         timetable: Timetable,
-        begun: Begun,
+        started: StartTime,
         keep: bool,
     ) -> Self {
         Self {
             rest,
             timetable,
-            begun,
+            started,
             keep,
             stops: 0,
-            rests_at: None,
+            rest_index: None,
         }
     }
 }
 
-impl Work {
+impl Engine {
     /// Runs a segment until it ends; returns what it has run.
-    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
+    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, SegmentEnd) {
         let rest = &segment.rest;
         if rest.begins_with_pause() {
             let progress = self.progress(rest.from(), segment, Duration::ZERO);
-            self.shared.reach(progress);
-            return (Ran::default(), End::AtPause);
+            self.shared.publish_progress(progress);
+            return (Ran::default(), SegmentEnd::AtPause);
         }
         let pause = rest.pause().map(|(step, _)| step);
-        let comes_to_end = || match pause {
-            Some(_) => End::AtPause,
-            None => End::Done,
+        let completed = || match pause {
+            Some(_) => SegmentEnd::AtPause,
+            None => SegmentEnd::Completed,
         };
-        match inbox.unless_stopped(self.begins_paced(segment)).await {
+        match inbox.unless_stopped(self.prepare_pace(segment)).await {
             Ok(Ok(())) => {}
-            Ok(Err(error)) => return (Ran::default(), End::Failed(error)),
-            Err(Stopped) => return (Ran::default(), End::Stopped),
+            Ok(Err(error)) => return (Ran::default(), SegmentEnd::Failed(error)),
+            Err(Stopped) => return (Ran::default(), SegmentEnd::Stopped),
         }
         self.shared
-            .reach(self.progress(rest.from(), segment, Duration::ZERO));
+            .publish_progress(self.progress(rest.from(), segment, Duration::ZERO));
         self.shared.enter(JobState::Running);
         if inbox.wants_pause() {
             // Requested while the job was about to start or resume: nothing is sent before the
             // pause.
             self.shared.enter(JobState::Pausing);
-            return (Ran::default(), End::Paused);
+            return (Ran::default(), SegmentEnd::Paused);
         }
         let commands = Paced {
-            work: self,
+            engine: self,
             commands: rest.commands_to_pause().peekable(),
             lead: rest.lead(),
             end: None,
@@ -104,68 +104,68 @@ impl Work {
         let run = self.arm.start_with(commands, options);
         let mut run = run.along(rest.start().clone());
         let end = {
-            let mut finish = pin!(run.wait(|progress| self.reached(segment, &progress)));
-            let wish = tokio::select! {
+            let mut finish = pin!(run.wait(|progress| self.note_progress(segment, &progress)));
+            let interruption = tokio::select! {
                 // Requests first: a run that ends at the same moment must not hide a stop.
                 biased;
-                wish = inbox.wish() => Ok(wish),
+                interruption = inbox.next_interruption() => Ok(interruption),
                 never = self.follow_pace(segment) => match never {},
                 ran = &mut finish => Err(ran),
             };
-            match wish {
-                Err(Ok(_)) => comes_to_end(),
-                Err(Err(error)) => End::Failed(error),
+            match interruption {
+                Err(Ok(_)) => completed(),
+                Err(Err(error)) => SegmentEnd::Failed(error),
                 // Waits for the run's last report: a dropped run reports nothing.
-                Ok(Wish::Stop) => {
+                Ok(RunInterruption::Stop) => {
                     let stop = self.arm.stop();
-                    let _ = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
-                    End::Stopped
+                    let _ = tokio::join!(stop, timeout(RUN_END_TIMEOUT, &mut finish));
+                    SegmentEnd::Stopped
                 }
-                Ok(Wish::Pause) => {
+                Ok(RunInterruption::Pause) => {
                     self.shared.enter(JobState::Pausing);
                     let stop = self.arm.stop_gentle();
-                    let (stopped, ran) = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
+                    let (stopped, ran) = tokio::join!(stop, timeout(RUN_END_TIMEOUT, &mut finish));
                     match (stopped, ran) {
                         // The run ended before the stop reached it.
-                        (_, Ok(Ok(_))) => comes_to_end(),
-                        (Err(error), _) => End::Failed(error),
+                        (_, Ok(Ok(_))) => completed(),
+                        (Err(error), _) => SegmentEnd::Failed(error),
                         (_, Ok(Err(error))) if !self.is_own_stop(segment, &error) => {
-                            End::Failed(error)
+                            SegmentEnd::Failed(error)
                         }
                         // Ended by the stop of this pause, or too slow to report: the arm is asked
                         // next.
-                        _ => End::Paused,
+                        _ => SegmentEnd::Paused,
                     }
                 }
             }
         };
         let ran = run.ran();
         drop(run);
-        let mut track = self.track();
-        track
+        let mut tracker = self.tracker();
+        tracker
             .counter
             .note(ran.commands, ran.last.map_or(0, |last| last.0));
-        drop(track);
+        drop(tracker);
         let progress = self.shared.progress();
         let reached = match (&end, pause) {
-            (End::AtPause, Some(step)) => {
+            (SegmentEnd::AtPause, Some(step)) => {
                 let steps = step.saturating_sub(rest.from());
                 Some((step, self.pace().left(&segment.timetable, steps)))
             }
-            (End::Done, _) => self.steps().map(|steps| (steps, Some(Duration::ZERO))),
+            (SegmentEnd::Completed, _) => self.steps().map(|steps| (steps, Some(Duration::ZERO))),
             _ => None,
         };
         let progress = match reached {
             Some((step, left)) => JobProgress {
                 step,
-                left,
+                remaining: left,
                 silent: Duration::ZERO,
                 ..progress
             },
             None => progress,
         };
-        self.shared.reach(progress);
-        self.shared.tell(JobEvent::Progress(progress));
+        self.shared.publish_progress(progress);
+        self.shared.emit(JobEvent::Progress(progress));
         (ran, end)
     }
 
@@ -175,22 +175,22 @@ impl Work {
     }
 
     /// Records what was sent and finished.
-    fn reached(&self, segment: &Segment, progress: &Progress) {
-        let mut track = self.track();
-        let from = track.from();
-        track.counter.note(progress.sent, progress.last.0);
-        let finished = from + track.counter.finished(progress.current.0).least;
-        let index = track
+    fn note_progress(&self, segment: &Segment, progress: &Progress) {
+        let mut tracker = self.tracker();
+        let from = tracker.from();
+        tracker.counter.note(progress.sent, progress.last.0);
+        let finished = from + tracker.counter.finished(progress.current.0).least;
+        let index = tracker
             .counter
             .last()
             .map(|(index, steps)| (index, from + steps));
-        let clock = segment.begun.clock_at_least();
-        track.reached(finished, index, clock, progress.current.0);
+        let clock = segment.started.clock_at_least();
+        tracker.note_progress(finished, index, clock, progress.current.0);
         let now = self.progress(finished, segment, progress.silent);
-        self.shared.reach(now);
-        if track.told.is_none_or(|told| told.elapsed() >= TELL) {
-            track.told = Some(Instant::now());
-            self.shared.tell(JobEvent::Progress(now));
+        self.shared.publish_progress(now);
+        if tracker.last_report.is_none_or(|last_report| last_report.elapsed() >= PROGRESS_INTERVAL) {
+            tracker.last_report = Some(Instant::now());
+            self.shared.emit(JobEvent::Progress(now));
         }
     }
 
@@ -201,7 +201,7 @@ impl Work {
             step,
             steps: self.steps(),
             iteration: (step / iteration).saturating_add(1).min(iterations.max(1)),
-            left: self
+            remaining: self
                 .pace()
                 .left(&segment.timetable, step.saturating_sub(segment.rest.from())),
             silent,

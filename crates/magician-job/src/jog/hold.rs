@@ -3,23 +3,23 @@
 //! Some controls report their release: the jog lasts from press to release. Others (keys of most
 //! terminals) report only presses, and a held key as repeated presses, of which the second comes
 //! half a second after the first. For these a single press jogs for a moment, so a tap is a nudge.
-//! A repeat within [`REPEATS`] means that the key is held: the jog continues until repeats stop.
-//! The first reported release shows which kind the control is.
+//! A repeat within [`MAX_REPEAT_DELAY`] means that the key is held: the jog continues until repeats
+//! stop. The first reported release shows which kind the control is.
 
 use std::time::Duration;
 
 use super::JogDirection;
 
 /// Time for which a jog continues after the last report that its control is held.
-const HELD: Duration = Duration::from_millis(250);
-/// Hold time given to the driver: slightly longer than [`HELD`], it takes effect only if this
-/// program hangs.
-const KEEP: Duration = Duration::from_millis(300);
+const RELEASE_TIMEOUT: Duration = Duration::from_millis(250);
+/// Hold time given to the driver: slightly longer than [`RELEASE_TIMEOUT`], it takes effect only if
+/// this program hangs.
+const DRIVER_HOLD_TIME: Duration = Duration::from_millis(300);
 /// Duration of a tap's jog if releases are not reported.
-const TAP: Duration = Duration::from_millis(150);
+const TAP_DURATION: Duration = Duration::from_millis(150);
 /// A press repeated within this time is a hold: longer than the longest delay before keys repeat
 /// (660 ms under X).
-const REPEATS: Duration = Duration::from_millis(700);
+const MAX_REPEAT_DELAY: Duration = Duration::from_millis(700);
 
 /// Action that follows from a report of the control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +59,13 @@ pub enum HoldAction {
 pub struct HoldToRun {
     /// True if releases are reported.
     releases: bool,
-    held: Option<Held>,
+    held: Option<HeldControl>,
     /// Last press and its time.
     last: Option<(JogDirection, Duration)>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct HeldControl {
     direction: JogDirection,
     seen: Duration,
     /// True while the press may be a tap: the jog is not kept alive.
@@ -112,7 +112,7 @@ impl HoldToRun {
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         let again = self
             .last
-            .is_some_and(|(last, at)| last == direction && now.saturating_sub(at) < REPEATS);
+            .is_some_and(|(last, at)| last == direction && now.saturating_sub(at) < MAX_REPEAT_DELAY);
         self.last = Some((direction, now));
         match &mut self.held {
             Some(held) if held.direction == direction && !held.tap => {
@@ -150,9 +150,9 @@ impl HoldToRun {
         };
         let unseen = now.saturating_sub(held.seen);
         let over = match (held.tap, self.releases) {
-            (true, _) => unseen >= TAP,
-            (false, true) => held.repeats && unseen >= REPEATS,
-            (false, false) => unseen >= HELD,
+            (true, _) => unseen >= TAP_DURATION,
+            (false, true) => held.repeats && unseen >= MAX_REPEAT_DELAY,
+            (false, false) => unseen >= RELEASE_TIMEOUT,
         };
         if over {
             self.release_all()
@@ -173,7 +173,7 @@ impl HoldToRun {
     }
 
     fn begin(&mut self, direction: JogDirection, now: Duration, tap: bool) -> HoldAction {
-        self.held = Some(Held {
+        self.held = Some(HeldControl {
             direction,
             seen: now,
             tap,
@@ -181,7 +181,7 @@ impl HoldToRun {
         });
         HoldAction::Begin {
             direction,
-            keep: KEEP,
+            keep: DRIVER_HOLD_TIME,
         }
     }
 }
@@ -205,7 +205,7 @@ mod tests {
     }
 
     fn begin(direction: JogDirection) -> HoldAction {
-        let keep = KEEP;
+        let keep = DRIVER_HOLD_TIME;
         HoldAction::Begin { direction, keep }
     }
 
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tap_is_a_short_jog_that_ends_by_itself() {
+    fn tap_starts_a_short_jog_that_ends_by_itself() {
         let mut hold = plain();
         assert_eq!(hold.press(UP, ms(0)), begin(UP));
         assert_eq!(hold.tick(ms(50)), HoldAction::Nothing);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn repeats_keep_it_up_until_no_more_come() {
+    fn jog_lasts_while_key_repeats_arrive() {
         let mut hold = plain();
         hold.press(UP, ms(0));
         assert_eq!(hold.tick(ms(200)), HoldAction::End);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_control_with_releases_jogs_from_press_to_release() {
+    fn control_with_releases_jogs_from_press_to_release() {
         let mut hold = plain();
         assert_eq!(hold.release(None), HoldAction::Nothing);
         assert!(hold.reports_releases());
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_release_that_was_lost_shows_in_repeats_that_do_not_come() {
+    fn missing_repeats_reveal_a_lost_release() {
         let mut hold = plain();
         hold.release(None);
         hold.press(UP, ms(0));
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn another_direction_is_a_jog_of_its_own() {
+    fn other_direction_starts_a_new_jog() {
         // This model only reports the change; the driver brings the arm to rest between two axes.
         let mut hold = plain();
         hold.press(UP, ms(0));

@@ -11,9 +11,9 @@ use super::{
 };
 
 /// Selectable step lengths, mm or degrees.
-const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
+const STEP_LENGTHS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
 /// Selectable speed ratios, percent.
-const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
+const SPEED_RATIOS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
 
 /// Coordinates that the direction controls move along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,7 +108,7 @@ impl Pendant {
     /// unless its control is released first.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
-            JogMode::Hold => self.turn(|hold| hold.press(direction, now)),
+            JogMode::Hold => self.apply_hold(|hold| hold.press(direction, now)),
             JogMode::Step => self.step(direction),
         }
     }
@@ -116,7 +116,7 @@ impl Pendant {
     /// Handles a press reported as a repeat.
     pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
-            JogMode::Hold => self.turn(|hold| hold.repeat(direction, now)),
+            JogMode::Hold => self.apply_hold(|hold| hold.repeat(direction, now)),
             JogMode::Step => self.step(direction),
         }
     }
@@ -124,7 +124,7 @@ impl Pendant {
     /// Handles the release of a direction control; `None` means any other control.
     pub fn release(&mut self, direction: Option<JogDirection>) -> Option<PendantOrder> {
         let stepped = self.step_pending.take_if(|step| Some(*step) == direction);
-        let order = self.turn(|hold| hold.release(direction));
+        let order = self.apply_hold(|hold| hold.release(direction));
         order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
@@ -132,13 +132,13 @@ impl Pendant {
     /// is known to be present: a held jog is kept alive, or ends if its control was not reported
     /// for too long.
     pub fn tick(&mut self, now: Duration) -> Option<PendantOrder> {
-        self.turn(|hold| hold.tick(now))
+        self.apply_hold(|hold| hold.tick(now))
     }
 
     /// Ends a held jog and drops a waiting step: the person at the control may be gone.
     pub fn release_all(&mut self) -> Option<PendantOrder> {
         let stepped = self.step_pending.take();
-        let order = self.turn(HoldToRun::release_all);
+        let order = self.apply_hold(HoldToRun::release_all);
         order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
@@ -165,24 +165,24 @@ impl Pendant {
 
     /// Selects the next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
     pub fn longer_step(&mut self) {
-        self.step = next(&STEPS, self.step, true);
+        self.step = next(&STEP_LENGTHS, self.step, true);
     }
 
     /// Selects the next shorter step.
     pub fn shorter_step(&mut self) {
-        self.step = next(&STEPS, self.step, false);
+        self.step = next(&STEP_LENGTHS, self.step, false);
     }
 
     /// Order for the next higher speed ratio of 1, 5, 10, 20, 30, 50, 75 and 100 %.
     #[must_use]
     pub fn faster(&self) -> PendantOrder {
-        PendantOrder::Speed(next(&SPEEDS, self.speed, true))
+        PendantOrder::Speed(next(&SPEED_RATIOS, self.speed, true))
     }
 
     /// Order for the next lower speed ratio.
     #[must_use]
     pub fn slower(&self) -> PendantOrder {
-        PendantOrder::Speed(next(&SPEEDS, self.speed, false))
+        PendantOrder::Speed(next(&SPEED_RATIOS, self.speed, false))
     }
 
     /// Order that toggles the suction cup.
@@ -251,8 +251,8 @@ impl Pendant {
         })
     }
 
-    fn turn(&mut self, turn: impl FnOnce(&mut HoldToRun) -> HoldAction) -> Option<PendantOrder> {
-        match turn(&mut self.hold) {
+    fn apply_hold(&mut self, report: impl FnOnce(&mut HoldToRun) -> HoldAction) -> Option<PendantOrder> {
+        match report(&mut self.hold) {
             HoldAction::Begin { direction, keep } => Some(PendantOrder::Jog { direction, keep }),
             HoldAction::Keep => Some(PendantOrder::Keep),
             HoldAction::End => Some(PendantOrder::EndJog),

@@ -13,9 +13,9 @@ use super::{Activity, OrderDone, Pendant, PendantOrder, ToolState};
 use crate::{Polled, SavedSettings};
 
 /// Rate of pose readings, Hz.
-const RATE: f64 = 20.0;
+const POSE_RATE: f64 = 20.0;
 /// Interval between readings of the rail. A choice: each reading costs a request besides the pose.
-const RAIL: Duration = Duration::from_millis(250);
+const RAIL_POLL_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Event of a session.
 #[derive(Debug)]
@@ -84,12 +84,12 @@ impl PendantSession {
             jog: arm.get::<JogCommonParams>().await?,
             moves: arm.get::<PtpCommonParams>().await?,
         };
-        let rail = known(arm.get::<DeviceWithL>().await)?.is_some_and(|rail| rail.with_l.is_on());
+        let rail = none_if_unsupported(arm.get::<DeviceWithL>().await)?.is_some_and(|rail| rail.with_l.is_on());
         let tools = ToolState::read(arm).await?;
         let pendant = Pendant::new(ratios.jog.velocity_ratio, tools, rail);
         let session = Self {
             worker: ArmWorker::new(arm, saved.clone(), ratios),
-            state: arm.state(RATE)?,
+            state: arm.state(POSE_RATE)?,
             events: arm.events(),
             rail: rail.then(|| rail_position(arm)),
             arm: arm.clone(),
@@ -132,7 +132,7 @@ impl PendantSession {
             done = self.worker.next() => Ok(PendantEvent::Done(done)),
             status = self.state.changed() => status.map(PendantEvent::Status),
             Some(event) = self.events.next() => Ok(PendantEvent::Arm(event)),
-            Some(rail) = next_of(&mut self.rail) => Ok(PendantEvent::Rail(rail)),
+            Some(rail) = next_reading(&mut self.rail) => Ok(PendantEvent::Rail(rail)),
         }
     }
 
@@ -155,7 +155,7 @@ impl PendantSession {
 #[must_use]
 pub fn rail_position(arm: &Arm) -> Polled<f32> {
     let arm = arm.clone();
-    Polled::every(RAIL, move || {
+    Polled::every(RAIL_POLL_INTERVAL, move || {
         let arm = arm.clone();
         // A failed reading is retried at the next interval.
         async move { arm.get::<PoseL>().await.ok().map(|at| at.pose_l) }
@@ -167,13 +167,13 @@ pub fn rail_position(arm: &Arm) -> Polled<f32> {
 /// # Errors
 /// Same as [`Arm::get`], except for an arm that does not know the command.
 pub async fn device_name(arm: &Arm) -> Result<String> {
-    let name = known(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
+    let name = none_if_unsupported(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
     Ok(name.unwrap_or_default())
 }
 
 /// Turns the errors of an arm that lacks a function into `None`. A timeout counts too, for an arm
 /// that leaves an unknown command unanswered.
-pub(super) fn known<T>(answer: Result<T>) -> Result<Option<T>> {
+pub(super) fn none_if_unsupported<T>(answer: Result<T>) -> Result<Option<T>> {
     match answer {
         Ok(answer) => Ok(Some(answer)),
         Err(error)
@@ -189,7 +189,7 @@ pub(super) fn known<T>(answer: Result<T>) -> Result<Option<T>> {
 }
 
 /// Next reading of `polled`; `None` if nothing is polled.
-async fn next_of<T: Clone + Send + Sync + 'static>(polled: &mut Option<Polled<T>>) -> Option<T> {
+async fn next_reading<T: Clone + Send + Sync + 'static>(polled: &mut Option<Polled<T>>) -> Option<T> {
     match polled {
         Some(polled) => Some(polled.next().await),
         None => None,

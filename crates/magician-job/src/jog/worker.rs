@@ -2,8 +2,8 @@
 //! overtakes it.
 //!
 //! Work is a set of futures that only [`ArmWorker::next`] polls, so the session needs no task of
-//! its own. Three slots hold it: `moving` for the activity that moves the arm, `beside` for tools,
-//! speeds and alarms in order, and `waiting` for the newest order that a stop holds back.
+//! its own. Three slots hold it: `moving` for the activity that moves the arm, `side_orders` for
+//! tools, speeds and alarms in order, and `waiting` for the newest order that a stop holds back.
 
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
@@ -22,14 +22,14 @@ use tokio::time::Instant;
 use super::{Activity, JogDirection, OrderDone, OrderError, PendantOrder};
 use crate::{JobHandle, JobSpec, NoJournal, SavedSettings, Start};
 
-type Worked = Result<Option<Jog>, OrderError>;
-type Work = Pin<Box<dyn Future<Output = Worked> + Send>>;
+type OrderOutcome = Result<Option<Jog>, OrderError>;
+type OrderFuture = Pin<Box<dyn Future<Output = OrderOutcome> + Send>>;
 /// The running or last program.
 type Running = Arc<Mutex<Option<JobHandle>>>;
 
-struct Job {
+struct RunningOrder {
     activity: Activity,
-    work: Work,
+    future: OrderFuture,
 }
 
 /// Speed ratios of jogs and moves as first read.
@@ -50,11 +50,11 @@ pub(super) struct ArmWorker {
     changed: bool,
     jog: Option<(JogDirection, Jog)>,
     /// Activity that moves the arm.
-    moving: Option<Job>,
+    moving: Option<RunningOrder>,
     /// Order that waits for the current stop, and when it was last given or kept alive.
     waiting: Option<(PendantOrder, Instant)>,
     /// Work that does not move the arm, in order.
-    beside: VecDeque<Job>,
+    side_orders: VecDeque<RunningOrder>,
     /// The running or last program.
     program: Running,
     /// Runtime on which the drop sends its stop.
@@ -66,7 +66,7 @@ pub(super) struct ArmWorker {
 impl Drop for ArmWorker {
     fn drop(&mut self) {
         // A jog that is about to begin ends with its future.
-        if self.jogs() {
+        if self.is_jog_pending() {
             return;
         }
         if self.moving.take().is_some() {
@@ -88,7 +88,7 @@ impl ArmWorker {
             jog: None,
             moving: None,
             waiting: None,
-            beside: VecDeque::new(),
+            side_orders: VecDeque::new(),
             program: Running::default(),
             runtime: Handle::current(),
         }
@@ -112,7 +112,7 @@ impl ArmWorker {
     /// Starts an order, or returns its refusal at once. Only a stop replaces the current activity,
     /// and a jog replaces a jog. During a stop the newest motion order waits for its end.
     pub(super) fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
-        if self.stops() && moves(&order) {
+        if self.is_stopping() && moves_arm(&order) {
             self.waiting = Some((order, Instant::now()));
             return None;
         }
@@ -130,23 +130,23 @@ impl ArmWorker {
                 drop(lock(&self.program).take());
                 // Tool orders not sent yet are dropped: sent after the stop, one could switch the
                 // laser on.
-                self.beside
+                self.side_orders
                     .retain(|job| !matches!(job.activity, Activity::Tool(_)));
                 let arm = self.arm.clone();
-                let work = async move { Ok(arm.stop().await.map(|()| None)?) };
-                self.begin(Activity::Stop, work);
+                let future = async move { Ok(arm.stop().await.map(|()| None)?) };
+                self.begin(Activity::Stop, future);
                 None
             }
             PendantOrder::ClearAlarms => {
                 let arm = self.arm.clone();
-                let work = async move { Ok(arm.clear_alarms().await.map(|()| None)?) };
-                self.beside(Activity::ClearAlarms, work)
+                let future = async move { Ok(arm.clear_alarms().await.map(|()| None)?) };
+                self.begin_beside_motion(Activity::ClearAlarms, future)
             }
             PendantOrder::Tool(tool) => {
                 // The caller has verified that the laser may burn.
                 let arm = self.arm.allowing_laser();
-                let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
-                self.beside(Activity::Tool(tool), work)
+                let future = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
+                self.begin_beside_motion(Activity::Tool(tool), future)
             }
             PendantOrder::Speed(percent) => self.speed(percent),
             PendantOrder::Jog { direction, keep } => self.start_jog(direction, keep),
@@ -159,24 +159,24 @@ impl ArmWorker {
                 let command = direction.axis.step(direction.signed(length));
                 let guards = Guards::default().laser(!burning);
                 let arm = self.arm.clone();
-                let work = async move {
+                let future = async move {
                     // Wait for rest: a jog may still be braking.
                     arm.wait_still().await?;
                     arm.run_with(&[command], RunOptions::default().guards(guards), |_| {})
                         .await?;
                     Ok(None)
                 };
-                self.begin_if_free(activity, work)
+                self.begin_if_free(activity, future)
             }
             PendantOrder::Home => {
                 let arm = self.arm.clone();
-                let work = async move { Ok(arm.home().await.map(|()| None)?) };
-                self.begin_if_free(Activity::Home, work)
+                let future = async move { Ok(arm.home().await.map(|()| None)?) };
+                self.begin_if_free(Activity::Home, future)
             }
             PendantOrder::Run { plan, from } => {
                 let program = Arc::clone(&self.program);
-                let work = run(self.arm.clone(), *plan, from, program);
-                self.begin_if_free(Activity::Run, work)
+                let future = run(self.arm.clone(), *plan, from, program);
+                self.begin_if_free(Activity::Run, future)
             }
         }
     }
@@ -185,7 +185,7 @@ impl ArmWorker {
     pub(super) async fn next(&mut self) -> OrderDone {
         let (activity, outcome) = poll_fn(|context| {
             if let Some(job) = &mut self.moving
-                && let Poll::Ready(outcome) = job.work.as_mut().poll(context)
+                && let Poll::Ready(outcome) = job.future.as_mut().poll(context)
             {
                 let activity = job.activity;
                 self.moving = None;
@@ -194,11 +194,11 @@ impl ArmWorker {
                 }
                 return Poll::Ready((activity, outcome));
             }
-            if let Some(job) = self.beside.front_mut()
-                && let Poll::Ready(outcome) = job.work.as_mut().poll(context)
+            if let Some(job) = self.side_orders.front_mut()
+                && let Poll::Ready(outcome) = job.future.as_mut().poll(context)
             {
                 let activity = job.activity;
-                self.beside.pop_front();
+                self.side_orders.pop_front();
                 return Poll::Ready((activity, outcome));
             }
             Poll::Pending
@@ -218,7 +218,7 @@ impl ArmWorker {
     /// Fails if the arm does not confirm that it stands; else as [`SavedSettings::restore`].
     pub(super) async fn finish(mut self) -> magician::Result<()> {
         self.moving = None;
-        self.beside.clear();
+        self.side_orders.clear();
         let program = lock(&self.program).take();
         if let Some(program) = program {
             program.stop();
@@ -238,7 +238,7 @@ impl ArmWorker {
         if let Some((_, kept)) = &mut self.waiting {
             *kept = Instant::now();
         }
-        if self.jogs() {
+        if self.is_jog_pending() {
             // A new jog is replacing the old one, whose end says nothing about the control that is
             // held now.
             return None;
@@ -261,18 +261,18 @@ impl ArmWorker {
         self.waiting.take_if(|(order, _)| {
             matches!(order, PendantOrder::Jog { .. } | PendantOrder::Step { .. })
         });
-        if self.jogs() {
+        if self.is_jog_pending() {
             self.moving = None;
         }
     }
 
     /// True if a jog is about to begin.
-    fn jogs(&self) -> bool {
+    fn is_jog_pending(&self) -> bool {
         (self.moving.as_ref()).is_some_and(|job| matches!(job.activity, Activity::Jog(_)))
     }
 
     /// True if a stop is in progress.
-    fn stops(&self) -> bool {
+    fn is_stopping(&self) -> bool {
         (self.moving.as_ref()).is_some_and(|job| job.activity == Activity::Stop)
     }
 
@@ -288,16 +288,16 @@ impl ArmWorker {
     }
 
     fn start_jog(&mut self, direction: JogDirection, keep: Duration) -> Option<OrderDone> {
-        if self.jogs() {
+        if self.is_jog_pending() {
             self.moving = None;
         }
         let arm = self.arm.clone();
         let options = JogOptions::default().keep(keep);
-        let work = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
+        let future = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
         // The guard of the current jog is kept until the new one begins: in the opposite direction
         // the arm reverses without a stop. Along another axis the driver first ends the jog and
         // waits for rest. A release in the meantime starts nothing.
-        self.begin_if_free(Activity::Jog(direction), work)
+        self.begin_if_free(Activity::Jog(direction), future)
     }
 
     fn speed(&mut self, percent: f32) -> Option<OrderDone> {
@@ -314,7 +314,7 @@ impl ArmWorker {
             ..self.ratios.moves
         };
         let (arm, saved) = (self.arm.clone(), self.saved.clone());
-        let work = async move {
+        let future = async move {
             if first {
                 saved.save_all(&arm, before).await;
             }
@@ -322,41 +322,41 @@ impl ArmWorker {
             arm.set(&moves).await?;
             Ok(None)
         };
-        self.beside(Activity::Speed(percent), work)
+        self.begin_beside_motion(Activity::Speed(percent), future)
     }
 
     fn begin_if_free(
         &mut self,
         activity: Activity,
-        work: impl Future<Output = Worked> + Send + 'static,
+        future: impl Future<Output = OrderOutcome> + Send + 'static,
     ) -> Option<OrderDone> {
         let jog_for_jog = matches!(activity, Activity::Jog(_)) || self.jog.is_none();
         if self.moving.is_none() && jog_for_jog {
-            self.begin(activity, work);
+            self.begin(activity, future);
             return None;
         }
         let outcome = Err(OrderError::Busy);
         Some(OrderDone { activity, outcome })
     }
 
-    fn begin(&mut self, activity: Activity, work: impl Future<Output = Worked> + Send + 'static) {
-        let work = Box::pin(work);
-        self.moving = Some(Job { activity, work });
+    fn begin(&mut self, activity: Activity, future: impl Future<Output = OrderOutcome> + Send + 'static) {
+        let future = Box::pin(future);
+        self.moving = Some(RunningOrder { activity, future });
     }
 
-    fn beside(
+    fn begin_beside_motion(
         &mut self,
         activity: Activity,
-        work: impl Future<Output = Worked> + Send + 'static,
+        future: impl Future<Output = OrderOutcome> + Send + 'static,
     ) -> Option<OrderDone> {
-        let work = Box::pin(work);
-        self.beside.push_back(Job { activity, work });
+        let future = Box::pin(future);
+        self.side_orders.push_back(RunningOrder { activity, future });
         None
     }
 }
 
 /// True if an order moves the arm by hand.
-fn moves(order: &PendantOrder) -> bool {
+fn moves_arm(order: &PendantOrder) -> bool {
     matches!(
         order,
         PendantOrder::Jog { .. } | PendantOrder::Step { .. } | PendantOrder::Home
@@ -364,7 +364,7 @@ fn moves(order: &PendantOrder) -> bool {
 }
 
 /// Checks a program from step `from` on, and runs it.
-async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> Worked {
+async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> OrderOutcome {
     drop(lock(&program).take());
     arm.wait_still().await?;
     // A stop leaves the tool where it is: the person at the pendant decides where it goes.
@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn another_axis_begins_at_rest_and_goes_on_while_it_is_held() {
+    async fn other_axis_starts_at_rest_and_continues_while_held() {
         let sim = magician::VirtualArm::new(
             magician::sim::Controller::default(),
             magician::SimSpeed::Times(1.0),
@@ -454,14 +454,14 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
+    async fn later_stop_drops_pending_tool_orders() {
         let arm = Arm::connect("sim").await.unwrap();
         let mut worker = worker(&arm).await;
         let laser = PendantOrder::Tool(ToolOrder::Laser(true));
         assert!(worker.order(laser).is_none());
         assert!(worker.order(PendantOrder::Stop).is_none());
         assert_eq!(worker.next().await.activity, Activity::Stop);
-        assert!(worker.beside.is_empty());
+        assert!(worker.side_orders.is_empty());
         // Orders given after the stop are carried out.
         let suction = ToolOrder::Suction(true);
         assert!(worker.order(PendantOrder::Tool(suction)).is_none());

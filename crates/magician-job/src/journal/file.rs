@@ -21,17 +21,17 @@ use crate::files::{replace, replace_locked};
 
 /// Largest number of arms with one serial number that keep journals of one program. Further ones
 /// keep none.
-const MOST_ARMS: u32 = 32;
+const MAX_ARMS_PER_SERIAL: u32 = 32;
 
 /// Largest number of interrupted jobs of other programs in an error.
-const MOST_OTHERS: usize = 20;
+const MAX_LISTED_JOBS: usize = 20;
 
 /// Claims by path of the first such file and number of the virtual arm.
 type Claims = BTreeMap<(PathBuf, u64), Claim>;
 
 /// Files of this process's virtual arms between two jobs. The world of such an arm ends with the
 /// process, so until then its journal belongs to no other arm.
-fn of_virtual_arms() -> MutexGuard<'static, Claims> {
+fn virtual_arm_claims() -> MutexGuard<'static, Claims> {
     static CLAIMS: Mutex<Claims> = Mutex::new(Claims::new());
     CLAIMS.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -54,19 +54,19 @@ pub struct FileJournal {
 }
 
 /// Folder next to that of the journals, with the order of each journal under the same name.
-const ORDERS: &str = "orders";
+const ORDER_FOLDER: &str = "orders";
 
 /// Path of the order that belongs to a journal.
 fn order_of(journal: &Path) -> PathBuf {
     let folder = journal.parent().unwrap_or(Path::new(""));
     let name = journal.file_name().unwrap_or_default();
-    folder.with_file_name(ORDERS).join(name)
+    folder.with_file_name(ORDER_FOLDER).join(name)
 }
 
 /// Interrupted job, with the order that another program needs to resume it.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct LeftRun {
+pub struct InterruptedRun {
     /// Name of its journal.
     pub name: String,
     /// Arm of the job: [`JournalKey::arm`].
@@ -82,17 +82,17 @@ pub struct LeftRun {
 /// Lists the interrupted jobs in a folder (`runs` of the user's state directory) that have an
 /// order. Jobs that a process is running are left out.
 #[must_use]
-pub fn left_runs(folder: &Path) -> Vec<LeftRun> {
-    let orders = fs::read_dir(folder.with_file_name(ORDERS));
+pub fn interrupted_runs(folder: &Path) -> Vec<InterruptedRun> {
+    let orders = fs::read_dir(folder.with_file_name(ORDER_FOLDER));
     let left = orders.into_iter().flatten().flatten().filter_map(|entry| {
         let path = entry.path();
-        let claim = Claim::of(folder.join(entry.file_name()))?;
+        let claim = Claim::try_new(folder.join(entry.file_name()))?;
         let name = path.file_stem()?.to_str()?.to_owned();
         let checkpoint: Checkpoint = serde_json::from_str(&claim.text().ok()?).ok()?;
         let at = claim.file.metadata().ok()?.modified().ok()?;
         let mut order: Value = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         let arm = order.as_object_mut()?.remove("arm")?.as_str()?.to_owned();
-        Some(LeftRun {
+        Some(InterruptedRun {
             name,
             arm,
             order,
@@ -117,16 +117,16 @@ impl FileJournal {
     /// A journal in the user's state directory. Keeps nothing if the system has no such directory.
     #[must_use]
     pub fn new() -> Self {
-        Self::within(dirs::state().map(|state| state.join("runs")))
+        Self::in_folder(dirs::state().map(|state| state.join("runs")))
     }
 
     /// A journal in this folder.
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self::within(Some(folder.into()))
+        Self::in_folder(Some(folder.into()))
     }
 
-    fn within(folder: Option<PathBuf>) -> Self {
+    fn in_folder(folder: Option<PathBuf>) -> Self {
         Self {
             folder,
             key: None,
@@ -136,7 +136,7 @@ impl FileJournal {
     }
 
     /// Adds an order, with which other programs can resume the job: it is stored next to the
-    /// journal ([`left_runs`]).
+    /// journal ([`interrupted_runs`]).
     ///
     /// When a job that had no order is resumed, none is added: the job belongs to the program that
     /// started it.
@@ -158,7 +158,7 @@ impl FileJournal {
 
     /// Locks the folder, where the system can do that, so that no other process chooses a file at
     /// the same time.
-    fn guard(&self) -> Option<File> {
+    fn lock_folder(&self) -> Option<File> {
         let folder = File::open(self.folder.as_ref()?).ok()?;
         folder.lock().ok()?;
         Some(folder)
@@ -166,16 +166,16 @@ impl FileJournal {
 
     /// Error for a program without a journal, with the interrupted jobs of other programs at the
     /// same arm.
-    fn nothing(&self) -> JournalError {
-        let others = self.others().unwrap_or_default();
+    fn no_journal_error(&self) -> JournalError {
+        let others = self.other_jobs().unwrap_or_default();
         if others.is_empty() {
-            JournalError::Nothing
+            JournalError::NotFound
         } else {
-            JournalError::Others(others)
+            JournalError::OtherPrograms(others)
         }
     }
 
-    fn others(&self) -> Option<Vec<InterruptedJob>> {
+    fn other_jobs(&self) -> Option<Vec<InterruptedJob>> {
         let (first, _) = self.key.as_ref()?;
         let own = first.file_stem()?.to_str()?;
         let (_, arm) = own.split_once('-')?;
@@ -194,7 +194,7 @@ impl FileJournal {
         };
         let entries = fs::read_dir(first.parent()?).ok()?.flatten();
         let claims = entries.map(|entry| entry.path()).filter(is_of_arm);
-        let left = claims.filter_map(Claim::of).filter_map(|claim| {
+        let left = claims.filter_map(Claim::try_new).filter_map(|claim| {
             let at = claim
                 .file
                 .metadata()
@@ -209,7 +209,7 @@ impl FileJournal {
         });
         let mut left: Vec<_> = left.collect();
         left.sort_by_key(|job| Reverse(job.at));
-        left.truncate(MOST_OTHERS);
+        left.truncate(MAX_LISTED_JOBS);
         Some(left)
     }
 
@@ -218,10 +218,10 @@ impl FileJournal {
             let why = "the system names no folder for it";
             return Err(io::Error::new(io::ErrorKind::NotFound, why));
         };
-        let _guard = self.guard();
+        let _guard = self.lock_folder();
         let path = match &self.claim {
             Some(claim) => claim.path.clone(),
-            None => paths(first)
+            None => candidate_paths(first)
                 .find(|path| !path.exists())
                 .ok_or(io::ErrorKind::AlreadyExists)?,
         };
@@ -246,10 +246,10 @@ impl Journal for FileJournal {
         let name = format!("{}-{arm}.json", key.program);
         let first = self.folder.as_ref().map(|folder| folder.join(name));
         self.key = first.map(|first| (first, key.virtual_arm));
-        let _guard = self.guard();
+        let _guard = self.lock_folder();
         self.claim = self.key.as_ref().and_then(|(first, number)| {
-            let own = number.and_then(|number| of_virtual_arms().remove(&(first.clone(), number)));
-            own.or_else(|| newest(first))
+            let own = number.and_then(|number| virtual_arm_claims().remove(&(first.clone(), number)));
+            own.or_else(|| newest_unclaimed(first))
         });
         let goes_on = |claim: &Claim| claim.path.exists() && !order_of(&claim.path).exists();
         if self.claim.as_ref().is_some_and(goes_on) {
@@ -260,9 +260,9 @@ impl Journal for FileJournal {
         }
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let claim = self.claim.as_ref().filter(|claim| claim.path.exists());
-        let claim = claim.ok_or_else(|| self.nothing())?;
+        let claim = claim.ok_or_else(|| self.no_journal_error())?;
         let checkpoint: Option<Checkpoint> = claim
             .text()
             .ok()
@@ -285,7 +285,7 @@ impl Journal for FileJournal {
     }
 
     fn remove(&mut self) {
-        let _guard = self.guard();
+        let _guard = self.lock_folder();
         if let Some(claim) = self.claim.take() {
             // Fails if the file was never written.
             let _ = fs::remove_file(&claim.path);
@@ -298,14 +298,14 @@ impl Drop for FileJournal {
     fn drop(&mut self) {
         // Keep the lock, so that no other arm takes the file between two jobs.
         if let (Some((first, Some(number))), Some(claim)) = (self.key.take(), self.claim.take()) {
-            of_virtual_arms().insert((first, number), claim);
+            virtual_arm_claims().insert((first, number), claim);
         }
     }
 }
 
 impl Claim {
     /// Claims a file unless another job holds it.
-    fn of(path: PathBuf) -> Option<Self> {
+    fn try_new(path: PathBuf) -> Option<Self> {
         let file = File::open(&path).ok()?;
         // On a file system without locks the file counts as free.
         let is_taken = matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock));
@@ -322,17 +322,17 @@ impl Claim {
 }
 
 /// Paths of the files of one program and serial number.
-fn paths(first: &Path) -> impl Iterator<Item = PathBuf> {
+fn candidate_paths(first: &Path) -> impl Iterator<Item = PathBuf> {
     let stem = first.file_stem().unwrap_or_default().to_string_lossy();
-    (1..=MOST_ARMS).map(move |number| match number {
+    (1..=MAX_ARMS_PER_SERIAL).map(move |number| match number {
         1 => first.to_owned(),
         _ => first.with_file_name(format!("{stem}-{number}.json")),
     })
 }
 
 /// Newest of the files that no job holds.
-fn newest(first: &Path) -> Option<Claim> {
-    let free = paths(first).filter_map(Claim::of);
+fn newest_unclaimed(first: &Path) -> Option<Claim> {
+    let free = candidate_paths(first).filter_map(Claim::try_new);
     free.max_by_key(|claim| {
         claim
             .file

@@ -12,7 +12,7 @@ use std::time::SystemTime;
 use magician_program::resume::Checkpoint;
 
 #[cfg(feature = "files")]
-pub use file::{FileJournal, LeftRun, left_runs};
+pub use file::{FileJournal, InterruptedRun, interrupted_runs};
 
 /// Key of a journal: program and arm.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,10 +57,10 @@ pub struct InterruptedJob {
 #[non_exhaustive]
 pub enum JournalError {
     /// No job of this program was interrupted at this arm.
-    Nothing,
-    /// Like `Nothing`, but jobs of other programs were interrupted, newest first. The same file
+    NotFound,
+    /// Like `NotFound`, but jobs of other programs were interrupted, newest first. The same file
     /// with another placement or other options is another program.
-    Others(Vec<InterruptedJob>),
+    OtherPrograms(Vec<InterruptedJob>),
     /// The journal exists but cannot be read: another version wrote it, or it is damaged.
     Unreadable {
         /// Path of the journal.
@@ -80,7 +80,7 @@ pub trait Journal: Send {
     ///
     /// # Errors
     /// [`JournalError`] without such a checkpoint, or if it cannot be read.
-    fn left(&self) -> Result<Checkpoint, JournalError>;
+    fn load(&self) -> Result<Checkpoint, JournalError>;
 
     /// Stores a checkpoint.
     ///
@@ -98,8 +98,8 @@ impl<J: Journal + ?Sized> Journal for Box<J> {
         (**self).open(key);
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
-        (**self).left()
+    fn load(&self) -> Result<Checkpoint, JournalError> {
+        (**self).load()
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> io::Result<()> {
@@ -118,8 +118,8 @@ pub struct NoJournal;
 impl Journal for NoJournal {
     fn open(&mut self, _key: &JournalKey) {}
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
-        Err(JournalError::Nothing)
+    fn load(&self) -> Result<Checkpoint, JournalError> {
+        Err(JournalError::NotFound)
     }
 
     fn write(&mut self, _mark: &Checkpoint) -> io::Result<()> {

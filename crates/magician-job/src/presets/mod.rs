@@ -25,20 +25,20 @@ pub use store::PresetFolder;
 pub use store::PresetStore;
 
 /// Largest size of a preset, bytes. A choice far above any real preset.
-const LARGEST: usize = 1 << 16;
+const MAX_PRESET_SIZE: usize = 1 << 16;
 /// Largest number of stored presets; shipped ones do not count.
-const MOST: usize = 1000;
+const MAX_PRESETS: usize = 1000;
 /// Longest name, bytes.
-const LONGEST: usize = 64;
+const MAX_NAME_LENGTH: usize = 64;
 /// Key of the note.
-const NOTE: &str = "note";
+const NOTE_KEY: &str = "note";
 /// Options that a preset may not contain: the kind of work, and if it is done at all.
-const NOT_OF_A_PRESET: [&str; 3] = ["work", "frame", "frame_power"];
+const EXCLUDED_OPTIONS: [&str; 3] = ["work", "frame", "frame_power"];
 /// Device names that no file may have on Windows.
-const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+const WINDOWS_DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
 
 /// Presets that come with this crate.
-const SHIPPED: [(&str, &str); 5] = [
+const SHIPPED_PRESETS: [(&str, &str); 5] = [
     ("pen", include_str!("../../presets/pen.toml")),
     ("marker", include_str!("../../presets/marker.toml")),
     ("paper-cut", include_str!("../../presets/paper-cut.toml")),
@@ -136,9 +136,9 @@ pub enum PresetError {
         problem: Box<Diagnostic>,
     },
     /// The options cannot be saved as a preset.
-    Unsaid(String),
+    Inexpressible(String),
     /// The system has no directory for presets.
-    Homeless,
+    NoDirectory,
     /// The limit on presets is reached.
     TooMany,
     /// The file cannot be read or written.
@@ -150,7 +150,7 @@ impl fmt::Display for PresetError {
         match self {
             Self::Name(name) => write!(
                 f,
-                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {LONGEST}"
+                "a preset cannot be called {name:?}: its name has letters, digits, - and _, at most {MAX_NAME_LENGTH}"
             ),
             Self::Unknown(name, known) => {
                 write!(
@@ -164,9 +164,9 @@ impl fmt::Display for PresetError {
                 "the preset {name} comes with this program and cannot be removed"
             ),
             Self::Broken { path, problem, .. } => write!(f, "{}: {problem}", path.display()),
-            Self::Unsaid(why) => f.write_str(why),
-            Self::Homeless => f.write_str("there is no directory for presets"),
-            Self::TooMany => write!(f, "{MOST} presets are kept at most: remove some"),
+            Self::Inexpressible(why) => f.write_str(why),
+            Self::NoDirectory => f.write_str("there is no directory for presets"),
+            Self::TooMany => write!(f, "{MAX_PRESETS} presets are kept at most: remove some"),
             Self::File(path, error) => write!(f, "{}: {error}", path.display()),
         }
     }
@@ -194,19 +194,19 @@ impl Presets {
     #[cfg(feature = "files")]
     #[must_use]
     pub fn at(folder: impl Into<PathBuf>) -> Self {
-        Self::kept_in(Arc::new(PresetFolder::at(folder)))
+        Self::with_store(Arc::new(PresetFolder::at(folder)))
     }
 
     /// Presets in another store.
     #[must_use]
-    pub fn kept_in(store: Arc<dyn PresetStore>) -> Self {
+    pub fn with_store(store: Arc<dyn PresetStore>) -> Self {
         Self { store: Some(store) }
     }
 
     /// Names of all presets, shipped ones first.
     #[must_use]
     pub fn names(&self) -> Vec<String> {
-        let mut names: Vec<String> = SHIPPED.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut names: Vec<String> = SHIPPED_PRESETS.iter().map(|(name, _)| (*name).to_owned()).collect();
         let mut own = self.own_names();
         // A file that hides a shipped preset is listed at the shipped one's place.
         own.retain(|name| !names.contains(name));
@@ -230,14 +230,14 @@ impl Presets {
         check_name(name)?;
         let store = self.store.as_ref();
         let kept = store.map(|store| store.load(name)).transpose();
-        let kept = kept.map_err(|error| self.unkept(name, error))?.flatten();
+        let kept = kept.map_err(|error| self.write_error(name, error))?.flatten();
         let shipped = kept.is_none();
         let Some(text) = kept.or_else(|| shipped_text(name).map(str::to_owned)) else {
             return Err(PresetError::Unknown(name.to_owned(), self.names()));
         };
         let path = self.path(name).filter(|_| !shipped);
         let read = match text.len() {
-            0..=LARGEST => parse(&text),
+            0..=MAX_PRESET_SIZE => parse(&text),
             _ => Err(Diagnostic::of_file(message!(
                 "it is too large for a preset"
             ))),
@@ -268,9 +268,9 @@ impl Presets {
         options: &SetupOptions,
     ) -> Result<Preset, PresetError> {
         check_name(name)?;
-        let text = written(note, options)?;
+        let text = to_text(note, options)?;
         // Options that could not be loaded again must not be saved.
-        parse(&text).map_err(|problem| PresetError::Unsaid(problem.message.into()))?;
+        parse(&text).map_err(|problem| PresetError::Inexpressible(problem.message.into()))?;
         self.save_text(name, text)
     }
 
@@ -280,19 +280,19 @@ impl Presets {
     /// [`PresetError`].
     pub fn save_text(&self, name: &str, text: String) -> Result<Preset, PresetError> {
         check_name(name)?;
-        let store = self.store.as_ref().ok_or(PresetError::Homeless)?;
-        if text.len() > LARGEST {
+        let store = self.store.as_ref().ok_or(PresetError::NoDirectory)?;
+        if text.len() > MAX_PRESET_SIZE {
             let why = "it is too large for a preset".to_owned();
-            return Err(PresetError::Unsaid(why));
+            return Err(PresetError::Inexpressible(why));
         }
         let (note, options) =
-            parse(&text).map_err(|problem| PresetError::Unsaid(problem.to_string()))?;
+            parse(&text).map_err(|problem| PresetError::Inexpressible(problem.to_string()))?;
         let own = self.own_names();
-        if own.len() >= MOST && !own.iter().any(|known| known == name) {
+        if own.len() >= MAX_PRESETS && !own.iter().any(|known| known == name) {
             return Err(PresetError::TooMany);
         }
         let kept = store.save(name, &text);
-        kept.map_err(|error| self.unkept(name, error))?;
+        kept.map_err(|error| self.write_error(name, error))?;
         Ok(Preset {
             name: name.to_owned(),
             note,
@@ -311,7 +311,7 @@ impl Presets {
     pub fn remove(&self, name: &str) -> Result<Option<PathBuf>, PresetError> {
         check_name(name)?;
         let removed = { self.store.as_ref() }.map_or(Ok(false), |store| store.remove(name));
-        if removed.map_err(|error| self.unkept(name, error))? {
+        if removed.map_err(|error| self.write_error(name, error))? {
             Ok(self.path(name))
         } else if shipped_text(name).is_some() {
             Err(PresetError::Shipped(name.to_owned()))
@@ -324,7 +324,7 @@ impl Presets {
         self.store.as_ref()?.path(name)
     }
 
-    fn unkept(&self, name: &str, error: io::Error) -> PresetError {
+    fn write_error(&self, name: &str, error: io::Error) -> PresetError {
         PresetError::File(self.path(name).unwrap_or_else(|| name.into()), error)
     }
 }
@@ -345,16 +345,16 @@ fn is_name(name: &str) -> bool {
         number.is_some_and(|rest| rest.len() == 1 && rest.bytes().all(|byte| byte.is_ascii_digit()))
     };
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'-' || byte == b'_';
-    (1..=LONGEST).contains(&name.len())
+    (1..=MAX_NAME_LENGTH).contains(&name.len())
         && name.bytes().all(plain)
         && !name.starts_with('-')
-        && !DEVICES.contains(&lower.as_str())
+        && !WINDOWS_DEVICES.contains(&lower.as_str())
         && !numbered("com")
         && !numbered("lpt")
 }
 
 fn shipped_text(name: &str) -> Option<&'static str> {
-    let mut all = SHIPPED.iter();
+    let mut all = SHIPPED_PRESETS.iter();
     all.find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
@@ -377,7 +377,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
             Some(value) => value,
         };
         let name = key.get_ref().replace('-', "_");
-        if name == NOTE {
+        if name == NOTE_KEY {
             let Value::String(text) = value else {
                 return Err(Diagnostic::new(
                     at_value,
@@ -387,7 +387,7 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
             note = Some(text);
             continue;
         }
-        if NOT_OF_A_PRESET.contains(&name.as_str()) || !SetupOptions::keys().contains(&name) {
+        if EXCLUDED_OPTIONS.contains(&name.as_str()) || !SetupOptions::keys().contains(&name) {
             let message = message!("a preset has no {option}", option = key.get_ref());
             return Err(Diagnostic::new(lines.origin(key.span()), message));
         }
@@ -410,24 +410,24 @@ fn parse(text: &str) -> Result<(Option<String>, SetupOptions), Diagnostic> {
 }
 
 /// Text of a preset file with these options.
-fn written(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
+fn to_text(note: Option<&str>, options: &SetupOptions) -> Result<String, PresetError> {
     if let Some(FontChoice::File { name, .. }) = &options.font {
         let message = message!("a preset cannot keep the font of a file: {name}", name);
-        return Err(PresetError::Unsaid(message.into()));
+        return Err(PresetError::Inexpressible(message.into()));
     }
     let mut text = String::new();
     let mut put = |key: &str, value: &Value| {
         let value = toml::Value::try_from(value)
-            .map_err(|error| PresetError::Unsaid(format!("{key}: {error}")))?;
+            .map_err(|error| PresetError::Inexpressible(format!("{key}: {error}")))?;
         text.push_str(&format!("{key} = {value}\n"));
         Ok(())
     };
     if let Some(note) = note {
-        put(NOTE, &Value::from(note))?;
+        put(NOTE_KEY, &Value::from(note))?;
     }
     let said = options.to_fields();
     if said.is_empty() {
-        return Err(PresetError::Unsaid("there is no option to save".to_owned()));
+        return Err(PresetError::Inexpressible("there is no option to save".to_owned()));
     }
     for (key, value) in &said {
         put(key, value)?;
@@ -446,7 +446,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_shipped_is_right_and_says_that_it_was_not_tried() {
+    fn shipped_presets_are_valid_and_marked_untested() {
         let presets = Presets::default();
         let names = [
             "pen",
@@ -465,7 +465,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn device_in_the_folder_is_named_and_not_read() {
+    fn device_in_the_folder_is_listed_but_not_read() {
         let place = tempfile::tempdir().expect("a folder");
         let link = place.path().join("endless.toml");
         std::os::unix::fs::symlink("/dev/zero", link).expect("a link");
@@ -475,7 +475,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_saved_is_loaded_and_goes_before_what_is_shipped() {
+    fn saved_preset_overrides_the_shipped_one() {
         let place = tempfile::tempdir().expect("a directory");
         let presets = Presets::at(place.path().join("presets"));
         let said = options(
@@ -510,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_a_path_or_odd_is_refused() {
+    fn invalid_preset_name_is_refused() {
         let place = tempfile::tempdir().expect("a directory");
         let presets = Presets::at(place.path().join("presets"));
         let said = options(serde_json::json!({"speed": 20}));
@@ -531,7 +531,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_in_a_file_has_its_place() {
+    fn error_in_a_preset_file_has_its_position() {
         for (text, line, column, part) in [
             ("sped = 20", 1, 1, "no sped"),
             ("# mine\nspeed = 'fast'", 2, 9, "speed is a number"),
@@ -558,14 +558,14 @@ mod tests {
     }
 
     #[test]
-    fn bad_option_of_a_preset_has_the_sentence_of_every_door() {
+    fn bad_preset_option_has_the_common_error_sentence() {
         const TABLE: &str = concat!(
             env!("CARGO_MANIFEST_DIR"),
             "/../magician-program/tests/data/bad_options.json"
         );
         /// Entries that no preset can contain: null, unknown keys, and options that a preset may
         /// not set.
-        const UNSAYABLE: usize = 116;
+        const INEXPRESSIBLE_ENTRIES: usize = 116;
         let table = fs::read_to_string(TABLE).expect("the table");
         let table: Vec<Value> = serde_json::from_str(&table).expect("JSON");
         let mut unsayable = 0;
@@ -573,7 +573,7 @@ mod tests {
             let options = entry["options"].as_object().expect("options");
             let says = |(key, value): (&String, &Value)| {
                 let is_known = SetupOptions::option(key).is_some();
-                is_known && !NOT_OF_A_PRESET.contains(&key.as_str()) && !value.is_null()
+                is_known && !EXCLUDED_OPTIONS.contains(&key.as_str()) && !value.is_null()
             };
             if !options.iter().all(says) {
                 unsayable += 1;
@@ -587,11 +587,11 @@ mod tests {
             let problem = parse(&text).expect_err(&text);
             assert_eq!(entry["message"], problem.message.as_str(), "{text}");
         }
-        assert_eq!(unsayable, UNSAYABLE, "of {}", table.len());
+        assert_eq!(unsayable, INEXPRESSIBLE_ENTRIES, "of {}", table.len());
     }
 
     #[test]
-    fn what_cannot_be_loaded_again_is_not_saved() {
+    fn options_that_cannot_be_reloaded_are_not_saved() {
         let place = tempfile::tempdir().expect("a directory");
         let presets = Presets::at(place.path());
         let mut with_font = SetupOptions::default();
@@ -603,7 +603,7 @@ mod tests {
         ] {
             let refused = presets.save("mine", None, &said);
             assert!(
-                matches!(refused, Err(PresetError::Unsaid(_))),
+                matches!(refused, Err(PresetError::Inexpressible(_))),
                 "{refused:?}"
             );
         }

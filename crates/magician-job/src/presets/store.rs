@@ -77,7 +77,7 @@ impl PresetStore for PresetFolder {
         match fs::metadata(&file) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
             // Too large for a preset: refuse it before reading.
-            Ok(about) if about.len() > super::LARGEST as u64 => {
+            Ok(about) if about.len() > super::MAX_PRESET_SIZE as u64 => {
                 Err(io::Error::other("it is too large for a preset"))
             }
             // Pipes and devices may never end.

@@ -36,7 +36,7 @@ pub enum RecordError {
         why: Option<Arc<str>>,
     },
     /// The task died: an internal error, with its last message.
-    Died(String),
+    TaskFailed(String),
 }
 
 /// Maps an I/O error of `path` to a [`RecordError`].
@@ -64,7 +64,7 @@ impl fmt::Display for RecordError {
                 let why = why.as_deref().unwrap_or("it was closed");
                 write!(f, "lost the line to the arm after {seconds:.1} s: {why}")
             }
-            Self::Died(last) => f.write_str(last),
+            Self::TaskFailed(last) => f.write_str(last),
         }
     }
 }

@@ -3,7 +3,7 @@
 //! A [`Recorder`] runs as a task. A reading is in the file within a second, even if the program
 //! then dies.
 
-mod counted;
+mod reference_tool;
 mod error;
 mod program;
 mod readings;
@@ -24,16 +24,16 @@ use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use counted::{Counted, recounted};
+use reference_tool::{ReferenceTool, with_tool};
 pub use error::RecordError;
 use error::unwritable;
 pub use sink::Format;
-use sink::{Beginning, Sink};
+use sink::{RecordingStart, Sink};
 
 /// Interval at which readings are flushed to the file.
-const FLUSH: Duration = Duration::from_secs(1);
+const FLUSH_INTERVAL: Duration = Duration::from_secs(1);
 /// Deadline for the last reading: an arm that no longer answers must not hold up the end.
-const LAST_LOOK: Duration = Duration::from_millis(500);
+const LAST_READING_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Options of a recording.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl Options {
 
 /// Progress of a recording.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally {
+pub struct RecordingProgress {
     /// Time of the last reading, s.
     pub seconds: f64,
     /// Readings so far.
@@ -137,7 +137,7 @@ pub struct Summary {
 /// # }
 /// ```
 pub struct Recorder {
-    tally: watch::Receiver<Tally>,
+    progress: watch::Receiver<RecordingProgress>,
     /// A message asks the task for a last reading; dropping the sender ends it at once.
     stop: oneshot::Sender<()>,
     task: JoinHandle<Result<Summary, RecordError>>,
@@ -164,7 +164,7 @@ impl Recorder {
         let tool = Tool::from(&bias);
         let sink = format.open(
             path,
-            &Beginning {
+            &RecordingStart {
                 began: options.began,
                 rate: options.rate,
                 tolerance: options.tolerance,
@@ -174,22 +174,22 @@ impl Recorder {
                 paper: options.paper,
             },
         )?;
-        let (tell, tally) = watch::channel(Tally::default());
+        let (tell, progress) = watch::channel(RecordingProgress::default());
         let (stop, stopped) = oneshot::channel();
-        let work = Work {
+        let work = RecordingTask {
             state: arm.state(options.rate)?,
             events: arm.events(),
             arm: arm.clone(),
             clock,
             samples,
             steps: options.steps,
-            begun: Instant::now(),
+            started: Instant::now(),
             places,
-            counted: Counted::new(tool),
+            reference_tool: ReferenceTool::new(tool),
             sink,
             last: None,
-            tally: tell,
-            broke: None,
+            progress: tell,
+            line_error: None,
         };
         let summary = Summary {
             file: path.to_owned(),
@@ -199,29 +199,29 @@ impl Recorder {
             length: 0.0,
             steps: None,
         };
-        let task = tokio::spawn(work.go_on(stopped, summary));
-        Ok(Self { tally, stop, task })
+        let task = tokio::spawn(work.run(stopped, summary));
+        Ok(Self { progress, stop, task })
     }
 
     /// Current progress.
     #[must_use]
-    pub fn tally(&self) -> Tally {
-        *self.tally.borrow()
+    pub fn progress(&self) -> RecordingProgress {
+        *self.progress.borrow()
     }
 
     /// Function that returns the current progress, for another thread. It keeps working after the
     /// end.
-    pub fn teller(&self) -> impl Fn() -> Tally + Send + Sync + use<> {
-        let tally = self.tally.clone();
-        move || *tally.borrow()
+    pub fn progress_reader(&self) -> impl Fn() -> RecordingProgress + Send + Sync + use<> {
+        let progress = self.progress.clone();
+        move || *progress.borrow()
     }
 
     /// Waits until the recording ends by itself, which happens only after an error.
     pub async fn failed(&mut self) -> RecordError {
         match (&mut self.task).await {
             Ok(Err(error)) => error,
-            Ok(Ok(_)) => RecordError::Died("a recording ended by itself".to_owned()),
-            Err(panic) => RecordError::Died(panic.to_string()),
+            Ok(Ok(_)) => RecordError::TaskFailed("a recording ended by itself".to_owned()),
+            Err(panic) => RecordError::TaskFailed(panic.to_string()),
         }
     }
 
@@ -234,13 +234,13 @@ impl Recorder {
         let _ = self.stop.send(());
         match self.task.await {
             Ok(outcome) => outcome,
-            Err(panic) => Err(RecordError::Died(panic.to_string())),
+            Err(panic) => Err(RecordError::TaskFailed(panic.to_string())),
         }
     }
 }
 
 /// Values read from the arm.
-struct Seen {
+struct StateReading {
     pose: Pose,
     index: u64,
     left_space: u32,
@@ -248,7 +248,7 @@ struct Seen {
 }
 
 /// State of the recording task.
-struct Work {
+struct RecordingTask {
     state: StateWatch,
     events: Events,
     arm: Arm,
@@ -257,19 +257,19 @@ struct Work {
     /// Samples of a virtual arm whose clock leaps: then all readings come from here.
     samples: Option<Samples>,
     steps: Option<Arc<AtomicU64>>,
-    begun: Instant,
+    started: Instant,
     places: u32,
-    counted: Counted,
+    reference_tool: ReferenceTool,
     sink: Box<dyn Sink>,
     /// Last reading, and the tool that its pose refers to.
     last: Option<(Instant, Reading, Tool)>,
-    tally: watch::Sender<Tally>,
+    progress: watch::Sender<RecordingProgress>,
     /// Cause of a lost line.
-    broke: Option<Arc<str>>,
+    line_error: Option<Arc<str>>,
 }
 
-impl Work {
-    async fn go_on(
+impl RecordingTask {
+    async fn run(
         mut self,
         stopped: oneshot::Receiver<()>,
         summary: Summary,
@@ -278,12 +278,12 @@ impl Work {
         // Complete the file even after an error: earlier readings are valid.
         let finished = self.sink.finish();
         outcome?;
-        let Tally {
+        let RecordingProgress {
             seconds,
             readings,
             length,
             ..
-        } = *self.tally.borrow();
+        } = *self.progress.borrow();
         Ok(Summary {
             seconds: (seconds * 1000.0).round() / 1000.0,
             readings,
@@ -294,29 +294,29 @@ impl Work {
     }
 
     async fn record(&mut self, mut stopped: oneshot::Receiver<()>) -> Result<(), RecordError> {
-        let mut flushes = interval(FLUSH);
+        let mut flushes = interval(FLUSH_INTERVAL);
         // After a delay flush once, not once for each missed interval.
         flushes.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tokio::select! {
                 // The end first: a busy arm must not delay it.
                 biased;
-                told = &mut stopped => {
+                stopped_by = &mut stopped => {
                     if let Some(samples) = &self.samples {
                         samples.take();
-                        return self.keep_samples(None);
+                        return self.store_samples(None);
                     }
-                    if told.is_ok() {
+                    if stopped_by.is_ok() {
                         // Ignored if it fails: an arm that stopped answering has nothing to add.
-                        let _ = timeout(LAST_LOOK, self.look()).await;
+                        let _ = timeout(LAST_READING_TIMEOUT, self.take_reading()).await;
                     }
                     return Ok(());
                 }
                 Some(event) = self.events.next() => self.note(&event)?,
-                Some(sample) = next(&mut self.samples) => self.keep_samples(Some(sample))?,
+                Some(sample) = next(&mut self.samples) => self.store_samples(Some(sample))?,
                 _ = flushes.tick() => self.sink.flush()?,
                 status = self.state.changed() => match status {
-                    Ok(status) => self.see(&status).await?,
+                    Ok(status) => self.note_status(&status).await?,
                     Err(_) => return Err(self.lost()),
                 },
             }
@@ -325,22 +325,22 @@ impl Work {
 
     fn note(&mut self, event: &Event) -> Result<(), RecordError> {
         if let Event::LinkLost { why } = event {
-            self.broke = Some(why.clone());
+            self.line_error = Some(why.clone());
         }
         let t = match &self.samples {
-            Some(_) => self.tally.borrow().seconds,
-            None => self.begun.elapsed().as_secs_f64(),
+            Some(_) => self.progress.borrow().seconds,
+            None => self.started.elapsed().as_secs_f64(),
         };
         self.sink.note(t, event)
     }
 
-    async fn see(&mut self, status: &Status) -> Result<(), RecordError> {
+    async fn note_status(&mut self, status: &Status) -> Result<(), RecordError> {
         match &status.link {
             Link::Up => {}
             // The driver is searching for the line; readings continue once it is back.
             Link::Lost { sought: true, .. } => return Ok(()),
             Link::Lost { why, .. } => {
-                self.broke = Some(why.clone());
+                self.line_error = Some(why.clone());
                 return Err(self.lost());
             }
             // An unknown state of the link: nothing more can be recorded.
@@ -355,108 +355,108 @@ impl Work {
         if self.last.is_some_and(|(at, ..)| at == status.at) {
             return Ok(());
         }
-        let seen = Seen {
+        let state = StateReading {
             pose: status.pose,
             index: status.current.0,
             left_space: status.left_space,
             alarms: status.alarms,
         };
-        self.keep(status.at, seen).await
+        self.store(status.at, state).await
     }
 
     /// Takes one more reading of the arm.
-    async fn look(&mut self) -> Result<(), RecordError> {
+    async fn take_reading(&mut self) -> Result<(), RecordError> {
         let at = Instant::now();
-        let seen = Seen {
+        let state = StateReading {
             pose: self.arm.get().await?,
             index: self.arm.queue().current_index().await?.0,
             left_space: self.arm.queue().left_space().await?,
             alarms: self.arm.alarms().await?,
         };
-        self.keep(at, seen).await
+        self.store(at, state).await
     }
 
-    async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), RecordError> {
-        let Some(tool) = self.counted.of(&seen.pose, &self.arm).await else {
+    async fn store(&mut self, at: Instant, state: StateReading) -> Result<(), RecordError> {
+        let Some(tool) = self.reference_tool.of(&state.pose, &self.arm).await else {
             // Skip a reading whose tool is unknown.
             return Ok(());
         };
         let t = match self.clock {
-            Some(begun) => {
+            Some(started) => {
                 let now = self.arm.get::<DeviceTime>().await?.g_systick;
-                f64::from(now.wrapping_sub(begun)) / 1000.0
+                f64::from(now.wrapping_sub(started)) / 1000.0
             }
-            None => at.saturating_duration_since(self.begun).as_secs_f64(),
+            None => at.saturating_duration_since(self.started).as_secs_f64(),
         };
-        self.write(at, t, &seen, tool)
+        self.write(at, t, &state, tool)
     }
 
     /// Writes this sample and all others that are ready.
-    fn keep_samples(&mut self, first: Option<Sample>) -> Result<(), RecordError> {
+    fn store_samples(&mut self, first: Option<Sample>) -> Result<(), RecordError> {
         let mut coming = first;
         while let Some(sample) = coming.take().or_else(|| self.samples.as_mut()?.ready()) {
-            let seen = Seen {
+            let state = StateReading {
                 pose: sample.pose,
                 index: sample.index,
                 left_space: sample.left_space,
                 alarms: sample.alarms,
             };
-            self.write(Instant::now(), sample.t, &seen, Tool::from(&sample.bias))?;
+            self.write(Instant::now(), sample.t, &state, Tool::from(&sample.bias))?;
         }
         Ok(())
     }
 
-    fn write(&mut self, at: Instant, t: f64, seen: &Seen, tool: Tool) -> Result<(), RecordError> {
+    fn write(&mut self, at: Instant, t: f64, state: &StateReading, tool: Tool) -> Result<(), RecordError> {
         let steps = self.steps.as_ref();
         let reading = Reading {
             t,
             step: steps.map(|steps| steps.load(Ordering::Relaxed)),
-            pose: seen.pose,
+            pose: state.pose,
             rail: None,
-            index: seen.index,
-            left_space: seen.left_space,
+            index: state.index,
+            left_space: state.left_space,
             capacity: self.places,
-            alarms: seen.alarms,
+            alarms: state.alarms,
         };
         self.sink.write(&reading, tool)?;
-        self.count(&reading, tool);
+        self.update_progress(&reading, tool);
         self.last = Some((at, reading, tool));
         Ok(())
     }
 
-    fn count(&self, reading: &Reading, tool: Tool) {
-        let (way, seconds) = match &self.last {
+    fn update_progress(&self, reading: &Reading, tool: Tool) {
+        let (distance, seconds) = match &self.last {
             Some((_, last, was)) => {
-                let from = recounted(&last.pose, *was, tool);
-                (way(&from, &reading.pose), reading.t - last.t)
+                let from = with_tool(&last.pose, *was, tool);
+                (distance(&from, &reading.pose), reading.t - last.t)
             }
             None => (0.0, 0.0),
         };
-        self.tally.send_modify(|tally| {
-            *tally = Tally {
+        self.progress.send_modify(|progress| {
+            *progress = RecordingProgress {
                 seconds: reading.t,
-                readings: tally.readings + 1,
+                readings: progress.readings + 1,
                 pose: [
                     reading.pose.x,
                     reading.pose.y,
                     reading.pose.z,
                     reading.pose.r,
                 ],
-                speed: if seconds > 0.0 { way / seconds } else { 0.0 },
-                length: tally.length + way,
+                speed: if seconds > 0.0 { distance / seconds } else { 0.0 },
+                length: progress.length + distance,
             };
         });
     }
 
     /// Error for a lost line.
     fn lost(&self) -> RecordError {
-        let Tally {
+        let RecordingProgress {
             seconds, readings, ..
-        } = *self.tally.borrow();
+        } = *self.progress.borrow();
         RecordError::Lost {
             seconds,
             readings,
-            why: self.broke.clone(),
+            why: self.line_error.clone(),
         }
     }
 }
@@ -470,8 +470,8 @@ async fn next(samples: &mut Option<Samples>) -> Option<Sample> {
 }
 
 /// Distance between two poses, mm.
-fn way(a: &Pose, b: &Pose) -> f64 {
-    let apart = |a: f32, b: f32| f64::from(b) - f64::from(a);
-    let [x, y, z] = [apart(a.x, b.x), apart(a.y, b.y), apart(a.z, b.z)];
+fn distance(a: &Pose, b: &Pose) -> f64 {
+    let difference = |a: f32, b: f32| f64::from(b) - f64::from(a);
+    let [x, y, z] = [difference(a.x, b.x), difference(a.y, b.y), difference(a.z, b.z)];
     (x * x + y * y + z * z).sqrt()
 }

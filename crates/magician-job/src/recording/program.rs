@@ -7,8 +7,8 @@ use magician_program::formats::playback::Playback;
 use magician_program::{CaptureMode, Plan, PoseReading, Recording, Tool};
 use magician_record::Reading;
 
-use super::counted::recounted;
-use super::sink::{Beginning, Format, Sink};
+use super::reference_tool::with_tool;
+use super::sink::{RecordingStart, Format, Sink};
 use super::{RecordError, unwritable};
 use crate::files::WholeFile;
 
@@ -30,16 +30,16 @@ impl Program {
     pub(super) fn open(
         path: &Path,
         format: Format,
-        beginning: &Beginning,
+        start: &RecordingStart,
     ) -> Result<Self, RecordError> {
         let file = WholeFile::grow(path).map_err(unwritable(path))?;
         let mut program = Self {
             path: path.to_owned(),
             file: Some(file),
             format,
-            tool: beginning.tool,
-            tolerance: beginning.tolerance,
-            recording: Recording::new(beginning.tolerance),
+            tool: start.tool,
+            tolerance: start.tolerance,
+            recording: Recording::new(start.tolerance),
             stale: false,
         };
         // Write an empty program first, so that a file that cannot be written fails now.
@@ -90,7 +90,7 @@ impl Sink for Program {
             self.tool = tool;
             self.recording = Recording::new(self.tolerance);
         }
-        let pose = recounted(&reading.pose, tool, self.tool);
+        let pose = with_tool(&reading.pose, tool, self.tool);
         self.recording.push(PoseReading {
             t: reading.t,
             pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),

@@ -10,7 +10,7 @@ use magician_record::csv::Csv;
 use magician_record::jsonl::JsonLines;
 use magician_record::{Reading, WriteReadings, mcap};
 
-use super::sink::{Beginning, Format, Sink};
+use super::sink::{RecordingStart, Format, Sink};
 use super::{RecordError, unwritable};
 use crate::files::WholeFile;
 
@@ -23,21 +23,21 @@ impl Readings {
     pub(super) fn open(
         path: &Path,
         format: Format,
-        beginning: &Beginning,
+        start: &RecordingStart,
     ) -> Result<Self, RecordError> {
         let mut file = WholeFile::grow(path).map_err(unwritable(path))?;
         let out = BufWriter::new(file.writer());
         let writer: Writer = match format {
             Format::Csv => Box::new(Csv::new(
                 out,
-                beginning.began,
-                beginning.counts_steps,
-                beginning.units,
+                start.began,
+                start.counts_steps,
+                start.units,
             )?),
             Format::Jsonl => Box::new(JsonLines::new(out)),
             _ => {
-                let readings = mcap::Readings::new(out, unix(beginning.began), beginning.rate)?;
-                Box::new(match beginning.paper {
+                let readings = mcap::Readings::new(out, unix(start.began), start.rate)?;
+                Box::new(match start.paper {
                     None => readings,
                     Some(paper) => readings.on_paper(mcap::Plane {
                         height: paper.height,

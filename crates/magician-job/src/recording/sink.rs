@@ -12,7 +12,7 @@ use super::{RecordError, program, readings};
 
 /// Parameters known before the first reading.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Beginning {
+pub(super) struct RecordingStart {
     /// Start time.
     pub(super) began: SystemTime,
     /// Rate of readings, Hz.
@@ -58,7 +58,7 @@ pub enum Format {
 }
 
 impl Format {
-    const ENDS: [(&str, Self); 8] = [
+    const EXTENSIONS: [(&str, Self); 8] = [
         (".mcap", Self::Mcap),
         (".csv", Self::Csv),
         (".jsonl", Self::Jsonl),
@@ -77,7 +77,7 @@ impl Format {
     pub fn of(path: &Path) -> Result<Self, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.to_ascii_lowercase();
-        let mut known = Self::ENDS.into_iter();
+        let mut known = Self::EXTENSIONS.into_iter();
         let found = known.find(|(end, _)| name.ends_with(end));
         let format = found.map(|(_, format)| format);
         format.ok_or_else(|| RecordError::Format(path.to_owned()))
@@ -92,13 +92,13 @@ impl Format {
     pub(super) fn open(
         self,
         path: &Path,
-        beginning: &Beginning,
+        start: &RecordingStart,
     ) -> Result<Box<dyn Sink>, RecordError> {
         Ok(match self {
             Self::Mcap | Self::Csv | Self::Jsonl => {
-                Box::new(readings::Readings::open(path, self, beginning)?)
+                Box::new(readings::Readings::open(path, self, start)?)
             }
-            Self::Plan | Self::Playback => Box::new(program::Program::open(path, self, beginning)?),
+            Self::Plan | Self::Playback => Box::new(program::Program::open(path, self, start)?),
         })
     }
 }
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_end_of_a_name_says_what_it_is() {
+    fn file_extension_selects_the_format() {
         for (name, format) in [
             ("a.mcap", Format::Mcap),
             ("A.CSV", Format::Csv),

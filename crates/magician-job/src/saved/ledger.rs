@@ -21,9 +21,9 @@ use crate::files::WholeFile;
 /// Version of the file format.
 const VERSION: u32 = 1;
 /// Largest size that is read, bytes; longer files are damaged.
-const LONGEST: u64 = 1 << 16;
+const MAX_FILE_SIZE: u64 = 1 << 16;
 /// Extension of complete files; others are being written.
-const ENDING: &str = "json";
+const EXTENSION: &str = "json";
 
 /// Directory of the files.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub(super) struct Entry {
 
 /// Files that earlier processes left for an arm.
 #[derive(Debug, Default)]
-pub(super) struct Left {
+pub(super) struct ClaimedEntries {
     /// Entries with their settings; `None` if the file is damaged.
     pub(super) entries: Vec<(Entry, Option<SettingsBackup>)>,
     /// True if a live process also has settings of the arm to restore.
@@ -51,15 +51,15 @@ pub(super) struct Left {
 /// Content of a file.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct Page {
+struct LedgerFile {
     version: u32,
     serial: String,
-    settings: Vec<Line>,
+    settings: Vec<StoredSetting>,
 }
 
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct Line {
+struct StoredSetting {
     name: String,
     params: Vec<u8>,
 }
@@ -76,7 +76,7 @@ impl Ledger {
 
     /// Records that this process has to restore `saved` on the arm with this serial number. Values
     /// in files of other processes take precedence: they are from before the first change.
-    pub(super) fn keep(
+    pub(super) fn store(
         &self,
         serial: &str,
         saved: &SettingsBackup,
@@ -98,13 +98,13 @@ impl Ledger {
         let path = own.unwrap_or_else(|| {
             let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
             let now = now.map_or(0, |now| now.as_nanos());
-            let name = format!("{}-{}-{now}.{ENDING}", plain(serial), process::id());
+            let name = format!("{}-{}-{now}.{EXTENSION}", file_stem(serial), process::id());
             self.0.join(name)
         });
-        let page = Page {
+        let page = LedgerFile {
             version: VERSION,
             serial: serial.to_owned(),
-            settings: settings.iter().map(Line::of).collect::<io::Result<_>>()?,
+            settings: settings.iter().map(StoredSetting::of).collect::<io::Result<_>>()?,
         };
         fs::create_dir_all(&self.0)?;
         let mut file = WholeFile::create(&path)?;
@@ -120,8 +120,8 @@ impl Ledger {
     }
 
     /// Claims the files left for an arm. They belong to this process from now on.
-    pub(super) fn left(&self, serial: &str) -> Left {
-        let mut left = Left::default();
+    pub(super) fn claim(&self, serial: &str) -> ClaimedEntries {
+        let mut left = ClaimedEntries::default();
         for path in self.of(serial) {
             let Ok(mut lock) = File::open(&path) else {
                 continue;
@@ -153,14 +153,14 @@ impl Ledger {
     /// Files that may belong to this arm. The content decides: different serial numbers can share a
     /// file name.
     fn of(&self, serial: &str) -> impl Iterator<Item = PathBuf> {
-        let prefix = format!("{}-", plain(serial));
+        let prefix = format!("{}-", file_stem(serial));
         let mut of: Vec<PathBuf> = self
             .files()
             .filter(|path| {
                 let name = path.file_name().and_then(OsStr::to_str);
                 let digits = name
                     .and_then(|name| name.strip_prefix(&prefix))
-                    .and_then(|rest| rest.strip_suffix(&format!(".{ENDING}")));
+                    .and_then(|rest| rest.strip_suffix(&format!(".{EXTENSION}")));
                 // Excludes longer serial numbers that begin with this one.
                 digits.is_some_and(|rest| rest.split('-').count() == 2)
             })
@@ -172,7 +172,7 @@ impl Ledger {
     fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
         let files = fs::read_dir(&self.0).into_iter().flatten();
         let files = files.filter_map(|file| Some(file.ok()?.path()));
-        files.filter(|path| path.extension() == Some(OsStr::new(ENDING)))
+        files.filter(|path| path.extension() == Some(OsStr::new(EXTENSION)))
     }
 }
 
@@ -192,7 +192,7 @@ impl Entry {
     }
 }
 
-impl Line {
+impl StoredSetting {
     fn of(setting: &Set) -> io::Result<Self> {
         let frame = FrameBuf::set(setting, Ctrl::SET).map_err(io::Error::other)?;
         Ok(Self {
@@ -210,21 +210,21 @@ impl Line {
 /// Reads the settings saved for this arm; `None` if the file is damaged or of another arm.
 fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
     let mut text = Vec::new();
-    file.take(LONGEST).read_to_end(&mut text).ok()?;
-    let page: Page = serde_json::from_slice(&text).ok()?;
+    file.take(MAX_FILE_SIZE).read_to_end(&mut text).ok()?;
+    let page: LedgerFile = serde_json::from_slice(&text).ok()?;
     if page.version != VERSION || page.serial != serial {
         return None;
     }
     SettingsBackup::from_saved(
         page.settings
             .iter()
-            .map(Line::setting)
+            .map(StoredSetting::setting)
             .collect::<Option<_>>()?,
     )
 }
 
 /// Serial number as part of a file name.
-fn plain(serial: &str) -> String {
+fn file_stem(serial: &str) -> String {
     let plain = |sign: char| {
         if sign.is_ascii_alphanumeric() {
             sign
@@ -245,7 +245,7 @@ mod tests {
         SettingsBackup::from_saved(settings.to_vec()).expect("settings that are saved")
     }
 
-    fn of(left: &Left) -> Vec<Option<Vec<Set>>> {
+    fn of(left: &ClaimedEntries) -> Vec<Option<Vec<Set>>> {
         let settings =
             |saved: &Option<SettingsBackup>| saved.as_ref().map(|saved| saved.settings().to_vec());
         left.entries
@@ -255,25 +255,25 @@ mod tests {
     }
 
     #[test]
-    fn what_a_process_owes_is_left_when_it_ends_and_not_before() {
+    fn entries_of_a_process_can_be_claimed_after_its_end() {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().join("debts"));
         assert!(ledger.is_empty());
         let (slow, fast) = (build::speed(20.0, 20.0), build::path_speed(90.0, 100.0));
-        let entry = ledger.keep("A1", &saved(&[slow]), None).expect("kept");
-        let entry = ledger.keep("A1", &saved(&[slow, fast]), Some(entry));
+        let entry = ledger.store("A1", &saved(&[slow]), None).expect("kept");
+        let entry = ledger.store("A1", &saved(&[slow, fast]), Some(entry));
         let entry = entry.expect("kept again");
         assert!(!ledger.is_empty());
-        let left = ledger.left("A1");
+        let left = ledger.claim("A1");
         assert!(left.others && left.entries.is_empty());
         drop(entry);
         for other in ["A", "A1-1", "A2", ""] {
-            assert_eq!(of(&ledger.left(other)), [], "{other}");
+            assert_eq!(of(&ledger.claim(other)), [], "{other}");
         }
-        let left = ledger.left("A1");
+        let left = ledger.claim("A1");
         assert_eq!(of(&left), [Some(vec![slow, fast])]);
         // Only one of two simultaneous claims succeeds.
-        assert!(ledger.left("A1").others);
+        assert!(ledger.claim("A1").others);
         for (entry, _) in left.entries {
             entry.remove().expect("removed");
         }
@@ -281,26 +281,26 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_second_keeps_what_was_before_the_first() {
+    fn second_process_keeps_the_values_before_the_first() {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().into());
         let (first, second) = (build::speed(50.0, 50.0), build::speed(20.0, 20.0));
         let line = build::path_speed(90.0, 100.0);
-        let one = ledger.keep("A1", &saved(&[first]), None).expect("kept");
+        let one = ledger.store("A1", &saved(&[first]), None).expect("kept");
         let two = ledger
-            .keep("A1", &saved(&[second, line]), None)
+            .store("A1", &saved(&[second, line]), None)
             .expect("kept");
         one.remove().expect("removed");
         drop(two);
-        assert_eq!(of(&ledger.left("A1")), [Some(vec![first, line])]);
+        assert_eq!(of(&ledger.claim("A1")), [Some(vec![first, line])]);
     }
 
     #[test]
-    fn a_damaged_file_owes_nothing() {
+    fn damaged_file_restores_nothing() {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().into());
         let speed = build::speed(50.0, 50.0);
-        let entry = ledger.keep("A1", &saved(&[speed]), None).expect("kept");
+        let entry = ledger.store("A1", &saved(&[speed]), None).expect("kept");
         let (path, whole) = (entry.path.clone(), fs::read(&entry.path).expect("read"));
         drop(entry);
         let text = String::from_utf8(whole.clone()).expect("UTF-8");
@@ -317,9 +317,9 @@ mod tests {
             text.replace("PTPCommonParams", "PTPCmd").into_bytes(),
         ] {
             fs::write(&path, &bytes).expect("written");
-            assert_eq!(of(&ledger.left("A1")), [None], "{:?}", bytes.get(..40));
+            assert_eq!(of(&ledger.claim("A1")), [None], "{:?}", bytes.get(..40));
         }
         fs::write(&path, &whole).expect("written");
-        assert_eq!(of(&ledger.left("A1")), [Some(vec![speed])]);
+        assert_eq!(of(&ledger.claim("A1")), [Some(vec![speed])]);
     }
 }

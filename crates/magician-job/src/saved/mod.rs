@@ -15,13 +15,13 @@ use magician::{Arm, Result, Set, SettingsBackup};
 use tracing::{info, warn};
 
 #[cfg(feature = "files")]
-use self::ledger::{Entry, Ledger, Left};
+use self::ledger::{Entry, Ledger, ClaimedEntries};
 
 /// Settings that a program has to restore. Clones share them.
 ///
 /// With the feature `files` they are also stored in a file, if the arm outlives the process and
 /// reports a serial number. If this process is killed, the next program that moves or sets restores
-/// them ([`settle`](Self::settle)).
+/// them ([`recover`](Self::recover)).
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
@@ -40,14 +40,14 @@ use self::ledger::{Entry, Ledger, Left};
 /// # }
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct SavedSettings(Arc<Mutex<Saved>>);
+pub struct SavedSettings(Arc<Mutex<SavedState>>);
 
 #[derive(Debug, Default)]
-struct Saved {
+struct SavedState {
     settings: SettingsBackup,
     /// File of these settings, if the arm outlives this process.
     #[cfg(feature = "files")]
-    kept: Option<Entry>,
+    entry: Option<Entry>,
 }
 
 /// Kind of access that a program has to the arm.
@@ -73,15 +73,15 @@ impl Access {
 /// Result of restoring settings that dead processes left changed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(not(magician_workspace), non_exhaustive)]
-pub enum Settled {
+pub enum RecoveredSettings {
     /// No settings to restore, or the arm does not report its serial number.
     Nothing,
     /// Names of the settings that were restored.
     Restored(Vec<&'static str>),
     /// Names of the settings that are still to be restored.
-    Left(Vec<&'static str>),
+    Outstanding(Vec<&'static str>),
     /// Names of the settings to restore once the arm's queue is empty.
-    Later(Vec<&'static str>),
+    Deferred(Vec<&'static str>),
     /// The file with the settings is damaged.
     Damaged(String),
 }
@@ -101,8 +101,8 @@ impl SavedSettings {
         }
         self.lock().settings.append(settings);
         #[cfg(feature = "files")]
-        if let Some((ledger, serial)) = of(arm).await {
-            self.keep(&ledger, &serial);
+        if let Some((ledger, serial)) = ledger_of(arm).await {
+            self.store(&ledger, &serial);
         }
         #[cfg(not(feature = "files"))]
         let _ = arm;
@@ -124,11 +124,11 @@ impl SavedSettings {
     /// Stores the settings in a file. A failure is only logged: this process restores them all the
     /// same.
     #[cfg(feature = "files")]
-    fn keep(&self, ledger: &Ledger, serial: &str) {
+    fn store(&self, ledger: &Ledger, serial: &str) {
         let mut saved = self.lock();
-        let before = saved.kept.take().filter(|kept| kept.is_of(serial));
-        match ledger.keep(serial, &saved.settings, before) {
-            Ok(entry) => saved.kept = Some(entry),
+        let before = saved.entry.take().filter(|entry| entry.is_of(serial));
+        match ledger.store(serial, &saved.settings, before) {
+            Ok(entry) => saved.entry = Some(entry),
             Err(error) => {
                 warn!(%error, "the arm's previous settings cannot be saved: they are not restored \
                     if this process is killed");
@@ -154,12 +154,12 @@ impl SavedSettings {
     /// restored.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
         let restoring = Restoring {
-            of: self,
+            owner: self,
             saved: Some(self.take()),
         };
         let mut settings = restoring.settings();
         let restored = settings.restore(arm).await;
-        let saved = restoring.over();
+        let saved = restoring.release();
         restored?;
         saved.remove();
         Ok(())
@@ -178,11 +178,11 @@ impl SavedSettings {
         }
     }
 
-    fn take(&self) -> Saved {
+    fn take(&self) -> SavedState {
         std::mem::take(&mut *self.lock())
     }
 
-    fn lock(&self) -> MutexGuard<'_, Saved> {
+    fn lock(&self) -> MutexGuard<'_, SavedState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -190,8 +190,8 @@ impl SavedSettings {
 /// Settings being restored. If dropped early they return to the owner: a stop may cancel the
 /// restore.
 struct Restoring<'a> {
-    of: &'a SavedSettings,
-    saved: Option<Saved>,
+    owner: &'a SavedSettings,
+    saved: Option<SavedState>,
 }
 
 impl Restoring<'_> {
@@ -201,7 +201,7 @@ impl Restoring<'_> {
     }
 
     /// Takes the settings out: they are not returned to the owner.
-    fn over(mut self) -> Saved {
+    fn release(mut self) -> SavedState {
         self.saved.take().unwrap_or_default()
     }
 }
@@ -209,27 +209,27 @@ impl Restoring<'_> {
 impl Drop for Restoring<'_> {
     fn drop(&mut self) {
         if let Some(saved) = self.saved.take() {
-            self.of.lock().gets_back(saved);
+            self.owner.lock().merge_earlier(saved);
         }
     }
 }
 
-impl Saved {
+impl SavedState {
     /// Merges settings that were saved before the present ones.
-    fn gets_back(&mut self, before: Self) {
+    fn merge_earlier(&mut self, before: Self) {
         let since = std::mem::replace(self, before);
         // Restored in order: the oldest value has to come last.
         let first = std::mem::replace(&mut self.settings, since.settings);
         self.settings.append(first);
         #[cfg(feature = "files")]
-        if self.kept.is_none() {
-            self.kept = since.kept;
+        if self.entry.is_none() {
+            self.entry = since.entry;
         }
     }
 
     fn remove(self) {
         #[cfg(feature = "files")]
-        remove(self.kept);
+        remove(self.entry);
     }
 }
 
@@ -238,8 +238,8 @@ impl SavedSettings {
     /// Restores settings that dead processes left changed. Without the feature `files` none are
     /// known.
     #[allow(clippy::unused_async, reason = "as with the feature `files`")]
-    pub async fn settle(_arm: &Arm, _access: Access) -> Settled {
-        Settled::Nothing
+    pub async fn recover(_arm: &Arm, _access: Access) -> RecoveredSettings {
+        RecoveredSettings::Nothing
     }
 }
 
@@ -250,14 +250,14 @@ impl SavedSettings {
     /// Waits for another time while a live process has settings of the arm changed, or commands in
     /// the queue may still change some. Errors are only logged: the work that follows fails too and
     /// reports it better.
-    pub async fn settle(arm: &Arm, access: Access) -> Settled {
+    pub async fn recover(arm: &Arm, access: Access) -> RecoveredSettings {
         if access == Access::Stops {
-            return Settled::Nothing;
+            return RecoveredSettings::Nothing;
         }
-        let Some((ledger, serial)) = of_any(arm).await else {
-            return Settled::Nothing;
+        let Some((ledger, serial)) = ledger_if_used(arm).await else {
+            return RecoveredSettings::Nothing;
         };
-        let Left { entries, others } = ledger.left(&serial);
+        let ClaimedEntries { entries, others } = ledger.claim(&serial);
         let mut all = SettingsBackup::default();
         let (mut whole, mut damaged) = (Vec::new(), None);
         for (entry, settings) in entries {
@@ -276,23 +276,23 @@ impl SavedSettings {
         }
         // A live process restores its settings itself; restoring them now would undo its changes.
         if whole.is_empty() || others {
-            return damaged.map_or(Settled::Nothing, Settled::Damaged);
+            return damaged.map_or(RecoveredSettings::Nothing, RecoveredSettings::Damaged);
         }
         let mut names: Vec<_> = all.settings().iter().map(|set| set.row().name).collect();
         names.sort_unstable();
         names.dedup();
         if access == Access::Reads {
-            return Settled::Left(names);
+            return RecoveredSettings::Outstanding(names);
         }
         match restore_if_idle(arm, all).await {
             Ok(true) => {
                 whole.into_iter().for_each(|entry| remove(Some(entry)));
-                Settled::Restored(names)
+                RecoveredSettings::Restored(names)
             }
-            Ok(false) => Settled::Later(names),
+            Ok(false) => RecoveredSettings::Deferred(names),
             Err(error) => {
                 info!(%error, "the arm's previous settings cannot be restored");
-                Settled::Left(names)
+                RecoveredSettings::Outstanding(names)
             }
         }
     }
@@ -323,7 +323,7 @@ fn remove(entry: Option<Entry>) {
 /// Ledger and serial number for this arm. `None` for an arm that ends with this process or has no
 /// serial number.
 #[cfg(feature = "files")]
-async fn of(arm: &Arm) -> Option<(Ledger, String)> {
+async fn ledger_of(arm: &Arm) -> Option<(Ledger, String)> {
     if arm.front_end().is_in_process() {
         return None;
     }
@@ -339,12 +339,12 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
     (!serial.is_empty()).then(|| (ledger, serial.to_owned()))
 }
 
-/// Like `of`, but without a request to the arm if no settings of any arm are stored.
+/// Like `ledger_of`, but without a request to the arm if no settings of any arm are stored.
 #[cfg(feature = "files")]
-async fn of_any(arm: &Arm) -> Option<(Ledger, String)> {
+async fn ledger_if_used(arm: &Arm) -> Option<(Ledger, String)> {
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));
     if arm.front_end().is_in_process() || ledger.is_empty() {
         return None;
     }
-    of(arm).await
+    ledger_of(arm).await
 }

@@ -143,7 +143,7 @@ mod tests {
     const FILE: &str = "# mine\nport = \"COM3\" # the white one\n\n[draw] # pens\nspeed = 60\n\n[sheet]\nrotation = 3\nsurface = { height = -60 }\n";
 
     #[test]
-    fn only_what_is_meant_changes() {
+    fn edit_changes_only_the_named_value() {
         let text = with(FILE, "port", "\"COM4\"").expect("it can");
         assert_eq!(text, FILE.replace("COM3", "COM4"));
         let text = with(FILE, "draw.speed", "70").expect("it can");
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_new_stands_where_it_belongs() {
+    fn new_value_is_inserted_in_its_table() {
         let text = with(FILE, "surface", "-61").expect("it can");
         assert!(text.contains("surface = -61\n[draw]"), "{text}");
         let text = with(FILE, "draw.lift", "5").expect("it can");
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_takes_the_place_of_the_one_before() {
+    fn table_replaces_the_earlier_one() {
         let table: toml::Table = toml::from_str("a = [1.5, -2]\nb = { c = 3 }").expect("a table");
         let text = with_table(FILE, "sheet", &table).expect("it can");
         let end = "speed = 60\n\n[sheet]\na = [1.5, -2]\nb = { c = 3 }\n";
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_goes_with_its_lines() {
+    fn removed_name_takes_all_its_lines() {
         let text = without(FILE, "port").expect("it can");
         assert!(text.starts_with("# mine\n\n[draw]"), "{text}");
         let text = without(FILE, "sheet").expect("it can");

@@ -18,7 +18,7 @@ use toml::de::DeTable;
 use crate::files::{read_text, replace};
 
 /// Largest size of a settings file, bytes. A choice far above any real file.
-const LARGEST: u64 = 1 << 20;
+const MAX_FILE_SIZE: u64 = 1 << 20;
 
 /// Text of a settings file; empty if the file does not exist.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub enum SettingsError {
     /// The file is not TOML, or a value has the wrong type.
     Broken(PathBuf, String),
     /// The system has no directory for settings.
-    Homeless,
+    NoDirectory,
     /// The place to change is written in a way that [`SettingsFile`] cannot edit.
     NotEditable(PathBuf),
     /// The file cannot be written.
@@ -48,7 +48,7 @@ impl fmt::Display for SettingsError {
         match self {
             Self::Unreadable(path, why) => write!(f, "{} cannot be read: {why}", path.display()),
             Self::Broken(path, why) => write!(f, "{}: {why}", path.display()),
-            Self::Homeless => f.write_str("this system has no directory for settings"),
+            Self::NoDirectory => f.write_str("this system has no directory for settings"),
             Self::NotEditable(path) => {
                 write!(f, "{} cannot be edited by this program", path.display())
             }
@@ -136,10 +136,10 @@ impl SettingsFile {
     /// Applies an edit and writes the file.
     ///
     /// # Errors
-    /// [`SettingsError::Homeless`]; [`SettingsError::NotEditable`] without an edit, or if it
+    /// [`SettingsError::NoDirectory`]; [`SettingsError::NotEditable`] without an edit, or if it
     /// results in invalid TOML; [`SettingsError::Unwritable`]. The file is unchanged then.
     pub fn change(&mut self, edited: Option<Self>) -> Result<(), SettingsError> {
-        let path = self.path.clone().ok_or(SettingsError::Homeless)?;
+        let path = self.path.clone().ok_or(SettingsError::NoDirectory)?;
         // The edits work on text, so check that the result is still TOML.
         let edited = edited.filter(|edited| DeTable::parse(&edited.text).is_ok());
         let edited = edited.ok_or_else(|| SettingsError::NotEditable(path.clone()))?;
@@ -157,7 +157,7 @@ pub fn quoted(text: &str) -> String {
 
 fn read(path: &Path) -> Result<String, SettingsError> {
     let wrong = |why: String| SettingsError::Unreadable(path.to_owned(), why);
-    match read_text(path, LARGEST) {
+    match read_text(path, MAX_FILE_SIZE) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(String::new()),
         Err(error) => Err(wrong(error.to_string())),
         Ok(text) => text.ok_or_else(|| wrong("it is too large for a settings file".to_owned())),
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_changed_is_in_the_file_and_the_rest_is_as_it_was() {
+    fn change_is_written_and_the_rest_preserved() {
         let place = tempfile::tempdir().expect("a directory");
         let path = place.path().join("deep").join("config.toml");
         let mut settings = file(&path);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_that_comes_to_no_toml_changes_nothing() {
+    fn edit_with_invalid_toml_changes_nothing() {
         let place = tempfile::tempdir().expect("a directory");
         let path = place.path().join("config.toml");
         fs::write(&path, "tool = \"pen\"\n").expect("it is written");
@@ -218,6 +218,6 @@ mod tests {
         let error = settings.value::<f64>("tool").expect_err("no number");
         assert!(error.to_string().contains("config.toml: tool: "), "{error}");
         let error = SettingsFile::default().change(Some(settings));
-        assert!(matches!(error, Err(SettingsError::Homeless)));
+        assert!(matches!(error, Err(SettingsError::NoDirectory)));
     }
 }

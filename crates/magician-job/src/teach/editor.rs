@@ -57,7 +57,7 @@ impl TeachEditor {
     /// # Errors
     /// [`TeachError::Moving`] unless `still`, [`TeachError::NoAnswer`] without a pose.
     pub fn store(&mut self, pose: Option<&Pose>, still: bool) -> Result<String, TeachError> {
-        Ok(self.program.store(standing(pose, still)?))
+        Ok(self.program.store(pose_at_rest(pose, still)?))
     }
 
     /// Replaces the target of the selected step by the pose.
@@ -65,7 +65,7 @@ impl TeachEditor {
     /// # Errors
     /// Same as [`store`](Self::store), and as [`ProgramModel::reteach`].
     pub fn reteach(&mut self, pose: Option<&Pose>, still: bool) -> Result<(), TeachError> {
-        self.program.reteach(standing(pose, still)?)
+        self.program.reteach(pose_at_rest(pose, still)?)
     }
 
     /// Makes the next stored point the end of an arc through this pose.
@@ -73,7 +73,7 @@ impl TeachEditor {
     /// # Errors
     /// Same as [`store`](Self::store).
     pub fn arc_through(&mut self, pose: Option<&Pose>, still: bool) -> Result<(), TeachError> {
-        self.program.arc_through(standing(pose, still)?);
+        self.program.arc_through(pose_at_rest(pose, still)?);
         Ok(())
     }
 
@@ -93,13 +93,13 @@ impl TeachEditor {
     }
 
     /// Order that plays from a step on. If it is accepted, call
-    /// [`playing_began`](Self::playing_began).
+    /// [`start_playing`](Self::start_playing).
     ///
     /// A step without an absolute target can begin only where the previous one ends. In that case
     /// the plan contains the whole program, and the order starts it at the step's first action.
     #[must_use]
     pub fn play(&self, from: usize) -> (PendantOrder, Playing) {
-        let (first, step) = if self.program.leads_from_anywhere(from) {
+        let (first, step) = if self.program.is_independent_of_start(from) {
             (from, 0)
         } else {
             (0, self.program.plan_steps_before(from))
@@ -110,7 +110,7 @@ impl TeachEditor {
     }
 
     /// Notes that the order to play was accepted.
-    pub const fn playing_began(&mut self, playing: Playing) {
+    pub const fn start_playing(&mut self, playing: Playing) {
         self.playing = Some(playing);
     }
 
@@ -136,7 +136,7 @@ impl TeachEditor {
     pub fn recover(&mut self, left: &Plan) -> Option<ToolOrder> {
         let before = self.program.tool;
         let title = std::mem::take(&mut self.program.title);
-        self.program = ProgramModel::of(left);
+        self.program = ProgramModel::from_plan(left);
         self.program.title = title;
         self.program.tool = left.tool.or(before);
         self.program.mark_unsaved();
@@ -146,7 +146,7 @@ impl TeachEditor {
 }
 
 /// Pose of an arm that stands still.
-fn standing(pose: Option<&Pose>, still: bool) -> Result<&Pose, TeachError> {
+fn pose_at_rest(pose: Option<&Pose>, still: bool) -> Result<&Pose, TeachError> {
     match pose {
         Some(pose) if still => Ok(pose),
         Some(_) => Err(TeachError::Moving),
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_where_the_arm_is_known_to_stand() {
+    fn point_is_stored_only_at_rest() {
         let mut editor = taught();
         let before = editor.program.plan(0);
         for (pose, still, why) in [
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hand_stores_a_place_once_and_only_while_that_is_wanted() {
+    fn hand_guided_point_is_stored_once_and_only_while_enabled() {
         let mut editor = taught();
         assert_eq!(editor.toggle_hand_guiding(), None);
         assert_eq!(editor.store_guided(&pose(1.0)), None);
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_played_is_followed_row_by_row() {
+    fn playback_position_follows_the_plan_step_by_step() {
         let mut editor = taught();
         // A move can be played from itself on; an arc needs the steps before it.
         for (from, steps, begins) in [(0, 4, 0), (1, 3, 0), (2, 4, 3)] {
@@ -222,12 +222,12 @@ mod tests {
                 panic!("{order:?}");
             };
             assert_eq!((plan.steps.len(), step), (steps, begins));
-            editor.playing_began(playing);
+            editor.start_playing(playing);
             editor.follow(Some(Activity::Run), None);
             assert_eq!(editor.playing(), Some(from));
         }
         let (_, playing) = editor.play(1);
-        editor.playing_began(playing);
+        editor.start_playing(playing);
         let steps = [0, 1, 2, 3].map(|step| {
             editor.follow(Some(Activity::Run), Some(step));
             editor.playing()
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_left_is_unsaved_and_brings_its_tool() {
+    fn recovered_program_is_unsaved_and_sets_its_tool() {
         let mut left = taught().program.plan(0);
         let mut editor = TeachEditor::new(ProgramModel::new("now", Some(Tool::Suction)));
         assert_eq!(editor.recover(&left), None);

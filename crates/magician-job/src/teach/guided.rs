@@ -10,7 +10,7 @@ use crate::{Polled, SavedSettings};
 
 /// Interval between polls of the trigger. A choice between the delay of a stored point and load on
 /// the line.
-const PERIOD: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Makes the arm report releases of its unlock key (document 1.7), and polls the pose at each
 /// release, ten times a second. `None` if the arm cannot do that. `saved` restores the changed
@@ -47,7 +47,7 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
     // Reading the trigger clears it: a release before the start belongs to no program.
     let _ = arm.get::<HhtTrigOutput>().await?;
     let arm = arm.clone();
-    Ok(Some(Polled::every(PERIOD, move || {
+    Ok(Some(Polled::every(POLL_INTERVAL, move || {
         let arm = arm.clone();
         async move {
             let told = arm.get::<HhtTrigOutput>().await.ok()?;

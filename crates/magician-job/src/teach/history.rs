@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 /// Number of edits that can be undone. States share their steps, so each costs little.
-const EDITS: usize = 500;
+const MAX_UNDO_STEPS: usize = 500;
 
 /// States before each edit, and after each undone edit.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl<T> History<T> {
 
     /// Records an edit of `before`. Clears the redo list.
     pub(super) fn edited(&mut self, before: T) {
-        if self.undo.len() == EDITS {
+        if self.undo.len() == MAX_UNDO_STEPS {
             self.undo.pop_front();
         }
         self.undo.push_back(before);

@@ -73,12 +73,12 @@ impl ProgramModel {
     /// Creates the program of a plan. Every step of the plan becomes part of a step here, and
     /// [`plan`](Self::plan) restores them.
     #[must_use]
-    pub fn of(plan: &Plan) -> Self {
+    pub fn from_plan(plan: &Plan) -> Self {
         let mut steps: Vec<TeachStep> = Vec::new();
         for planned in &plan.steps {
             let name = plan.name_of(&planned.origin).unwrap_or_default();
             let last = steps.last_mut().filter(|step| step.name == name);
-            if !last.is_some_and(|step| step.takes(&planned.action)) {
+            if !last.is_some_and(|step| step.absorb(&planned.action)) {
                 steps.push(TeachStep::of(&planned.action, name));
             }
         }
@@ -93,7 +93,7 @@ impl ProgramModel {
 
     /// Creates the program of steps that were taught elsewhere; unsaved.
     #[must_use]
-    pub fn of_steps(
+    pub fn from_steps(
         title: impl Into<String>,
         tool: Option<Tool>,
         surface: Option<Surface>,
@@ -183,7 +183,7 @@ impl ProgramModel {
     /// True if the step reaches the same place by the same path from anywhere. Always true for the
     /// first step, which has no predecessor.
     #[must_use]
-    pub fn leads_from_anywhere(&self, step: usize) -> bool {
+    pub fn is_independent_of_start(&self, step: usize) -> bool {
         let motion = self.steps.get(step).and_then(|step| step.motion.as_ref());
         let absolute = matches!(
             motion,

@@ -37,7 +37,7 @@ impl TeachStep {
     }
 
     /// Adds an action of a plan to this step; false if it does not fit.
-    pub(super) fn takes(&mut self, action: &Action) -> bool {
+    pub(super) fn absorb(&mut self, action: &Action) -> bool {
         let fresh = self.pause == 0;
         match *action {
             Action::Gripper(grip) if fresh && self.gripper.is_none() && self.suction.is_none() => {
@@ -56,7 +56,7 @@ impl TeachStep {
             name: name.to_owned(),
             ..Self::default()
         };
-        if !step.takes(action) {
+        if !step.absorb(action) {
             step.motion = Some(action.clone());
         }
         step

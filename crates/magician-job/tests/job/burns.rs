@@ -4,21 +4,21 @@ use std::time::Duration;
 
 use magician::sim::ExternalEvent;
 use magician::{Alarm, Arm, Options, SimSpeed, VirtualArm, build};
-use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, Left, Start};
+use magician_job::{Fault, Job, JobEvent, JobSpec, Journal, JournalError, ResumePlace, Start};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::sleep;
 
-use super::killed::{Watched, killed};
-use super::life::Memory;
-use super::place::{ink, place};
+use super::killed::{KillingJournal, killed};
+use super::lifecycle::MemoryJournal;
+use super::fixtures::{ink, bench};
 
 /// Longest gap allowed in a burn, mm.
-const GAP: f64 = 0.2;
+const MAX_GAP: f64 = 0.2;
 /// Time for which the controller reports one pose while the arm moves on to the next, s. The laser
 /// may have gone out anywhere on that distance.
 const PERIOD: f64 = 0.02;
 /// Longest piece of a burn, mm.
-const LONGEST: f64 = 17.0;
+const MAX_PIECE: f64 = 17.0;
 /// Corners of the burn.
 const CORNERS: [[f64; 2]; 4] = [[205.0, -40.0], [205.0, 40.0], [240.0, 40.0], [240.0, -40.0]];
 
@@ -26,7 +26,7 @@ fn length(from: [f64; 2], to: [f64; 2]) -> f64 {
     (to[0] - from[0]).hypot(to[1] - from[1])
 }
 
-fn whole() -> f64 {
+fn total_length() -> f64 {
     CORNERS
         .windows(2)
         .map(|side| length(side[0], side[1]))
@@ -34,7 +34,7 @@ fn whole() -> f64 {
 }
 
 /// Position at a distance along the burn.
-fn at(mut along: f64) -> [f64; 2] {
+fn position_at(mut along: f64) -> [f64; 2] {
     for side in CORNERS.windows(2) {
         let (from, to) = (side[0], side[1]);
         let all = length(from, to);
@@ -95,15 +95,15 @@ fn burn(speed: f32) -> Program {
         .collect();
     let mut end = 0.0;
     for nth in 0.. {
-        end += [9.0, 0.7, 3.1, LONGEST, 1.3][nth % 5];
-        if end >= whole() {
+        end += [9.0, 0.7, 3.1, MAX_PIECE, 1.3][nth % 5];
+        if end >= total_length() {
             break;
         }
         ends.push(end);
     }
     ends.sort_by(f64::total_cmp);
     for end in ends {
-        let [x, y] = at(end).map(|number| number as f32);
+        let [x, y] = position_at(end).map(|number| number as f32);
         plan.push(
             Action::Burn {
                 to: [x, y, 0.0],
@@ -132,21 +132,21 @@ fn burnt(cell: &VirtualArm) -> (f64, f64) {
         twice += (until.min(to) - from).max(0.0);
         until = until.max(to);
     }
-    (gap.max(whole() - until), twice)
+    (gap.max(total_length() - until), twice)
 }
 
 /// Resumes a burn. Returns the reported length of the double burn, mm.
 async fn resume(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> f64 {
-    tried(arm, spec, journal).await.expect("it goes on")
+    try_resume(arm, spec, journal).await.expect("it goes on")
 }
 
 /// Like `resume`; `None` if the arm's indices leave the finished steps in doubt.
-async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Option<f64> {
+async fn try_resume(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Option<f64> {
     let job = Job::start(arm, spec.start(Start::Resume), journal);
     let mut events = job.events();
     let mut twice = None;
     while let Some(event) = events.next().await {
-        if let JobEvent::Starts(starts) = event {
+        if let JobEvent::Start(starts) = event {
             twice = Some(starts.burnt_twice);
         }
     }
@@ -154,7 +154,7 @@ async fn tried(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> Opt
         Ok(_) => {}
         Err(error) if matches!(error.fault, Fault::AllDone) => {}
         // Nothing was sent, or everything is done.
-        Err(error) if matches!(error.fault, Fault::Journal(JournalError::Nothing)) => {
+        Err(error) if matches!(error.fault, Fault::Journal(JournalError::NotFound)) => {
             return Some(0.0);
         }
         Err(error) if matches!(error.fault, Fault::Doubt { .. }) => return None,
@@ -187,9 +187,9 @@ const CAUSES: [Cause; 5] = [
 ];
 
 /// Runs a burn and ends it for this cause after a delay.
-async fn ended(cause: Cause, program: &Program, after: Duration) -> (VirtualArm, Arm, Memory) {
-    let (cell, arm) = place(program).await;
-    let journal = Memory::default();
+async fn end_by(cause: Cause, program: &Program, after: Duration) -> (VirtualArm, Arm, MemoryJournal) {
+    let (cell, arm) = bench(program).await;
+    let journal = MemoryJournal::default();
     let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
     sleep(after).await;
     match cause {
@@ -224,8 +224,8 @@ fn instants(seed: u64, until: f64) -> impl Iterator<Item = f64> {
 async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
     for speed in [20.0_f32, 60.0, 100.0] {
         let program = burn(speed);
-        let (cell, arm) = place(&program).await;
-        let job = Job::start(&arm, JobSpec::new(program.clone()), Memory::default());
+        let (cell, arm) = bench(&program).await;
+        let job = Job::start(&arm, JobSpec::new(program.clone()), MemoryJournal::default());
         let done = job.outcome().await.expect("done");
         let (gap, twice) = burnt(&cell);
         assert!(gap < 0.01 && twice < 0.01, "{speed}: {gap} {twice}");
@@ -233,29 +233,29 @@ async fn burn_stopped_at_any_instant_resumes_without_a_gap() {
             for after in instants(nth as u64, done.seconds).take(12) {
                 let told = format!("{speed} mm/s, {cause:?} after {after:.3} s");
                 let (cell, arm, journal) =
-                    ended(cause, &program, Duration::from_secs_f64(after)).await;
+                    end_by(cause, &program, Duration::from_secs_f64(after)).await;
                 if matches!(cause, Cause::Alarm) {
                     arm.clear_alarms().await.expect("cleared");
                 }
                 let said = resume(&arm, JobSpec::new(program.clone()), journal).await;
                 let (gap, twice) = burnt(&cell);
-                assert!(gap <= GAP, "{told}: {gap:.2} mm are left out");
+                assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
                 // If the arm was stopped without the driver, the laser went out somewhere on the
                 // braking distance. After a lost line the driver switches the laser off before it
                 // stops the arm, and not every firmware obeys while moving.
                 let braking = f64::from(speed * speed) / 1000.0;
                 let period = PERIOD * f64::from(speed);
                 let (most, least) = match cause {
-                    Cause::Alarm => (braking + period, said - period - GAP),
+                    Cause::Alarm => (braking + period, said - period - MAX_GAP),
                     Cause::Line => (braking + period, said - braking - period),
                     // An arm that comes to rest within a period looks as if it had stood already at
                     // the stop, with the laser off since the braking before: at a deceleration of
                     // at least v / T that is v^2 / 2a = v T / 2.
-                    _ => (1.5 * period, said - 1.5 * period - GAP),
+                    _ => (1.5 * period, said - 1.5 * period - MAX_GAP),
                 };
-                assert!(said <= most + GAP, "{told}: {said:.2} mm are burnt twice");
+                assert!(said <= most + MAX_GAP, "{told}: {said:.2} mm are burnt twice");
                 assert!(
-                    (least..said + GAP).contains(&twice),
+                    (least..said + MAX_GAP).contains(&twice),
                     "{told}: {twice:.2} mm twice, {said:.2} said"
                 );
             }
@@ -276,20 +276,20 @@ async fn burn_of_a_killed_process_resumes_without_a_gap() {
             let cell = VirtualArm::new(one.arm.clone(), SimSpeed::Times(1.0));
             let arm = Arm::simulated(cell.clone(), Options::default()).await;
             let arm = arm.expect("a virtual arm");
-            let spec = JobSpec::new(program.clone()).lasting(true);
+            let spec = JobSpec::new(program.clone()).outlives_process(true);
             all_tried.0 += 1;
-            let Some(said) = tried(&arm, spec, Watched::left_by(one)).await else {
+            let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
                 all_tried.1 += 1;
                 continue;
             };
             let (gap, twice) = burnt(&cell);
-            assert!(gap <= GAP, "{told}: {gap:.2} mm are left out");
+            assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
             assert!(
-                (twice - said).abs() <= GAP,
+                (twice - said).abs() <= MAX_GAP,
                 "{told}: {twice:.2} mm twice, {said:.2} said"
             );
             assert!(
-                said <= LONGEST + GAP,
+                said <= MAX_PIECE + MAX_GAP,
                 "{told}: {said:.2} mm are burnt twice"
             );
         }
@@ -299,7 +299,7 @@ async fn burn_of_a_killed_process_resumes_without_a_gap() {
 
 /// Another program stops what a killed process left: the laser went out on the braking distance.
 #[tokio::test(start_paused = true)]
-async fn burn_stopped_by_another_program_repeats_the_braking_way() {
+async fn burn_stopped_by_another_program_repeats_the_braking_distance() {
     let program = burn(60.0);
     let (all, ..) = killed(&program, 100, None).await;
     let under_way = all
@@ -312,15 +312,15 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
         let arm = Arm::simulated(cell.clone(), Options::default()).await;
         arm.expect("a virtual arm").stop().await.expect("it stops");
         let arm = Arm::simulated(cell.clone(), Options::default()).await;
-        let spec = JobSpec::new(program.clone()).lasting(true);
+        let spec = JobSpec::new(program.clone()).outlives_process(true);
         let arm = arm.expect("a virtual arm");
-        let Some(said) = tried(&arm, spec, Watched::left_by(one)).await else {
+        let Some(said) = try_resume(&arm, spec, KillingJournal::left_by(one)).await else {
             continue;
         };
         let (gap, twice) = burnt(&cell);
-        assert!(gap <= GAP, "{told}: {gap:.2} mm are left out");
+        assert!(gap <= MAX_GAP, "{told}: {gap:.2} mm are left out");
         assert!(
-            twice <= said + GAP,
+            twice <= said + MAX_GAP,
             "{told}: {twice:.2} mm twice, {said:.2} said"
         );
         // The braking distance from 60 mm/s, and one period at that speed.
@@ -335,12 +335,12 @@ async fn burn_stopped_by_another_program_repeats_the_braking_way() {
 
 /// The length reported at the stop agrees with the note of the resumed job.
 #[tokio::test(start_paused = true)]
-async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
+async fn stopped_burn_reports_an_upper_bound_of_the_overlap() {
     let program = burn(60.0);
     let mut longest = 0.0_f64;
     for seconds in [2.0, 2.6, 3.3, 4.1, 4.8] {
-        let (cell, arm) = place(&program).await;
-        let journal = Memory::default();
+        let (cell, arm) = bench(&program).await;
+        let journal = MemoryJournal::default();
         let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
         sleep(Duration::from_secs_f64(seconds)).await;
         // Another program stops the arm, as a station does: when the job learns of it, the arm
@@ -353,10 +353,10 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
             .expect("it stops");
         job.stop();
         let error = job.outcome().await.expect_err("stopped");
-        let Some(Left::Known { burnt_twice, .. }) = error.left else {
+        let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place else {
             continue;
         };
-        let Some(said) = tried(&arm, JobSpec::new(program.clone()), journal).await else {
+        let Some(said) = try_resume(&arm, JobSpec::new(program.clone()), journal).await else {
             continue;
         };
         assert!(
@@ -371,7 +371,7 @@ async fn stopped_burn_tells_at_its_end_how_much_is_burnt_twice_at_most() {
 /// A station stops the arm again and again within the same piece; each time the job learns of it
 /// once the arm stands.
 #[tokio::test(start_paused = true)]
-async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_says() {
+async fn burn_stopped_repeatedly_by_a_station_repeats_only_the_reported_length() {
     let mut plan = Plan::new("a line");
     plan.tool = Some(Tool::Laser);
     plan.push(build::path_speed(20.0, 100.0), Origin::NONE);
@@ -386,8 +386,8 @@ async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_
     plan.push(Action::Laser(false), Origin::NONE);
     let program = Program::new(plan, Some(1));
     for pause in [0.2, 0.4, 0.7, 1.1] {
-        let (cell, arm) = place(&program).await;
-        let journal = Memory::default();
+        let (cell, arm) = bench(&program).await;
+        let journal = MemoryJournal::default();
         let mut said = 0.0;
         for nth in 0..4 {
             let start = match nth {
@@ -403,40 +403,40 @@ async fn burn_that_is_stopped_by_a_station_again_and_again_repeats_only_what_it_
             job.stop();
             match job.outcome().await {
                 Err(error) => {
-                    if let Some(Left::Known { burnt_twice, .. }) = error.left {
+                    if let Some(ResumePlace::Known { burnt_twice, .. }) = error.resume_place {
                         said += burnt_twice;
                     }
                 }
                 Ok(_) => break,
             }
         }
-        let _ = tried(&arm, JobSpec::new(program.clone()), journal).await;
+        let _ = try_resume(&arm, JobSpec::new(program.clone()), journal).await;
         let (gap, twice) = burnt(&cell);
-        assert!(gap <= GAP, "{pause}: {gap:.2} mm are left out");
+        assert!(gap <= MAX_GAP, "{pause}: {gap:.2} mm are left out");
         assert!(
-            twice <= said + GAP && said < 60.0,
+            twice <= said + MAX_GAP && said < 60.0,
             "{pause}: {twice:.2} mm twice, {said:.2} said"
         );
     }
 }
 
 #[tokio::test(start_paused = true)]
-async fn overlap_of_a_resumed_burn_counts_from_where_the_light_went_out() {
+async fn overlap_of_a_resumed_burn_counts_from_the_laser_off_position() {
     for (speed, after) in [(20.0, 4.6), (60.0, 2.3), (100.0, 2.9)] {
         for overlap in [0.5, 3.0] {
             let program = burn(speed as f32);
             let after = Duration::from_secs_f64(after);
-            let (cell, arm, journal) = ended(Cause::Stop, &program, after).await;
+            let (cell, arm, journal) = end_by(Cause::Stop, &program, after).await;
             let spec = JobSpec::new(program.clone()).overlap(overlap);
             let said = resume(&arm, spec, journal).await;
             let (gap, twice) = burnt(&cell);
             let period = PERIOD * speed;
             assert!(
-                gap <= 0.01 && (-GAP..=period + GAP).contains(&(said - overlap)),
+                gap <= 0.01 && (-MAX_GAP..=period + MAX_GAP).contains(&(said - overlap)),
                 "{speed}: {gap} {said}"
             );
             assert!(
-                (-GAP..=period + GAP).contains(&(twice - overlap)),
+                (-MAX_GAP..=period + MAX_GAP).contains(&(twice - overlap)),
                 "{speed}: {twice} of {overlap} mm"
             );
         }

@@ -14,7 +14,7 @@ use magician_program::Program;
 use magician_program::resume::{Checkpoint, DoubtReason, RunEnd};
 use tokio::time::sleep;
 
-use super::place::{KINDS, Kind, ink, place, program};
+use super::fixtures::{KINDS, Kind, ink, bench, program};
 
 /// Arm and journal as a killed process leaves them.
 pub(super) struct Killed {
@@ -24,7 +24,7 @@ pub(super) struct Killed {
 
 /// Journal that records the states a kill just before and just after each write would leave.
 #[derive(Clone, Default)]
-pub(super) struct Watched(Arc<Mutex<Inner>>);
+pub(super) struct KillingJournal(Arc<Mutex<Inner>>);
 
 #[derive(Default)]
 struct Inner {
@@ -33,7 +33,7 @@ struct Inner {
     killed: Vec<Killed>,
 }
 
-impl Watched {
+impl KillingJournal {
     /// Journal left by a killed process.
     pub(super) fn left_by(killed: &Killed) -> Self {
         let watched = Self::default();
@@ -60,34 +60,34 @@ impl Watched {
         }
     }
 
-    fn becomes(&self, now: Option<Checkpoint>) {
+    fn store(&self, now: Option<Checkpoint>) {
         self.kill();
         self.0.lock().unwrap().now = now;
         self.kill();
     }
 }
 
-impl Journal for Watched {
+impl Journal for KillingJournal {
     fn open(&mut self, _: &JournalKey) {}
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let left = self.0.lock().unwrap().now.clone();
-        left.ok_or(JournalError::Nothing)
+        left.ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
-        self.becomes(Some(checkpoint.clone()));
+        self.store(Some(checkpoint.clone()));
         Ok(())
     }
 
     fn remove(&mut self) {
-        self.becomes(None);
+        self.store(None);
     }
 }
 
 /// An arm that has done something before, and its index at rest.
-async fn used(program: &Program) -> (VirtualArm, Arm, u64) {
-    let (cell, arm) = place(program).await;
+async fn arm_with_history(program: &Program) -> (VirtualArm, Arm, u64) {
+    let (cell, arm) = bench(program).await;
     let waits = [build::wait(Duration::from_millis(5)); 13];
     arm.run(&waits).await.expect("it waits");
     let rest = arm.queue().current_index().await.expect("an index").0;
@@ -110,11 +110,11 @@ async fn killed_with(
     before: Option<Checkpoint>,
     with: impl FnOnce(JobSpec) -> JobSpec,
 ) -> (Vec<Killed>, f64, u64) {
-    let (cell, arm, rest) = used(program).await;
-    let journal = Watched::of(&cell, before);
+    let (cell, arm, rest) = arm_with_history(program).await;
+    let journal = KillingJournal::of(&cell, before);
     let job = Job::start(
         &arm,
-        with(JobSpec::new(program.clone()).lasting(true)),
+        with(JobSpec::new(program.clone()).outlives_process(true)),
         journal.clone(),
     );
     if speed != 100 {
@@ -132,20 +132,20 @@ async fn killed_with(
 }
 
 /// Result of the job by which another process resumes it.
-async fn resumed(
+async fn resume(
     program: &Program,
     killed: &Killed,
 ) -> (VirtualArm, Arm, Result<u64, Arc<JobError>>, Option<u64>) {
     let cell = VirtualArm::new(killed.arm.clone(), SimSpeed::Times(1.0));
     let arm = Arm::simulated(cell.clone(), Options::default()).await;
     let arm = arm.expect("a virtual arm");
-    let journal = Watched::left_by(killed);
-    let spec = JobSpec::new(program.clone()).lasting(true);
+    let journal = KillingJournal::left_by(killed);
+    let spec = JobSpec::new(program.clone()).outlives_process(true);
     let job = Job::start(&arm, spec.start(Start::Resume), journal);
     let mut events = job.events();
     let mut starts = None;
     while let Some(event) = events.next().await {
-        if let JobEvent::Starts(at) = event {
+        if let JobEvent::Start(at) = event {
             starts = Some(at.steps);
         }
     }
@@ -154,13 +154,13 @@ async fn resumed(
 }
 
 /// Asserts that resuming a killed job draws every stroke once; returns the reason if it refuses.
-async fn is_whole(
+async fn assert_complete(
     program: &Program,
     killed: &Killed,
     whole: f64,
     rest: u64,
 ) -> Option<DoubtReason> {
-    let (cell, arm, outcome, starts) = resumed(program, killed).await;
+    let (cell, arm, outcome, starts) = resume(program, killed).await;
     let taken = arm.queue().current_index().await.expect("an index").0 > rest;
     let drawn = ink(&cell).1;
     let told = format!("{starts:?} of {:?}, {drawn} of {whole} mm", killed.journal);
@@ -169,7 +169,7 @@ async fn is_whole(
         Err(error) => match &error.fault {
             Fault::AllDone => {}
             // Nothing was sent, or everything is done.
-            Fault::Journal(JournalError::Nothing) => {
+            Fault::Journal(JournalError::NotFound) => {
                 assert!(!taken || (drawn - whole).abs() < 0.1, "{told}");
                 return None;
             }
@@ -185,14 +185,14 @@ async fn is_whole(
 }
 
 #[tokio::test(start_paused = true)]
-async fn killed_job_resumes_without_lost_or_doubled_strokes_from_any_instant() {
+async fn job_killed_at_any_instant_resumes_without_lost_or_doubled_strokes() {
     for kind in KINDS {
         let iterations = if matches!(kind, Kind::Jumps) { 2 } else { 1 };
         let program = program(kind, iterations);
         let (all, whole, rest) = killed(&program, 100, None).await;
         assert!(all.len() > 80, "{}", all.len());
         for one in &all {
-            let doubt = is_whole(&program, one, whole, rest).await;
+            let doubt = assert_complete(&program, one, whole, rest).await;
             assert_eq!(doubt, None, "{kind:?}: {:?}", one.journal);
         }
     }
@@ -201,14 +201,14 @@ async fn killed_job_resumes_without_lost_or_doubled_strokes_from_any_instant() {
 /// Indices may also count commands outside the program. Then the pose decides, or the job says why
 /// it cannot resume.
 #[tokio::test(start_paused = true)]
-async fn killed_job_whose_indices_may_be_passed_over_resumes_by_the_pose_or_says_why_not() {
+async fn killed_job_with_skipped_indices_resumes_by_pose_or_reports_doubt() {
     for kind in [Kind::Lines, Kind::Jumps] {
         let program = program(kind, 1);
         let (all, whole, rest) =
-            killed_with(&program, 100, None, |spec| spec.passes_over(true)).await;
+            killed_with(&program, 100, None, |spec| spec.index_may_skip(true)).await;
         let mut doubtful = 0;
         for one in &all {
-            match is_whole(&program, one, whole, rest).await {
+            match assert_complete(&program, one, whole, rest).await {
                 None => {}
                 Some(DoubtReason::Mixed) => doubtful += 1,
                 Some(other) => panic!("{other:?}: {:?}", one.journal),
@@ -223,18 +223,18 @@ async fn killed_job_whose_indices_may_be_passed_over_resumes_by_the_pose_or_says
 }
 
 #[tokio::test(start_paused = true)]
-async fn killed_job_of_another_speed_resumes_from_any_instant() {
+async fn killed_job_at_another_speed_resumes_from_any_instant() {
     let program = program(Kind::Lines, 1);
     let (all, whole, rest) = killed(&program, 60, None).await;
     for one in &all {
-        let doubt = is_whole(&program, one, whole, rest).await;
+        let doubt = assert_complete(&program, one, whole, rest).await;
         assert_eq!(doubt, None, "{:?}", one.journal);
     }
 }
 
 /// The journal of an earlier run stays valid until the arm has taken a command of this one.
 #[tokio::test(start_paused = true)]
-async fn journal_of_an_earlier_run_ends_before_the_first_command_goes_out() {
+async fn earlier_journal_is_replaced_before_the_first_command() {
     let program = program(Kind::Lines, 1);
     let earlier = Checkpoint {
         finished: 40,
@@ -258,7 +258,7 @@ async fn journal_of_an_earlier_run_ends_before_the_first_command_goes_out() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn killed_job_whose_arm_was_reset_or_used_says_so() {
+async fn killed_job_reports_a_reset_or_foreign_use_of_the_arm() {
     let program = program(Kind::Lines, 1);
     let (all, _, rest) = killed(&program, 100, None).await;
     let early = all.into_iter().filter(|one| {
@@ -275,7 +275,7 @@ async fn killed_job_whose_arm_was_reset_or_used_says_so() {
         clock: u32::MAX,
         ..journal.clone()
     });
-    let (.., outcome, _) = resumed(&program, &one).await;
+    let (.., outcome, _) = resume(&program, &one).await;
     let error = outcome.unwrap_err();
     assert!(
         matches!(
@@ -298,7 +298,7 @@ async fn killed_job_whose_arm_was_reset_or_used_says_so() {
     drop(arm);
     one.arm = cell.with(|arm| arm.clone());
     one.journal = Some(journal);
-    let (.., outcome, _) = resumed(&program, &one).await;
+    let (.., outcome, _) = resume(&program, &one).await;
     let error = outcome.unwrap_err();
     assert!(
         matches!(

@@ -1,14 +1,14 @@
 //! Tests of jobs, teaching and manual jogging in one binary: `cargo test --test job pauses::` runs
 //! those of a file.
 
-mod place;
+mod fixtures;
 
 mod burns;
-mod ends;
+mod early_ends;
 mod killed;
-mod life;
+mod lifecycle;
 mod pauses;
 mod pendant;
 mod speed;
 mod teach;
-mod waits;
+mod pause_steps;

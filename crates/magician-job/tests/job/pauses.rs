@@ -9,12 +9,12 @@ use magician_picture::compare::{compare, lines_of};
 use magician_program::Program;
 use tokio::time::sleep;
 
-use super::place::{KINDS, Kind, PAPER, ink, place, program};
+use super::fixtures::{KINDS, Kind, PAPER, ink, bench, program};
 
 /// Longest gap or double stroke allowed, mm.
-const MOST: f64 = 0.2;
+const MAX_DEVIATION: f64 = 0.2;
 /// Number of instants at which each drawing is paused.
-const COUNT: u32 = 13;
+const INSTANTS: u32 = 13;
 
 fn start(arm: &Arm, program: &Program) -> JobHandle {
     Job::start(arm, JobSpec::new(program.clone()), NoJournal)
@@ -37,25 +37,25 @@ async fn jog_away(arm: &Arm, nth: u32) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stroke() {
+async fn drawing_paused_at_any_instant_has_no_gap_and_no_double_stroke() {
     for (kind, iterations) in KINDS
         .map(|kind| (kind, 1))
         .into_iter()
         .chain([(Kind::Arcs, 2), (Kind::Lines, 2)])
     {
         let program = program(kind, iterations);
-        let (cell, arm) = place(&program).await;
+        let (cell, arm) = bench(&program).await;
         let began = cell.state().now;
         let done = start(&arm, &program).outcome().await.expect("within reach");
         assert_eq!(Some(done.steps), program.steps());
         let whole = cell.state().now - began;
         let (drawing, length) = ink(&cell);
         let lines = lines_of(&drawing);
-        for nth in 1..COUNT {
-            let (cell, arm) = place(&program).await;
+        for nth in 1..INSTANTS {
+            let (cell, arm) = bench(&program).await;
             let job = start(&arm, &program);
             let mut pauses = 0;
-            let mut wait = whole.mul_f64(f64::from(nth) / f64::from(COUNT));
+            let mut wait = whole.mul_f64(f64::from(nth) / f64::from(INSTANTS));
             // A resumed job can be paused again.
             for again in 0..2 {
                 sleep(wait).await;
@@ -80,9 +80,9 @@ async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stro
             assert_eq!(Some(done.steps), program.steps(), "{kind:?} {nth}");
             let (drawn, all) = ink(&cell);
             let more = all - length;
-            let most = MOST * f64::from(pauses);
+            let most = MAX_DEVIATION * f64::from(pauses);
             assert!(more.abs() <= most + 1e-6, "{kind:?} {nth}: {more} mm");
-            let close = compare(&lines, &lines_of(&drawn), MOST).matched;
+            let close = compare(&lines, &lines_of(&drawn), MAX_DEVIATION).matched;
             assert!(close.is_good(), "{kind:?} {nth}: {close:?}");
             let ratio = arm.get::<PtpCommonParams>().await.expect("read");
             assert_eq!(ratio.velocity_ratio, 50.0, "settings are restored");
@@ -92,9 +92,9 @@ async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stro
 
 /// The part after the pause gets the speeds that the steps before have set.
 #[tokio::test(start_paused = true)]
-async fn speeds_outlast_a_pause() {
+async fn speeds_survive_a_pause() {
     let program = program(Kind::Lines, 1);
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     sleep(Duration::from_secs(4)).await;
     job.pause(PauseReason::Person).await.expect("it runs");
@@ -115,9 +115,9 @@ async fn speeds_outlast_a_pause() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_of_the_arm_before_a_paused_job_has_begun_is_none_of_its_own() {
+async fn arm_stop_before_a_paused_job_starts_does_not_end_it() {
     let program = program(Kind::Lines, 1);
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let job = start(&arm, &program);
     job.pause(PauseReason::Person).await.expect("it pauses");
     arm.stop().await.expect("it stops");

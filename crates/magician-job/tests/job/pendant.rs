@@ -29,7 +29,7 @@ fn ms(time: u64) -> Duration {
 }
 
 /// An arm at normal speed with a person at its pendant.
-struct Place {
+struct Bench {
     cell: VirtualArm,
     arm: Arm,
     session: PendantSession,
@@ -37,7 +37,7 @@ struct Place {
     begun: Instant,
 }
 
-impl Place {
+impl Bench {
     async fn new() -> Self {
         let cell = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
         let arm = Arm::simulated(cell.clone(), Options::default())
@@ -110,8 +110,8 @@ impl Place {
     }
 }
 
-async fn jogging() -> Place {
-    let mut place = Place::new().await;
+async fn jogging() -> Bench {
+    let mut place = Bench::new().await;
     place.pendant.set_mode(JogMode::Hold);
     place.press(LEFT).await;
     place.hold(ms(1000)).await;
@@ -130,7 +130,7 @@ fn plan() -> Box<Plan> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_hold_that_is_not_renewed_stops_the_jog() {
+async fn jog_stops_without_keep_alive() {
     let mut place = jogging().await;
     let before = place.y();
     // The pendant's program hangs: the session is polled, the control is not.
@@ -149,7 +149,7 @@ async fn a_hold_that_is_not_renewed_stops_the_jog() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_stops_when_nobody_serves_its_session() {
+async fn jog_stops_if_the_session_is_not_polled() {
     let place = jogging().await;
     let before = place.y();
     sleep(ms(2000)).await;
@@ -158,7 +158,7 @@ async fn a_jog_stops_when_nobody_serves_its_session() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_release_ends_a_jog() {
+async fn release_ends_the_jog() {
     let mut place = jogging().await;
     let order = place.pendant.release(Some(LEFT));
     assert!(place.order(order.expect("held")).is_none());
@@ -174,10 +174,10 @@ async fn a_release_ends_a_jog() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_dropped_session_stops_the_arm() {
+async fn dropped_session_stops_the_arm() {
     // Another handle keeps the connection open.
     let place = jogging().await;
-    let Place {
+    let Bench {
         cell, arm, session, ..
     } = place;
     let before = cell.state().pose.y;
@@ -197,12 +197,12 @@ async fn a_dropped_session_stops_the_arm() {
         burning: false,
     };
     for order in [step, run] {
-        let mut place = Place::new().await;
+        let mut place = Bench::new().await;
         let name = format!("{order:?}");
         assert!(place.order(order).is_none());
         place.wait(ms(400)).await;
         assert!(place.session.activity().is_some(), "{name}");
-        let Place {
+        let Bench {
             cell, arm, session, ..
         } = place;
         drop(session);
@@ -216,7 +216,7 @@ async fn a_dropped_session_stops_the_arm() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn one_thing_moves_the_arm_at_a_time() {
+async fn second_activity_is_refused_as_busy() {
     let mut place = jogging().await;
     let from = 0;
     let step = PendantOrder::Step {
@@ -261,7 +261,7 @@ async fn one_thing_moves_the_arm_at_a_time() {
 }
 
 /// An arm that is being stopped.
-async fn stopping() -> Place {
+async fn stopping() -> Bench {
     let mut place = jogging().await;
     let stop = place.pendant.stop();
     assert!(place.order(stop).is_none());
@@ -270,7 +270,7 @@ async fn stopping() -> Place {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_control_that_is_held_while_the_arm_stops_moves_it_after_that() {
+async fn control_held_during_a_stop_jogs_after_it() {
     let mut place = stopping().await;
     // The newest order wins.
     place.press(LEFT).await;
@@ -306,7 +306,7 @@ async fn a_control_that_is_held_while_the_arm_stops_moves_it_after_that() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_let_go_of_while_the_arm_stops_moves_nothing() {
+async fn control_released_during_a_stop_moves_nothing() {
     for (mode, hangs) in [
         (JogMode::Hold, false),
         (JogMode::Hold, true),
@@ -339,8 +339,8 @@ async fn what_is_let_go_of_while_the_arm_stops_moves_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_out_of_reach_is_refused_and_moves_nothing() {
-    let mut place = Place::new().await;
+async fn unreachable_step_is_refused_and_moves_nothing() {
+    let mut place = Bench::new().await;
     let before = place.cell.state().pose;
     let far = PendantOrder::Step {
         direction: LEFT,
@@ -357,8 +357,8 @@ async fn what_is_out_of_reach_is_refused_and_moves_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_is_followed_step_by_step() {
-    let mut place = Place::new().await;
+async fn session_reports_the_current_step_of_a_program() {
+    let mut place = Bench::new().await;
     let from = 1;
     assert!(
         place
@@ -379,8 +379,8 @@ async fn a_program_is_followed_step_by_step() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_end_of_a_session_leaves_the_arm_as_it_was() {
-    let mut place = Place::new().await;
+async fn closing_the_session_restores_the_settings() {
+    let mut place = Bench::new().await;
     let read = async |arm: &Arm| {
         let jog = arm.get::<JogCommonParams>().await.expect("read");
         (jog, arm.get::<PtpCommonParams>().await.expect("read"))
@@ -391,7 +391,7 @@ async fn the_end_of_a_session_leaves_the_arm_as_it_was() {
     assert!(place.order(laser).is_none());
     place.wait(ms(500)).await;
     assert!(place.pendant.tools.laser && read(&place.arm).await != before);
-    let Place {
+    let Bench {
         arm,
         session,
         pendant,
@@ -405,7 +405,7 @@ async fn the_end_of_a_session_leaves_the_arm_as_it_was() {
 
 /// A server may keep sessions and models in any task.
 #[tokio::test]
-async fn sessions_and_models_go_from_thread_to_thread() {
+async fn sessions_and_models_are_send() {
     fn is<T: Send + 'static>() {}
     fn sent<T: Send>(value: T) -> T {
         value

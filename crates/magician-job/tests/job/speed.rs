@@ -1,6 +1,6 @@
 //! Changes of a job's speed while it runs.
 
-use super::place;
+use super::bench;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -14,20 +14,20 @@ use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::{Instant, sleep};
 
-use super::place::{Kind, place};
+use super::fixtures::{Kind, bench};
 
 const STEPS: u32 = 60;
 const STEP: f32 = 4.0;
-const FROM: f32 = -120.0;
+const START_X: f32 = -120.0;
 /// Interval between two polls.
-const LOOKS: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Short lines in a row, each of which ends at rest.
 fn plan() -> Plan {
     let mut plan = Plan::new("in a row");
     plan.tool = Some(Tool::None);
     let line = |nth: u32| Action::Move {
-        to: [220.0, FROM + STEP * nth as f32, 40.0, 0.0],
+        to: [220.0, START_X + STEP * nth as f32, 40.0, 0.0],
         by: Travel::Line,
     };
     plan.push(Action::from(build::line_speed(16.0, 2000.0)), Origin::NONE);
@@ -37,12 +37,12 @@ fn plan() -> Plan {
 }
 
 /// Steps before the row: two speeds and the travel to its start.
-const BEFORE: u64 = 3;
+const STEPS_BEFORE_LINES: u64 = 3;
 
 /// Number of lines that the arm has finished.
 async fn lines_done(arm: &Arm) -> f32 {
     let pose = arm.get::<Pose>().await.expect("a pose");
-    (pose.y - FROM) / STEP
+    (pose.y - START_X) / STEP
 }
 
 async fn ratio(arm: &Arm) -> f32 {
@@ -54,9 +54,9 @@ async fn ratio(arm: &Arm) -> f32 {
 async fn watch(arm: &Arm, job: &JobHandle, from: Instant) -> Vec<(f32, f64, Option<Duration>)> {
     let mut seen = Vec::new();
     while job.state() != JobState::Ended {
-        let left = job.progress().left;
+        let left = job.progress().remaining;
         seen.push((lines_done(arm).await, from.elapsed().as_secs_f64(), left));
-        sleep(LOOKS).await;
+        sleep(POLL_INTERVAL).await;
     }
     seen
 }
@@ -71,14 +71,14 @@ fn rate(seen: &[(f32, f64, Option<Duration>)], line: f32) -> f64 {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_not_sent_yet_is_slower_and_what_is_sent_is_not() {
+async fn speed_change_affects_only_unsent_commands() {
     let program = Program::new(plan(), Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let before = arm.get::<CpParams>().await.expect("read");
     let job = Job::start(&arm, JobSpec::new(program.clone()), NoJournal);
     let mut events = job.events();
-    while lines_done(&arm).await < 2.0 || job.progress().step < BEFORE {
-        sleep(LOOKS).await;
+    while lines_done(&arm).await < 2.0 || job.progress().step < STEPS_BEFORE_LINES {
+        sleep(POLL_INTERVAL).await;
     }
     assert_eq!(job.speed(), 100);
     let (_, places) = arm.stats().await.expect("read");
@@ -120,15 +120,15 @@ async fn what_is_not_sent_yet_is_slower_and_what_is_sent_is_not() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_speed_outlasts_a_pause_and_whoever_jogs_meanwhile_has_the_full_one() {
+async fn speed_survives_a_pause_during_which_jogs_run_at_full_speed() {
     let program = Program::new(plan(), Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let job = Job::start(&arm, JobSpec::new(program.clone()), NoJournal);
     // A change during the check applies from the first step on.
     assert_eq!(job.set_speed(20), Ok(()));
     let began = Instant::now();
-    while lines_done(&arm).await < 4.0 || job.progress().step < BEFORE {
-        sleep(LOOKS).await;
+    while lines_done(&arm).await < 4.0 || job.progress().step < STEPS_BEFORE_LINES {
+        sleep(POLL_INTERVAL).await;
     }
     assert_eq!(ratio(&arm).await, 20.0);
     job.pause(PauseReason::Person).await.expect("it runs");
@@ -147,18 +147,18 @@ async fn a_speed_outlasts_a_pause_and_whoever_jogs_meanwhile_has_the_full_one() 
 }
 
 #[tokio::test(start_paused = true)]
-async fn paths_and_arcs_are_slower_as_well_and_draw_the_same() {
+async fn slower_paths_and_arcs_draw_the_same() {
     for kind in [Kind::Paths, Kind::Arcs, Kind::Jumps] {
-        let program = place::program(kind, 2);
+        let program = fixtures::program(kind, 2);
         let mut times = Vec::new();
         let mut lengths = Vec::new();
         for speed in [100, 50] {
-            let (cell, arm) = place(&program).await;
+            let (cell, arm) = bench(&program).await;
             let job = Job::start(&arm, JobSpec::new(program.clone()), NoJournal);
             assert_eq!(job.set_speed(speed), Ok(()));
             let mut events = job.events();
             while events.next().await != Some(JobEvent::State(JobState::Running)) {}
-            let left = job.progress().left.expect("known").as_secs_f64();
+            let left = job.progress().remaining.expect("known").as_secs_f64();
             let done = job.outcome().await.expect("done");
             let off = left - done.seconds;
             assert!(
@@ -168,7 +168,7 @@ async fn paths_and_arcs_are_slower_as_well_and_draw_the_same() {
             );
             assert_eq!(Some(done.steps), program.steps());
             times.push(done.seconds);
-            lengths.push(place::ink(&cell).1);
+            lengths.push(fixtures::ink(&cell).1);
         }
         // The bend of a path has 60 pieces of 0.42 mm, which take one period of 20 ms at 40 and at
         // 20 mm/s.
@@ -188,7 +188,7 @@ async fn paths_and_arcs_are_slower_as_well_and_draw_the_same() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_burns_keeps_its_speed() {
+async fn burning_job_refuses_a_speed_change() {
     let mut plan = Plan::new("a burn");
     plan.tool = Some(Tool::Laser);
     for (x, power) in [(210.0, 0.0), (230.0, 20.0), (210.0, 20.0), (200.0, 0.0)] {
@@ -196,7 +196,7 @@ async fn what_burns_keeps_its_speed() {
         plan.push(Action::Burn { to, power }, Origin::NONE);
     }
     let program = Program::new(plan, Some(1));
-    let (_cell, arm) = place(&program).await;
+    let (_cell, arm) = bench(&program).await;
     let arm = arm.allowing_laser();
     let job = Job::start(&arm, JobSpec::new(program), NoJournal);
     assert!(job.burns());
@@ -206,13 +206,13 @@ async fn what_burns_keeps_its_speed() {
 }
 
 #[derive(Clone, Default)]
-struct Memory(Arc<Mutex<Option<Checkpoint>>>);
+struct MemoryJournal(Arc<Mutex<Option<Checkpoint>>>);
 
-impl Journal for Memory {
+impl Journal for MemoryJournal {
     fn open(&mut self, _: &JournalKey) {}
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
-        self.0.lock().unwrap().clone().ok_or(JournalError::Nothing)
+    fn load(&self) -> Result<Checkpoint, JournalError> {
+        self.0.lock().unwrap().clone().ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
@@ -227,14 +227,14 @@ impl Journal for Memory {
 
 /// A process killed at any moment leaves a journal that does not count settings as steps.
 #[tokio::test(start_paused = true)]
-async fn settings_between_the_steps_are_no_steps_for_the_journal() {
+async fn inserted_settings_do_not_count_as_steps() {
     let program = Program::new(plan(), Some(1));
-    let (_cell, arm) = place(&program).await;
-    let journal = Memory::default();
-    let spec = JobSpec::new(program.clone()).lasting(true);
+    let (_cell, arm) = bench(&program).await;
+    let journal = MemoryJournal::default();
+    let spec = JobSpec::new(program.clone()).outlives_process(true);
     let job = Job::start(&arm, spec, journal.clone());
-    while lines_done(&arm).await < 1.0 || job.progress().step < BEFORE {
-        sleep(LOOKS).await;
+    while lines_done(&arm).await < 1.0 || job.progress().step < STEPS_BEFORE_LINES {
+        sleep(POLL_INTERVAL).await;
     }
     let (mut certain, mut doubtful, mut nth) = (0, 0, 0);
     while lines_done(&arm).await < STEPS as f32 - 3.0 {
@@ -243,14 +243,14 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
             job.set_speed(if nth % 800 == 1 { 60 } else { 100 })
                 .expect("it runs");
         }
-        let Ok(checkpoint) = journal.left() else {
+        let Ok(checkpoint) = journal.load() else {
             break;
         };
         let seen = ObservedProgress {
             current: arm.queue().current_index().await.expect("an index").0,
             clock: arm.get::<DeviceTime>().await.expect("a time").g_systick,
         };
-        let truth = BEFORE as f32 + lines_done(&arm).await;
+        let truth = STEPS_BEFORE_LINES as f32 + lines_done(&arm).await;
         match checkpoint.resume_point(Some(seen), program.numbering(), |_| None) {
             ResumePoint::After(steps) => {
                 certain += 1;
@@ -262,7 +262,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
                 assert!(span.least as f32 <= truth && truth <= span.most as f32 + 1.0);
             }
         }
-        sleep(LOOKS).await;
+        sleep(POLL_INTERVAL).await;
     }
     assert!(certain > 50 && doubtful > 5, "{certain} {doubtful}");
     job.stop();
@@ -295,7 +295,7 @@ async fn dose(
     const TICK: Duration = Duration::from_millis(2);
     const PARTS: u32 = 20;
     let program = Program::new(proportional(), Some(1));
-    let (cell, arm) = place(&program).await;
+    let (cell, arm) = bench(&program).await;
     let job = Job::start(&arm.allowing_laser(), JobSpec::new(program), NoJournal);
     let mut dose = std::collections::BTreeMap::new();
     let began = cell.state().now;
@@ -323,7 +323,7 @@ async fn dose(
 
 /// No point is burnt deeper, neither where the speed changes nor at corners and ends.
 #[tokio::test(start_paused = true)]
-async fn what_burns_in_proportion_to_speed_is_slower_with_less_power() {
+async fn proportional_burn_scales_power_with_speed() {
     let (full, usual) = dose(|_, _| {}).await;
     let set = |job: &JobHandle, speed| {
         if job.state() == JobState::Running && job.speed() != speed {

@@ -258,7 +258,7 @@ fn same(program: &ProgramModel, reference: &Reference) -> Result<(), TestCaseErr
 
 proptest! {
     #[test]
-    fn edits_do_what_a_list_with_whole_copies_does(edits in vec(edit(), 0..200)) {
+    fn edits_match_a_reference_with_full_copies(edits in vec(edit(), 0..200)) {
         let mut program = ProgramModel::new("a program", None);
         let mut reference = Reference::default();
         for edit in &edits {

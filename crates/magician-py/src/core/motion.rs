@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::preflight::{Guards, Preflight};
 use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
-use magician_job::{WorkSurface, keep_surface, touch_off};
+use magician_job::{WorkSurface, store_surface, touch_off};
 use magician_program::{Surface, Tool};
 use pyo3::prelude::*;
 
@@ -134,7 +134,7 @@ impl Core {
             let touch = touch_off(&arm, draws).await?;
             // The table of a virtual arm has nothing to do with a real one.
             if !arm.is_virtual() {
-                keep_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;
+                store_surface(Some(WorkSurface::Plane(Surface::level(touch.height))))?;
             }
             Ok::<_, magician::Error>(touch.height)
         };

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_station::RunningStation;
-use magician_station::http::{Admission, HttpOptions, Listener, SignsOfLife, Tls, TokenStore};
+use magician_station::http::{Admission, HttpOptions, Listener, KeepAliveSource, Tls, TokenStore};
 use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::sleep;
@@ -107,7 +107,7 @@ impl SiteApi {
                 ..Admission::default()
             },
             // The caller may be a hub, which would answer pings even if its client is gone.
-            signs: SignsOfLife::Hub,
+            keep_alives: KeepAliveSource::Hub,
             ..HttpOptions::new(self.tokens.clone(), env!("CARGO_PKG_VERSION"))
         };
         let mut state = self.state();

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician_protocol::{HostInstant, visible};
 use magician_station::api::{Method, Role, RpcError};
-use magician_station::{CloseCode, LIST_INTERVAL, RATE, SOCKETS};
+use magician_station::{CloseCode, LIST_INTERVAL, MAX_MESSAGES_PER_SECOND, MAX_SOCKETS};
 use serde_json::{Value, json};
 
 use super::requests::{Call, Handled};
@@ -77,7 +77,7 @@ impl Hub {
             Some((client.last_role, gone, id.clone()))
         });
         let gone: Vec<_> = gone.collect();
-        if gone.len() > SOCKETS
+        if gone.len() > MAX_SOCKETS
             && let Some((_, _, first)) = gone.into_iter().min()
         {
             self.forget(&first);
@@ -119,7 +119,7 @@ impl Hub {
             // Close after the reply, which gives the reason. A station does the same for an unknown
             // pupil.
             if let Some(open) = self.sockets.get_mut(&call.socket) {
-                open.outbox.close(CloseCode::TOKEN);
+                open.outbox.close(CloseCode::BAD_TOKEN);
             }
             let (page, machines) = self.describe_page(None);
             let error = RpcError::param("pupil", format!("pupils sign in {page}"));
@@ -147,7 +147,7 @@ impl Hub {
         if let Ok(hello) = &mut outcome {
             let names: Vec<_> = self.arms.keys().collect();
             hello["arms"] = json!(names);
-            hello["limits"]["rate"] = json!(RATE + 2 * names.len());
+            hello["limits"]["rate"] = json!(MAX_MESSAGES_PER_SECOND + 2 * names.len());
             hello["hub"] = json!(true);
             let session = hello["session"].as_str().unwrap_or_default().to_owned();
             let client = self.client_sessions.entry(session.clone()).or_default();

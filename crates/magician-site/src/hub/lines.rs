@@ -4,7 +4,7 @@
 use magician::ErrorKind;
 use magician_protocol::{HostInstant, visible};
 use magician_station::api::{Method, Notification, RpcError, notification};
-use magician_station::{CloseCode, Pace};
+use magician_station::{CloseCode, RateVerdict};
 use serde_json::{Value, json};
 
 use super::answers::parse_answer;
@@ -188,7 +188,7 @@ impl Hub {
             return;
         };
         let slot = open.slot;
-        let over = open.throttle.hears(now, MAX_MESSAGES_PER_SECOND) == Pace::Close
+        let over = open.throttle.check(now, MAX_MESSAGES_PER_SECOND) == RateVerdict::Close
             || text.len() > MAX_MESSAGE_SIZE;
         let mut message = match serde_json::from_str::<Value>(text) {
             Ok(Value::Object(message)) if !over => message,
@@ -214,7 +214,7 @@ impl Hub {
 
     /// A line has ended or could not be opened.
     pub fn line_ended(&mut self, now: HostInstant, line: LineId, why: &str, code: Option<u16>) {
-        let refused = [CloseCode::TOKEN.0, CloseCode::REVOKED.0];
+        let refused = [CloseCode::BAD_TOKEN.0, CloseCode::REVOKED.0];
         let error = if code.is_some_and(|code| refused.contains(&code)) {
             let why = "its station does not take the token of this session";
             RpcError::new(RpcError::FORBIDDEN, why)

@@ -3,7 +3,7 @@
 use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use magician_station::api::{IdKind, Message, MessageId, Method, Params, RpcError};
-use magician_station::{CloseCode, MESSAGE, Pace, RATE, UNDER_WAY};
+use magician_station::{CloseCode, MAX_MESSAGE_SIZE, RateVerdict, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -62,14 +62,14 @@ impl Hub {
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         self.handle_timeout(now);
         // A client of a hub watches more arms than a client of a station.
-        let rate = RATE + 2 * self.arms.len();
+        let rate = MAX_MESSAGES_PER_SECOND + 2 * self.arms.len();
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
         };
         if open.outbox.is_closing() {
             return;
         }
-        let pace = open.throttle.hears(now, rate);
+        let pace = open.throttle.check(now, rate);
         let greeted = open.session.is_some() || open.is_single_request;
         let parsed = Message::parse(text);
         let named = parsed
@@ -79,8 +79,8 @@ impl Hub {
         // Stops and jog keep-alives are exempt from the rate limit, as at a station.
         if !named.is_some_and(|method| method.always) {
             match pace {
-                Pace::Fine => {}
-                Pace::TooMany => {
+                RateVerdict::Accept => {}
+                RateVerdict::Refuse => {
                     let why = format!("more than {rate} messages a second");
                     let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", rate);
                     let id = match &parsed {
@@ -89,7 +89,7 @@ impl Hub {
                     };
                     return self.respond(socket, id, &Err(error));
                 }
-                Pace::Close => {
+                RateVerdict::Close => {
                     open.outbox.close(CloseCode::TOO_MANY);
                     self.awake.insert(socket);
                     return;
@@ -139,7 +139,7 @@ impl Hub {
             return Err(RpcError::forbidden(open.role, method.role, method.name));
         }
         open.lists_all_arms |= method.name == "arm.list";
-        let is_full = open.in_flight >= UNDER_WAY && !method.always;
+        let is_full = open.in_flight >= MAX_REQUESTS_IN_FLIGHT && !method.always;
         let arm = params.text("arm").map(str::to_owned);
         if method.name == "arm.state"
             && let Some(state) = self.state_now(call.now, &self.station_of(arm.as_deref())?)
@@ -148,7 +148,7 @@ impl Hub {
         }
         if is_full {
             let why = format!("{UNDER_WAY} requests are under way on this socket");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY));
+            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT));
         }
         call.params = params.into_map();
         match method.name {
@@ -309,7 +309,7 @@ impl Hub {
             return Ok(());
         }
         let text = text(Some(RequestId(self.ids + 1)));
-        if text.len() > MESSAGE {
+        if text.len() > MAX_MESSAGE_SIZE {
             let why = "the message is larger than a station takes: 1 MiB";
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, Weak};
 use magician::admission::Origin;
 use magician_station::api::{Message, Method, RpcError};
 use magician_station::class::is_pin;
-use magician_station::http::{Served, ServedClient};
+use magician_station::http::{ApiServer, ApiClient};
 use magician_station::{
     Client, Grant, JournalSink, NoRecordings, Outgoing, Peer, ProgramStore, RecordingStore, Role,
     RunningStation, StationConfig,
@@ -166,7 +166,7 @@ impl RunningHub {
     }
 }
 
-impl Served for RunningHub {
+impl ApiServer for RunningHub {
     type Client = HubClient;
 
     async fn admit(&self, peer: Peer, token: Option<String>) -> Option<HubClient> {
@@ -182,7 +182,7 @@ impl Served for RunningHub {
             _ => return self.shared.home.call(peer, text).await,
         };
         let known = Method::named(&message.method);
-        let of_place = (peer.origin == Origin::Loopback).then(|| self.place_role());
+        let of_place = (peer.origin == Origin::Loopback).then(|| self.anonymous_role());
         let role = peer.grant.as_ref().map(|grant| grant.role).or(of_place);
         let Some(role) = role.filter(|_| known.is_some_and(|method| !method.session)) else {
             // Home produces the error.
@@ -221,8 +221,8 @@ impl Served for RunningHub {
         self.shared.read_only
     }
 
-    fn place_role(&self) -> Role {
-        self.shared.home.place_role()
+    fn anonymous_role(&self) -> Role {
+        self.shared.home.anonymous_role()
     }
 
     fn try_pin(&self, pin: &str, peer: &Peer) -> Result<(), RpcError> {
@@ -287,8 +287,8 @@ impl HubClient {
     }
 }
 
-impl ServedClient for HubClient {
-    fn heard(&self) {
+impl ApiClient for HubClient {
+    fn note_message(&self) {
         if let Some(home) = self.home() {
             home.heard();
         }
@@ -299,9 +299,9 @@ impl ServedClient for HubClient {
             .with(|hub, now| hub.receive(now, self.socket, text));
     }
 
-    fn vouch(&self, grant: Option<Grant>) {
+    fn set_token_grant(&self, grant: Option<Grant>) {
         if let Some(home) = self.home() {
-            home.vouch(grant);
+            home.set_token_grant(grant);
         }
     }
 

@@ -56,7 +56,7 @@ impl Hub {
         let open = self.sockets.get_mut(&call.socket);
         let gone = open.and_then(|open| {
             let id = u16::try_from(id).ok()?;
-            open.outbox.state_is_void(id);
+            open.outbox.drop_state(id);
             open.subscriptions.remove(&id)
         });
         let gone = gone.ok_or_else(|| {
@@ -128,7 +128,7 @@ impl Hub {
             }
             one.at = None;
             (one.change, one.frame) = (Map::new(), None);
-            open.outbox.state_is_void(*id);
+            open.outbox.drop_state(*id);
             if !std::mem::replace(&mut one.lost, true) {
                 let state = json!({"subscription": id, "state": {"link": "lost", "t": t}});
                 open.outbox.notice(notification("arm.state", &state));

@@ -44,7 +44,7 @@ async fn session_behaves_like_a_websocket() {
     while frames < 150 {
         match timeout(WAIT_TIMEOUT, channel.receive()).await.unwrap() {
             FromStation::Frame(bytes) => {
-                assert_eq!(bytes.len(), magician_station::FRAME);
+                assert_eq!(bytes.len(), magician_station::FRAME_SIZE);
                 frames += 1;
             }
             FromStation::Text(_) => {}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::admission::Origin;
 use magician_site::StationId;
-use magician_station::http::Served;
+use magician_station::http::ApiServer;
 use magician_station::{Client, Outgoing, Peer};
 use serde_json::{Value, json};
 
@@ -427,7 +427,7 @@ async fn post_at_the_hub_without_the_pin_reads_no_code() {
     let bench = class_of(TestHub::with_token(2, 1).await, &[1, 2]).await;
     tokio::time::sleep(Duration::from_secs(3)).await;
     let request = r#"{"jsonrpc": "2.0", "id": 1, "method": "class.get"}"#;
-    let answer = Served::call(&bench.hub, at_the_hub(), None, request).await;
+    let answer = ApiServer::call(&bench.hub, at_the_hub(), None, request).await;
     let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
     let class = &answer["result"];
     assert_eq!(class["class"]["turn_s"], 120, "{answer}");

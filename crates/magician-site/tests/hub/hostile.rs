@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician_site::{FromStation, StationEnd, ToStation};
 use magician_station::CloseCode;
-use magician_station::http::ServedClient;
+use magician_station::http::ApiClient;
 use serde_json::{Value, json};
 
 use crate::bench::{Fault, TestHub};
@@ -200,11 +200,11 @@ async fn invalid_requests_get_the_answers_of_a_station() {
     let mut late = bench.socket();
     assert_eq!(late.fails("arm.list", json!({})).await["code"], -32001);
     late.run_for(Duration::from_secs(6)).await;
-    assert_eq!(late.closed, Some(CloseCode::LATE));
+    assert_eq!(late.closed, Some(CloseCode::HELLO_TIMEOUT));
     let mut wrong = bench.socket();
     wrong.client.send("garbage");
     wrong.run_for(Duration::from_millis(10)).await;
-    assert_eq!(wrong.closed, Some(CloseCode::HELLO));
+    assert_eq!(wrong.closed, Some(CloseCode::BAD_HELLO));
 }
 
 #[tokio::test(start_paused = true)]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_station::http::{Served, ServedClient};
+use magician_station::http::{ApiServer, ApiClient};
 use magician_station::{Grant, Peer, Role};
 use serde_json::{Value, json};
 
@@ -284,7 +284,7 @@ async fn a_single_request_reaches_any_arm_and_takes_its_lease_for_the_call() {
     let call = async |method: &str, params: Value| -> Value {
         let text =
             json!({"jsonrpc": "2.0", "id": 7, "method": method, "params": params}).to_string();
-        let answer = Served::call(&bench.hub, peer(), None, &text)
+        let answer = ApiServer::call(&bench.hub, peer(), None, &text)
             .await
             .expect(method);
         let answer: Value = serde_json::from_str(&answer).unwrap();
@@ -346,7 +346,7 @@ async fn token_of_another_station_does_not_raise_the_role_at_the_hub() {
     );
     // Nor in a single request.
     let text = json!({"jsonrpc": "2.0", "id": 7, "method": "arm.fence", "params": {"arm": "arm0", "set": {"floor": 1}}});
-    let answer = Served::call(&bench.hub, crate::bench::peer(), None, &text.to_string()).await;
+    let answer = ApiServer::call(&bench.hub, crate::bench::peer(), None, &text.to_string()).await;
     let answer: Value = serde_json::from_str(&answer.unwrap()).unwrap();
     assert_eq!(answer["error"]["data"]["role"], "viewer", "{answer}");
     anna.client.pong();

@@ -1,6 +1,6 @@
 //! Laws that must hold after every event.
 
-use magician_station::control::{GRACE, SessionId, TTL};
+use magician_station::control::{RECONNECT_GRACE, SessionId, LEASE_TIMEOUT};
 
 use crate::world::{ARM, Event, SLOT, StationModel, World};
 
@@ -26,7 +26,7 @@ impl World {
                 continue;
             };
             let left = place.left.iter().find(|(gone, _)| *gone == holder);
-            let soon = left.is_some_and(|(_, left)| place.now - *left < GRACE);
+            let soon = left.is_some_and(|(_, left)| place.now - *left < RECONNECT_GRACE);
             must(
                 soon || self.user_of(at, holder).is_some(),
                 "a lease ends with its line",
@@ -58,12 +58,12 @@ impl World {
             return Ok(());
         };
         let gone = { before.left.iter() }
-            .any(|(gone, left)| *gone == holder && place.now - *left >= GRACE);
+            .any(|(gone, left)| *gone == holder && place.now - *left >= RECONNECT_GRACE);
         let ends = self.lines.iter().filter_map(|lines| lines[at].as_ref());
         let mut ends = ends
             .filter_map(|line| line.end.as_ref())
             .filter(|end| end.session == holder);
-        let silent = ends.any(|end| place.now - end.heard >= TTL);
+        let silent = ends.any(|end| place.now - end.heard >= LEASE_TIMEOUT);
         must(
             gone || silent || !is_in_slot(place, holder.0 % 3),
             "a slot is by the station's own clock",

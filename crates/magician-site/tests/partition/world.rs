@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, Control, Effect, GRACE, LeaseId, PersonId, RequestId, SessionId, Slot, TTL, WorkKind,
+    ArmId, Control, Effect, RECONNECT_GRACE, LeaseId, PersonId, RequestId, SessionId, Slot, LEASE_TIMEOUT, WorkKind,
 };
 
 use crate::bug::Bug;
@@ -362,7 +362,7 @@ impl World {
         place.told = place.told.max(place.now);
         place.control.handle_timeout(place.told);
         let now = place.now;
-        place.left.retain(|(_, left)| now - *left < GRACE);
+        place.left.retain(|(_, left)| now - *left < RECONNECT_GRACE);
     }
 
     /// Replaces a station by a restarted one, whose arm stands still.
@@ -452,7 +452,7 @@ impl Explored for World {
             };
             (line.open, line.cut, &line.messages).hash(&mut hasher);
             if let Some(end) = &line.end {
-                let silent = (place.now - end.heard).min(TTL);
+                let silent = (place.now - end.heard).min(LEASE_TIMEOUT);
                 (end.session, silent).hash(&mut hasher);
             }
         }

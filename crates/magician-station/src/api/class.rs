@@ -1,18 +1,18 @@
 //! Table of the methods of classes: persons and their turns, the schedule, and a teacher's
 //! operations on all arms.
 
-use super::method::{may, method, needed};
+use super::method::{optional_param, method, required_param};
 use super::{Kind, Method, Param, Role};
 
 use Role::{Student, Teacher, Viewer};
 
-const ARMS: Param = may("arms", Kind::Texts(64), "names of arms; default all");
-const ARM: Param = may(
+const ARMS: Param = optional_param("arms", Kind::Texts(64), "names of arms; default all");
+const ARM: Param = optional_param(
     "arm",
     Kind::Text(32),
     "name of the arm; alternatively `arms`",
 );
-const ELSEWHERE: Param = may(
+const ELSEWHERE: Param = optional_param(
     "elsewhere",
     Kind::Switch,
     "accepts arms of other stations of the site; otherwise an unknown arm is an error",
@@ -26,32 +26,32 @@ pub(super) const CLASS: &[Method] = &[
         "class.set",
         Teacher,
         &[
-            may(
+            optional_param(
                 "text",
                 FILE,
                 "class file, TOML; empty text ends the class; alternatively `names`",
             ),
-            may(
+            optional_param(
                 "names",
                 Kind::Texts(60),
                 "pupils of a class without groups; all other rules are kept; alternatively `text`",
             ),
-            may(
+            optional_param(
                 "arms",
                 Kind::Texts(64),
                 "with `names`: arms available to the pupils; default all",
             ),
-            may(
+            optional_param(
                 "turn_s",
                 Kind::Integer(0, 86_400),
                 "with `names`: length of a turn, s; 0 for unlimited turns; default unchanged",
             ),
-            may(
+            optional_param(
                 "offset",
                 Kind::Text(6),
                 "with `names`: offset of local time from UTC, such as `+01:00`; default unchanged",
             ),
-            may(
+            optional_param(
                 "use_codes",
                 Kind::Switch,
                 "replaces existing codes and PIN by those of the file",
@@ -71,7 +71,7 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "class.codes",
         Teacher,
-        &[may(
+        &[optional_param(
             "pupils",
             Kind::Texts(60),
             "names of pupils; default all",
@@ -91,25 +91,25 @@ pub(super) const CLASS: &[Method] = &[
         "class.send",
         Teacher,
         &[
-            may(
+            optional_param(
                 "program",
                 Kind::Text(80),
                 "name of a program in the library; alternatively `text` or `data`",
             ),
-            may(
+            optional_param(
                 "text",
                 PROGRAM,
                 "content of the program as text; alternatively `data`",
             ),
-            may(
+            optional_param(
                 "data",
                 PROGRAM,
                 "content of the program in base64; alternatively `text`",
             ),
-            may("format", Kind::Text(20), "format, as in `job.start`"),
-            may("setup", Kind::Object("Setup"), "options, as in `job.start`"),
+            optional_param("format", Kind::Text(20), "format, as in `job.start`"),
+            optional_param("setup", Kind::Object("Setup"), "options, as in `job.start`"),
             ARMS,
-            may("yes", Kind::Switch, "confirms that it may burn"),
+            optional_param("yes", Kind::Switch, "confirms that it may burn"),
         ],
         "Starts a program on each free arm, and queues it on the others.",
         "{jobs: [{arm, job, state, error}]}",
@@ -125,12 +125,12 @@ pub(super) const CLASS: &[Method] = &[
         "turn.join",
         Student,
         &[
-            may(
+            optional_param(
                 "arm",
                 Kind::Text(32),
                 "name of the arm; default: any arm of the group, or any arm",
             ),
-            may(
+            optional_param(
                 "group",
                 Kind::Text(40),
                 "group whose arms are requested; default: the pupil's group",
@@ -142,7 +142,7 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "turn.leave",
         Student,
-        &[may(
+        &[optional_param(
             "person",
             Kind::Text(80),
             "person, for teachers; default: the caller",
@@ -167,7 +167,7 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "turn.list",
         Viewer,
-        &[may(
+        &[optional_param(
             "group",
             Kind::Text(40),
             "as for `turn.join`: selects the arms in `you`",
@@ -179,7 +179,7 @@ pub(super) const CLASS: &[Method] = &[
         "schedule.set",
         Teacher,
         &[
-            needed(
+            required_param(
                 "text",
                 FILE,
                 "schedule, TOML; empty text removes all limits",
@@ -206,7 +206,7 @@ pub(super) const CLASS: &[Method] = &[
     method(
         "site.expect",
         Teacher,
-        &[needed(
+        &[required_param(
             "arms",
             Kind::Objects("ExpectedArm"),
             "all expected arms, at most 10,000",

@@ -83,7 +83,7 @@ impl RpcError {
         };
         // Only sentences with a template can be translated.
         if message.template().is_some() {
-            error.said(&message)
+            error.with_sentence(&message)
         } else {
             error
         }
@@ -99,7 +99,7 @@ impl RpcError {
     /// Adds template and values of the sentence, from which a page makes the sentence in its own
     /// language.
     #[must_use]
-    pub fn said(mut self, sentence: &Message) -> Self {
+    pub fn with_sentence(mut self, sentence: &Message) -> Self {
         if let Ok(Value::Object(parts)) = serde_json::to_value(SentenceReport::of(sentence)) {
             self.data.extend(parts);
         }
@@ -246,7 +246,7 @@ impl From<&magician::Error> for RpcError {
         if let Ok(Value::Object(figures)) = serde_json::to_value(ErrorFigures::of(error)) {
             out.data.extend(figures);
         }
-        out.said(error.sentence())
+        out.with_sentence(error.sentence())
     }
 }
 

@@ -239,7 +239,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_code_has_its_rows_and_no_other_is_there() {
+    fn error_rows_cover_exactly_the_defined_codes() {
         for code in RpcError::CODES {
             let rows: Vec<_> = ERRORS.iter().filter(|row| row.code == code).collect();
             assert!(!rows.is_empty(), "{code}");

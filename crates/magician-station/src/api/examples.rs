@@ -162,14 +162,14 @@ fn component_of(value: &Value) -> Option<&'static str> {
 
 /// Examples by notification (for `arm.event` by event): the calls that cause it, the client that
 /// receives it, and its `params`. From `notifications.json`.
-static TOLD: LazyLock<Map<String, Value>> =
+static NOTIFICATION_EXAMPLES: LazyLock<Map<String, Value>> =
     LazyLock::new(|| serde_json::from_str(include_str!("notifications.json")).unwrap_or_default());
 
 /// Call in the example of a notification.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Said {
+pub struct ExampleCall {
     /// Client that calls.
-    pub who: String,
+    pub client: String,
     /// Method, or `server.ending` for the end of the station.
     pub method: String,
     /// Parameters. Ids are those of earlier results.
@@ -180,9 +180,9 @@ pub struct Said {
 #[derive(Clone, Debug, PartialEq)]
 pub struct NotificationExample {
     /// Calls that cause it, in order.
-    pub after: Vec<Said>,
+    pub after: Vec<ExampleCall>,
     /// Client that receives it.
-    pub heard_by: String,
+    pub recipient: String,
     /// Parameters, except for times and ids.
     pub params: Value,
 }
@@ -191,17 +191,17 @@ impl NotificationExample {
     /// Returns the example of a notification or an event.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
-        let example = TOLD.get(name)?;
+        let example = NOTIFICATION_EXAMPLES.get(name)?;
         let after = example["after"].as_array()?.iter().map(|call| {
-            Some(Said {
-                who: call[0].as_str()?.to_owned(),
+            Some(ExampleCall {
+                client: call[0].as_str()?.to_owned(),
                 method: call[1].as_str()?.to_owned(),
                 params: call.get(2).cloned().unwrap_or_else(|| json!({})),
             })
         });
         Some(Self {
             after: after.collect::<Option<_>>()?,
-            heard_by: example["heard_by"].as_str()?.to_owned(),
+            recipient: example["heard_by"].as_str()?.to_owned(),
             params: example["params"].clone(),
         })
     }
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn each_null_of_an_example_has_a_kind_and_each_nullable_place_is_there() {
+    fn nullable_places_match_the_nulls_of_examples() {
         for name in EXAMPLES.keys() {
             let example = Example::of(name).unwrap();
             let result = example.result.clone().unwrap_or_default();
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_may_be_null_is_so_in_its_place_alone() {
+    fn null_is_allowed_only_at_its_place() {
         let schema = |method| Example::of(method).unwrap().shape();
         let arms = schema("arm.list")["properties"]["arms"]["items"]["properties"].clone();
         assert_eq!(arms["name"]["type"], json!("string"));
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_component_is_named_wherever_it_stands() {
+    fn component_is_referenced_at_every_occurrence() {
         let job = json!({"$ref": "#/components/schemas/Job"});
         for method in ["job.get", "job.pause", "job.resume", "job.stop"] {
             assert_eq!(Example::of(method).unwrap().shape(), job, "{method}");

@@ -8,11 +8,11 @@ use serde_json::{Map, Value};
 /// # Errors
 /// What is wrong, as a sentence.
 pub(crate) fn encode(layout: &LayoutInfo, given: &Map<String, Value>) -> Result<Vec<u8>, String> {
-    let words: Vec<_> = given
+    let pairs_of_text: Vec<_> = given
         .iter()
-        .map(|(name, value)| (name.as_str(), word(value)))
+        .map(|(name, value)| (name.as_str(), cli_form(value)))
         .collect();
-    let pairs: Vec<_> = words
+    let pairs: Vec<_> = pairs_of_text
         .iter()
         .map(|(name, value)| (*name, value.as_str()))
         .collect();
@@ -24,16 +24,16 @@ pub(crate) fn encode(layout: &LayoutInfo, given: &Map<String, Value>) -> Result<
 }
 
 /// Converts a JSON value to its form on the command line.
-fn word(value: &Value) -> String {
+fn cli_form(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Array(items) => {
-            let items: Vec<_> = items.iter().map(word).collect();
+            let items: Vec<_> = items.iter().map(cli_form).collect();
             items.join(",")
         }
         // An output of a path: ratio, address and level.
         Value::Object(parts) => {
-            let parts: Vec<_> = parts.values().map(word).collect();
+            let parts: Vec<_> = parts.values().map(cli_form).collect();
             parts.join(":")
         }
         // Numbers, true, false and null read as on the command line.

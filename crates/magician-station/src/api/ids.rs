@@ -180,7 +180,7 @@ mod tests {
     use crate::api::METHODS;
 
     #[test]
-    fn ids_are_found_where_they_stand_and_nowhere_else() {
+    fn only_listed_places_are_ids() {
         let mut value = json!({
             "arms": [
                 {"name": "s1", "holder": {"session": "s1", "name": "s1"}, "waiting": [{"session": "s2"}], "job": null},
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_of_results_is_of_a_method() {
+    fn every_result_row_names_a_method() {
         for (name, _) in RESULTS {
             if name.starts_with("class.") && cfg!(not(feature = "class")) {
                 continue;

@@ -1,16 +1,16 @@
 //! Methods reserved for links: frames that the protocol's table does not know. Other clients do not
 //! get them, because nothing about such a frame can be checked.
 
-use super::method::{may, method, needed};
+use super::method::{optional_param, method, required_param};
 use super::{Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
-const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
-const ID: Param = needed("id", Kind::Integer(0, 255), "id of the command");
-const BYTES: Param = needed("params", Kind::Text(510), "parameters of the frame, as hex");
+const ARM: Param = optional_param("arm", Kind::Text(32), "name of the arm");
+const ID: Param = required_param("id", Kind::Integer(0, 255), "id of the command");
+const BYTES: Param = required_param("params", Kind::Text(510), "parameters of the frame, as hex");
 
 /// Methods reserved for links.
-pub(super) static OF_LINKS: &[Method] = &[
+pub(super) static LINK_METHODS: &[Method] = &[
     method(
         "link.read",
         Role::Viewer,
@@ -25,8 +25,8 @@ pub(super) static OF_LINKS: &[Method] = &[
             ARM,
             ID,
             BYTES,
-            needed("queued", Kind::Switch, "whether it goes to the queue"),
-            needed("moves", Kind::Switch, "whether it moves the arm"),
+            required_param("queued", Kind::Switch, "whether it goes to the queue"),
+            required_param("moves", Kind::Switch, "whether it moves the arm"),
         ],
         "Sends a frame that the protocol's table does not have.",
         "{params} or {index}",

@@ -1,6 +1,6 @@
 //! Description of a method: parameters, requirements, texts.
 
-use super::link::OF_LINKS;
+use super::link::LINK_METHODS;
 use super::{Kind, METHODS, Param};
 use crate::control::WorkKind;
 
@@ -74,11 +74,11 @@ impl Method {
 
     /// Returns the method with this name among those reserved for links.
     pub(crate) fn of_link(name: &str) -> Option<&'static Self> {
-        OF_LINKS.iter().find(|method| method.name == name)
+        LINK_METHODS.iter().find(|method| method.name == name)
     }
 }
 
-pub(super) const fn needed(name: &'static str, kind: Kind, about: &'static str) -> Param {
+pub(super) const fn required_param(name: &'static str, kind: Kind, about: &'static str) -> Param {
     Param {
         name,
         kind,
@@ -87,7 +87,7 @@ pub(super) const fn needed(name: &'static str, kind: Kind, about: &'static str) 
     }
 }
 
-pub(super) const fn may(name: &'static str, kind: Kind, about: &'static str) -> Param {
+pub(super) const fn optional_param(name: &'static str, kind: Kind, about: &'static str) -> Param {
     Param {
         name,
         kind,

@@ -1,21 +1,21 @@
 //! Table of methods. The check of requests, the documentation and the tests are derived from it.
 //! The table stays in one file, however long.
 
-use super::method::{may, method, needed};
+use super::method::{optional_param, method, required_param};
 use super::types::SHEET_CORNERS;
 use super::{IdKind, Kind, Method, Param, Role};
 use crate::control::WorkKind;
 
 // The limit of names of programs. Other names have the same one.
 const NAME: Kind = Kind::Text(80);
-const ANY: Kind = Kind::Number(f64::MIN, f64::MAX);
-const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
-const YES: Param = may(
+const ANY_NUMBER: Kind = Kind::Number(f64::MIN, f64::MAX);
+const ARM: Param = optional_param("arm", Kind::Text(32), "name of the arm");
+const YES: Param = optional_param(
     "yes",
     Kind::Switch,
     "confirms a dangerous command, or one that may burn",
 );
-const UNHOMED: Param = may(
+const UNHOMED: Param = optional_param(
     "unhomed",
     Kind::Switch,
     "accepts an arm not known to be homed: it may act in the wrong place",
@@ -24,7 +24,7 @@ const TOOL: Kind = Kind::Either(&[
     Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
     Kind::Numbers(3, 3),
 ]);
-const OF_TOOL: Param = may(
+const TOOL_PARAM: Param = optional_param(
     "tool",
     TOOL,
     "tool whose tip the pose refers to, or offset of the tip from the flange (mm); default none",
@@ -32,43 +32,43 @@ const OF_TOOL: Param = may(
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
 /// Program as text. Bounded by the size of a message.
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
-const PROGRAM_NAME: Param = may(
+const PROGRAM_NAME: Param = optional_param(
     "program",
     NAME,
     "name of a program in the library; alternatively `text` or `data`",
 );
-const NAMED: Param = needed("name", NAME, "name of the program");
-const TEXT: Param = may(
+const NAMED: Param = required_param("name", NAME, "name of the program");
+const TEXT: Param = optional_param(
     "text",
     PROGRAM,
     "content of the program as text; alternatively `data`",
 );
-const DATA: Param = may(
+const DATA: Param = optional_param(
     "data",
     PROGRAM,
     "content of the program in base64; alternatively `text`",
 );
-const REPLACE: Param = may(
+const REPLACE: Param = optional_param(
     "replace",
     Kind::Switch,
     "replaces a program of the same name; if false, a taken name is refused; default true",
 );
-const FORMAT: Param = may(
+const FORMAT: Param = optional_param(
     "format",
     Kind::Text(20),
     "format, if its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan, testgrid",
 );
-const SETUP: Param = may(
+const SETUP: Param = optional_param(
     "setup",
     Kind::Object("Setup"),
     "options of drawing and engraving: the flags of `magician draw` and `magician engrave` in snake_case, `work` (draw, engrave), and `preset`, the name of a preset for all other options; without `setup` the program runs unchanged",
 );
-const PRESET: Param = needed(
+const PRESET: Param = required_param(
     "name",
     Kind::Text(64),
     "name of the preset: letters, digits, - and _",
 );
-const JOB: Param = needed("job", Kind::Id(IdKind::Job), "id of the job");
+const JOB: Param = required_param("job", Kind::Id(IdKind::Job), "id of the job");
 pub(super) const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
     "j4+", "j4-", "l+", "l-",
@@ -84,28 +84,28 @@ pub(super) const STATION: &[Method] = &[
         "session.hello",
         Viewer,
         &[
-            needed(
+            required_param(
                 "client",
                 Kind::Object("ClientName"),
                 "client program: `name`, and optionally `version`",
             ),
-            may("token", Kind::Text(200), "token of the station"),
-            may(
+            optional_param("token", Kind::Text(200), "token of the station"),
+            optional_param(
                 "pupil",
                 Kind::Object("Pupil"),
                 "sign-in of a pupil: `name` and `code`; replaces a token",
             ),
-            may(
+            optional_param(
                 "pin",
                 Kind::Text(6),
                 "teacher's PIN of the class, on this machine only; replaces a token",
             ),
-            may(
+            optional_param(
                 "resume",
                 Kind::Text(200),
                 "secret of a session to resume, from an earlier answer",
             ),
-            may(
+            optional_param(
                 "role",
                 Kind::Choice(&["viewer", "student", "teacher"]),
                 "upper limit for the role of the session, below that of its token",
@@ -163,13 +163,13 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            needed("rate", Kind::Integer(1, 50), "states per second"),
-            may(
+            required_param("rate", Kind::Integer(1, 50), "states per second"),
+            optional_param(
                 "frame",
                 Kind::Choice(&["json", "binary"]),
                 "encoding of the states; default json",
             ),
-            may(
+            optional_param(
                 "pins",
                 Kind::Objects("PinAddress"),
                 "pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)",
@@ -182,7 +182,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "arm.unsubscribe",
         Viewer,
-        &[needed(
+        &[required_param(
             "subscription",
             Kind::Id(IdKind::Subscription),
             "id of the subscription",
@@ -196,8 +196,8 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            needed("command", NAME, "a command of the protocol"),
-            may(
+            required_param("command", NAME, "a command of the protocol"),
+            optional_param(
                 "query",
                 Kind::Object("Fields"),
                 "fields of the query",
@@ -211,8 +211,8 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("command", NAME, "a command of the protocol"),
-            may("fields", Kind::Object("Fields"), "its fields"),
+            required_param("command", NAME, "a command of the protocol"),
+            optional_param("fields", Kind::Object("Fields"), "its fields"),
             YES,
         ],
         "Sends a command that takes effect immediately.",
@@ -224,12 +224,12 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "command",
                 NAME,
                 "a command of the protocol that can be queued",
             ),
-            may("fields", Kind::Object("Fields"), "its fields"),
+            optional_param("fields", Kind::Object("Fields"), "its fields"),
             YES,
         ],
         "Queues a command.",
@@ -241,27 +241,27 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "to",
                 Kind::Numbers(4, 5),
                 "target: x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one",
             ),
-            may(
+            optional_param(
                 "by",
                 Kind::Choice(&["joint", "linear", "jump"]),
                 "path; default joint",
             ),
-            may(
+            optional_param(
                 "frame",
                 Kind::Choice(&["xyz", "joints"]),
                 "coordinates of `to`; default xyz",
             ),
-            may(
+            optional_param(
                 "relative",
                 Kind::Switch,
                 "interprets `to` relative to the current position",
             ),
-            may(
+            optional_param(
                 "wait",
                 Kind::Switch,
                 "answers only after the motion; default true",
@@ -285,18 +285,18 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "tool",
                 TOOL,
                 "mounted tool, or offset of its tip from the flange (mm)",
             ),
-            may("suction", Kind::Switch, "switches the suction cup"),
-            may(
+            optional_param("suction", Kind::Switch, "switches the suction cup"),
+            optional_param(
                 "gripper",
                 Kind::Choice(&["open", "closed", "off"]),
                 "state of the gripper",
             ),
-            may(
+            optional_param(
                 "laser",
                 Kind::Object("Laser"),
                 "laser: `on`, and `power` (percent), which must be 100 while the arm stands",
@@ -312,13 +312,13 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "percent",
                 PERCENT,
                 "speed ratio of moves and jogs; alternatively `row`",
             ),
-            may("row", NAME, "command of the protocol that sets speeds"),
-            may("fields", Kind::Object("Fields"), "its fields"),
+            optional_param("row", NAME, "command of the protocol that sets speeds"),
+            optional_param("fields", Kind::Object("Fields"), "its fields"),
         ],
         "Sets the speed ratio of moves and jogs, also of a running job, or one speed setting.",
         "null",
@@ -345,7 +345,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            may(
+            optional_param(
                 "set",
                 Kind::Either(&[Kind::Object("FenceChange"), Kind::Null]),
                 "members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent); null removes a bound, or all; needs the role teacher",
@@ -366,7 +366,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            needed(
+            required_param(
                 "seq",
                 Kind::Integer(0, i64::MAX),
                 "sequence number of the last known event; 0 for all",
@@ -380,9 +380,9 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "wait_s",
-                // The bound is `LONGEST_WAIT` of control.
+                // The bound is `MAX_LEASE_WAIT` of control.
                 Kind::Number(0.0, 3600.0),
                 "longest wait for the lease, s; default 0. Refused with -32002 when the time is over",
             ),
@@ -394,7 +394,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "lease.renew",
         Student,
-        &[needed("lease", Kind::Id(IdKind::Lease), "id of the lease")],
+        &[required_param("lease", Kind::Id(IdKind::Lease), "id of the lease")],
         "Keeps the lease alive (so does any message).",
         "null",
     )
@@ -402,7 +402,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "lease.release",
         Student,
-        &[needed("lease", Kind::Id(IdKind::Lease), "id of the lease")],
+        &[required_param("lease", Kind::Id(IdKind::Lease), "id of the lease")],
         "Gives the lease back. Succeeds also if the lease has already ended. Queued commands continue; a jog, the stepper motors and \
          the belt are stopped, and a job pauses unless its `on_lost` says otherwise.",
         "null",
@@ -413,7 +413,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may("message", Kind::Text(200), "message for the holder"),
+            optional_param("message", Kind::Text(200), "message for the holder"),
         ],
         "Asks the holder for the lease. Granted if the holder does not answer within 20 s.",
         "{granted, lease, ttl_s}: only `granted` (false) if the holder refuses",
@@ -424,8 +424,8 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("session", Kind::Id(IdKind::Session), "session that asked"),
-            needed("grant", Kind::Switch, "true to pass the lease on"),
+            required_param("session", Kind::Id(IdKind::Session), "session that asked"),
+            required_param("grant", Kind::Switch, "true to pass the lease on"),
         ],
         "Answers a session that asked for the lease.",
         "null",
@@ -444,19 +444,19 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "axis",
                 Kind::Choice(JOGS),
                 "axis, joint or rail, with direction",
             ),
-            may(
+            optional_param(
                 "keep_ms",
                 // A choice: below 100 ms a slow network ends jogs, and above 1 s the arm moves too
                 // long after its client is gone.
                 Kind::Integer(100, 1000),
                 "hold time, ms: the jog stops if `jog.keep` does not renew it; default 250",
             ),
-            may("percent", PERCENT, "speed ratio of the jog"),
+            optional_param("percent", PERCENT, "speed ratio of the jog"),
         ],
         "Jogs the arm until the jog is stopped or its hold time expires.",
         "{jog}",
@@ -467,7 +467,7 @@ pub(super) const STATION: &[Method] = &[
         // Sent several times per second. An answer to each would only load the line.
         "jog.keep",
         Viewer,
-        &[needed("jog", Kind::Id(IdKind::Jog), "the jog")],
+        &[required_param("jog", Kind::Id(IdKind::Jog), "the jog")],
         "Renews the hold time of a jog. Sent as a notification, without an answer.",
         "nothing",
     )
@@ -478,7 +478,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            may("jog", Kind::Id(IdKind::Jog), "id of the jog; default: the current jog of the arm"),
+            optional_param("jog", Kind::Id(IdKind::Jog), "id of the jog; default: the current jog of the arm"),
         ],
         "Stops a jog, including one whose `jog.start` has not been answered yet.",
         "{stood, pose}, after standstill",
@@ -490,14 +490,14 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("axis", Kind::Choice(AXES), "axis, joint or rail"),
-            needed("by", ANY, "signed distance, mm or deg"),
-            may(
+            required_param("axis", Kind::Choice(AXES), "axis, joint or rail"),
+            required_param("by", ANY_NUMBER, "signed distance, mm or deg"),
+            optional_param(
                 "frame",
                 Kind::Choice(&["base", "tool"]),
                 "frame of x and y: the base, or rotated by r; default base",
             ),
-            may("percent", PERCENT, "speed ratio of the move"),
+            optional_param("percent", PERCENT, "speed ratio of the move"),
         ],
         "Moves by a step, after a check of the motion.",
         "State",
@@ -513,7 +513,7 @@ pub(super) const STATION: &[Method] = &[
             DATA,
             FORMAT,
             SETUP,
-            may(
+            optional_param(
                 "preview",
                 Kind::Switch,
                 "adds `preview`, the expected result: `{strokes: [{points, height, part, power, reachable}], travels}`, at most 20,000 points each; `part` is a number of `parts`, or null; `power` of the laser in percent, 100 for ink",
@@ -532,49 +532,49 @@ pub(super) const STATION: &[Method] = &[
             DATA,
             FORMAT,
             SETUP,
-            may(
+            optional_param(
                 "from",
                 Kind::Integer(1, i64::MAX),
                 "first step, from 1, counted over all loops",
             ),
-            may(
+            optional_param(
                 "loops",
                 Kind::Integer(0, i64::MAX),
                 "number of repetitions; 0 repeats until stopped; default 1",
             ),
-            may(
+            optional_param(
                 "keep",
                 Kind::Switch,
                 "lets the commands in the arm's queue finish first",
             ),
-            may(
+            optional_param(
                 "require_homed",
                 Kind::Switch,
                 "refuses an arm that has not been homed",
             ),
             UNHOMED,
             YES,
-            may(
+            optional_param(
                 "on_lost",
                 Kind::Choice(&["pause", "stop", "continue"]),
                 "action when the lease ends; default pause, or continue if the caller has no session",
             ),
-            may(
+            optional_param(
                 "queue",
                 Kind::Switch,
                 "queues the job, without the lease, until the arm has no job and no turn of others; it is then checked again",
             ),
-            may(
+            optional_param(
                 "after_check",
                 Kind::Switch,
                 "answers only after the check; default true",
             ),
-            may(
+            optional_param(
                 "key",
                 Kind::Text(64),
                 "idempotency key chosen by the caller, such as a UUID. A second start with the same key starts nothing and returns the first answer, even after a restart of the station. Refused if program, `digest`, `setup`, `loops`, `from`, `keep`, `require_homed` or `unhomed` differ. Keys are per arm",
             ),
-            may(
+            optional_param(
                 "digest",
                 Kind::Text(64),
                 "`digest` of the check that the user saw: refused with -32009 if the program, or the preset named in `setup`, has changed since",
@@ -611,12 +611,12 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             JOB,
-            may(
+            optional_param(
                 "approach",
                 Kind::Switch,
                 "approaches the drawing safely, because the arm may have been moved; default true",
             ),
-            may(
+            optional_param(
                 "overlap",
                 Kind::Number(0.0, 1000.0),
                 "length of a burnt line to burn again before the point of interruption, mm; default 0",
@@ -640,13 +640,13 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            may(
+            optional_param(
                 "skip",
                 // 500 jobs per arm are kept (`KEPT` in `station/store.rs`).
                 Kind::Integer(0, 500),
                 "number of newest jobs to skip; default 0",
             ),
-            may("limit", Kind::Integer(1, 500), "largest number of jobs to return; default 50"),
+            optional_param("limit", Kind::Integer(1, 500), "largest number of jobs to return; default 50"),
         ],
         "Lists the stored jobs of an arm, newest last, with totals over all jobs that ran.",
         "{jobs: [Job], more, totals: {jobs, done, stopped, failed, interrupted, drawn_mm, travel_mm, seconds}}: `more`: true if older jobs are stored; `totals` include jobs no longer stored",
@@ -656,7 +656,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             JOB,
-            needed(
+            required_param(
                 "position",
                 Kind::Integer(1, i64::MAX),
                 "new `place`, from 1; larger values mean the last place",
@@ -699,7 +699,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             NAMED,
-            needed(
+            required_param(
                 "to",
                 NAME,
                 "name of the new program; its extension selects the format: .plan.json, .playback, .svg, .png, .csv",
@@ -714,8 +714,8 @@ pub(super) const STATION: &[Method] = &[
         "program.options",
         Viewer,
         &[
-            needed("format", Kind::Text(20), "format, as in `program.list`"),
-            may("all", Kind::Switch, "lists all applicable options, not only the usual ones"),
+            required_param("format", Kind::Text(20), "format, as in `program.list`"),
+            optional_param("all", Kind::Switch, "lists all applicable options, not only the usual ones"),
         ],
         "Lists the options for programs of a format: members of `setup`, usual ones first.",
         "{options: [Option]}: the range of a number is `least` (inclusive) or `above` (exclusive) to `most`; `default` is null if it depends on other options; an option with `with` applies only if that other option applies and has one of the values `when`, or is on if `when` is empty; `work` is not listed: by default the laser engraves and other tools draw; `group` serves for folding",
@@ -732,9 +732,9 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             PRESET,
-            may("setup", Kind::Object("Setup"), "options of the preset, as for `job.check`; alternatively `text`"),
-            may("note", Kind::Text(500), "note for users of the preset; with `setup`"),
-            may("text", Kind::Text(65536), "preset file, TOML; alternatively `setup`"),
+            optional_param("setup", Kind::Object("Setup"), "options of the preset, as for `job.check`; alternatively `text`"),
+            optional_param("note", Kind::Text(500), "note for users of the preset; with `setup`"),
+            optional_param("text", Kind::Text(65536), "preset file, TOML; alternatively `setup`"),
         ],
         "Stores options under a name, replacing a stored preset. It takes precedence over a built-in preset of the same name.",
         "as `preset.show`",
@@ -765,12 +765,12 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "add",
                 Kind::Switch,
                 "adds this touch to the earlier ones; from three touches on the surface is a tilted plane",
             ),
-            may(
+            optional_param(
                 "forget",
                 Kind::Switch,
                 "forgets the measured surface and sheet instead of measuring",
@@ -786,7 +786,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "corner",
                 Kind::Choice(SHEET_CORNERS),
                 "corner of the sheet, as its reader sees it",
@@ -809,7 +809,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "by",
                 Kind::Choice(&["joint", "linear", "jump"]),
                 "path to the step; default joint",
@@ -824,7 +824,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("on", Kind::Switch, "true to begin; ends with the lease as well"),
+            required_param("on", Kind::Switch, "true to begin; ends with the lease as well"),
             UNHOMED,
         ],
         "Sends an event `hand-trigger` with a `step` to the position each time the unlock key of the arm is released.",
@@ -834,7 +834,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "teach.rows",
         Viewer,
-        &[needed("plan", Kind::Object("Plan"), "a plan, as in plan files")],
+        &[required_param("plan", Kind::Object("Plan"), "a plan, as in plan files")],
         "Returns a plan as rows of a table: target, action of the tool and waiting time.",
         "{title, tool, surface, rows: [{name, motion, gripper, suction, wait}]}: `motion` is a step as in plan files, the others are members of such steps, or null",
     ),
@@ -842,8 +842,8 @@ pub(super) const STATION: &[Method] = &[
         "teach.output",
         Viewer,
         &[
-            needed("address", Kind::Integer(1, 20), "EIO address of the pin"),
-            needed("high", Kind::Switch, "true for high"),
+            required_param("address", Kind::Integer(1, 20), "EIO address of the pin"),
+            required_param("high", Kind::Switch, "true for high"),
         ],
         "Returns a program step that sets the level of an output.",
         "{step}, as in plan files",
@@ -852,14 +852,14 @@ pub(super) const STATION: &[Method] = &[
         "teach.plan",
         Viewer,
         &[
-            may("title", Kind::Text(200), "title of the plan"),
-            may("tool", Kind::Either(&[TOOL, Kind::Null]), "tool whose tip reaches the points"),
-            may(
+            optional_param("title", Kind::Text(200), "title of the plan"),
+            optional_param("tool", Kind::Either(&[TOOL, Kind::Null]), "tool whose tip reaches the points"),
+            optional_param(
                 "surface",
                 Kind::Either(&[Kind::Object("Surface"), Kind::Null]),
                 "work surface, as in plan files",
             ),
-            needed("rows", Kind::Objects("GivenRow"), "rows, as from `teach.rows`"),
+            required_param("rows", Kind::Objects("GivenRow"), "rows, as from `teach.rows`"),
         ],
         "Builds a plan from rows. An error names its row in `data.row`.",
         "{plan, first}: number of steps before each row",
@@ -869,7 +869,7 @@ pub(super) const STATION: &[Method] = &[
         Viewer,
         &[
             ARM,
-            may(
+            optional_param(
                 "mark",
                 NAME,
                 "`mark` of an earlier answer: `drawing` and `strokes` are null while the drawing is unchanged",
@@ -890,7 +890,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may("long", Kind::Switch, "holds the key, which homes the arm"),
+            optional_param("long", Kind::Switch, "holds the key, which homes the arm"),
         ],
         "Presses the key at the base, which runs or stops the program stored in the arm.",
         "null",
@@ -899,7 +899,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "world.unlock",
         Student,
-        &[ARM, needed("held", Kind::Switch, "true to hold, false to release")],
+        &[ARM, required_param("held", Kind::Switch, "true to hold, false to release")],
         "Holds or releases the unlock key. While held, the arm can be guided by hand.",
         "null",
     )
@@ -907,7 +907,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "world.unplug",
         Student,
-        &[ARM, needed("plugged", Kind::Switch, "true to plug in, false to unplug")],
+        &[ARM, required_param("plugged", Kind::Switch, "true to plug in, false to unplug")],
         "Unplugs the cable, or plugs it in again.",
         "null",
     )
@@ -917,7 +917,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "joints",
                 Kind::Numbers(4, 4),
                 "target joint angles, deg; clamped to the limits",
@@ -930,7 +930,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "world.scenario",
         Teacher,
-        &[ARM, needed("text", PROGRAM, "a scenario, TOML")],
+        &[ARM, required_param("text", PROGRAM, "a scenario, TOML")],
         "Power-cycles the arm in the world of a scenario.",
         "{objects: [name]}",
     )
@@ -940,8 +940,8 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("name", NAME, "name of the object"),
-            needed(
+            required_param("name", NAME, "name of the object"),
+            required_param(
                 "at",
                 Kind::Numbers(3, 3),
                 "x, y, z of the centre of its underside, mm; it falls onto the surface below",
@@ -964,9 +964,9 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed("address", Kind::Integer(1, 20), "EIO address"),
-            may("level", Kind::Switch, "true for high; alternatively `value`"),
-            may("value", Kind::Integer(0, 4095), "voltage in counts, 4095 at 3.3 V; alternatively `level`"),
+            required_param("address", Kind::Integer(1, 20), "EIO address"),
+            optional_param("level", Kind::Switch, "true for high; alternatively `value`"),
+            optional_param("value", Kind::Integer(0, 4095), "voltage in counts, 4095 at 3.3 V; alternatively `level`"),
         ],
         "Drives an input from outside with a constant level or voltage.",
         "null",
@@ -977,14 +977,14 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            required_param(
                 "fault",
                 Kind::Choice(&["alarm", "slip", "reset"]),
                 "fault: an alarm, a slipping joint, or a reset of the controller",
             ),
-            may("alarm", Kind::Integer(0, 255), "code of the alarm"),
-            may("joint", Kind::Integer(1, 4), "slipping joint; default 1"),
-            may("degrees", Kind::Number(-90.0, 90.0), "angle of the slip, deg"),
+            optional_param("alarm", Kind::Integer(0, 255), "code of the alarm"),
+            optional_param("joint", Kind::Integer(1, 4), "slipping joint; default 1"),
+            optional_param("degrees", Kind::Number(-90.0, 90.0), "angle of the slip, deg"),
         ],
         "Injects a fault, also while a job runs.",
         "null",
@@ -995,7 +995,7 @@ pub(super) const STATION: &[Method] = &[
         Student,
         &[
             ARM,
-            may(
+            optional_param(
                 "rate",
                 Kind::Integer(1, 50),
                 "readings per second; default 20",
@@ -1017,7 +1017,7 @@ pub(super) const STATION: &[Method] = &[
         &[
             ARM,
             // The history covers 600 s (`KEPT` in `station/recordings.rs`).
-            needed("seconds", Kind::Number(1.0, 600.0), "length of the recording, s"),
+            required_param("seconds", Kind::Number(1.0, 600.0), "length of the recording, s"),
         ],
         "Saves the last minutes of an arm to a file: readings, frames on the line, and events.",
         "{name}",
@@ -1026,8 +1026,8 @@ pub(super) const STATION: &[Method] = &[
         "motion.forward",
         Viewer,
         &[
-            needed("joints", Kind::Numbers(4, 4), "joint angles, deg"),
-            OF_TOOL,
+            required_param("joints", Kind::Numbers(4, 4), "joint angles, deg"),
+            TOOL_PARAM,
         ],
         "Computes the pose of joint angles (forward kinematics).",
         "{x, y, z, r}",
@@ -1036,8 +1036,8 @@ pub(super) const STATION: &[Method] = &[
         "motion.inverse",
         Viewer,
         &[
-            needed("pose", Kind::Numbers(4, 4), "x, y, z (mm) and r (deg)"),
-            OF_TOOL,
+            required_param("pose", Kind::Numbers(4, 4), "x, y, z (mm) and r (deg)"),
+            TOOL_PARAM,
         ],
         "Computes the joint angles of a pose (inverse kinematics). Refused if the pose is out of reach.",
         "{j1, j2, j3, j4}",
@@ -1045,7 +1045,7 @@ pub(super) const STATION: &[Method] = &[
     method(
         "motion.reach",
         Viewer,
-        &[needed("z", ANY, "height of the tip, mm"), OF_TOOL],
+        &[required_param("z", ANY_NUMBER, "height of the tip, mm"), TOOL_PARAM],
         "Computes the reachable area at a height.",
         "{outlines: [[[x, y]]]}: closed polygons",
     ),

@@ -55,7 +55,7 @@ macro_rules! notices {
 }
 
 const ARM: Member = is("arm", Shape::Text, "name of the arm");
-const EVERYBODY: &[IdPlace] = &[];
+const NO_IDS: &[IdPlace] = &[];
 /// Reasons for the end of a jog.
 const JOG_ENDS: &[&str] = &[
     JogEnd::Released.name(),
@@ -113,7 +113,7 @@ notices! {
         when: "The session waits for a lease by `lease.acquire` with `wait_s`: sent at once and whenever the queue moves, even if its place is unchanged.",
         channel: "",
         arm: Some("arm"),
-        ids: EVERYBODY,
+        ids: NO_IDS,
         params: &[ARM, is("place", Shape::Count, "place in the queue, from 1")],
     }
     /// A job has changed.
@@ -145,7 +145,7 @@ notices! {
         when: "The work surface of an arm was measured or forgotten, or a corner of a sheet was measured. A measurement by another program is noticed at the next `surface.get`.",
         channel: "`surface.get` returns the same.",
         arm: Some("arm"),
-        ids: EVERYBODY,
+        ids: NO_IDS,
         params: &[ARM, is("surface", Shape::Type("MeasuredSurface"), "measured surface, as from `surface.get`")],
     }
     /// The state of an arm.
@@ -171,7 +171,7 @@ notices! {
         when: "The station begins to end; also sent to sessions that begin afterwards. Holders should stop their arm within 1 s (`arm.stop`), lift the pen and give the lease back.",
         channel: "New work is refused with -32007, \"the station ends\".",
         arm: None,
-        ids: EVERYBODY,
+        ids: NO_IDS,
         params: &[LEFT],
     }
     /// Turns have changed.
@@ -189,7 +189,7 @@ notices! {
         when: "60 s and 10 s before the end of a turn.",
         channel: "",
         arm: Some("arm"),
-        ids: EVERYBODY,
+        ids: NO_IDS,
         params: &[ARM, is("person", Shape::Text, "person whose turn it is"), LEFT],
     }
     /// A turn has begun.
@@ -260,7 +260,7 @@ mod tests {
 
     /// Ids among the top-level members must be declared in `ids` as well.
     #[test]
-    fn ids_of_a_row_are_those_of_its_members() {
+    fn notification_ids_match_its_members() {
         for row in NOTIFICATIONS {
             let ids = row.params.iter().filter_map(|member| match member.shape {
                 Shape::Id(kind) => Some((member.name, kind)),

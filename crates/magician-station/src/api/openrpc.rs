@@ -8,7 +8,7 @@ use super::{
     CLOSE_CODES, ERRORS, EVENTS, Example, FEATURES, FRAME_FLAGS, FRAME_PARTS, METHODS, Method,
     NOTIFICATIONS, Needs, Notice, Notification, NotificationExample,
 };
-use crate::frame::FRAME;
+use crate::frame::FRAME_SIZE;
 
 /// Returns the document: all methods and notifications with their schemas, and an example of each.
 #[must_use]
@@ -48,7 +48,7 @@ pub fn openrpc() -> Value {
             "event": row.name,
             "summary": row.when,
             "x-instead": row.instead,
-            "examples": NotificationExample::of(row.name).iter().map(told).collect::<Vec<_>>(),
+            "examples": NotificationExample::of(row.name).iter().map(notification_example).collect::<Vec<_>>(),
         })).collect::<Vec<_>>(),
         "x-frame": frame(),
         "x-close-codes": close_codes.collect::<Vec<_>>(),
@@ -68,18 +68,18 @@ fn notification(row: &Notification) -> Value {
         "x-to": row.to,
         "x-channel": row.channel,
         "params": params,
-        "examples": NotificationExample::of(row.name).iter().map(told).collect::<Vec<_>>(),
+        "examples": NotificationExample::of(row.name).iter().map(notification_example).collect::<Vec<_>>(),
     })
 }
 
 /// Returns the example of a notification: the calls that cause it, and its parameters.
-fn told(example: &NotificationExample) -> Value {
+fn notification_example(example: &NotificationExample) -> Value {
     let after = example
         .after
         .iter()
-        .map(|said| json!({"client": said.who, "method": said.method, "params": said.params}));
+        .map(|said| json!({"client": said.client, "method": said.method, "params": said.params}));
     json!({
-        "x-after": after.collect::<Vec<_>>(), "x-heard-by": example.heard_by, "params": example.params,
+        "x-after": after.collect::<Vec<_>>(), "x-heard-by": example.recipient, "params": example.params,
     })
 }
 
@@ -94,7 +94,7 @@ fn frame() -> Value {
     let flags = FRAME_FLAGS.iter();
     let flags = flags.map(|(bit, name, about)| json!({"bit": bit, "name": name, "about": about}));
     json!({
-        "bytes": FRAME,
+        "bytes": FRAME_SIZE,
         "order": "little endian",
         "parts": parts.collect::<Vec<_>>(),
         "flags": flags.collect::<Vec<_>>(),
@@ -112,7 +112,7 @@ fn method(method: &Method) -> Value {
     });
     let example = Example::of(method.name);
     let schema = example.as_ref().map_or_else(|| json!({}), Example::shape);
-    let examples: Vec<_> = example.iter().map(pairing).collect();
+    let examples: Vec<_> = example.iter().map(method_example).collect();
     let errors = ERRORS.iter().filter(|row| row.is_of(method));
     let errors = errors.map(|row| json!({"$ref": format!("#/components/errors/{}", row.name())}));
     json!({
@@ -131,7 +131,7 @@ fn method(method: &Method) -> Value {
 }
 
 /// Returns the example of a method. `x-after` names the call whose result has its ids.
-fn pairing(example: &Example) -> Value {
+fn method_example(example: &Example) -> Value {
     let params = example
         .params
         .iter()
@@ -153,7 +153,7 @@ mod tests {
 
     /// Requirements of OpenRPC 1.3 that the functions above do not guarantee by themselves.
     #[test]
-    fn every_example_is_one_of_its_method() {
+    fn every_example_satisfies_its_method() {
         let document = openrpc();
         let methods = document["methods"].as_array().unwrap();
         let known = |name: &Value| methods.iter().any(|method| method["name"] == *name);
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_in_the_document_is_without_a_type() {
+    fn every_schema_has_a_type() {
         let document = openrpc();
         let mut found = Vec::new();
         for method in document["methods"].as_array().unwrap() {
@@ -250,7 +250,7 @@ mod tests {
 
     /// Every reference must resolve.
     #[test]
-    fn each_reference_leads_to_a_component() {
+    fn every_reference_resolves() {
         fn look(value: &Value, document: &Value) {
             match value {
                 Value::Object(members) => {
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn each_notification_and_each_event_has_an_example() {
+    fn every_notification_and_event_has_an_example() {
         for row in NOTIFICATIONS {
             assert!(NotificationExample::of(row.name).is_some(), "{}", row.name);
         }

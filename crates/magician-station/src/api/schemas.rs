@@ -8,7 +8,7 @@ use super::notifications::EVENT;
 use super::shape::{Member, Shape, Type, is, object};
 use super::{EVENTS, TYPES};
 
-const PLACE: &str = "#/components/schemas/";
+const SCHEMA_PREFIX: &str = "#/components/schemas/";
 
 /// Returns all components.
 pub(super) fn components() -> Map<String, Value> {
@@ -93,7 +93,7 @@ fn option(row: &OptionSpec) -> Value {
         OptionKind::Area => numbers(4, "integer"),
         OptionKind::Switch => json!({"type": "boolean"}),
         OptionKind::List => json!({"type": "array", "items": {"type": "string"}}),
-        OptionKind::Pens => json!({"type": "array", "items": {"$ref": format!("{PLACE}PenSetup")}}),
+        OptionKind::Pens => json!({"type": "array", "items": {"$ref": format!("{SCHEMA_PREFIX}PenSetup")}}),
         // Text, and choices that accept other text as well.
         _ => json!({"type": "string"}),
     };
@@ -200,10 +200,10 @@ fn named(schema: Value) -> Value {
         Value::Array(items) => Value::Array(items.into_iter().map(named).collect()),
         Value::String(text) => match text.strip_prefix("#/$defs/") {
             None => Value::String(text),
-            Some("at") => json!(format!("{PLACE}PlanOrigin")),
-            Some("name") => json!(format!("{PLACE}PlanName")),
-            Some("output") => json!(format!("{PLACE}PlanOutput")),
-            Some(_) => json!(format!("{PLACE}PlanStep")),
+            Some("at") => json!(format!("{SCHEMA_PREFIX}PlanOrigin")),
+            Some("name") => json!(format!("{SCHEMA_PREFIX}PlanName")),
+            Some("output") => json!(format!("{SCHEMA_PREFIX}PlanOutput")),
+            Some(_) => json!(format!("{SCHEMA_PREFIX}PlanStep")),
         },
         other => other,
     }

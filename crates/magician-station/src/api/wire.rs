@@ -160,11 +160,11 @@ features! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{FRAME, FRAME_FIELDS};
+    use crate::frame::{FRAME_SIZE, FRAME_FIELDS};
     use crate::station::CloseCode;
 
     #[test]
-    fn parts_of_the_frame_lie_behind_each_other_and_fill_it() {
+    fn frame_parts_are_contiguous_and_fill_the_frame() {
         let mut at = 0;
         for part in FRAME_PARTS {
             assert_eq!(part.offset, at, "{}", part.name);
@@ -175,7 +175,7 @@ mod tests {
                 _ => 8,
             };
         }
-        assert_eq!(at, FRAME);
+        assert_eq!(at, FRAME_SIZE);
         let values: Vec<_> = { FRAME_PARTS.iter() }
             .filter(|part| part.kind == "f64")
             .map(|part| part.name)
@@ -184,12 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn each_close_code_of_the_station_is_in_the_table() {
+    fn every_close_code_is_documented() {
         let own = [
-            CloseCode::HELLO,
-            CloseCode::TOKEN,
+            CloseCode::BAD_HELLO,
+            CloseCode::BAD_TOKEN,
             CloseCode::REVOKED,
-            CloseCode::LATE,
+            CloseCode::HELLO_TIMEOUT,
             CloseCode::TAKEN_OVER,
             CloseCode::SLOW,
             CloseCode::TOO_MANY,

@@ -7,14 +7,14 @@ use magician::{ArmModel, Fence};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::{ClassError, wrong};
+use super::{ClassError, invalid};
 use crate::control::TurnRules;
 use crate::secret::same_secret;
 
 /// Characters of generated codes, without lookalikes (0 and O, 1, I and L).
-const SIGNS: &[u8] = b"23456789ABCDEFGHJKMNPQRSTUVWXYZ";
+const CODE_ALPHABET: &[u8] = b"23456789ABCDEFGHJKMNPQRSTUVWXYZ";
 /// Most pupils of a class.
-const PUPILS: usize = 60;
+const MAX_PUPILS: usize = 60;
 
 /// Pupil.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -79,8 +79,8 @@ impl ClassFile {
     pub fn parse(text: &str) -> Result<Self, ClassError> {
         let file: Self = toml::from_str(text).map_err(|error| ClassError(error.to_string()))?;
         let mut names = BTreeSet::new();
-        if file.pupil.len() > PUPILS {
-            return wrong(format!("a class has {PUPILS} pupils at most"));
+        if file.pupil.len() > MAX_PUPILS {
+            return invalid(format!("a class has {MAX_PUPILS} pupils at most"));
         }
         // Infinity and NaN of TOML become null in JSON, and null means "no bound".
         if file
@@ -89,13 +89,13 @@ impl ClassFile {
             .as_ref()
             .is_some_and(|fence| fence.values().any(has_null))
         {
-            return wrong("[class] fence must have finite numbers");
+            return invalid("[class] fence must have finite numbers");
         }
         for pupil in &file.pupil {
             let name = &pupil.name;
             // Reserved in schedules.
             if name == "teacher" || pupil.group.as_deref() == Some("teacher") {
-                return wrong(
+                return invalid(
                     "`teacher` is whoever teaches in a schedule: no pupil or group is called so",
                 );
             }
@@ -103,31 +103,31 @@ impl ClassFile {
                 && (1..=40).contains(&name.chars().count())
                 && !name.chars().any(char::is_control);
             if !fine {
-                return wrong(format!(
+                return invalid(format!(
                     "`{}` is no name for a pupil: 1 to 40 characters, with no blank first or last",
                     magician_protocol::visible(name)
                 ));
             }
             // Signing in ignores case, so names must differ without it.
             if !names.insert(name.to_lowercase()) {
-                return wrong(format!("two pupils are called {name}: add a letter to one"));
+                return invalid(format!("two pupils are called {name}: add a letter to one"));
             }
             let code = pupil.code.as_bytes();
             let sign = |byte: &u8| byte.is_ascii_alphanumeric();
             if !code.is_empty() && (!(4..=6).contains(&code.len()) || !code.iter().all(sign)) {
-                return wrong(format!(
+                return invalid(format!(
                     "the code of {name} must be 4 to 6 letters or digits; leave it out to have one made"
                 ));
             }
         }
         let pin = &file.class.pin;
         if !pin.is_empty() && !is_pin(pin) {
-            return wrong("[class] pin must be six digits; leave it out to have one made");
+            return invalid("[class] pin must be six digits; leave it out to have one made");
         }
         if let Some(text) = &file.class.offset
             && super::offset_of(text).is_none()
         {
-            return wrong("[class] offset must be like \"+01:00\"");
+            return invalid("[class] offset must be like \"+01:00\"");
         }
         file.fence()?;
         Ok(file)
@@ -169,11 +169,11 @@ impl ClassFile {
     /// Names an arm that `place` does not have.
     pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
         if let Some(arm) = self.class.arms.iter().find(|arm| !has(arm)) {
-            return wrong(format!("[class] has the arm {arm}, which {place} has not"));
+            return invalid(format!("[class] has the arm {arm}, which {place} has not"));
         }
         for (group, arms) in &self.groups {
             if let Some(arm) = arms.iter().find(|arm| !has(arm)) {
-                return wrong(format!(
+                return invalid(format!(
                     "the group {group} has the arm {arm}, which {place} has not"
                 ));
             }
@@ -222,7 +222,7 @@ impl ClassFile {
     pub fn drop_codes(&mut self, names: Option<&[&str]>) -> Result<(), ClassError> {
         let unknown = { names.into_iter().flatten() }.find(|name| self.named(name).is_none());
         if let Some(name) = unknown {
-            return wrong(format!("there is no pupil {name}"));
+            return invalid(format!("there is no pupil {name}"));
         }
         let meant = |name: &str| names.is_none_or(|names| names.contains(&name));
         for pupil in self.pupil.iter_mut().filter(|pupil| meant(&pupil.name)) {
@@ -252,8 +252,8 @@ impl ClassFile {
                 let mut number = random();
                 pupil.code = (0..6)
                     .map(|_| {
-                        let sign = SIGNS[(number % SIGNS.len() as u64) as usize];
-                        number /= SIGNS.len() as u64;
+                        let sign = CODE_ALPHABET[(number % CODE_ALPHABET.len() as u64) as usize];
+                        number /= CODE_ALPHABET.len() as u64;
                         char::from(sign)
                     })
                     .collect();
@@ -282,7 +282,7 @@ impl ClassFile {
     }
 
     /// Returns the pupil with this name, ignoring case.
-    pub(crate) fn called(&self, name: &str) -> Option<&Pupil> {
+    pub(crate) fn named_ignoring_case(&self, name: &str) -> Option<&Pupil> {
         let name = name.to_lowercase();
         { self.pupil.iter() }.find(|pupil| pupil.name.to_lowercase() == name)
     }
@@ -316,7 +316,7 @@ impl ClassFile {
             return Ok(fence);
         };
         if !(1.0..=100.0).contains(&percent) {
-            return wrong("[class] speed must be a number from 1 to 100, percent");
+            return invalid("[class] speed must be a number from 1 to 100, percent");
         }
         let top = ArmModel::MAGICIAN.ceilings.linear_velocity * percent / 100.0;
         let bounds = Fence::default().with_top_speed(top);

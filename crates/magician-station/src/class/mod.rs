@@ -22,7 +22,7 @@ impl std::fmt::Display for ClassError {
 
 impl std::error::Error for ClassError {}
 
-fn wrong<T>(why: impl Into<String>) -> Result<T, ClassError> {
+fn invalid<T>(why: impl Into<String>) -> Result<T, ClassError> {
     Err(ClassError(why.into()))
 }
 

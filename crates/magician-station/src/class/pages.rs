@@ -7,9 +7,9 @@ use serde_json::Value;
 /// Margin around a picture, mm.
 const MARGIN: f64 = 2.0;
 /// Most points of a picture. Keeps the file of 500 results small.
-const POINTS: usize = 4000;
+const MAX_POINTS: usize = 4000;
 
-const HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+const HTML_HEAD: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
 <meta name=\"viewport\" content=\"width=device-width\">\n<style>\n\
 :root{color-scheme:light dark;--line:#888}\nbody{font:16px/1.4 system-ui,sans-serif;margin:1.5rem}\n\
 h1{font-size:1.4rem}ul{list-style:none;padding:0;display:grid;gap:1rem;grid-template-columns:repeat(auto-fill,minmax(15rem,1fr))}\n\
@@ -36,7 +36,7 @@ fn text_of<'v>(value: &'v Value, name: &str) -> &'v str {
 #[must_use]
 pub fn codes_page(class: &Value) -> String {
     let mut page =
-        format!("{HEAD}<title>Codes</title></head><body>\n<h1>Codes of the class</h1>\n<ul>\n");
+        format!("{HTML_HEAD}<title>Codes</title></head><body>\n<h1>Codes of the class</h1>\n<ul>\n");
     for pupil in class["pupils"].as_array().into_iter().flatten() {
         let group = pupil["group"]
             .as_str()
@@ -57,7 +57,7 @@ pub fn codes_page(class: &Value) -> String {
 #[must_use]
 pub fn results_page(results: &Value) -> String {
     let mut page =
-        format!("{HEAD}<title>Results</title></head><body>\n<h1>What the class has made</h1>\n");
+        format!("{HTML_HEAD}<title>Results</title></head><body>\n<h1>What the class has made</h1>\n");
     let items = results["results"].as_array().map_or(&[][..], Vec::as_slice);
     if items.is_empty() {
         page.push_str("<p>Nothing yet: a job of a pupil that is done comes here.</p>\n");
@@ -154,7 +154,7 @@ pub(crate) fn picture(preview: &Value) -> Value {
     let points = |stroke: &Value| stroke["points"].as_array().cloned().unwrap_or_default();
     let strokes: Vec<_> = strokes.iter().map(points).collect();
     let all: usize = strokes.iter().map(Vec::len).sum();
-    let every = all.div_ceil(POINTS).max(1);
+    let every = all.div_ceil(MAX_POINTS).max(1);
     let thinned = strokes.into_iter().map(|points| {
         let last = points.len().saturating_sub(1);
         // The last point stays, so that closed lines stay closed.
@@ -162,7 +162,7 @@ pub(crate) fn picture(preview: &Value) -> Value {
         Value::Array(points.into_iter().enumerate().filter_map(kept).collect())
     });
     // Bounded as well: a drawing of dots has many strokes of one point.
-    Value::Array(thinned.take(POINTS).collect())
+    Value::Array(thinned.take(MAX_POINTS).collect())
 }
 
 #[cfg(test)]
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_and_titles_are_text_on_the_page_and_nothing_else() {
+    fn names_and_titles_are_escaped_on_the_page() {
         let evil = "<script>alert(1)</script>\"&";
         let results = json!({"results": [{"pupil": evil, "title": evil, "time_local": evil, "arm": "arm",
             "drawn_mm": 12.4, "svg": format!("<svg>{evil}</svg>")}]});
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn picture_is_upright_for_the_reader_in_front_of_the_arm() {
+    fn picture_is_upright_for_a_reader_facing_the_arm() {
         let svg = picture_svg(&json!([[[200, 0], [220, 10]], [[200, 10], [210, 10]]]));
         assert!(
             svg.contains("M2.0 2.0L12.0 22.0M12.0 2.0L12.0 12.0"),
@@ -196,11 +196,11 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_keeps_the_ends_of_its_strokes() {
+    fn thinned_picture_keeps_stroke_ends() {
         let points: Vec<_> = (0..10_000).map(|at| json!([at, 0])).collect();
         let strokes = picture(&json!({"strokes": [{"points": points}]}));
         let stroke = strokes[0].as_array().unwrap();
-        assert!(stroke.len() <= POINTS + 1);
+        assert!(stroke.len() <= MAX_POINTS + 1);
         assert_eq!(
             (&stroke[0], stroke.last()),
             (&json!([0, 0]), Some(&json!([9999, 0])))

@@ -8,7 +8,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::{ClassError, wrong};
+use super::{ClassError, invalid};
 
 const DAY: i64 = 86_400;
 // Day 0 of Unix time was a Thursday.
@@ -35,7 +35,7 @@ struct Row {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum When {
+enum SlotTime {
     /// A single span, Unix seconds.
     Once(i64, i64),
     /// Weekdays, numbered from Thursday as 0, and seconds of the local day.
@@ -47,7 +47,7 @@ enum When {
 struct SlotRow {
     arms: Vec<String>,
     who: Vec<String>,
-    when: When,
+    when: SlotTime,
 }
 
 /// Schedule: who may use which arm when, by the station's clock.
@@ -76,7 +76,7 @@ impl Schedule {
         let offset = match &file.offset {
             None => None,
             Some(text) => match offset(text) {
-                None => return wrong(format!("`offset` must be like \"+01:00\", not {text:?}")),
+                None => return invalid(format!("`offset` must be like \"+01:00\", not {text:?}")),
                 some => some,
             },
         };
@@ -85,10 +85,10 @@ impl Schedule {
             let when = when(&row, offset.is_some());
             let when = when.map_err(|ClassError(why)| ClassError(format!("slot {at}: {why}")))?;
             if row.arms.is_empty() {
-                return wrong(format!("slot {at}: `arms` names no arm"));
+                return invalid(format!("slot {at}: `arms` names no arm"));
             }
             if row.who.is_empty() {
-                return wrong(format!(
+                return invalid(format!(
                     "slot {at}: `who` names nobody; \"teacher\" keeps it for teachers"
                 ));
             }
@@ -120,7 +120,7 @@ impl Schedule {
     pub fn check_arms(&self, place: &str, has: impl Fn(&str) -> bool) -> Result<(), ClassError> {
         for (at, slot) in (1..).zip(&self.slots) {
             if let Some(arm) = slot.arms.iter().find(|arm| !has(arm)) {
-                return wrong(format!(
+                return invalid(format!(
                     "slot {at} has the arm {arm}, which {place} has not"
                 ));
             }
@@ -144,12 +144,12 @@ impl Schedule {
         for slot in slots {
             let who = &slot.who[..];
             match &slot.when {
-                When::Once(from, until) => out.push(Window {
+                SlotTime::Once(from, until) => out.push(Window {
                     from: *from,
                     until: *until,
                     who,
                 }),
-                When::Weekly(days, from, until) => {
+                SlotTime::Weekly(days, from, until) => {
                     // From yesterday on, because a slot may continue past midnight.
                     let on =
                         (today - 1..=today + 8).filter(|day| days.contains(&day.rem_euclid(7)));
@@ -181,8 +181,8 @@ impl Schedule {
     pub(crate) fn shown(&self) -> Vec<Value> {
         let slots = self.slots.iter().map(|slot| {
             let (days, from, until) = match &slot.when {
-                When::Once(from, until) => (Value::Null, json!(from), json!(until)),
-                When::Weekly(days, from, until) => {
+                SlotTime::Once(from, until) => (Value::Null, json!(from), json!(until)),
+                SlotTime::Weekly(days, from, until) => {
                     let days: Vec<_> = days.iter().map(|day| DAYS[*day as usize]).collect();
                     (json!(days), json!(from), json!(until))
                 }
@@ -193,26 +193,26 @@ impl Schedule {
     }
 }
 
-fn when(row: &Row, local: bool) -> Result<When, ClassError> {
+fn when(row: &Row, local: bool) -> Result<SlotTime, ClassError> {
     let [from, until] = [&row.from, &row.until].map(|value| match value {
         toml::Value::String(text) => text.clone(),
         value => value.to_string(),
     });
     if row.days.is_empty() {
         let [Some(begin), Some(end)] = [&from, &until].map(|text| instant(text)) else {
-            return wrong(
+            return invalid(
                 "`from` and `until` must be like \"2026-11-25T08:00:00+01:00\"; every week: add `days` and times like \"08:00\"",
             );
         };
         // An empty slot would never be open.
         if begin >= end {
-            return wrong(format!("`until` {until} is not behind `from` {from}"));
+            return invalid(format!("`until` {until} is not behind `from` {from}"));
         }
-        return Ok(When::Once(begin, end));
+        return Ok(SlotTime::Once(begin, end));
     }
     // Without an offset "08:00" is not an instant.
     if !local {
-        return wrong(
+        return invalid(
             "weekly slots need the station's local time: add offset = \"+01:00\" at the top of the file",
         );
     }
@@ -223,11 +223,11 @@ fn when(row: &Row, local: bool) -> Result<When, ClassError> {
             .map(|at| at as i64)
     });
     let Some(days) = days.collect::<Option<Vec<_>>>() else {
-        return wrong("`days` must be of mon, tue, wed, thu, fri, sat and sun");
+        return invalid("`days` must be of mon, tue, wed, thu, fri, sat and sun");
     };
     match [&from, &until].map(|text| time(text)) {
-        [Some(from), Some(until)] => Ok(When::Weekly(days, from, until)),
-        _ => wrong("`from` and `until` of a weekly slot must be like \"08:00\""),
+        [Some(from), Some(until)] => Ok(SlotTime::Weekly(days, from, until)),
+        _ => invalid("`from` and `until` of a weekly slot must be like \"08:00\""),
     }
 }
 
@@ -329,7 +329,7 @@ until = "01:00"
 "#;
 
     #[test]
-    fn a_time_for_people_is_that_of_the_clock_on_the_wall() {
+    fn displayed_time_is_local() {
         for (offset, text) in [
             (Some(5400), "2026-11-25 09:42"),
             (Some(-5400), "2026-11-25 06:42"),
@@ -340,7 +340,7 @@ until = "01:00"
     }
 
     #[test]
-    fn times_are_those_of_the_calendar() {
+    fn times_match_the_calendar() {
         for (text, seconds) in [
             ("1970-01-01T00:00:00Z", Some(0)),
             ("2000-02-29T12:00:00+01:00", Some(951_822_000)),
@@ -355,7 +355,7 @@ until = "01:00"
     }
 
     #[test]
-    fn weekly_slots_are_of_the_local_day_and_may_end_behind_midnight() {
+    fn weekly_slots_use_local_days_and_may_cross_midnight() {
         let schedule = Schedule::parse(FILE).unwrap();
         // Wednesday, 23:30 local time.
         let now = instant("2026-11-25T23:30:00+01:00").unwrap();
@@ -370,7 +370,7 @@ until = "01:00"
     }
 
     #[test]
-    fn what_is_wrong_names_its_slot_and_what_to_write() {
+    fn schedule_error_names_its_slot_and_the_expected_form() {
         let weekly = FILE.replace("offset = \"+01:00\"\n", "");
         for (text, part) in [
             (weekly.as_str(), "slot 2: weekly slots need"),

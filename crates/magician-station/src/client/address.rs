@@ -5,7 +5,7 @@ use std::str::FromStr;
 use http::Uri;
 
 /// Default port, with or without encryption.
-const PORT: u16 = 8910;
+const DEFAULT_PORT: u16 = 8910;
 
 /// Address `http://HOST:PORT` or `http://HOST:PORT/ARM`; `https` for encrypted connections.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ impl FromStr for StationAddress {
         let named = authority.as_str() != authority.host();
         let port = match authority.port_u16() {
             None if named => return Err(wrong()),
-            port => port.unwrap_or(PORT),
+            port => port.unwrap_or(DEFAULT_PORT),
         };
         let arm = url.path().trim_matches('/');
         // No credentials, queries or further path: they would be ignored silently.
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_taken_as_people_write_them() {
+    fn common_address_forms_are_accepted() {
         for (text, host, arm) in [
             ("http://127.0.0.1:8910", "127.0.0.1:8910", None),
             ("http://localhost:8910/", "localhost:8910", None),

@@ -20,12 +20,12 @@ use tokio_rustls::rustls::ClientConfig;
 use tokio_rustls::rustls::pki_types::ServerName;
 
 use super::request::exchange;
-use super::task::{OPENING, SILENT, refused, upgrade};
+use super::task::{OPEN_TIMEOUT, NO_ANSWER, refused, upgrade};
 use super::trust::{Stream, no_station, refused_certificate};
 use super::{ClientError, RawSocket};
 
 /// Pause before a socket is opened again because the process or the system is out of descriptors.
-const DESCRIPTOR_PAUSE: Duration = Duration::from_millis(50);
+const DESCRIPTOR_RETRY_DELAY: Duration = Duration::from_millis(50);
 
 /// Station identified by the name in its certificate, with addresses at which it may answer.
 #[derive(Clone)]
@@ -75,7 +75,7 @@ impl StationDial {
     }
 
     /// True if a station with this name answers with a trusted certificate.
-    pub async fn is_there(&self) -> bool {
+    pub async fn is_reachable(&self) -> bool {
         self.open().await.is_ok()
     }
 
@@ -88,8 +88,8 @@ impl StationDial {
             let stream = self.open().await?;
             upgrade(stream, "wss", &self.name).await
         };
-        let opened = timeout(OPENING, opening).await;
-        opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)))
+        let opened = timeout(OPEN_TIMEOUT, opening).await;
+        opened.unwrap_or_else(|_| Err(no_station(&self.name, NO_ANSWER)))
     }
 
     /// Connects to the first address at which a station with this name answers.
@@ -99,8 +99,8 @@ impl StationDial {
         }
         // All addresses at once: a dead one would otherwise delay a stop by its whole timeout.
         let tries = self.addresses.iter().map(|at| Box::pin(self.open_at(*at)));
-        let opened = timeout(OPENING, select_ok(tries)).await;
-        let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, SILENT)));
+        let opened = timeout(OPEN_TIMEOUT, select_ok(tries)).await;
+        let opened = opened.unwrap_or_else(|_| Err(no_station(&self.name, NO_ANSWER)));
         opened.map(|(stream, _)| stream)
     }
 
@@ -125,7 +125,7 @@ async fn with_descriptor<T, Opening: Future<Output = io::Result<T>>>(
 ) -> io::Result<T> {
     loop {
         match open().await {
-            Err(error) if is_exhausted(&error) => sleep(DESCRIPTOR_PAUSE).await,
+            Err(error) if is_exhausted(&error) => sleep(DESCRIPTOR_RETRY_DELAY).await,
             opened => return opened,
         }
     }
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[tokio::test(start_paused = true)]
-    async fn socket_is_opened_once_there_is_a_descriptor_and_other_errors_are_told() {
+    async fn open_retries_without_descriptors_and_reports_other_errors() {
         let exhausted = if cfg!(windows) { 10_024 } else { 24 };
         let mut left = 3;
         let opened = with_descriptor(|| {

@@ -25,10 +25,10 @@ use crate::api::encode;
 use crate::reading::to_value;
 
 /// Size of the buffers between driver and bridge, bytes.
-const ROOM: usize = 4096;
+const BUFFER_SIZE: usize = 4096;
 /// Interval of keeping a jog alive: about a quarter of the station's default keep-alive period of
 /// 250 ms.
-const KEEP: Duration = Duration::from_millis(60);
+const KEEP_INTERVAL: Duration = Duration::from_millis(60);
 
 /// Line to an arm of a station, for [`Arm::over`](magician::Arm::over).
 ///
@@ -103,7 +103,7 @@ impl StationLine {
     /// options of the driver.
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
-        let (stream, far) = tokio::io::duplex(ROOM);
+        let (stream, far) = tokio::io::duplex(BUFFER_SIZE);
         let broken = LineEnd::default();
         let lease = LineLease {
             client: client.clone(),
@@ -229,8 +229,8 @@ impl Bridge {
 
     async fn exchange(&mut self, far: &mut DuplexStream) -> Result<(), ClientError> {
         let mut deframer = Deframer::new();
-        let mut bytes = [0; ROOM];
-        let mut keeps = interval(KEEP);
+        let mut bytes = [0; BUFFER_SIZE];
+        let mut keeps = interval(KEEP_INTERVAL);
         // After a pause one keep suffices; a burst would not help.
         keeps.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -254,7 +254,7 @@ impl Bridge {
                 }
             }
             for frame in frames {
-                if let Some(reply) = self.ask(&frame).await?
+                if let Some(reply) = self.send_frame(&frame).await?
                     && far.write_all(reply.bytes()).await.is_err()
                 {
                     return Ok(());
@@ -264,7 +264,7 @@ impl Bridge {
     }
 
     /// Sends a frame to the station as a request. `None` if an arm would not answer it either.
-    async fn ask(&mut self, frame: &FrameBuf) -> Result<Option<FrameBuf>, ClientError> {
+    async fn send_frame(&mut self, frame: &FrameBuf) -> Result<Option<FrameBuf>, ClientError> {
         let frame = frame.frame();
         // Unknown frames get no answer, as from an arm.
         let Some(row) = Row::with_id(frame.id()) else {
@@ -289,7 +289,7 @@ impl Bridge {
                     let layout = row.value.map(|layout| encode(layout, &value));
                     reply(&layout.and_then(Result::ok).unwrap_or_default())
                 }
-                Err(error) => silent_or(error),
+                Err(error) => no_reply_or(error),
             };
         }
         // The station encodes the command from its fields, so it must be valid here.
@@ -299,16 +299,16 @@ impl Bridge {
         // Commands that start, stop or clear the queue act at once even if they are sent as queued.
         if ctrl.queued() && !row.steers_queue() {
             let mut params = json!({"command": row.set_name, "fields": fields});
-            self.mean(&mut params);
+            self.add_arm(&mut params);
             self.lease().await?;
             return match self.call("arm.enqueue", params).await {
                 Ok(value) => reply(&value["index"].as_u64().unwrap_or_default().to_le_bytes()),
-                Err(error) => silent_or(error),
+                Err(error) => no_reply_or(error),
             };
         }
         match self.act(row, &command, fields).await {
             Ok(()) => reply(&[]),
-            Err(error) => silent_or(error),
+            Err(error) => no_reply_or(error),
         }
     }
 
@@ -359,19 +359,19 @@ impl Bridge {
                 // Another session has the arm. A stop may follow, which also switches the laser off
                 // and needs no lease.
                 match self.lease().await {
-                    Err(error) if is_anothers(&error) => return Ok(()),
+                    Err(error) if is_held_by_other(&error) => return Ok(()),
                     leased => leased?,
                 }
             }
             _ => {}
         }
         let mut params = json!({"command": row.set_name, "fields": fields});
-        self.mean(&mut params);
+        self.add_arm(&mut params);
         self.lease().await?;
         self.call("arm.set", params).await.map(drop)
     }
 
-    fn mean(&self, params: &mut Value) {
+    fn add_arm(&self, params: &mut Value) {
         if self.yes {
             params["yes"] = json!(true);
         }
@@ -395,12 +395,12 @@ impl Bridge {
 }
 
 /// True if another session has the arm.
-fn is_anothers(error: &ClientError) -> bool {
+fn is_held_by_other(error: &ClientError) -> bool {
     matches!(error.kind(), Some("lease" | "forbidden" | "busy"))
 }
 
 /// Returns no reply for errors for which an arm would not reply either. All others end the line.
-fn silent_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
+fn no_reply_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
     match error.kind() {
         Some("timeout" | "unexpected" | "unsupported") => Ok(None),
         // Refusals by the station. An arm has no such answer.

@@ -34,7 +34,7 @@ use crate::frame::StateFrame;
 pub type RawSocket = tokio_tungstenite::WebSocketStream<Box<dyn Stream>>;
 
 /// Capacity of the channels of notifications and frames. A slower reader loses the oldest.
-const KEPT: usize = 256;
+const CHANNEL_CAPACITY: usize = 256;
 
 /// Reason why a request has no result.
 #[derive(Clone, Debug, PartialEq)]
@@ -183,8 +183,8 @@ impl StationClient {
         let address: StationAddress = address.parse().map_err(ClientError::Address)?;
         let connector = address.encrypted.then(|| trust.connector()).transpose()?;
         let (orders, inbox) = mpsc::unbounded_channel();
-        let (notices, _) = broadcast::channel(KEPT);
-        let (frames, _) = broadcast::channel(KEPT);
+        let (notices, _) = broadcast::channel(CHANNEL_CAPACITY);
+        let (frames, _) = broadcast::channel(CHANNEL_CAPACITY);
         let (connected, connection) = watch::channel(Connection::Up);
         let end_notice = EndNotice::default();
         let client = json!({"name": name});

@@ -9,7 +9,7 @@ use hyper_util::rt::TokioIo;
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::task::{OPENING, SILENT, outcome, refused};
+use super::task::{OPEN_TIMEOUT, NO_ANSWER, outcome, refused};
 use super::trust::{self, Stream, Trust, no_station};
 use super::{ClientError, StationAddress};
 
@@ -21,8 +21,8 @@ pub(super) async fn call(
     params: &Value,
 ) -> Result<Value, ClientError> {
     let connector = address.encrypted.then(|| trust.connector()).transpose()?;
-    let opened = timeout(OPENING, trust::open(address, connector.as_ref())).await;
-    let stream = opened.unwrap_or_else(|_| Err(no_station(&address.host, SILENT)))?;
+    let opened = timeout(OPEN_TIMEOUT, trust::open(address, connector.as_ref())).await;
+    let stream = opened.unwrap_or_else(|_| Err(no_station(&address.host, NO_ANSWER)))?;
     let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
     let host = &address.host;
     let (status, body) = exchange(stream, host, token, message.to_string()).await?;

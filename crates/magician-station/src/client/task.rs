@@ -25,12 +25,12 @@ use crate::station::CloseCode;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// Time for opening a connection, including the hello.
-pub(super) const OPENING: Duration = Duration::from_secs(5);
-/// Reason in an error if the station does not answer within `OPENING`.
-pub(super) const SILENT: &str = "it does not answer";
+pub(super) const OPEN_TIMEOUT: Duration = Duration::from_secs(5);
+/// Reason in an error if the station does not answer within `OPEN_TIMEOUT`.
+pub(super) const NO_ANSWER: &str = "it does not answer";
 /// First and largest delay before reconnecting. The delay doubles with each failure.
-const FIRST: Duration = Duration::from_millis(200);
-const LONGEST: Duration = Duration::from_secs(5);
+const FIRST_RECONNECT_DELAY: Duration = Duration::from_millis(200);
+const MAX_RECONNECT_DELAY: Duration = Duration::from_secs(5);
 /// Error code of a hello when all sessions are in use.
 const TOO_MANY: i64 = RpcError::TOO_MANY as i64;
 /// Close code of a station that ends (RFC 6455, 7.4.1).
@@ -68,7 +68,7 @@ enum End {
     /// Closed by the station, for good.
     Closed,
     /// All clones of the client are gone.
-    Left,
+    ClientGone,
 }
 
 impl Task {
@@ -147,8 +147,8 @@ impl Task {
                 }
             }
         };
-        let opened = timeout(OPENING, opening).await;
-        let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(host, SILENT)))?;
+        let opened = timeout(OPEN_TIMEOUT, opening).await;
+        let (socket, hello) = opened.unwrap_or_else(|_| Err(no_station(host, NO_ANSWER)))?;
         // Each hello gives a new secret.
         self.resume = hello["resume"].as_str().map(str::to_owned);
         Ok((socket, hello))
@@ -157,7 +157,7 @@ impl Task {
     /// Carries messages until the client is dropped or the station closes the session for good.
     pub(super) async fn run(mut self, mut socket: RawSocket) {
         loop {
-            let end = self.carry(&mut socket).await;
+            let end = self.exchange(&mut socket).await;
             drop(socket);
             for (_, reply) in std::mem::take(&mut self.waiting) {
                 // Some callers no longer wait.
@@ -169,11 +169,11 @@ impl Task {
                     self.connected.send_replace(Connection::Closed);
                     return;
                 }
-                End::Left => return,
+                End::ClientGone => return,
             }
             // Broken: reconnect and resume.
             self.connected.send_replace(Connection::Lost);
-            let Some(again) = self.open_again().await else {
+            let Some(again) = self.reconnect().await else {
                 return;
             };
             self.connected.send_replace(Connection::Up);
@@ -181,8 +181,8 @@ impl Task {
         }
     }
 
-    async fn open_again(&mut self) -> Option<RawSocket> {
-        let mut pause = FIRST;
+    async fn reconnect(&mut self) -> Option<RawSocket> {
+        let mut pause = FIRST_RECONNECT_DELAY;
         loop {
             let until = sleep(pause);
             tokio::pin!(until);
@@ -207,19 +207,19 @@ impl Task {
                     self.connected.send_replace(Connection::Closed);
                     return None;
                 }
-                Err(_) => pause = (pause * 2).min(LONGEST),
+                Err(_) => pause = (pause * 2).min(MAX_RECONNECT_DELAY),
             }
         }
     }
 
-    async fn carry(&mut self, socket: &mut RawSocket) -> End {
+    async fn exchange(&mut self, socket: &mut RawSocket) -> End {
         loop {
             tokio::select! {
                 order = self.inbox.recv() => {
                     let Some(order) = order else {
                         // Bounded, so that a stuck connection does not keep the task alive.
-                        let _ = timeout(FIRST, socket.close(None)).await;
-                        return End::Left;
+                        let _ = timeout(FIRST_RECONNECT_DELAY, socket.close(None)).await;
+                        return End::ClientGone;
                     };
                     let id = order.reply.map(|reply| {
                         self.next += 1;
@@ -231,8 +231,8 @@ impl Task {
                     }
                 }
                 heard = socket.next() => match heard {
-                    Some(Ok(Message::Text(text))) => self.hear(&text),
-                    Some(Ok(Message::Binary(bytes))) => self.see(&bytes),
+                    Some(Ok(Message::Text(text))) => self.handle_text(&text),
+                    Some(Ok(Message::Binary(bytes))) => self.handle_frame(&bytes),
                     Some(Ok(Message::Close(frame))) => {
                         let code = frame.map_or(0, |frame| u16::from(frame.code));
                         // A station that ends comes back later. Codes for a client that was too
@@ -266,14 +266,14 @@ impl Task {
         }
     }
 
-    fn see(&self, bytes: &[u8]) {
+    fn handle_frame(&self, bytes: &[u8]) {
         if let Ok(frame) = StateFrame::read(bytes) {
             // Fails if there are no readers.
             let _ = self.frames.send(frame);
         }
     }
 
-    fn hear(&mut self, text: &str) {
+    fn handle_text(&mut self, text: &str) {
         let Ok(message) = serde_json::from_str::<Value>(text) else {
             return;
         };

@@ -6,7 +6,7 @@
 
 use magician_protocol::HostInstant;
 
-use super::{Control, GRACE, JogId, LeaseId, TTL};
+use super::{Control, RECONNECT_GRACE, JogId, LeaseId, LEASE_TIMEOUT};
 
 /// The instant that stands for the present. One hour leaves room for all ages before it.
 const PRESENT: HostInstant = HostInstant::from_micros(3_600_000_000);
@@ -42,13 +42,13 @@ impl Control {
             // message.
             let counts = self.held_by(*session).next().is_some();
             let age = if counts {
-                (now - presence.heard).min(TTL)
+                (now - presence.heard).min(LEASE_TIMEOUT)
             } else {
-                TTL
+                LEASE_TIMEOUT
             };
             presence.heard = PRESENT - age;
             // After GRACE the session is over, however much later it is.
-            presence.left = { presence.left }.map(|left| PRESENT - (now - left).min(GRACE));
+            presence.left = { presence.left }.map(|left| PRESENT - (now - left).min(RECONNECT_GRACE));
         }
         out
     }

@@ -25,7 +25,7 @@ use super::{JobId, PersonId};
 enum Claim {
     Lease(LeaseRequest),
     #[cfg(feature = "class")]
-    Turn(Place),
+    Turn(TurnPlace),
     #[cfg(feature = "class")]
     Job(JobClaim),
 }
@@ -37,7 +37,7 @@ pub(super) struct LeaseRequest {
     pub(super) session: SessionId,
     pub(super) request: RequestId,
     /// True if the session asks the holder, false if it waits until the lease is free.
-    pub(super) asks: bool,
+    pub(super) is_ask: bool,
     /// Instant at which the wait is over, or at which the holder's time to answer is over.
     pub(super) until: HostInstant,
 }
@@ -45,7 +45,7 @@ pub(super) struct LeaseRequest {
 /// Place of a person in the queue.
 #[cfg(feature = "class")]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Place {
+pub struct TurnPlace {
     /// The person.
     pub person: PersonId,
     /// Acceptable arms; the person gets the first of them that is free.
@@ -108,20 +108,20 @@ impl Claims {
         // One list holds both kinds; their order within a kind is that of arrival.
         let of = move |asks| {
             let requests = self.0.iter().filter_map(Claim::request);
-            requests.filter(move |request| request.arm == arm && request.asks == asks)
+            requests.filter(move |request| request.arm == arm && request.is_ask == asks)
         };
         of(false).chain(of(true))
     }
 
     /// Returns the requests that wait for the lease of an arm, in order.
-    pub(super) fn waits(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
-        self.requests(arm).filter(|request| !request.asks)
+    pub(super) fn waiting_requests(&self, arm: ArmId) -> impl Iterator<Item = &LeaseRequest> {
+        self.requests(arm).filter(|request| !request.is_ask)
     }
 
     /// Returns the requests that ask the holder of an arm.
-    pub(super) fn asks_mut(&mut self, arm: ArmId) -> impl Iterator<Item = &mut LeaseRequest> {
+    pub(super) fn asking_requests_mut(&mut self, arm: ArmId) -> impl Iterator<Item = &mut LeaseRequest> {
         let requests = self.0.iter_mut().filter_map(Claim::request_mut);
-        requests.filter(move |request| request.arm == arm && request.asks)
+        requests.filter(move |request| request.arm == arm && request.is_ask)
     }
 
     /// Removes and returns all requests that match.
@@ -153,7 +153,7 @@ impl Claims {
         }
         // The sort is stable: the order within a key matters and stays.
         self.0.sort_by_key(|claim| match claim {
-            Claim::Lease(request) => (u8::from(request.asks), request.arm),
+            Claim::Lease(request) => (u8::from(request.is_ask), request.arm),
             #[cfg(feature = "class")]
             Claim::Turn(_) => (2, ArmId(0)),
             #[cfg(feature = "class")]
@@ -166,7 +166,7 @@ impl Claims {
 #[cfg(feature = "class")]
 impl Claims {
     /// Returns the places that wait for a turn, in order.
-    pub(super) fn places(&self) -> impl Iterator<Item = &Place> {
+    pub(super) fn places(&self) -> impl Iterator<Item = &TurnPlace> {
         self.0.iter().filter_map(|claim| match claim {
             Claim::Turn(place) => Some(place),
             Claim::Lease(_) | Claim::Job(_) => None,
@@ -174,7 +174,7 @@ impl Claims {
     }
 
     /// Returns the place of a person who missed a turn.
-    pub(super) fn missed_mut(&mut self, person: PersonId) -> Option<&mut Place> {
+    pub(super) fn missed_mut(&mut self, person: PersonId) -> Option<&mut TurnPlace> {
         let mut places = self.0.iter_mut().filter_map(|claim| match claim {
             Claim::Turn(place) => Some(place),
             Claim::Lease(_) | Claim::Job(_) => None,
@@ -193,24 +193,24 @@ impl Claims {
         }
     }
 
-    pub(super) fn push_place(&mut self, place: Place) {
+    pub(super) fn push_place(&mut self, place: TurnPlace) {
         self.0.push(Claim::Turn(place));
     }
 
     /// Inserts a place before all others.
-    pub(super) fn put_place_first(&mut self, place: Place) {
+    pub(super) fn put_place_first(&mut self, place: TurnPlace) {
         self.0.insert(0, Claim::Turn(place));
     }
 
     /// Removes all places that match. Returns true if there were any.
-    pub(super) fn drop_places(&mut self, which: impl Fn(&Place) -> bool) -> bool {
+    pub(super) fn drop_places(&mut self, which: impl Fn(&TurnPlace) -> bool) -> bool {
         let before = self.0.len();
         { &mut self.0 }.retain(|claim| !matches!(claim, Claim::Turn(place) if which(place)));
         before != self.0.len()
     }
 
     /// Removes and returns the place of a person. A person has at most one.
-    pub(super) fn take_place(&mut self, person: PersonId) -> Option<Place> {
+    pub(super) fn take_place(&mut self, person: PersonId) -> Option<TurnPlace> {
         let of = |claim: &Claim| matches!(claim, Claim::Turn(place) if place.person == person);
         match self.take_claim(of)? {
             Claim::Turn(place) => Some(place),

@@ -10,12 +10,12 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-use super::claims::{JobClaim, Place};
+use super::claims::{JobClaim, TurnPlace};
 use super::{ArmId, Control, Effect, JobId, LeaseEnd, PersonId, Refusal, SessionId, WorkEnd};
 
 /// Warnings before the end of a turn: times at which [`Effect::TurnEnding`] is emitted. A minute to
 /// finish, ten seconds to let go; a choice.
-pub const TOLD: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
+pub const TURN_END_WARNINGS: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(10)];
 
 /// Rules of turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -47,7 +47,7 @@ impl Slot {
 
 /// Reason why a person gets no place in the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum NoQueue {
+pub enum QueueRefusal {
     /// No turns are set.
     NoTurns,
     /// The schedule gives the person none of the arms.
@@ -85,8 +85,8 @@ pub struct Turn {
     pub state: TurnState,
     /// Arms that the person accepted when joining. Needed if the turn goes back to the queue.
     pub(super) arms: BTreeSet<ArmId>,
-    /// Number of warnings of [`TOLD`] already given.
-    pub(super) told: usize,
+    /// Number of warnings of [`TURN_END_WARNINGS`] already given.
+    pub(super) warnings_given: usize,
 }
 
 /// State of an arm within the class.
@@ -101,13 +101,13 @@ pub(super) struct ArmClass {
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Class {
+pub(super) struct ClassState {
     pub(super) rules: Option<TurnRules>,
     pub(super) persons: BTreeMap<SessionId, Option<PersonId>>,
     pub(super) arms: Vec<ArmClass>,
 }
 
-impl Class {
+impl ClassState {
     pub(super) fn new(arms: usize) -> Self {
         Self {
             arms: vec![ArmClass::default(); arms],
@@ -142,7 +142,7 @@ impl Class {
             let turn = arm.turn.as_ref().and_then(|turn| match turn.state {
                 // While the arm is frozen the clock of the turn stands still.
                 TurnState::Running { ends: Some(ends) } if arm.frozen.is_none() => {
-                    Some(TOLD.get(turn.told).map_or(ends, |before| ends - *before))
+                    Some(TURN_END_WARNINGS.get(turn.warnings_given).map_or(ends, |before| ends - *before))
                 }
                 TurnState::Kept { until, .. } => Some(until),
                 _ => None,
@@ -162,7 +162,7 @@ impl Control {
     pub fn identify(&mut self, now: HostInstant, session: SessionId, person: Option<PersonId>) {
         self.class.persons.insert(session, person);
         // The person may have a kept turn, which goes on now.
-        self.person_is_here(now, session);
+        self.note_person_present(now, session);
     }
 
     /// Sets the rules of turns. `None` removes turns and queue.
@@ -182,20 +182,20 @@ impl Control {
                     self.end_lease(now, arm, LeaseEnd::Over);
                     continue;
                 }
-                self.turn_granted(now, arm, holder);
+                self.note_turn_granted(now, arm, holder);
                 if !self.may_hold(now, holder, arm) {
                     self.end_lease(now, arm, LeaseEnd::Over);
                 }
             }
         }
-        self.turns_changed();
+        self.emit_turns_changed();
         self.advance(now);
     }
 
     /// Sets the slots of the schedule for an arm. `None` opens it at any time.
     pub fn set_slots(&mut self, now: HostInstant, arm: ArmId, slots: Option<Vec<Slot>>) {
         self.class_mut(arm).slots = slots;
-        self.slots_passed(now, arm);
+        self.end_passed_slots(now, arm);
         self.advance(now);
     }
 
@@ -203,7 +203,7 @@ impl Control {
     /// and waits there end.
     pub fn bar(&mut self, now: HostInstant, arm: ArmId, persons: BTreeSet<PersonId>) {
         self.class_mut(arm).barred = persons;
-        self.slots_passed(now, arm);
+        self.end_passed_slots(now, arm);
     }
 
     /// True if a person is barred from an arm.
@@ -221,15 +221,15 @@ impl Control {
     /// later. No effect if the person has a turn, or waits for the same arms.
     ///
     /// # Errors
-    /// [`NoQueue`] if there are no turns, or if the person may have none of the arms.
+    /// [`QueueRefusal`] if there are no turns, or if the person may have none of the arms.
     pub fn join_turn(
         &mut self,
         now: HostInstant,
         person: PersonId,
         mut arms: BTreeSet<ArmId>,
-    ) -> Result<(), NoQueue> {
+    ) -> Result<(), QueueRefusal> {
         if self.class.rules.is_none() || arms.is_empty() {
-            return Err(NoQueue::NoTurns);
+            return Err(QueueRefusal::NoTurns);
         }
         if self.turn_of(person).is_some() {
             return Ok(());
@@ -237,20 +237,20 @@ impl Control {
         // A slot that opens later counts: the person may wait for it.
         arms.retain(|arm| self.opens(now, *arm, person).is_some());
         if arms.is_empty() {
-            return Err(NoQueue::Schedule);
+            return Err(QueueRefusal::Schedule);
         }
-        let same = |place: &Place| place.person == person && place.arms == arms;
+        let same = |place: &TurnPlace| place.person == person && place.arms == arms;
         if !self.claims.places().any(same) {
             // Joining for other arms gives up the old place, so that a person stands in the queue
             // only once.
             self.claims.drop_places(|place| place.person == person);
-            self.claims.push_place(Place {
+            self.claims.push_place(TurnPlace {
                 person,
                 arms,
                 left: None,
                 missed: false,
             });
-            self.turns_changed();
+            self.emit_turns_changed();
         }
         self.advance(now);
         Ok(())
@@ -259,7 +259,7 @@ impl Control {
     /// Ends the turn of a person and removes the place in the queue.
     pub fn leave_turn(&mut self, now: HostInstant, person: PersonId) {
         if self.claims.drop_places(|place| place.person == person) {
-            self.turns_changed();
+            self.emit_turns_changed();
         }
         if let Some(arm) = self.turn_of(person) {
             self.end_turn(now, arm);
@@ -296,7 +296,7 @@ impl Control {
             // Skipped: their turn came while they were away.
             self.claims.miss(*person);
         }
-        self.claims.push_place(Place {
+        self.claims.push_place(TurnPlace {
             person: turn.person,
             arms: turn.arms,
             left: None,
@@ -321,7 +321,7 @@ impl Control {
             .claims
             .drop_places(|place| closed.contains(&place.person))
         {
-            self.turns_changed();
+            self.emit_turns_changed();
         }
     }
 
@@ -330,7 +330,7 @@ impl Control {
     pub fn freeze(&mut self, now: HostInstant, arm: ArmId, by: Option<SessionId>) {
         if self.class(arm).frozen.is_none() {
             self.class_mut(arm).frozen = Some(now);
-            self.turns_changed();
+            self.emit_turns_changed();
         }
         // Requests of teachers end as well: a freeze stops everything at the arm.
         let requests = self.stop(now, arm);
@@ -373,7 +373,7 @@ impl Control {
             // The clock of the turn stood still while the arm was frozen.
             *ends += now - since;
         }
-        self.turns_changed();
+        self.emit_turns_changed();
         self.advance(now);
     }
 
@@ -392,7 +392,7 @@ impl Control {
     }
 
     /// Returns the places that wait for a turn, in order.
-    pub fn places(&self) -> impl Iterator<Item = &Place> {
+    pub fn places(&self) -> impl Iterator<Item = &TurnPlace> {
         self.claims.places()
     }
 
@@ -451,7 +451,7 @@ impl Control {
     }
 
     /// Marks a job as endless: it does not continue after the end of a turn.
-    pub fn job_is_endless(&mut self, arm: ArmId, job: JobId) {
+    pub fn mark_job_endless(&mut self, arm: ArmId, job: JobId) {
         if let Some(under_way) = &mut self.arm_mut(arm).job
             && under_way.id == job
         {
@@ -470,9 +470,9 @@ impl Control {
 
 impl TurnRules {
     /// Number of warnings that a turn of this length skips, because it is no longer than they are.
-    pub(super) fn told(&self) -> usize {
+    pub(super) fn skipped_warnings(&self) -> usize {
         // A turn of one minute would start with the warning of its end.
         let short = |before: &&Duration| self.length.is_some_and(|length| length <= **before);
-        TOLD.iter().filter(short).count()
+        TURN_END_WARNINGS.iter().filter(short).count()
     }
 }

@@ -10,22 +10,23 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-/// Wrong codes per name within [`WINDOW`]. Enough for typing errors, too few to guess 4 characters.
-pub const NAME_TRIES: usize = 5;
-/// Wrong codes per address within [`WINDOW`]. Enough for a class behind one access point that
+/// Wrong codes per name within [`TRY_WINDOW`]. Enough for typing errors, too few to guess 4
+/// characters.
+pub const MAX_TRIES_PER_NAME: usize = 5;
+/// Wrong codes per address within [`TRY_WINDOW`]. Enough for a class behind one access point that
 /// mistypes.
-pub const ADDRESS_TRIES: usize = 30;
+pub const MAX_TRIES_PER_ADDRESS: usize = 30;
 /// Time for which a wrong code counts.
-pub const WINDOW: Duration = Duration::from_secs(60);
+pub const TRY_WINDOW: Duration = Duration::from_secs(60);
 /// Most unknown names, and most addresses, that are remembered. When there are more the oldest
 /// entry is dropped. That loses only the count of a name without a right code, or of one address
 /// among very many.
-const REMEMBERED: usize = 256;
+const MAX_REMEMBERED: usize = 256;
 
 /// Limit that was exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(clippy::exhaustive_enums, reason = "a try has a name and an address")]
-pub enum CodeBound {
+pub enum CodeLimit {
     /// Limit of the name: the code was not checked.
     Name,
     /// Limit of the address: the code was wrong.
@@ -37,8 +38,8 @@ pub enum CodeBound {
 #[allow(clippy::exhaustive_structs, reason = "a bound, its number, its time")]
 pub struct TooManyCodes {
     /// Limit that was exceeded.
-    pub bound: CodeBound,
-    /// Value of the limit: tries within [`WINDOW`].
+    pub bound: CodeLimit,
+    /// Value of the limit: tries within [`TRY_WINDOW`].
     pub limit: usize,
     /// Time until the next try is accepted.
     pub wait: Duration,
@@ -54,7 +55,7 @@ pub enum CodeTry {
     Wrong,
 }
 
-/// Counts of wrong codes within [`WINDOW`], by name and by address.
+/// Counts of wrong codes within [`TRY_WINDOW`], by name and by address.
 ///
 /// ```
 /// use magician_protocol::HostInstant;
@@ -74,7 +75,7 @@ pub struct WrongCodes {
     pupils: Tries,
     /// Counts of names that no pupil has. Counted in the same way, so that an answer does not
     /// reveal which names exist.
-    nobodies: Tries,
+    unknown_names: Tries,
     addresses: Tries,
 }
 
@@ -93,18 +94,18 @@ impl WrongCodes {
         address: &str,
         is_right: impl FnOnce() -> bool,
     ) -> Result<CodeTry, TooManyCodes> {
-        for tries in [&mut self.pupils, &mut self.nobodies, &mut self.addresses] {
+        for tries in [&mut self.pupils, &mut self.unknown_names, &mut self.addresses] {
             tries.forget(now);
         }
         let of_name = if is_pupil {
             &mut self.pupils
         } else {
-            &mut self.nobodies
+            &mut self.unknown_names
         };
-        if let Some(wait) = of_name.wait(now, name, NAME_TRIES) {
+        if let Some(wait) = of_name.wait(now, name, MAX_TRIES_PER_NAME) {
             return Err(TooManyCodes {
-                bound: CodeBound::Name,
-                limit: NAME_TRIES,
+                bound: CodeLimit::Name,
+                limit: MAX_TRIES_PER_NAME,
                 wait,
             });
         }
@@ -116,19 +117,19 @@ impl WrongCodes {
         // Counts for the name even if the address is above its limit, or many addresses could guess
         // one name.
         of_name.count(now, name);
-        if let Some(wait) = self.addresses.wait(now, address, ADDRESS_TRIES) {
+        if let Some(wait) = self.addresses.wait(now, address, MAX_TRIES_PER_ADDRESS) {
             return Err(TooManyCodes {
-                bound: CodeBound::Address,
-                limit: ADDRESS_TRIES,
+                bound: CodeLimit::Address,
+                limit: MAX_TRIES_PER_ADDRESS,
                 wait,
             });
         }
         self.addresses.count(now, address);
         // Only attackers make many unknown names, so memory is bounded here.
-        while self.nobodies.0.len() > REMEMBERED {
-            self.nobodies.forget_oldest();
+        while self.unknown_names.0.len() > MAX_REMEMBERED {
+            self.unknown_names.forget_oldest();
         }
-        while self.addresses.0.len() > REMEMBERED {
+        while self.addresses.0.len() > MAX_REMEMBERED {
             self.addresses.forget_oldest();
         }
         Ok(CodeTry::Wrong)
@@ -137,7 +138,7 @@ impl WrongCodes {
     /// Returns the number of remembered names and addresses.
     #[must_use]
     pub fn remembered(&self) -> usize {
-        self.pupils.0.len() + self.nobodies.0.len() + self.addresses.0.len()
+        self.pupils.0.len() + self.unknown_names.0.len() + self.addresses.0.len()
     }
 }
 
@@ -146,10 +147,10 @@ impl WrongCodes {
 struct Tries(BTreeMap<String, VecDeque<HostInstant>>);
 
 impl Tries {
-    /// Drops tries older than [`WINDOW`].
+    /// Drops tries older than [`TRY_WINDOW`].
     fn forget(&mut self, now: HostInstant) {
         self.0.retain(|_, tries| {
-            tries.retain(|at| now - *at < WINDOW);
+            tries.retain(|at| now - *at < TRY_WINDOW);
             !tries.is_empty()
         });
     }
@@ -159,7 +160,7 @@ impl Tries {
         let tries = self.0.get(key)?;
         // The try whose expiry brings the count below the limit.
         let blocks = tries.len().checked_sub(limit)?;
-        tries.get(blocks).map(|at| WINDOW - (now - *at))
+        tries.get(blocks).map(|at| TRY_WINDOW - (now - *at))
     }
 
     fn count(&mut self, now: HostInstant, key: &str) {

@@ -16,15 +16,15 @@ use super::{
 
 /// Lease timeout: the holder sent nothing for this long. Short enough that others need not wait
 /// long for a dead client, long enough to survive a pause of a wireless network; a choice.
-pub const TTL: Duration = Duration::from_secs(5);
+pub const LEASE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time that a session without a socket may take to come back. Covers reloading a page.
-pub const GRACE: Duration = Duration::from_secs(5);
+pub const RECONNECT_GRACE: Duration = Duration::from_secs(5);
 /// Time that a holder has to answer a request for the lease. Silence grants it.
-pub const ASK: Duration = Duration::from_secs(20);
+pub const ASK_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Holder of a lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Held {
+pub(super) struct LeaseHolder {
     pub(super) session: SessionId,
     pub(super) id: LeaseId,
 }
@@ -40,7 +40,7 @@ impl Control {
         wait: Duration,
     ) {
         // The holder may renew even while the station ends: it still has to end its run.
-        if self.closed && self.holder(arm) != Some(session) {
+        if self.is_ending && self.holder(arm) != Some(session) {
             return self.deny(arm, vec![request]);
         }
         #[cfg(feature = "class")]
@@ -69,11 +69,11 @@ impl Control {
                     arm,
                     session,
                     request,
-                    asks: false,
+                    is_ask: false,
                     // A client without a timeout must not stay in the queue for ever.
-                    until: now + wait.min(super::LONGEST_WAIT),
+                    until: now + wait.min(super::MAX_LEASE_WAIT),
                 });
-                let place = self.claims.waits(arm).count();
+                let place = self.claims.waiting_requests(arm).count();
                 self.effects.push_back(Effect::Place {
                     session,
                     arm,
@@ -90,7 +90,7 @@ impl Control {
     pub fn renew(&self, session: SessionId, lease: LeaseId) -> Result<ArmId, Refusal> {
         let arm = self.arm_ids().find(|arm| {
             let holder = self.arm(*arm).lease;
-            holder == Some(Held { session, id: lease })
+            holder == Some(LeaseHolder { session, id: lease })
         });
         arm.ok_or(Refusal::Lease(None))
     }
@@ -117,20 +117,20 @@ impl Control {
         let Some(holder) = holder.filter(|holder| *holder != session) else {
             return self.acquire(now, session, arm, request, Duration::ZERO);
         };
-        if self.closed {
+        if self.is_ending {
             return self.deny(arm, vec![request]);
         }
         #[cfg(feature = "class")]
         if !self.admits(now, session, arm, request) {
             return;
         }
-        let asks_already = { self.claims.asks_mut(arm) }.any(|ask| ask.session == session);
+        let asks_already = { self.claims.asking_requests_mut(arm) }.any(|ask| ask.session == session);
         self.claims.push_request(LeaseRequest {
             arm,
             session,
             request,
-            asks: true,
-            until: now + ASK,
+            is_ask: true,
+            until: now + ASK_TIMEOUT,
         });
         // The holder is asked once per session, not once per request: it answers a session, not
         // a request.
@@ -161,10 +161,10 @@ impl Control {
         if holder != Some(session) {
             return Err(Refusal::Lease(holder));
         }
-        let of = |ask: &LeaseRequest| ask.arm == arm && ask.asks && ask.session == asker;
+        let of = |ask: &LeaseRequest| ask.arm == arm && ask.is_ask && ask.session == asker;
         let ask = self.claims.take_first(of).ok_or(Refusal::Unknown)?;
         if grant {
-            self.grant_ask(now, arm, asker, ask.request);
+            self.grant_to_asker(now, arm, asker, ask.request);
         } else {
             self.deny(arm, vec![ask.request]);
         }
@@ -176,7 +176,7 @@ impl Control {
     /// Takes the lease from its holder. The caller must have checked that the session may do so.
     pub fn take(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         match self.holder(arm) {
-            Some(holder) if holder != session && !self.closed => {
+            Some(holder) if holder != session && !self.is_ending => {
                 self.pass(now, arm, session, Some(request))
             }
             // The arm is free or the session holds it already, so there is no lease to take away.
@@ -185,7 +185,7 @@ impl Control {
     }
 
     /// Passes the lease to a session that asked for it, if it may still hold it.
-    pub(super) fn grant_ask(
+    pub(super) fn grant_to_asker(
         &mut self,
         now: HostInstant,
         arm: ArmId,
@@ -220,14 +220,14 @@ impl Control {
         {
             if let Some(holder) = self.holder(arm) {
                 // Before the next grant, which may start another turn.
-                self.turn_lease_ended(now, arm, holder, end);
+                self.note_turn_lease_ended(now, arm, holder, end);
             }
             self.deny_unadmitted(now, arm);
         }
         // Waiting requests come first, then the requests that asked the former holder.
         let next = self.claims.requests(arm).next().copied();
         // Requests that asked are answered now, because the holder that they asked is gone.
-        let ended = |other: &LeaseRequest| other.arm == arm && (other.asks || Some(*other) == next);
+        let ended = |other: &LeaseRequest| other.arm == arm && (other.is_ask || Some(*other) == next);
         let asked = self.claims.take(ended);
         self.finish_lease(now, arm, end, next.map(|next| next.session));
         match next {
@@ -280,9 +280,9 @@ impl Control {
             }
         }
         if holder.is_some() && !stops {
-            // Motors and the laser have no end of their own, so they end even when the lease is given
-            // back.
-            self.effects.push_back(Effect::EndUnheld { arm });
+            // Motors and the laser have no end of their own, so they end even when the lease is
+            // given back.
+            self.effects.push_back(Effect::EndUnattended { arm });
         }
         #[cfg(feature = "class")]
         if self.finishes_job(arm, end) {
@@ -299,15 +299,15 @@ impl Control {
         session: SessionId,
         request: Option<RequestId>,
     ) {
-        if self.closed {
+        if self.is_ending {
             // A turn may come up while the station ends.
             self.deny(arm, request.into_iter().collect());
             return self.effects.push_back(Effect::Holder { arm, holder: None });
         }
         let id = LeaseId(self.next_id());
         // Acquiring counts as a message, however long the session waited silently.
-        self.heard(now, session);
-        self.arm_mut(arm).lease = Some(Held { session, id });
+        self.note_message(now, session);
+        self.arm_mut(arm).lease = Some(LeaseHolder { session, id });
         let lease = id;
         if let Some(request) = request {
             self.effects.push_back(Effect::Granted {
@@ -336,10 +336,10 @@ impl Control {
             });
         }
         #[cfg(feature = "class")]
-        self.turn_granted(now, arm, session);
+        self.note_turn_granted(now, arm, session);
         // Questions concern the lease, not its holder.
         self.ask_again(now, arm);
-        self.tell_places(arm);
+        self.notify_places(arm);
     }
 
     /// Repeats the questions of waiting sessions to the new holder, who gets the full time to
@@ -349,8 +349,8 @@ impl Control {
             return;
         };
         let mut told = BTreeSet::new();
-        let asked = self.claims.asks_mut(arm).filter_map(|ask| {
-            ask.until = now + ASK;
+        let asked = self.claims.asking_requests_mut(arm).filter_map(|ask| {
+            ask.until = now + ASK_TIMEOUT;
             told.insert(ask.session).then_some(Effect::Asked {
                 arm,
                 holder,
@@ -373,7 +373,7 @@ impl Control {
     pub(super) fn deny_session(&mut self, arm: ArmId, session: SessionId) {
         let of = |request: &LeaseRequest| request.arm == arm && request.session == session;
         self.deny_requests(arm, of);
-        self.tell_places(arm);
+        self.notify_places(arm);
     }
 
     /// Denies all requests that match. Returns true if there were any.
@@ -388,9 +388,9 @@ impl Control {
         !taken.is_empty()
     }
 
-    pub(super) fn tell_places(&mut self, arm: ArmId) {
+    pub(super) fn notify_places(&mut self, arm: ArmId) {
         let places = (1..)
-            .zip(self.claims.waits(arm))
+            .zip(self.claims.waiting_requests(arm))
             .map(|(place, waits)| Effect::Place {
                 session: waits.session,
                 arm,

@@ -1,5 +1,5 @@
-//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock, no
-//! text.
+//! Arbitration of the arms: leases, and the precedence of jogs, jobs and stops. No I/O, no clock,
+//! no text.
 //!
 //! All decisions of a station about motion are made here: leases, the keep-alive of a jog, jobs,
 //! turns of a class, and the order between them. Methods take the current instant and change the
@@ -29,20 +29,20 @@ use magician_protocol::HostInstant;
 
 use self::claims::{Claims, LeaseRequest};
 #[cfg(feature = "class")]
-pub use self::claims::{JobClaim, Place};
+pub use self::claims::{JobClaim, TurnPlace};
 #[cfg(feature = "class")]
-use self::class::Class;
+use self::class::ClassState;
 #[cfg(feature = "class")]
-pub use self::class::{NoQueue, Slot, TOLD, Turn, TurnRules, TurnState};
+pub use self::class::{QueueRefusal, Slot, TURN_END_WARNINGS, Turn, TurnRules, TurnState};
 #[cfg(feature = "class")]
 pub use self::codes::{
-    ADDRESS_TRIES, CodeBound, CodeTry, NAME_TRIES, TooManyCodes, WINDOW, WrongCodes,
+    MAX_TRIES_PER_ADDRESS, CodeLimit, CodeTry, MAX_TRIES_PER_NAME, TooManyCodes, TRY_WINDOW, WrongCodes,
 };
-use self::lease::Held;
-pub use self::lease::{ASK, GRACE, TTL};
+use self::lease::LeaseHolder;
+pub use self::lease::{ASK_TIMEOUT, RECONNECT_GRACE, LEASE_TIMEOUT};
 #[cfg(feature = "class")]
 pub use self::policy::{Hindrance, QueuedChange};
-pub use self::work::{Busy, JobPhase, OnLost, WorkKind};
+pub use self::work::{Busy, JobPhase, LeaseLossPolicy, WorkKind};
 use self::work::{Job, Jog, Work};
 
 macro_rules! id {
@@ -146,7 +146,7 @@ pub enum Effect {
     },
     /// Switch off what the holder started and what has no end of its own: motor outputs and a lit
     /// laser. Not emitted together with a stop of [`EndWork`](Self::EndWork), which does the same.
-    EndUnheld {
+    EndUnattended {
         /// The arm.
         arm: ArmId,
     },
@@ -271,7 +271,7 @@ struct Presence {
 /// State of an arm within control.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 struct ArmControl {
-    lease: Option<Held>,
+    lease: Option<LeaseHolder>,
     jog: Option<Jog>,
     work: Vec<Work>,
     /// True if commands of the holder may wait in the arm's queue.
@@ -305,9 +305,9 @@ pub struct Control {
     effects: VecDeque<Effect>,
     claims: Claims,
     #[cfg(feature = "class")]
-    class: Class,
+    class: ClassState,
     /// True once the station ends: no lease is granted, no jog or job starts.
-    closed: bool,
+    is_ending: bool,
     /// Last id assigned to a lease or a jog.
     ids: u64,
 }
@@ -322,8 +322,8 @@ impl Control {
             effects: VecDeque::new(),
             claims: Claims::default(),
             #[cfg(feature = "class")]
-            class: Class::new(arms),
-            closed: false,
+            class: ClassState::new(arms),
+            is_ending: false,
             ids: 0,
         }
     }
@@ -344,19 +344,19 @@ impl Control {
 
     /// Records a sign of life of a session: a message, or a reply to a ping.
     pub fn keep_alive(&mut self, now: HostInstant, session: SessionId) {
-        self.heard(now, session);
+        self.note_message(now, session);
         #[cfg(feature = "class")]
-        self.person_is_here(now, session);
+        self.note_person_present(now, session);
     }
 
-    fn heard(&mut self, now: HostInstant, session: SessionId) {
+    fn note_message(&mut self, now: HostInstant, session: SessionId) {
         if let Some(presence) = self.sessions.get_mut(&session) {
             presence.heard = now;
         }
     }
 
     /// Handles the end of a session's socket. A jog, and a job that burns, end at once; the lease
-    /// is kept until the session comes back or [`GRACE`] is over.
+    /// is kept until the session comes back or [`RECONNECT_GRACE`] is over.
     pub fn leave(&mut self, now: HostInstant, session: SessionId) {
         let Some(presence) = self.sessions.get_mut(&session) else {
             return;
@@ -368,7 +368,7 @@ impl Control {
             // No socket is left to receive the answer.
             self.deny_session(arm, session);
             if self.holder(arm) == Some(session) {
-                self.let_go_of_burning(arm);
+                self.end_unattended_burn(arm);
             }
         }
     }
@@ -382,7 +382,7 @@ impl Control {
                     left: None,
                 };
                 #[cfg(feature = "class")]
-                self.person_is_here(now, session);
+                self.note_person_present(now, session);
                 true
             }
             None => false,
@@ -393,7 +393,7 @@ impl Control {
     pub fn expel(&mut self, now: HostInstant, session: SessionId) {
         // Jogs and burning jobs end as if the socket had closed.
         self.leave(now, session);
-        self.over(now, session);
+        self.end_session(now, session);
     }
 
     /// Undoes [`identify`](Self::identify): turns, slots and freezes no longer bind the session.
@@ -405,7 +405,7 @@ impl Control {
     /// Starts the end of the station. Jogs end and no lease is granted any more. A holder keeps its
     /// lease, to end what it runs, until [`evict`](Self::evict).
     pub fn close(&mut self) {
-        self.closed = true;
+        self.is_ending = true;
         for arm in self.arm_ids() {
             self.end_jog_of(arm, JogEnd::Stopped, |_| true);
             self.deny_requests(arm, |request| request.arm == arm);
@@ -429,7 +429,7 @@ impl Control {
     /// asking the holder. The flag is true if the session asks.
     pub fn waiting(&self, arm: ArmId) -> impl Iterator<Item = (SessionId, bool)> + '_ {
         let requests = self.claims.requests(arm);
-        requests.map(|request| (request.session, request.asks))
+        requests.map(|request| (request.session, request.is_ask))
     }
 
     /// Returns the jog in progress and its session. `None` without a jog.
@@ -448,7 +448,7 @@ impl Control {
     /// if it has a socket.
     #[must_use]
     pub fn back_until(&self, session: SessionId) -> Option<HostInstant> {
-        Some(self.sessions.get(&session)?.left? + GRACE)
+        Some(self.sessions.get(&session)?.left? + RECONNECT_GRACE)
     }
 
     /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due. `None` if
@@ -460,7 +460,7 @@ impl Control {
             [self.lease_ends(arm), jog]
         });
         let sessions = self.sessions.values().map(|presence| presence.left);
-        let sessions = sessions.map(|left| left.map(|left| left + GRACE));
+        let sessions = sessions.map(|left| left.map(|left| left + RECONNECT_GRACE));
         let all = arms.chain(sessions).chain([self.claims.next()]);
         let due = all.flatten().min();
         #[cfg(feature = "class")]
@@ -475,11 +475,11 @@ impl Control {
             self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.ends <= now);
         }
         let gone: Vec<_> = { self.sessions.iter() }
-            .filter(|(_, presence)| presence.left.is_some_and(|left| left + GRACE <= now))
+            .filter(|(_, presence)| presence.left.is_some_and(|left| left + RECONNECT_GRACE <= now))
             .map(|(session, _)| *session)
             .collect();
         for session in gone {
-            self.over(now, session);
+            self.end_session(now, session);
         }
         for arm in self.arm_ids() {
             if self.lease_ends(self.arm(arm)).is_some_and(|end| end <= now) {
@@ -487,15 +487,15 @@ impl Control {
             }
             let due = |request: &LeaseRequest| request.arm == arm && request.until <= now;
             // A wait that is over is denied; a question that is over is granted (below).
-            if self.deny_requests(arm, |request| due(request) && !request.asks) {
-                self.tell_places(arm);
+            if self.deny_requests(arm, |request| due(request) && !request.is_ask) {
+                self.notify_places(arm);
             }
             // Silence of the holder for ASK grants the request.
             while let Some(ask) = self
                 .claims
-                .take_first(|request| due(request) && request.asks)
+                .take_first(|request| due(request) && request.is_ask)
             {
-                self.grant_ask(now, arm, ask.session, ask.request);
+                self.grant_to_asker(now, arm, ask.session, ask.request);
             }
         }
         #[cfg(feature = "class")]
@@ -503,7 +503,7 @@ impl Control {
     }
 
     /// Ends a session that did not come back.
-    fn over(&mut self, now: HostInstant, session: SessionId) {
+    fn end_session(&mut self, now: HostInstant, session: SessionId) {
         // May be called twice for a session, by its expulsion and by the clock.
         if self.sessions.remove(&session).is_none() {
             return;
@@ -524,15 +524,15 @@ impl Control {
         let presence = self.sessions.get(&held.session)?;
         match presence.left {
             // Without a socket the grace period decides alone, whatever is in progress.
-            Some(left) => Some(left + GRACE),
+            Some(left) => Some(left + RECONNECT_GRACE),
             // A request in progress counts as a permanent sign of life.
-            None if self.works(held.session) => None,
-            None => Some(presence.heard + TTL),
+            None if self.has_request(held.session) => None,
+            None => Some(presence.heard + LEASE_TIMEOUT),
         }
     }
 
     /// True if a request of the session is in progress at any arm.
-    fn works(&self, session: SessionId) -> bool {
+    fn has_request(&self, session: SessionId) -> bool {
         let mut work = self.arms.iter().flat_map(|arm| &arm.work);
         work.any(|work| work.session == session)
     }
@@ -562,7 +562,7 @@ enum LeaseEnd {
     Released,
     /// The lease passed to another session.
     Passed,
-    /// The holder sent nothing for [`TTL`].
+    /// The holder sent nothing for [`LEASE_TIMEOUT`].
     Silent,
     /// The holder's socket closed and the session did not come back.
     Gone,
@@ -572,4 +572,4 @@ enum LeaseEnd {
 }
 
 /// Longest time for which a session may wait for a lease. Bounds the queue; clients can wait again.
-pub const LONGEST_WAIT: Duration = Duration::from_secs(3600);
+pub const MAX_LEASE_WAIT: Duration = Duration::from_secs(3600);

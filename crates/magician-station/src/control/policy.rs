@@ -3,10 +3,14 @@
 //!
 //! | claim | may have the arm | position | ends |
 //! |---|---|---|---|
-//! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where turns are set | by arrival | at `until` |
-//! | request that asks | the same | after waiting requests, if the holder is gone | granted at `until` |
-//! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a missed turn | when the person leaves |
-//! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner | by arrival, or as moved | when stopped |
+//! | request that waits | if in a slot of the schedule, not barred from the arm, and on turn where
+//! turns are set | by arrival | at `until` |
+//! | request that asks | the same | after waiting requests, if the holder is gone | granted at
+//! `until` |
+//! | turn of a person | if in a slot; at one arm at a time | by arrival; first when back after a
+//! missed turn | when the person leaves |
+//! | job | at an idle arm that no other person holds or has the turn at, in a slot of its owner |
+//! by arrival, or as moved | when stopped |
 //!
 //! A teacher is not a person of the class and is bound by the lease alone. The functions here only
 //! read the state.
@@ -15,7 +19,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 
-use super::claims::{JobClaim, Place};
+use super::claims::{JobClaim, TurnPlace};
 use super::class::{Turn, TurnState};
 use super::{ArmId, Control, LeaseEnd, PersonId, SessionId};
 
@@ -71,7 +75,7 @@ impl Control {
                 // click.
                 let behind =
                     places.any(|place| place.person != person && self.is_next(now, arm, place));
-                !behind && self.turn_of(person).is_none() && !self.job_runs(arm)
+                !behind && self.turn_of(person).is_none() && !self.is_job_running(arm)
             }
         }
     }
@@ -115,7 +119,7 @@ impl Control {
     pub fn place_hindrance(
         &self,
         now: HostInstant,
-        place: &Place,
+        place: &TurnPlace,
     ) -> Option<(Hindrance, Option<HostInstant>)> {
         if place.missed {
             return Some((Hindrance::Away, None));
@@ -194,7 +198,7 @@ impl Control {
     }
 
     /// True if a place may become the turn at an arm.
-    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &Place) -> bool {
+    pub(super) fn is_next(&self, now: HostInstant, arm: ArmId, place: &TurnPlace) -> bool {
         !place.missed && place.arms.contains(&arm) && self.is_in_slot(now, arm, Some(place.person))
     }
 

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use magician_protocol::HostInstant;
 
-use super::claims::Place;
+use super::claims::TurnPlace;
 use super::class::*;
 use super::{ArmId, Control, Effect, JobPhase, LeaseEnd, PersonId, RequestId, SessionId};
 
@@ -41,7 +41,7 @@ impl Control {
     }
 
     /// Updates the turn of an arm after a session got the lease.
-    pub(super) fn turn_granted(&mut self, now: HostInstant, arm: ArmId, session: SessionId) {
+    pub(super) fn note_turn_granted(&mut self, now: HostInstant, arm: ArmId, session: SessionId) {
         let Some(rules) = self.class.rules else {
             return;
         };
@@ -71,18 +71,18 @@ impl Control {
                     person,
                     state,
                     arms: BTreeSet::from([arm]),
-                    told: rules.told(),
+                    warnings_given: rules.skipped_warnings(),
                 }
             }
             // A teacher at an arm without a turn has no turn.
             (None, None) => return,
         };
         self.class_mut(arm).turn = Some(turn);
-        self.turns_changed();
+        self.emit_turns_changed();
     }
 
     /// Updates the turn of an arm after a lease ended in another way than by passing.
-    pub(super) fn turn_lease_ended(
+    pub(super) fn note_turn_lease_ended(
         &mut self,
         now: HostInstant,
         arm: ArmId,
@@ -107,17 +107,17 @@ impl Control {
             LeaseEnd::Released | LeaseEnd::Passed | LeaseEnd::Over => None,
         };
         self.class_mut(arm).turn = turn;
-        self.turns_changed();
+        self.emit_turns_changed();
     }
 
     /// Handles a sign of life of a person: missed places and kept turns become valid again.
-    pub(super) fn person_is_here(&mut self, now: HostInstant, session: SessionId) {
-        let Some(person) = self.person(session).filter(|_| !self.closed) else {
+    pub(super) fn note_person_present(&mut self, now: HostInstant, session: SessionId) {
+        let Some(person) = self.person(session).filter(|_| !self.is_ending) else {
             return;
         };
         if let Some(place) = self.claims.missed_mut(person) {
             place.missed = false;
-            self.turns_changed();
+            self.emit_turns_changed();
             self.advance(now);
         }
         let Some(arm) = self.turn_of(person) else {
@@ -145,7 +145,7 @@ impl Control {
             .filter(|turn| matches!(turn.state, TurnState::Kept { .. }));
         let person = turn.map(|turn| turn.person);
         if self.holder(arm).is_none()
-            && !self.closed
+            && !self.is_ending
             && let Some(session) = person.and_then(|person| self.session_of_person(person))
         {
             self.grant(now, arm, session, None);
@@ -154,11 +154,11 @@ impl Control {
 
     /// Starts all turns that can start.
     pub(super) fn advance(&mut self, now: HostInstant) {
-        let Some(rules) = self.class.rules.filter(|_| !self.closed) else {
+        let Some(rules) = self.class.rules.filter(|_| !self.is_ending) else {
             return;
         };
         for arm in self.arm_ids() {
-            if self.holder(arm).is_some() || self.job_runs(arm) {
+            if self.holder(arm).is_some() || self.is_job_running(arm) {
                 continue;
             }
             let turn = match self.class(arm).turn.clone() {
@@ -178,7 +178,7 @@ impl Control {
                         person: place.person,
                         state: TurnState::Suspended { left },
                         arms: place.arms,
-                        told: rules.told(),
+                        warnings_given: rules.skipped_warnings(),
                     }
                 }
             };
@@ -190,7 +190,7 @@ impl Control {
                 state: TurnState::Kept { until, left },
                 ..turn
             });
-            self.turns_changed();
+            self.emit_turns_changed();
             if let Some(session) = here {
                 self.grant(now, arm, session, None);
             }
@@ -200,7 +200,7 @@ impl Control {
     /// Handles everything of the class that is due.
     pub(super) fn class_timeout(&mut self, now: HostInstant) {
         for arm in self.arm_ids() {
-            self.slots_passed(now, arm);
+            self.end_passed_slots(now, arm);
             let Some(turn) = self.class(arm).turn.clone() else {
                 continue;
             };
@@ -210,11 +210,11 @@ impl Control {
                         self.end_turn(now, arm);
                         continue;
                     }
-                    let due = TOLD.iter().filter(|before| ends <= now + **before).count();
-                    if due > turn.told
+                    let due = TURN_END_WARNINGS.iter().filter(|before| ends <= now + **before).count();
+                    if due > turn.warnings_given
                         && let Some(turn) = &mut self.class_mut(arm).turn
                     {
-                        turn.told = due;
+                        turn.warnings_given = due;
                         let (person, left) = (turn.person, ends - now);
                         self.effects
                             .push_back(Effect::TurnEnding { arm, person, left });
@@ -223,14 +223,14 @@ impl Control {
                 TurnState::Kept { until, left } if until <= now => {
                     self.class_mut(arm).turn = None;
                     // The place goes to the front: the person is first again when back.
-                    let place = Place {
+                    let place = TurnPlace {
                         person: turn.person,
                         arms: turn.arms,
                         left: Some(left),
                         missed: true,
                     };
                     self.claims.put_place_first(place);
-                    self.turns_changed();
+                    self.emit_turns_changed();
                 }
                 _ => {}
             }
@@ -239,7 +239,7 @@ impl Control {
     }
 
     /// Ends leases, waits and turns of persons whose slot is over.
-    pub(super) fn slots_passed(&mut self, now: HostInstant, arm: ArmId) {
+    pub(super) fn end_passed_slots(&mut self, now: HostInstant, arm: ArmId) {
         let class = self.class_mut(arm);
         if class.slots.is_none() && class.barred.is_empty() {
             return;
@@ -254,7 +254,7 @@ impl Control {
         }
         let turn = class.turn.as_ref().map(|turn| turn.person);
         if has_changed {
-            self.turns_changed();
+            self.emit_turns_changed();
         }
         if turn.is_some_and(|person| !self.is_in_slot(now, arm, Some(person))) {
             self.end_turn(now, arm);
@@ -280,7 +280,7 @@ impl Control {
     pub(super) fn end_turn(&mut self, now: HostInstant, arm: ArmId) {
         let holder = self.holder(arm).filter(|holder| self.is_bound(*holder));
         self.class_mut(arm).turn = None;
-        self.turns_changed();
+        self.emit_turns_changed();
         if holder.is_some() {
             self.end_lease(now, arm, LeaseEnd::Over);
         }
@@ -291,7 +291,7 @@ impl Control {
     ///
     /// Needed because a job of the queue runs without a lease whose end would end it. With `stops`
     /// it stops instead of pausing. Returns false if no such job is running.
-    pub fn end_unheld_job(&mut self, arm: ArmId, stops: bool) -> bool {
+    pub fn end_unattended_job(&mut self, arm: ArmId, stops: bool) -> bool {
         let job = { self.arm(arm).job }
             .filter(|job| job.phase.is_under_way() && self.holder(arm).is_none());
         let Some(job) = job else {
@@ -326,11 +326,11 @@ impl Control {
         presence.is_some_and(|presence| presence.left.is_none())
     }
 
-    pub(super) fn job_runs(&self, arm: ArmId) -> bool {
+    pub(super) fn is_job_running(&self, arm: ArmId) -> bool {
         { self.arm(arm).job }.is_some_and(|job| job.phase == JobPhase::Active)
     }
 
-    pub(super) fn turns_changed(&mut self) {
+    pub(super) fn emit_turns_changed(&mut self) {
         // One effect for several changes in a row.
         if self.effects.back() != Some(&Effect::Turns) {
             self.effects.push_back(Effect::Turns);

@@ -9,7 +9,7 @@ use super::{ArmId, Control, Effect, JobId, JogEnd, JogId, Refusal, RequestId, Se
 /// Time after which a jog that the arm has not answered is given up. The driver answers earlier, if
 /// only with an error: it may wait up to 5 s for the arm to come to rest, and its call times out
 /// after another 5 s.
-const BEGINS: Duration = Duration::from_secs(10);
+const JOG_START_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Effect of a request on the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,7 +62,7 @@ impl JobPhase {
 
 /// Policy for a job when the lease under which it runs ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum OnLost {
+pub enum LeaseLossPolicy {
     /// The job pauses. Any later holder may resume it.
     #[default]
     Pause,
@@ -72,7 +72,7 @@ pub enum OnLost {
     Continue,
 }
 
-impl OnLost {
+impl LeaseLossPolicy {
     /// Returns the name used in messages and files.
     pub(crate) const fn name(self) -> &'static str {
         match self {
@@ -117,14 +117,14 @@ pub(super) struct Jog {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Job {
     pub(super) id: JobId,
-    pub(super) on_lost: OnLost,
+    pub(super) on_lost: LeaseLossPolicy,
     pub(super) phase: JobPhase,
     /// True if the job burns: then it does not outlast the socket of its holder.
     pub(super) burns: bool,
     /// True if the job runs until it is stopped.
     pub(super) endless: bool,
     /// True if the job was already paused or stopped because the holder's socket closed.
-    let_go: bool,
+    ended_for_socket: bool,
 }
 
 impl Control {
@@ -140,8 +140,8 @@ impl Control {
         request: RequestId,
         kind: WorkKind,
     ) -> Result<(), Refusal> {
-        self.may(session, arm, kind)?;
-        self.heard(now, session);
+        self.check_work(session, arm, kind)?;
+        self.note_message(now, session);
         let state = self.arm_mut(arm);
         state.queued |= kind == WorkKind::Queued;
         state.work.push(Work {
@@ -156,7 +156,7 @@ impl Control {
     ///
     /// # Errors
     /// The same as [`begin`](Self::begin).
-    pub fn may(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
+    pub fn check_work(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
         #[cfg(feature = "class")]
         if self.refuses_frozen(session, arm) {
             return Err(Refusal::Frozen);
@@ -166,7 +166,7 @@ impl Control {
             return Err(Refusal::Lease(holder));
         }
         let state = self.arm(arm);
-        if self.closed && kind == WorkKind::StartJob {
+        if self.is_ending && kind == WorkKind::StartJob {
             return Err(Refusal::Closed);
         }
         // A jog excludes everything else, except a stop, which does not pass through here.
@@ -192,7 +192,7 @@ impl Control {
         };
         let session = work.remove(at).session;
         // The request counted as a sign of life until now.
-        self.heard(now, session);
+        self.note_message(now, session);
         true
     }
 
@@ -214,12 +214,12 @@ impl Control {
     ) -> Result<JogId, Refusal> {
         let replaces = self.arm(arm).jog.is_some_and(|jog| jog.session == session);
         if !replaces {
-            self.may(session, arm, WorkKind::Motion)?;
+            self.check_work(session, arm, WorkKind::Motion)?;
         }
-        if self.closed {
+        if self.is_ending {
             return Err(Refusal::Closed);
         }
-        self.heard(now, session);
+        self.note_message(now, session);
         // The stop of the old jog is emitted before the start of the new one.
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);
         let id = JogId(self.next_id());
@@ -228,13 +228,13 @@ impl Control {
             session,
             keep,
             // The client learns the id with the answer, so it cannot keep the jog before.
-            ends: now + keep.max(BEGINS),
+            ends: now + keep.max(JOG_START_TIMEOUT),
         });
         Ok(id)
     }
 
     /// Starts the keep-alive period of a jog, because the arm has answered.
-    pub fn jog_begun(&mut self, now: HostInstant, jog: JogId) {
+    pub fn note_jog_started(&mut self, now: HostInstant, jog: JogId) {
         let under_way = self.arms.iter_mut().filter_map(|arm| arm.jog.as_mut());
         for jogging in under_way.filter(|jogging| jogging.id == jog) {
             jogging.ends = now + jogging.keep;
@@ -247,7 +247,7 @@ impl Control {
         // The clock decides before the message does: a browser that was suspended finds its jog
         // over.
         self.handle_timeout(now);
-        self.heard(now, session);
+        self.note_message(now, session);
         for arm in &mut self.arms {
             if let Some(jogging) = &mut arm.jog
                 && (jogging.id, jogging.session) == (jog, session)
@@ -274,12 +274,12 @@ impl Control {
     }
 
     /// Records that a jog has ended by itself.
-    pub fn jog_ended(&mut self, arm: ArmId, jog: JogId, why: JogEnd) {
+    pub fn note_jog_ended(&mut self, arm: ArmId, jog: JogId, why: JogEnd) {
         self.end_jog_of(arm, why, |under_way| under_way.id == jog);
     }
 
-    /// Stops an arm and returns the requests that this ends. The lease stays. The caller has to stop
-    /// the job and the arm itself.
+    /// Stops an arm and returns the requests that this ends. The lease stays. The caller has to
+    /// stop the job and the arm itself.
     pub fn stop(&mut self, now: HostInstant, arm: ArmId) -> Vec<RequestId> {
         self.end_jog_of(arm, JogEnd::Stopped, |_| true);
         self.arm_mut(arm).queued = false;
@@ -297,7 +297,7 @@ impl Control {
         let ended: Vec<_> = work.extract_if(.., |work| wanted(work)).collect();
         for work in &ended {
             // A request counts as a sign of life until its end, also if it ends early.
-            self.heard(now, work.session);
+            self.note_message(now, work.session);
         }
         ended.iter().map(|work| work.request).collect()
     }
@@ -320,12 +320,12 @@ impl Control {
     }
 
     /// Records the phase of the arm's job. `None` if the job is over.
-    pub fn job_is(
+    pub fn set_job_phase(
         &mut self,
         now: HostInstant,
         arm: ArmId,
         job: JobId,
-        on_lost: OnLost,
+        on_lost: LeaseLossPolicy,
         phase: Option<JobPhase>,
     ) {
         let state = self.arm_mut(arm);
@@ -342,7 +342,7 @@ impl Control {
             // Facts about the job survive a change of its phase.
             burns: before.is_some_and(|before| before.burns),
             endless: before.is_some_and(|before| before.endless),
-            let_go: phase.is_under_way() && before.is_some_and(|before| before.let_go),
+            ended_for_socket: phase.is_under_way() && before.is_some_and(|before| before.ended_for_socket),
         });
         #[cfg(feature = "class")]
         self.advance(now);
@@ -358,17 +358,17 @@ impl Control {
 
     /// Marks the arm's job as burning. Such a job pauses or stops as soon as the holder's socket
     /// closes, not only when the lease ends, because the laser may then be unattended.
-    pub fn job_burns(&mut self, arm: ArmId, job: JobId) {
+    pub fn mark_job_burning(&mut self, arm: ArmId, job: JobId) {
         if let Some(under_way) = { &mut self.arm_mut(arm).job }.as_mut()
             && under_way.id == job
         {
             under_way.burns = true;
-            self.let_go_of_burning(arm);
+            self.end_unattended_burn(arm);
         }
     }
 
     /// Ends a job that burns if the holder has no socket.
-    pub(super) fn let_go_of_burning(&mut self, arm: ArmId) {
+    pub(super) fn end_unattended_burn(&mut self, arm: ArmId) {
         let is_alone = self.holder(arm).is_some_and(|holder| {
             let presence = self.sessions.get(&holder);
             presence.is_none_or(|presence| presence.left.is_some())
@@ -376,7 +376,7 @@ impl Control {
         if is_alone && self.arm(arm).job.is_some_and(|job| job.burns) {
             self.end_job(arm);
             if let Some(job) = &mut self.arm_mut(arm).job {
-                job.let_go = true;
+                job.ended_for_socket = true;
             }
         }
     }
@@ -384,11 +384,11 @@ impl Control {
     /// Ends a running job by the policy of its starter.
     pub(super) fn end_job(&mut self, arm: ArmId) {
         let job = self.arm(arm).job;
-        let job = job.filter(|job| job.phase.is_under_way() && !job.let_go);
+        let job = job.filter(|job| job.phase.is_under_way() && !job.ended_for_socket);
         if let Some(job) = job
-            && job.on_lost != OnLost::Continue
+            && job.on_lost != LeaseLossPolicy::Continue
         {
-            let pause = job.on_lost == OnLost::Pause;
+            let pause = job.on_lost == LeaseLossPolicy::Pause;
             let job = job.id;
             self.effects.push_back(Effect::EndJob { arm, job, pause });
         }

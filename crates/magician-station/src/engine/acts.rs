@@ -11,27 +11,27 @@ use magician::{Arm, Ctrl, Set};
 use magician_program::{Tool, Travel};
 use serde_json::{Value, json};
 
-use super::Done;
+use super::ActionResult;
 use super::reads::{Known, hex, reading};
 use crate::api::RpcError;
-use crate::order::{ArmAct, Outcome, Taken};
+use crate::order::{ArmAct, Outcome, TouchTarget};
 use crate::reading as form;
 use crate::surface::ArmSurface;
 
 /// Answer for an arm that stands at this pose.
-pub(super) fn stood(pose: &Pose) -> Value {
+pub(super) fn standing_answer(pose: &Pose) -> Value {
     json!({"stood": true, "pose": form::pose(pose)})
 }
 
 /// Carries out an action. If its answer is a state, reads the state that it leaves. Dropping the
 /// future stops what has begun. `draws` is the tool for later drawings.
-pub(super) async fn to_the_end(
+pub(super) async fn run_action(
     arm: Arm,
     what: ArmAct,
     mut known: Known,
     surface: ArmSurface,
     draws: Tool,
-) -> Done {
+) -> ActionResult {
     // `SetDeviceWithL` adds or removes the rail, which is not in every reading.
     let stale = matches!(what, ArmAct::Set(Set::SetDeviceWithL(_)));
     // After these the arm is expected to stand, so the reading waits for it.
@@ -40,7 +40,7 @@ pub(super) async fn to_the_end(
         ArmAct::Move { .. } | ArmAct::Home | ArmAct::Step { .. }
     );
     let on_rail = known.rail.is_some();
-    let mut done = Done {
+    let mut done = ActionResult {
         outcome: act(arm.clone(), what, on_rail, surface, draws).await,
         known: None,
         reading: None,
@@ -146,8 +146,8 @@ async fn act(
         ArmAct::Touch { takes, unhomed } => {
             let arm = if unhomed { arm.allowing_unhomed() } else { arm };
             let taken = match takes {
-                Taken::Height { adds } => surface.touch(arm, draws, adds).await,
-                Taken::Corner(corner) => surface.take_corner(arm, draws, corner).await,
+                TouchTarget::Height { adds } => surface.touch(arm, draws, adds).await,
+                TouchTarget::Corner(corner) => surface.take_corner(arm, draws, corner).await,
             };
             taken.map(Outcome::Value)
         }
@@ -166,7 +166,7 @@ async fn act(
             Ok(Outcome::State)
         }
         ArmAct::Speed(percent) => {
-            speed(&arm, percent).await?;
+            set_speed_ratio(&arm, percent).await?;
             Ok(Outcome::Value(Value::Null))
         }
         ArmAct::Step {
@@ -189,7 +189,7 @@ async fn act(
                 .await?;
             }
             let command = if turned && matches!(axis, Axis::X | Axis::Y) {
-                turned_step(&arm, axis, by).await?
+                step_in_tool_frame(&arm, axis, by).await?
             } else {
                 axis.step(by)
             };
@@ -227,7 +227,7 @@ async fn raw(
 }
 
 /// Builds a step in the frame of the tool, rotated by the arm's current r.
-async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
+async fn step_in_tool_frame(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
     let r = f64::from(arm.get::<Pose>().await?.r).to_radians();
     let by = f64::from(by);
     let (x, y) = match axis {
@@ -238,7 +238,7 @@ async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
     Ok(build::line_by(x as f32, y as f32, 0.0, 0.0))
 }
 
-async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
+async fn set_speed_ratio(arm: &Arm, percent: f32) -> Result<(), RpcError> {
     // Both are read before either is set, so that a lost reply changes nothing.
     let moves = arm.get::<PtpCommonParams>().await?;
     let jogs = arm.get::<JogCommonParams>().await?;

@@ -15,7 +15,7 @@ use magician_job::{Polled, SavedSettings};
 use magician_program::Travel;
 use serde_json::Value;
 
-use super::Work;
+use super::EngineTask;
 use super::reads::capture;
 use crate::api::{ArmEvent, RpcError};
 use crate::control::RequestId;
@@ -27,46 +27,46 @@ pub(super) struct Guided {
     wanted: bool,
     /// True to report even if the arm is not known to be homed.
     unhomed: bool,
-    now: Now,
+    now: GuideState,
     /// Requests that are answered when the wanted state is reached.
-    asked: Vec<RequestId>,
+    requests: Vec<RequestId>,
     /// Settings of the arm that were changed for the reporting.
     saved: SavedSettings,
 }
 
 #[derive(Default)]
-enum Now {
+enum GuideState {
     #[default]
     Off,
-    Begins(Pin<Box<dyn Future<Output = Result<Polled<Pose>, RpcError>> + Send>>),
+    Starting(Pin<Box<dyn Future<Output = Result<Polled<Pose>, RpcError>> + Send>>),
     On(Polled<Pose>),
-    Ends(Pin<Box<dyn Future<Output = ()> + Send>>),
+    Stopping(Pin<Box<dyn Future<Output = ()> + Send>>),
 }
 
 /// Event of the reporting.
-pub(super) enum News {
+pub(super) enum GuideEvent {
     /// The key was released with the arm at this pose.
     Released(Pose),
-    Begun(Result<Polled<Pose>, RpcError>),
-    Ended,
+    Started(Result<Polled<Pose>, RpcError>),
+    Stopped,
 }
 
 impl Guided {
     /// Returns the next event. Pending for ever while reporting is off.
-    pub(super) async fn next(&mut self) -> News {
+    pub(super) async fn next(&mut self) -> GuideEvent {
         match &mut self.now {
-            Now::Off => pending().await,
-            Now::Begins(begins) => News::Begun(begins.await),
-            Now::On(points) => News::Released(points.next().await),
-            Now::Ends(ends) => {
+            GuideState::Off => pending().await,
+            GuideState::Starting(begins) => GuideEvent::Started(begins.await),
+            GuideState::On(points) => GuideEvent::Released(points.next().await),
+            GuideState::Stopping(ends) => {
                 ends.await;
-                News::Ended
+                GuideEvent::Stopped
             }
         }
     }
 
     /// Takes the next step towards the wanted state. Returns true when it is reached.
-    fn turn(&mut self, arm: &Arm) -> bool {
+    fn advance(&mut self, arm: &Arm) -> bool {
         let saved = self.saved.clone();
         let arm = if self.unhomed {
             arm.allowing_unhomed()
@@ -74,11 +74,11 @@ impl Guided {
             arm.clone()
         };
         match (&self.now, self.wanted) {
-            (Now::Off, false) | (Now::On(_), true) => return true,
+            (GuideState::Off, false) | (GuideState::On(_), true) => return true,
             // Wait for the change in progress.
-            (Now::Begins(_) | Now::Ends(_), _) => {}
-            (Now::Off, true) => self.now = Now::Begins(Box::pin(begin(arm, saved))),
-            (Now::On(_), false) => self.now = Now::Ends(Box::pin(end(arm, saved))),
+            (GuideState::Starting(_) | GuideState::Stopping(_), _) => {}
+            (GuideState::Off, true) => self.now = GuideState::Starting(Box::pin(begin(arm, saved))),
+            (GuideState::On(_), false) => self.now = GuideState::Stopping(Box::pin(end(arm, saved))),
         }
         false
     }
@@ -97,39 +97,39 @@ async fn end(arm: Arm, saved: SavedSettings) {
     let _ = saved.restore(&arm).await;
 }
 
-impl Work {
+impl EngineTask {
     /// Switches reporting on or off. The request is answered when the arm has done it.
     pub(super) fn guide(&mut self, request: Option<RequestId>, on: bool, unhomed: bool) {
         (self.guided.wanted, self.guided.unhomed) = (on, unhomed);
-        self.guided.asked.extend(request);
-        self.turn_guided();
+        self.guided.requests.extend(request);
+        self.advance_guide();
     }
 
-    pub(super) fn take_guided(&mut self, news: News) {
-        match news {
-            News::Released(pose) => return self.hand_trigger(&pose),
-            News::Ended => self.guided.now = Now::Off,
-            News::Begun(Ok(points)) => self.guided.now = Now::On(points),
-            News::Begun(Err(error)) => {
+    pub(super) fn handle_guide_event(&mut self, event: GuideEvent) {
+        match event {
+            GuideEvent::Released(pose) => return self.hand_trigger(&pose),
+            GuideEvent::Stopped => self.guided.now = GuideState::Off,
+            GuideEvent::Started(Ok(points)) => self.guided.now = GuideState::On(points),
+            GuideEvent::Started(Err(error)) => {
                 // Beginning may have changed some settings before it failed: restore them.
                 let ends = end(self.arm.clone(), self.guided.saved.clone());
-                self.guided.now = Now::Ends(Box::pin(ends));
+                self.guided.now = GuideState::Stopping(Box::pin(ends));
                 // Otherwise it would be tried again without end.
                 self.guided.wanted = false;
                 self.answer_guides(&Err(error));
             }
         }
-        self.turn_guided();
+        self.advance_guide();
     }
 
-    fn turn_guided(&mut self) {
-        if self.guided.turn(&self.arm) {
+    fn advance_guide(&mut self) {
+        if self.guided.advance(&self.arm) {
             self.answer_guides(&Ok(Outcome::Value(Value::Null)));
         }
     }
 
     fn answer_guides(&mut self, outcome: &Result<Outcome, RpcError>) {
-        for request in std::mem::take(&mut self.guided.asked) {
+        for request in std::mem::take(&mut self.guided.requests) {
             let outcome = outcome.clone();
             (self.report)(ArmReport::Done { request, outcome });
         }

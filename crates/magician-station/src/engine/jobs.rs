@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex};
 use magician::commands::Pose;
 use magician::message;
 use magician::{Arm, ErrorKind};
-use magician_job::beside::beside as in_turns;
+use magician_job::background::run_in_background as in_turns;
 use magician_job::report;
 use magician_job::{
     Job, JobEvent, JobHandle, JobSpec, JobState, Journal, PauseReason, ResumeError, Start,
@@ -21,20 +21,20 @@ use serde_json::{Value, json};
 use tokio::sync::Notify;
 
 use super::outcome::{end_of, notes_of, over};
-use super::program::{ReadProgram, changed, read, report_value, reported};
+use super::program::{ReadProgram, changed_program_error, read, report_value, with_check_report};
 use super::world;
-use super::{TaskResult, Waiting, Work, switch_unheld_off};
+use super::{TaskResult, WaitingOrder, EngineTask, switch_unattended_off};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{self, Reader, Source};
-use crate::order::{ArmAct, ArmReport, JobNews, JobStart, Outcome};
+use crate::order::{ArmAct, ArmReport, JobUpdate, JobStart, Outcome};
 use crate::reading;
 use crate::surface::ArmSurface;
 
 /// Largest difference between the pose at the pause and the pose at a resume without approach, mm
 /// and degrees. A choice: more than the arm's repeatability, less than a visible offset in a
 /// drawing.
-const APART: f32 = 0.5;
+const MAX_POSE_DIFFERENCE: f32 = 0.5;
 
 /// Resources of jobs besides the arm.
 pub(super) struct JobContext {
@@ -44,7 +44,7 @@ pub(super) struct JobContext {
 }
 
 /// Job of an arm, from its order to its end.
-pub(super) struct Slot {
+pub(super) struct JobSlot {
     id: JobId,
     /// Order that is carried out when the program has been read.
     start: Option<Box<JobStart>>,
@@ -54,12 +54,12 @@ pub(super) struct Slot {
     /// True if the job was stopped before it started.
     stopped: bool,
     /// Notified by that stop, so that a file read elsewhere is not waited for.
-    gives_up: Arc<Notify>,
+    cancel: Arc<Notify>,
     /// Pose at the pause. `None` if it could not be read.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
-    /// True if no session holds the arm. Then motors that the job leaves running, and the laser, are
-    /// switched off when it pauses or ends.
-    owes_unheld: Arc<AtomicBool>,
+    /// True if no session holds the arm. Then motors that the job leaves running, and the laser,
+    /// are switched off when it pauses or ends.
+    ends_unattended: Arc<AtomicBool>,
 }
 
 /// The running job, shared with the end of the program.
@@ -88,7 +88,7 @@ impl RunningJob {
     }
 }
 
-impl Slot {
+impl JobSlot {
     pub(super) fn new(id: JobId) -> Self {
         Self {
             id,
@@ -96,27 +96,27 @@ impl Slot {
             handle: None,
             pauses: Vec::new(),
             stopped: false,
-            gives_up: Arc::default(),
+            cancel: Arc::default(),
             paused: Arc::default(),
-            owes_unheld: Arc::default(),
+            ends_unattended: Arc::default(),
         }
     }
 }
 
 /// Switches off what a job left on without an end of its own, if no session holds the arm.
-async fn end_owed(arm: &Arm, owes: &AtomicBool) {
+async fn end_unattended_outputs(arm: &Arm, owes: &AtomicBool) {
     if owes.load(Ordering::SeqCst)
-        && let Err(error) = switch_unheld_off(arm).await
+        && let Err(error) = switch_unattended_off(arm).await
     {
         tracing::warn!(%error, "a motor or the laser may stay on after the job");
     }
 }
 
-impl Work {
+impl EngineTask {
     /// Reads a program and checks it from the arm's current state.
     pub(super) fn check_job(&mut self, request: RequestId, source: Source, preview: bool) {
-        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
-        let surface = self.jobs_with.surface.clone();
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.job_context.reader));
+        let surface = self.job_context.surface.clone();
         self.side.spawn(async move {
             let found = async {
                 let given_up = Notify::new();
@@ -153,15 +153,15 @@ impl Work {
     /// Reads the program of a job whose turn has come.
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
-        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
-        let surface = self.jobs_with.surface.clone();
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.job_context.reader));
+        let surface = self.job_context.surface.clone();
         let (source, begun) = (start.order.source.clone(), start.order.start);
         let (unhomed, checked) = (start.order.unhomed, start.order.digest.clone());
         // Stays unused if the slot belongs to another job by now.
-        let mut gives_up = Arc::default();
+        let mut cancel = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
-            gives_up = Arc::clone(&slot.gives_up);
+            cancel = Arc::clone(&slot.cancel);
         }
         let runs_on = if unhomed {
             arm.allowing_unhomed()
@@ -170,12 +170,12 @@ impl Work {
         };
         self.side.spawn(async move {
             let homed = Some(&runs_on);
-            let program = read(&arm, homed, reader, &surface, source, begun, &gives_up).await;
+            let program = read(&arm, homed, reader, &surface, source, begun, &cancel).await;
             let program = match program {
                 Ok((_, digest)) if checked.is_some_and(|checked| checked != digest) => {
-                    Err(changed(&digest))
+                    Err(changed_program_error(&digest))
                 }
-                Ok((program, digest)) => reported(&runs_on, program, digest).await,
+                Ok((program, digest)) => with_check_report(&runs_on, program, digest).await,
                 Err(error) => Err(error),
             };
             TaskResult::Program(job, program.map(Box::new))
@@ -192,7 +192,7 @@ impl Work {
         };
         // A stop during the reading counts, even if the reading failed meanwhile.
         if slot.stopped {
-            return self.never_began(job, "stopped", None);
+            return self.report_not_started(job, "stopped", None);
         }
         let ReadProgram {
             program,
@@ -200,11 +200,11 @@ impl Work {
             report,
         } = match program {
             Ok(program) => *program,
-            Err(error) => return self.never_began(job, "failed", Some(error)),
+            Err(error) => return self.report_not_started(job, "failed", Some(error)),
         };
         (self.report)(ArmReport::Job {
             job,
-            news: JobNews::Read {
+            news: JobUpdate::Read {
                 title: program.program.plan().title.clone(),
                 steps: program.program.plan().steps.len() as u64,
                 start: program.start,
@@ -213,7 +213,7 @@ impl Work {
         });
         let spec = match self.spec(&start, &program, report) {
             Ok(spec) => spec,
-            Err(error) => return self.never_began(job, "failed", Some(error)),
+            Err(error) => return self.report_not_started(job, "failed", Some(error)),
         };
         // The driver enforces the permission for every frame of the job.
         let arm = match start.laser {
@@ -225,10 +225,10 @@ impl Work {
         } else {
             arm
         };
-        let journal = &self.jobs_with.journal;
+        let journal = &self.job_context.journal;
         let started = RunningJob::start(&self.running, || Job::start(&arm, spec, journal()));
         let Some(handle) = started else {
-            return self.never_began(job, "stopped", None);
+            return self.report_not_started(job, "stopped", None);
         };
         let Some(slot) = &mut self.job else {
             return;
@@ -236,11 +236,11 @@ impl Work {
         // Before the first report, so that a pause that answers it finds the job.
         slot.handle = Some(handle.clone());
         if handle.burns() {
-            let news = JobNews::Burns;
+            let news = JobUpdate::Burns;
             (self.report)(ArmReport::Job { job, news });
         }
         let paused = Arc::clone(&slot.paused);
-        let owes_unheld = Arc::clone(&slot.owes_unheld);
+        let ends_unattended = Arc::clone(&slot.ends_unattended);
         // Pauses that were requested while the program was read.
         let pauses = std::mem::take(&mut slot.pauses);
         for (request, reason) in pauses {
@@ -260,17 +260,17 @@ impl Work {
                         if matches!(state, JobState::Paused { .. }) {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
-                            end_owed(&arm, &owes_unheld).await;
+                            end_unattended_outputs(&arm, &ends_unattended).await;
                         }
                         let text = handle.pause_text();
-                        JobNews::State(state, text.map(|text| text.to_string()))
+                        JobUpdate::State(state, text.map(|text| text.to_string()))
                     }
-                    JobEvent::Progress(progress) => JobNews::Progress(progress),
-                    JobEvent::Starts(starts) => JobNews::Starts(starts.steps),
+                    JobEvent::Progress(progress) => JobUpdate::Progress(progress),
+                    JobEvent::Start(starts) => JobUpdate::Starts(starts.steps),
                     // The job goes on without a journal entry: stopping a drawing half way would be
                     // worse.
-                    JobEvent::Unkept(cause) => {
-                        tracing::warn!("{}", report::unkept(&cause).message);
+                    JobEvent::NotStored(cause) => {
+                        tracing::warn!("{}", report::not_stored_note(&cause).message);
                         continue;
                     }
                     // The API does not report the other events.
@@ -279,12 +279,12 @@ impl Work {
                 report(ArmReport::Job { job, news });
             }
             let mut end = Box::new(end_of(&handle.outcome().await, &program, &digest));
-            end_owed(&arm, &owes_unheld).await;
+            end_unattended_outputs(&arm, &ends_unattended).await;
             // A stopped job may have had its pick still ahead, so grips are counted only for a
             // completed one.
             let before = (end.state == "done").then_some(grips);
             end.notes = notes_of(&arm, before);
-            let news = JobNews::Over(end);
+            let news = JobUpdate::Over(end);
             report(ArmReport::Job { job, news });
             TaskResult::JobOver(job)
         });
@@ -321,7 +321,7 @@ impl Work {
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             let failed = RpcError::new(RpcError::CHECK_FAILED, problem.message);
-            let failed = failed.said(&misfit.sentence());
+            let failed = failed.with_sentence(&misfit.sentence());
             let failed = failed.with("report", report.unwrap_or_default());
             let remedies = problem.data.get("remedies").cloned();
             return Err(match remedies {
@@ -341,18 +341,18 @@ impl Work {
             .require_homed(order.require_homed))
     }
 
-    fn never_began(&mut self, job: JobId, state: &'static str, error: Option<RpcError>) {
+    fn report_not_started(&mut self, job: JobId, state: &'static str, error: Option<RpcError>) {
         let waiting = self.job.take().map(|slot| slot.pauses);
         for (request, _) in waiting.into_iter().flatten() {
-            self.over(request);
+            self.answer_job_over(request);
         }
         let end = Box::new(over(state, error));
-        let news = JobNews::Over(end);
+        let news = JobUpdate::Over(end);
         (self.report)(ArmReport::Job { job, news });
     }
 
     /// Answers a request about a job that is over.
-    fn over(&self, request: Option<RequestId>) {
+    fn answer_job_over(&self, request: Option<RequestId>) {
         if let Some(request) = request {
             let outcome = Err(refused(message!("the job is over")));
             (self.report)(ArmReport::Done { request, outcome });
@@ -366,7 +366,7 @@ impl Work {
         reason: PauseReason,
     ) {
         let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
-            return self.over(request);
+            return self.answer_job_over(request);
         };
         let Some(handle) = &slot.handle else {
             // The program is still being read: the pause applies as soon as the job starts.
@@ -398,7 +398,7 @@ impl Work {
         };
         let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
         // The session that resumes the job holds the arm.
-        slot.owes_unheld.store(false, Ordering::SeqCst);
+        slot.ends_unattended.store(false, Ordering::SeqCst);
         self.side.spawn(async move {
             let resumed = async {
                 if let Err(refused) = laser
@@ -409,7 +409,7 @@ impl Work {
                 if !approach {
                     // Without an approach the first move would start from a wrong place and draw a
                     // line.
-                    stands_there(&arm, paused).await?;
+                    check_pause_pose(&arm, paused).await?;
                 }
                 handle.resume().await.map_err(|error| match error {
                     ResumeError::Arm(error) | ResumeError::Refused(error) => {
@@ -433,48 +433,48 @@ impl Work {
         };
         match &slot.handle {
             Some(handle) => handle.stop(),
-            None => self.stop_before(),
+            None => self.stop_unstarted(),
         }
     }
 
     /// Stops the arm at once. The job makes no further motion.
     pub(super) fn halt_job(&mut self) {
         match &self.job {
-            Some(Slot {
+            Some(JobSlot {
                 handle: Some(handle),
                 ..
             }) => handle.halt(),
-            Some(_) => self.stop_before(),
+            Some(_) => self.stop_unstarted(),
             None => {}
         }
     }
 
     /// Stops a job that has not started.
-    fn stop_before(&mut self) {
+    fn stop_unstarted(&mut self) {
         let Some(slot) = &mut self.job else {
             return;
         };
         slot.stopped = true;
-        slot.gives_up.notify_one();
+        slot.cancel.notify_one();
         let job = slot.id;
         let count = self.waiting.len();
         self.waiting
-            .retain(|waiting| !matches!(waiting, Waiting::Job(_)));
+            .retain(|waiting| !matches!(waiting, WaitingOrder::Job(_)));
         // While the program is being read, the end of the reading ends the job.
         if self.waiting.len() < count {
-            self.never_began(job, "stopped", None);
+            self.report_not_started(job, "stopped", None);
         }
     }
 
-    pub(super) fn job_is_over(&mut self, job: JobId) {
+    pub(super) fn clear_job(&mut self, job: JobId) {
         self.job.take_if(|slot| slot.id == job);
         lock(&self.running).handle = None;
         // The job may have changed tools, speed and rail.
-        self.learn();
+        self.refresh_known();
     }
 
     /// True if the motion of the arm is that of a running job.
-    pub(super) fn job_drives(&self) -> bool {
+    pub(super) fn is_job_moving(&self) -> bool {
         let handle = self.job.as_ref().and_then(|slot| slot.handle.as_ref());
         handle.is_some_and(|handle| {
             !matches!(handle.state(), JobState::Paused { .. } | JobState::Ended)
@@ -482,20 +482,20 @@ impl Work {
     }
 
     /// Marks that no session holds the arm: motors and the laser go off with the end of the job.
-    pub(super) fn owe_unheld(&self) {
+    pub(super) fn end_unattended_with_job(&self) {
         if let Some(slot) = &self.job {
-            slot.owes_unheld.store(true, Ordering::SeqCst);
+            slot.ends_unattended.store(true, Ordering::SeqCst);
         }
     }
 
     /// Sets the speed of a running job. `None` if no job runs or the action is another one: then
     /// the action is carried out as usual.
-    pub(super) fn paced(&self, act: &ArmAct) -> Option<Result<Outcome, RpcError>> {
+    pub(super) fn apply_job_speed(&self, act: &ArmAct) -> Option<Result<Outcome, RpcError>> {
         let ArmAct::Speed(percent) = act else {
             return None;
         };
         let handle = self.job.as_ref()?.handle.as_ref()?;
-        if !self.job_drives() {
+        if !self.is_job_moving() {
             return None;
         }
         // Jobs take whole percents.
@@ -518,9 +518,9 @@ pub(super) fn refused(why: impl Into<magician::Message>) -> RpcError {
 }
 
 /// Checks that the arm stands where the pause left it.
-async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError> {
+async fn check_pause_pose(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError> {
     let pose = arm.get::<Pose>().await?;
-    let near = |one: f32, other: f32| (one - other).abs() <= APART;
+    let near = |one: f32, other: f32| (one - other).abs() <= MAX_POSE_DIFFERENCE;
     let stands = expected.is_some_and(|expected| {
         near(expected.x, pose.x)
             && near(expected.y, pose.y)

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::program::report_value;
 use super::world::{self, GripCount};
 use crate::api::RpcError;
-use crate::job::{self, Words};
+use crate::job::{self, ApiVoice};
 use crate::order::JobEnd;
 use crate::reading::to_value;
 
@@ -20,9 +20,9 @@ pub(super) fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
     let now = world::grip_count(arm);
     let before = before.unwrap_or(now);
     // Loading a scenario resets the counters, so they may be lower than before.
-    let begun = now.begun.saturating_sub(before.begun);
+    let begun = now.grips.saturating_sub(before.grips);
     // A grip that failed began without taking anything.
-    let missed = begun.saturating_sub(now.taken.saturating_sub(before.taken));
+    let missed = begun.saturating_sub(now.picks.saturating_sub(before.picks));
     if missed > 0 {
         let what = if begun == 1 {
             message!(
@@ -41,7 +41,7 @@ pub(super) fn notes_of(arm: &Arm, before: Option<GripCount>) -> Vec<Value> {
             Diagnostic::of_file(what).help(message!("set the point lower, or let it wait longer"));
         left.push(note.coded(DiagnosticCode::NothingPicked));
     }
-    let notes = Note::all(&Words, &left).into_iter();
+    let notes = Note::all(&ApiVoice, &left).into_iter();
     notes.filter_map(|note| to_value(&note).ok()).collect()
 }
 
@@ -57,7 +57,7 @@ fn left_on(arm: &Arm) -> Vec<Diagnostic> {
             .remedy(Action::Stop, "stops it")
             .coded(DiagnosticCode::LeftOn)
     });
-    motors.chain(report::left_on(&arm.outputs())).collect()
+    motors.chain(report::outputs_left_on(&arm.outputs())).collect()
 }
 
 /// Returns the end of a job from its outcome.
@@ -99,22 +99,22 @@ fn fault_of(error: &JobError, program: &PreparedProgram, digest: &str) -> RpcErr
         Fault::Arm(error) => RpcError::from(&**error),
         Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
         Fault::Refused { report, rest } => {
-            let failed = RpcError::new(RpcError::CHECK_FAILED, message).said(&error.sentence());
+            let failed = RpcError::new(RpcError::CHECK_FAILED, message).with_sentence(&error.sentence());
             match report_value(&job::check_report(program, rest, report), digest) {
                 Ok(report) => failed.with("report", report),
                 Err(_) => failed,
             }
         }
         Fault::Doubt { span, .. } => RpcError::arm(ErrorKind::Uncertain, message)
-            .said(&error.sentence())
+            .with_sentence(&error.sentence())
             .with("from", span.least + 1)
             .with("to", span.most),
-        Fault::Journal(JournalError::Nothing | JournalError::Others(_)) => {
+        Fault::Journal(JournalError::NotFound | JournalError::OtherPrograms(_)) => {
             RpcError::arm(ErrorKind::InvalidInput, message)
-                .said(&error.sentence())
+                .with_sentence(&error.sentence())
                 .with("code", NOTHING_TO_RESUME)
         }
         // Faults that are neither the arm's nor the program's.
-        _ => RpcError::arm(ErrorKind::InvalidInput, message).said(&error.sentence()),
+        _ => RpcError::arm(ErrorKind::InvalidInput, message).with_sentence(&error.sentence()),
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use magician::commands::EndEffectorParams;
 use magician::{Arm, message};
-use magician_job::beside::beside as in_turns;
+use magician_job::background::run_in_background as in_turns;
 use magician_job::report::CheckReport;
 use magician_program::{PreparedProgram, Tool};
 use serde_json::{Value, json};
@@ -38,7 +38,7 @@ pub(super) fn report_value(report: &CheckReport, digest: &str) -> Result<Value, 
 }
 
 /// Checks a program that cannot be placed, because every refusal of a program carries a report.
-pub(super) async fn reported(
+pub(super) async fn with_check_report(
     arm: &Arm,
     program: PreparedProgram,
     digest: String,
@@ -66,14 +66,14 @@ pub(super) async fn reported(
 }
 
 /// Error for a program that differs from the checked one.
-pub(super) fn changed(digest: &str) -> RpcError {
+pub(super) fn changed_program_error(digest: &str) -> RpcError {
     let why = message!("the program is another one than was checked; nothing was sent");
     RpcError::new(RpcError::CHANGED, why).with("digest", digest)
 }
 
 /// Reads a program off the engine's task, and returns it with its digest.
 ///
-/// A program that depends on where the arm stands starts there, or at `begun` if it was started
+/// A program that depends on where the arm stands starts there, or at `start` if it was started
 /// before. `runs_on` is the arm as it will run the program; `None` for a check.
 pub(super) async fn read(
     arm: &Arm,
@@ -81,10 +81,10 @@ pub(super) async fn read(
     reader: Arc<dyn Reader>,
     surface: &ArmSurface,
     source: Source,
-    begun: Option<[f64; 3]>,
-    gives_up: &Notify,
+    start: Option<[f64; 3]>,
+    cancel: &Notify,
 ) -> Result<(PreparedProgram, String), RpcError> {
-    let mut here = ReadingArm {
+    let mut reading_arm = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
         begun,
@@ -93,21 +93,21 @@ pub(super) async fn read(
     };
     // A frame is traced with the tool in force, unless the options name the tool.
     if { source.setup.as_ref() }.is_some_and(|options| options.needs_tool_in_force()) {
-        here.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
+        reading_arm.tool = Some(Tool::from(&arm.get::<EndEffectorParams>().await?));
     }
     loop {
-        let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
-        let mut read = beside(move || with.read(&source, &arm_here)).await??;
-        while let ProgramReading::ToCome(to_come) = read {
+        let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), reading_arm.clone());
+        let mut read = run_blocking(move || with.read(&source, &arm_here)).await??;
+        while let ProgramReading::Pending(to_come) = read {
             read = tokio::select! {
                 read = to_come => read?,
-                () = gives_up.notified() => return Err(refused(message!("the job is over"))),
+                () = cancel.notified() => return Err(refused(message!("the job is over"))),
             };
         }
         match read {
             ProgramReading::Done(program, digest) => return Ok((*program, digest)),
             // Not possible after the loop above.
-            ProgramReading::ToCome(_) => {}
+            ProgramReading::Pending(_) => {}
             ProgramReading::LacksSurface(error) => {
                 // Measuring the surface needs a homed arm, so an arm not homed gets the error about
                 // homing first.
@@ -117,8 +117,8 @@ pub(super) async fn read(
                 return Err(error);
             }
             // At most one second reading: with the start known, the program must be readable.
-            ProgramReading::NeedsStart if here.stands.is_none() => {
-                here.stands = Some(arm.preflight_for(&[]).await?);
+            ProgramReading::NeedsStart if reading_arm.start_state.is_none() => {
+                reading_arm.start_state = Some(arm.preflight_for(&[]).await?);
             }
             ProgramReading::NeedsStart => {
                 return Err(refused(message!("it is not known where the arm stands")));
@@ -128,7 +128,7 @@ pub(super) async fn read(
 }
 
 /// Runs a computation off the tasks of the runtime, where there are threads.
-pub(crate) async fn beside<T: Send + 'static>(
+pub(crate) async fn run_blocking<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
     let computed = in_turns(async move { compute() }).await;

@@ -18,7 +18,7 @@ use magician_protocol::{Direction, describe};
 use serde_json::{Value, json};
 
 use super::TaskResult;
-use super::acts::stood;
+use super::acts::standing_answer;
 use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::order::{ArmRead, Outcome};
@@ -37,12 +37,12 @@ pub(super) struct Known {
     moves: Option<RestDetector>,
     /// The pose before, and its time on a clock that starts with the first reading, us.
     last: Option<(Pose, u64)>,
-    begun: Option<Instant>,
+    first_read_at: Option<Instant>,
 }
 
 /// Distance in time, us, from which two equal poses count as rest. Ten times the 20 ms for which a
 /// moving arm may report the same pose.
-const FAR_APART: u64 = 200_000;
+const REST_AFTER: u64 = 200_000;
 
 impl Known {
     /// Reads the values that only some readings contain. Tools and speed go into the driver's
@@ -73,26 +73,26 @@ impl Known {
         }
         // Motion caused by another host shows in the pose alone.
         self.before = Some(seen);
-        let moved = self.moved(status.pose, status.at);
+        let moved = self.is_moving(status.pose, status.at);
         Some(self.with(&arm.snapshot(), status, moved, status.at.elapsed()))
     }
 
     /// Forgets the last poses: the arm has come to rest, or was not read for a while, so comparing
     /// the next pose with the last one would be misleading.
-    pub(super) fn rests(&mut self) {
+    pub(super) fn reset_poses(&mut self) {
         self.before = None;
         (self.moves, self.last) = (None, None);
     }
 
     /// Returns true from the first pose that differs until the poses are those of an arm at rest.
     /// Two equal readings do not suffice: a moving arm reports the same pose for 20 ms.
-    fn moved(&mut self, pose: Pose, at: Instant) -> bool {
-        let begun = *self.begun.get_or_insert(at);
-        let now = at.saturating_duration_since(begun).as_micros();
+    fn is_moving(&mut self, pose: Pose, at: Instant) -> bool {
+        let first_read_at = *self.first_read_at.get_or_insert(at);
+        let now = at.saturating_duration_since(first_read_at).as_micros();
         let now = u64::try_from(now).unwrap_or(u64::MAX);
         let last = self.last.replace((pose, now));
         let differs = last.is_some_and(|(last, _)| last != pose);
-        let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= FAR_APART);
+        let far = last.is_some_and(|(_, at)| now.saturating_sub(at) >= REST_AFTER);
         let moves = match (&mut self.moves, differs) {
             // Still moving if the detector says so; but two equal poses far apart end it in any
             // case.
@@ -113,7 +113,7 @@ impl Known {
     }
 
     /// Builds a reading: motion and outputs from `now`, everything else from the status.
-    fn with(&self, now: &ArmSnapshot, status: &Status, moved: bool, age: Duration) -> ArmReading {
+    fn build(&self, now: &ArmSnapshot, status: &Status, moved: bool, age: Duration) -> ArmReading {
         ArmReading {
             age,
             pose: status.pose,
@@ -170,7 +170,7 @@ pub(super) async fn reading(arm: &Arm, known: &mut Known) -> Result<ArmReading> 
         magician::Error::new(ErrorCode::BadAnswer, message)
     })?;
     known.before = Some((status.pose, status.at));
-    let moved = known.moved(status.pose, status.at);
+    let moved = known.is_moving(status.pose, status.at);
     Ok(known.with(&arm.snapshot(), &status, moved, Duration::ZERO))
 }
 
@@ -213,12 +213,12 @@ async fn value(
     match read {
         ArmRead::Info => to_value(&ArmInfo::read(arm).await?),
         ArmRead::Model => super::model::model(arm).await,
-        ArmRead::World { mark } => super::world::look(arm, mark).await,
+        ArmRead::World { mark } => super::world::describe(arm, mark).await,
         ArmRead::Io => super::io::io(arm).await,
         ArmRead::Alarms => to_value(&AlarmReport::read(arm).await?),
         ArmRead::Stand => {
             arm.wait_still().await?;
-            Ok(stood(&arm.get::<Pose>().await?))
+            Ok(standing_answer(&arm.get::<Pose>().await?))
         }
         ArmRead::Capture { by, unhomed } => {
             if !unhomed {

@@ -16,14 +16,14 @@ use serde_json::Value;
 use serde_json::json;
 
 use super::reads;
-use super::{TaskResult, Work};
+use super::{TaskResult, EngineTask};
 use crate::api::RpcError;
 use crate::control::RequestId;
 #[cfg(feature = "sim")]
 use crate::order::Fault;
 use crate::order::{ArmReport, Outcome, WorldAct};
 
-impl Work {
+impl EngineTask {
     /// Causes an event. The answer follows.
     pub(super) fn change_world(&mut self, request: RequestId, act: WorldAct) {
         let (arm, known) = (self.arm.clone(), self.known.clone());
@@ -37,7 +37,7 @@ impl Work {
                 // the connection notice the reset.
                 let clock = async || drop(arm.get::<DeviceTime>().await);
                 clock().await;
-                let done = happens(&arm, act);
+                let done = apply_event(&arm, act);
                 clock().await;
                 if done.is_ok() {
                     // This reset was asked for: the empty run consumes the notice, so that the next
@@ -50,7 +50,7 @@ impl Work {
         }
         // Applied at once, so that events of a hand happen in their order.
         let guides = matches!(act, WorldAct::Guide(_));
-        let done = happens(&self.arm, act);
+        let done = apply_event(&self.arm, act);
         self.side.spawn(async move {
             if guides && done.is_ok() {
                 return reads::state(arm, known, request).await;
@@ -68,17 +68,17 @@ fn unsupported() -> RpcError {
 }
 
 #[cfg(not(feature = "sim"))]
-fn happens(_: &Arm, _: WorldAct) -> Result<Value, RpcError> {
+fn apply_event(_: &Arm, _: WorldAct) -> Result<Value, RpcError> {
     Err(unsupported())
 }
 
 #[cfg(not(feature = "sim"))]
-pub(super) async fn look(_: &Arm, _: Option<String>) -> Result<Value, RpcError> {
+pub(super) async fn describe(_: &Arm, _: Option<String>) -> Result<Value, RpcError> {
     Err(unsupported())
 }
 
 #[cfg(feature = "sim")]
-fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
+fn apply_event(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
     let arm = arm.virtual_arm().ok_or_else(unsupported)?;
     match act {
         WorldAct::Press(long) => arm.with(|arm| {
@@ -137,7 +137,7 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
 /// Returns the objects, their surroundings, the drawing, and the state of the keys. The drawing is
 /// omitted if `mark` still identifies it: pages look often, and drawings are long.
 #[cfg(feature = "sim")]
-pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcError> {
+pub(super) async fn describe(arm: &Arm, mark: Option<String>) -> Result<Value, RpcError> {
     let arm = arm.virtual_arm().ok_or_else(unsupported)?;
     let (mut seen, drawing) = arm.with(|arm| {
         let view = arm.look();
@@ -167,9 +167,9 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
         return Ok(seen);
     }
     // Off the arm's task: the arm goes on while the picture is drawn.
-    let (svg, strokes) = super::beside(move || {
+    let (svg, strokes) = super::run_blocking(move || {
         let strokes: Vec<_> = { drawing.strokes().iter() }
-            .map(|stroke| stroke_of(stroke, points.div_ceil(MOST_POINTS)))
+            .map(|stroke| stroke_of(stroke, points.div_ceil(MAX_POINTS)))
             .collect();
         (drawing_svg(&drawing, &DrawingOptions::default()), strokes)
     })
@@ -185,7 +185,7 @@ pub(super) fn grip_count(arm: &Arm) -> GripCount {
     if let Some(arm) = arm.virtual_arm() {
         let (begun, taken) = arm.with(|arm| {
             let count = arm.look().grip_count();
-            (count.begun, count.taken)
+            (count.grips, count.picks)
         });
         return GripCount { begun, taken };
     }
@@ -196,14 +196,14 @@ pub(super) fn grip_count(arm: &Arm) -> GripCount {
 /// Number of times the tool began to grip, and picked something up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct GripCount {
-    pub(super) begun: u64,
-    pub(super) taken: u64,
+    pub(super) grips: u64,
+    pub(super) picks: u64,
 }
 
 /// Approximate number of points of a drawing that are sent as strokes. Longer drawings are thinned
 /// out.
 #[cfg(feature = "sim")]
-const MOST_POINTS: usize = 20_000;
+const MAX_POINTS: usize = 20_000;
 
 #[cfg(feature = "sim")]
 fn short(value: f64) -> f64 {

@@ -5,18 +5,18 @@
 
 use magician::admission::AdmissionLimits;
 
-use crate::station::{SILENT_SOCKETS, SOCKETS};
+use crate::station::{SILENT_SOCKETS, MAX_SOCKETS};
 
 /// Descriptors reserved for everything but connections: the runtime, arms, and the files of tokens,
 /// programs, recordings and the journal.
-const KEPT_FREE: usize = 64;
+const RESERVED_DESCRIPTORS: usize = 64;
 /// Least number of places of each kind, however few descriptors there are.
-const FEWEST: usize = 4;
+const MIN_PLACES: usize = 4;
 
 /// Number of descriptors that is requested if the process starts with fewer, such as 256 on macOS.
 /// All places fit into it.
 #[cfg(unix)]
-const USUAL: u64 = 1024;
+const REQUESTED_DESCRIPTORS: u64 = 1024;
 
 /// Returns the number of descriptors that the process may have, after raising the soft limit if it
 /// is low. `None` if the system does not report it.
@@ -25,9 +25,9 @@ pub(super) fn limit() -> Option<usize> {
     {
         use rustix::process::{Resource, getrlimit, setrlimit};
         let mut limit = getrlimit(Resource::Nofile);
-        let most = limit.maximum.unwrap_or(USUAL);
-        if limit.current.is_some_and(|now| now < most.min(USUAL)) {
-            limit.current = Some(most.min(USUAL));
+        let most = limit.maximum.unwrap_or(REQUESTED_DESCRIPTORS);
+        if limit.current.is_some_and(|now| now < most.min(REQUESTED_DESCRIPTORS)) {
+            limit.current = Some(most.min(REQUESTED_DESCRIPTORS));
             // May fail: then the places are scaled down.
             let _ = setrlimit(Resource::Nofile, limit);
         }
@@ -42,12 +42,12 @@ pub(super) fn within(limits: AdmissionLimits, descriptors: Option<usize>) -> Adm
     let wanted = limits.loopback_strangers + limits.strangers + limits.claims;
     let left = descriptors.map_or(wanted, |all| {
         // A socket needs a descriptor besides those of connections.
-        all.saturating_sub(KEPT_FREE + SOCKETS + SILENT_SOCKETS)
+        all.saturating_sub(RESERVED_DESCRIPTORS + MAX_SOCKETS + SILENT_SOCKETS)
     });
     if left >= wanted {
         return limits;
     }
-    let share = |places: usize| (places * left / wanted).max(FEWEST);
+    let share = |places: usize| (places * left / wanted).max(MIN_PLACES);
     let claims = share(limits.claims);
     AdmissionLimits {
         loopback_strangers: share(limits.loopback_strangers),
@@ -65,22 +65,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn connections_leave_descriptors_for_files() {
+    fn connection_limits_reserve_descriptors_for_files() {
         for descriptors in [240, 256, 300, 512, 800] {
             let limits = within(LIMITS, Some(descriptors));
             let places = limits.loopback_strangers + limits.strangers + limits.claims;
-            let used = places + SOCKETS + SILENT_SOCKETS + KEPT_FREE;
+            let used = places + MAX_SOCKETS + SILENT_SOCKETS + RESERVED_DESCRIPTORS;
             assert!(used <= descriptors, "{descriptors}: {limits:?}");
             assert!(limits.kept_for_loopback < limits.claims);
         }
     }
 
     #[test]
-    fn usual_number_of_descriptors_changes_nothing() {
+    fn default_descriptor_limit_keeps_the_admission_limits() {
         for descriptors in [None, Some(1024), Some(usize::MAX)] {
             assert_eq!(within(LIMITS, descriptors), LIMITS);
         }
         let few = within(LIMITS, Some(0));
-        assert_eq!((few.strangers, few.kept_for_loopback), (FEWEST, 2));
+        assert_eq!((few.strangers, few.kept_for_loopback), (MIN_PLACES, 2));
     }
 }

@@ -14,16 +14,16 @@ use magician_program::Format;
 
 use crate::Role;
 use crate::library::{
-    LARGEST_PROGRAM, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
+    MAX_PROGRAM_SIZE, LibraryError, LibraryQuotas, LibraryUse, ProgramEntry, ProgramName,
     ProgramStore, Upload,
 };
 
 /// Prefix of part files. No program has a name that starts with a point.
-const PART: &str = ".part-";
+const PART_PREFIX: &str = ".part-";
 /// Age without a write after which a part file belongs to a process that is gone.
-const STALE: Duration = Duration::from_secs(3600);
+const STALE_PART_AGE: Duration = Duration::from_secs(3600);
 /// Bytes of a file that suffice to recognise its format.
-const HEAD: u64 = 64 * 1024;
+const FORMAT_HEAD_SIZE: u64 = 64 * 1024;
 
 /// Library whose programs are the files of a folder. A program is replaced as a whole or stays as
 /// it was, even if the disk is full or the process ends.
@@ -35,7 +35,7 @@ pub struct ProgramFolder {
     path: PathBuf,
     parts: Arc<AtomicU64>,
     /// Held while a file takes its name, so that exactly one of two uploads creates a new name.
-    naming: Arc<Mutex<()>>,
+    rename_lock: Arc<Mutex<()>>,
     quotas: LibraryQuotas,
 }
 
@@ -47,10 +47,10 @@ impl ProgramFolder {
         let folder = Self {
             path: path.into(),
             parts: Arc::default(),
-            naming: Arc::default(),
+            rename_lock: Arc::default(),
             quotas: LibraryQuotas::default(),
         };
-        folder.tidy();
+        folder.remove_stale_parts();
         folder
     }
 
@@ -61,15 +61,15 @@ impl ProgramFolder {
         self
     }
 
-    fn tidy(&self) {
+    fn remove_stale_parts(&self) {
         let items = fs::read_dir(&self.path).into_iter().flatten().flatten();
         for item in items {
-            let is_part = item.file_name().to_string_lossy().starts_with(PART);
+            let is_part = item.file_name().to_string_lossy().starts_with(PART_PREFIX);
             let age = { item.metadata().and_then(|data| data.modified()) }
                 .ok()
                 .and_then(|at| at.elapsed().ok());
             // A young part may belong to another station that is running.
-            if is_part && age.is_some_and(|age| age > STALE) {
+            if is_part && age.is_some_and(|age| age > STALE_PART_AGE) {
                 // Left for the next start if it fails.
                 let _ = fs::remove_file(item.path());
             }
@@ -92,18 +92,18 @@ impl ProgramFolder {
     }
 
     /// Returns the use by all other programs, and the size of this one if it exists.
-    fn around(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
+    fn use_by_others(&self, name: &ProgramName) -> Result<(LibraryUse, Option<u64>), LibraryError> {
         let mut others = LibraryUse::default();
         for other in self.names()?.filter(|other| other != name) {
-            if let Ok(data) = self.known(&other) {
+            if let Ok(data) = self.metadata_of(&other) {
                 others = others.with(data.len());
             }
         }
-        Ok((others, self.known(name).map(|data| data.len()).ok()))
+        Ok((others, self.metadata_of(name).map(|data| data.len()).ok()))
     }
 
     /// Returns the metadata of a regular file with this name.
-    fn known(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
+    fn metadata_of(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
         // Not `metadata`: a link must not lead out of the folder.
         let metadata = fs::symlink_metadata(self.file(name)).map_err(failed)?;
         if metadata.is_file() {
@@ -114,14 +114,14 @@ impl ProgramFolder {
     }
 
     fn entry(&self, name: ProgramName) -> Option<ProgramEntry> {
-        let metadata = self.known(&name).ok()?;
+        let metadata = self.metadata_of(&name).ok()?;
         let modified = metadata.modified().ok()?;
         let since = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
         // The name decides if it can, which saves opening the file.
         let format = Format::of(name.as_str(), b"").or_else(|| {
             let mut head = Vec::new();
             let file = File::open(self.file(&name)).ok()?;
-            file.take(HEAD).read_to_end(&mut head).ok()?;
+            file.take(FORMAT_HEAD_SIZE).read_to_end(&mut head).ok()?;
             Format::of(name.as_str(), &head)
         });
         Some(ProgramEntry {
@@ -147,7 +147,7 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
-        self.known(name)?;
+        self.metadata_of(name)?;
         let file = File::open(self.file(name)).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         // A file that grows meanwhile is read up to its present size, which was already sent as the
@@ -162,16 +162,16 @@ impl ProgramStore for ProgramFolder {
         by: Role,
         length: Option<u64>,
     ) -> Result<Box<dyn Upload>, LibraryError> {
-        if length.is_some_and(|length| length > LARGEST_PROGRAM) {
+        if length.is_some_and(|length| length > MAX_PROGRAM_SIZE) {
             return Err(LibraryError::TooLarge);
         }
-        let (others, before) = self.around(name)?;
+        let (others, before) = self.use_by_others(name)?;
         let checked = self.quotas.check(by, others, before, length.unwrap_or(0));
         checked.map_err(LibraryError::Quota)?;
         fs::create_dir_all(&self.path).map_err(failed)?;
         let part = self.parts.fetch_add(1, Ordering::Relaxed);
         // The process id keeps parts of several stations apart.
-        let part = format!("{PART}{}-{part}", std::process::id());
+        let part = format!("{PART_PREFIX}{}-{part}", std::process::id());
         let part = self.path.join(part);
         let mut options = OpenOptions::new();
         // Never another upload's part.
@@ -189,8 +189,8 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
-        let _alone = self.naming.lock().unwrap_or_else(PoisonError::into_inner);
-        self.known(name)?;
+        let _alone = self.rename_lock.lock().unwrap_or_else(PoisonError::into_inner);
+        self.metadata_of(name)?;
         fs::remove_file(self.file(name)).map_err(failed)
     }
 }
@@ -209,7 +209,7 @@ struct Part {
 
 impl Part {
     fn check_room(&self) -> Result<(), LibraryError> {
-        let (others, before) = self.folder.around(&self.name)?;
+        let (others, before) = self.folder.use_by_others(&self.name)?;
         let checked = { &self.folder.quotas }.check(self.by, others, before, self.written);
         checked.map_err(LibraryError::Quota)
     }
@@ -219,7 +219,7 @@ impl Upload for Part {
     fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
         self.written += bytes.len() as u64;
         // The length was declared by the client, or not at all.
-        if self.written > LARGEST_PROGRAM {
+        if self.written > MAX_PROGRAM_SIZE {
             return Err(LibraryError::TooLarge);
         }
         if self.written > self.room {
@@ -238,7 +238,7 @@ impl Upload for Part {
             file.sync_all().map_err(failed)?;
         }
         let (folder, to) = (self.folder.clone(), self.folder.file(&self.name));
-        let _alone = { folder.naming.lock() }.unwrap_or_else(PoisonError::into_inner);
+        let _alone = { folder.rename_lock.lock() }.unwrap_or_else(PoisonError::into_inner);
         // Checked again under the lock, because several uploads may have started with the same
         // room.
         self.check_room()?;
@@ -284,7 +284,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::library::{bytes_of, keep};
+    use crate::library::{bytes_of, store_program};
 
     fn name(text: &str) -> ProgramName {
         ProgramName::new(text).expect(text)
@@ -295,13 +295,13 @@ mod tests {
     }
 
     #[test]
-    fn a_program_is_there_whole_or_not_at_all() {
+    fn upload_is_stored_completely_or_not_at_all() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path().join("new"));
         assert_eq!(folder.list(), Ok(Vec::new()));
         let house = name("house.svg");
-        assert_eq!(keep(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
-        assert_eq!(keep(&folder, &house, Role::Student, b"<svg />"), Ok(false));
+        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg/>"), Ok(true));
+        assert_eq!(store_program(&folder, &house, Role::Student, b"<svg />"), Ok(false));
         assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
         // A dropped upload leaves no file, nor does an upload that is too large.
         let mut upload = folder.upload(&house, Role::Student, None).unwrap();
@@ -334,7 +334,7 @@ mod tests {
         name: u8,
         by: Role,
         bytes: usize,
-        told: bool,
+        declares_length: bool,
         removes: bool,
     }
 
@@ -347,11 +347,11 @@ mod tests {
             any::<bool>(),
             prop::bool::weighted(0.15),
         );
-        let act = act.prop_map(|(name, by, bytes, told, removes)| Act {
+        let act = act.prop_map(|(name, by, bytes, declares_length, removes)| Act {
             name,
             by,
             bytes,
-            told,
+            declares_length,
             removes,
         });
         prop::collection::vec(act, 1..80)
@@ -370,7 +370,7 @@ mod tests {
         /// For any sequence of uploads: the library never exceeds its level, students never fill it
         /// above theirs, and a refusal is correct and changes nothing.
         #[test]
-        fn what_students_put_leaves_room_for_teachers(acts in acts()) {
+        fn student_quota_reserves_room_for_teachers(acts in acts()) {
             let (students, all) = (
                 LibraryUse { programs: 6, bytes: 150 },
                 LibraryUse { programs: 9, bytes: 240 },
@@ -384,9 +384,9 @@ mod tests {
                     continue;
                 }
                 let before = filled(&folder);
-                let was = folder.known(&name).ok().map(|data| data.len());
+                let was = folder.metadata_of(&name).ok().map(|data| data.len());
                 let bytes = vec![b'x'; act.bytes];
-                let length = act.told.then_some(act.bytes as u64);
+                let length = act.declares_length.then_some(act.bytes as u64);
                 let put = || {
                     let mut upload = folder.upload(&name, act.by, length)?;
                     for piece in bytes.chunks(7) {
@@ -423,34 +423,34 @@ mod tests {
     }
 
     #[test]
-    fn one_that_is_read_stays_the_same_while_it_is_replaced() {
+    fn open_program_is_unchanged_by_its_replacement() {
         let place = tempfile::tempdir().unwrap();
         let folder = ProgramFolder::at(place.path());
-        keep(&folder, &name("a"), Role::Student, b"old").unwrap();
+        store_program(&folder, &name("a"), Role::Student, b"old").unwrap();
         let (size, mut from) = folder.open(&name("a")).unwrap();
-        keep(&folder, &name("a"), Role::Student, b"newer").unwrap();
+        store_program(&folder, &name("a"), Role::Student, b"newer").unwrap();
         let mut read = Vec::new();
         from.read_to_end(&mut read).unwrap();
         assert_eq!((size, read.as_slice()), (3, &b"old"[..]));
     }
 
     #[test]
-    fn parts_of_uploads_that_were_cut_off_long_ago_are_removed() {
+    fn stale_part_files_are_removed() {
         let place = tempfile::tempdir().unwrap();
-        for (part, age) in [("1-0", STALE * 2), ("2-0", STALE / 2)] {
-            let file = File::create(place.path().join(format!("{PART}{part}"))).unwrap();
+        for (part, age) in [("1-0", STALE_PART_AGE * 2), ("2-0", STALE_PART_AGE / 2)] {
+            let file = File::create(place.path().join(format!("{PART_PREFIX}{part}"))).unwrap();
             let then = std::time::SystemTime::now() - age;
             file.set_modified(then).unwrap();
         }
         let _folder = ProgramFolder::at(place.path());
-        assert!(!place.path().join(format!("{PART}1-0")).exists());
+        assert!(!place.path().join(format!("{PART_PREFIX}1-0")).exists());
         // Young enough to be in progress.
-        assert!(place.path().join(format!("{PART}2-0")).exists());
+        assert!(place.path().join(format!("{PART_PREFIX}2-0")).exists());
     }
 
     #[cfg(unix)]
     #[test]
-    fn links_folders_and_hidden_files_are_no_programs() {
+    fn links_folders_and_hidden_files_are_not_listed() {
         let place = tempfile::tempdir().unwrap();
         let outside = place.path().join("secret");
         fs::write(&outside, "secret").unwrap();
@@ -466,9 +466,9 @@ mod tests {
         assert!(folder.delete(&name("folder")).is_err());
         assert!(folder.delete(&name("link")).is_err());
         assert!(inside.join("link").is_symlink());
-        assert!(keep(&folder, &name("folder"), Role::Student, b"x").is_err());
+        assert!(store_program(&folder, &name("folder"), Role::Student, b"x").is_err());
         // Replacing a link creates a file and leaves the link's target alone.
-        keep(&folder, &name("link"), Role::Student, b"mine").unwrap();
+        store_program(&folder, &name("link"), Role::Student, b"mine").unwrap();
         assert_eq!(fs::read(&outside).unwrap(), b"secret");
         assert_eq!(bytes_of(&folder, &name("link")).unwrap(), b"mine");
     }

@@ -12,22 +12,22 @@ use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use magician_job::files::replace_private;
-use magician_job::{FileJournal, Journal, LeftRun, dirs, left_runs};
+use magician_job::{FileJournal, Journal, InterruptedRun, dirs, interrupted_runs};
 use serde_json::{Value, json};
 
-use crate::job::{JobStore, KeptRun};
+use crate::job_store::{JobStore, StoredRun};
 use crate::station::{ArmEntry, check_jobs, damaged_jobs};
 
 /// File of an older version that held the jobs of all arms by name.
-const OLD: &str = "jobs.json";
+const LEGACY_FILE: &str = "jobs.json";
 /// Folder with the files of the arms.
-const FOLDER: &str = "jobs";
+const JOB_FOLDER: &str = "jobs";
 /// Most virtual arms with the same name, in as many processes at once.
-const MOST_TWINS: u32 = 32;
+const MAX_TWINS: u32 = 32;
 /// Most characters of an arm's name in a file name.
-const LONGEST_NAME: usize = 100;
+const MAX_NAME_LENGTH: usize = 100;
 /// Most interrupted runs of the command line that are taken over per arm; the newest.
-const MOST_RUNS: usize = 8;
+const MAX_RUNS: usize = 8;
 
 /// Jobs of a station as files that only their owner can read. Journals are in the folder used by
 /// the command line, so that station and command can resume each other's runs.
@@ -111,9 +111,9 @@ impl JobFolder {
         let folder = folder.into();
         // Errors are ignored: a full disk must not keep a station from its arms. Starts of jobs are
         // refused then.
-        let _ = fs::create_dir_all(folder.join(FOLDER));
+        let _ = fs::create_dir_all(folder.join(JOB_FOLDER));
         // Stations open files one at a time, because opening may rename them.
-        let guard = File::open(folder.join(FOLDER)).ok();
+        let guard = File::open(folder.join(JOB_FOLDER)).ok();
         let _guard = guard.filter(|guard| guard.lock().is_ok());
         let keys = keys(&folder, arms, serials);
         let mut opened = Vec::new();
@@ -125,7 +125,7 @@ impl JobFolder {
             runs: dirs::state().map(|state| state.join("runs")),
             arms: opened,
         };
-        jobs.take_over()?;
+        jobs.migrate_legacy_file()?;
         Ok(jobs)
     }
 
@@ -137,8 +137,8 @@ impl JobFolder {
     }
 
     /// Takes over jobs from the file of an older station, by the names of arms.
-    fn take_over(&mut self) -> Result<(), JobStoreError> {
-        let path = self.folder.join(OLD);
+    fn migrate_legacy_file(&mut self) -> Result<(), JobStoreError> {
+        let path = self.folder.join(LEGACY_FILE);
         let Some(old) = read(&path)? else {
             return Ok(());
         };
@@ -193,7 +193,7 @@ impl JobFolder {
 impl ArmFile {
     fn open(folder: &Path, key: ArmKey, arm: &ArmEntry) -> Result<Self, JobStoreError> {
         let stem = key.stem(&arm.name);
-        let twins = if key.is_virtual { MOST_TWINS } else { 1 };
+        let twins = if key.is_virtual { MAX_TWINS } else { 1 };
         // Virtual arms of several stations often have the same name: each takes the first free
         // file.
         for twin in 1..=twins {
@@ -201,7 +201,7 @@ impl ArmFile {
                 1 => stem.clone(),
                 _ => format!("{stem}-{twin}"),
             };
-            let path = folder.join(FOLDER).join(format!("{stem}.json"));
+            let path = folder.join(JOB_FOLDER).join(format!("{stem}.json"));
             let lock = File::options()
                 .create(true)
                 .truncate(false)
@@ -226,7 +226,7 @@ impl ArmFile {
                 _lock: lock,
             });
         }
-        let path = folder.join(FOLDER).join(format!("{stem}.json"));
+        let path = folder.join(JOB_FOLDER).join(format!("{stem}.json"));
         Err(JobStoreError::Taken(path, arm.name.clone()))
     }
 
@@ -243,15 +243,15 @@ impl ArmFile {
 
 /// Replaces a private file. On return it is on the disk.
 fn write_synced(path: &Path, text: &str) -> io::Result<()> {
-    let told =
+    let io_error =
         |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", path.display()));
-    replace_private(path, text).map_err(told)?;
+    replace_private(path, text).map_err(io_error)?;
     // A rename is durable only when the directory is synced.
     #[cfg(unix)]
     if let Some(folder) = path.parent() {
         File::open(folder)
             .and_then(|folder| folder.sync_all())
-            .map_err(told)?;
+            .map_err(io_error)?;
     }
     Ok(())
 }
@@ -265,11 +265,11 @@ impl ArmKey {
             (_, serial, true) => shared_stem(serial, &self.port),
             (_, serial, false) => format!("serial-{serial}"),
         };
-        plain(&text)
+        file_name_of(&text)
     }
 
     /// True if a run of the command line was at this arm.
-    fn has_run(&self, run: &LeftRun) -> bool {
+    fn has_run(&self, run: &InterruptedRun) -> bool {
         let port = run.order["port"].as_str().map(port);
         let same_port = port.as_deref() == Some(self.port.as_str());
         !self.is_virtual
@@ -285,7 +285,7 @@ impl ArmKey {
 fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
     let real = |at: usize| !arms[at].is_virtual;
     let serial = |at: usize| serials.get(at).map_or("", |serial| serial.trim());
-    let known: Vec<_> = fs::read_dir(folder.join(FOLDER))
+    let known: Vec<_> = fs::read_dir(folder.join(JOB_FOLDER))
         .into_iter()
         .flatten()
         .flatten()
@@ -295,7 +295,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
         let own = serial(at);
         let mut others = (0..arms.len()).filter(|other| *other != at && real(*other));
         // The prefix of the file names of arms that shared this number.
-        let was_shared = plain(&shared_stem(own, ""));
+        let was_shared = file_name_of(&shared_stem(own, ""));
         let is_shared = !own.is_empty()
             && (others.any(|other| serial(other) == own)
                 || known.iter().any(|name| name.starts_with(&was_shared)));
@@ -313,7 +313,7 @@ fn keys(folder: &Path, arms: &[ArmEntry], serials: &[String]) -> Vec<ArmKey> {
             is_shared: false,
             ..key.clone()
         };
-        let at = |key: &ArmKey| folder.join(FOLDER).join(format!("{}.json", key.stem("")));
+        let at = |key: &ArmKey| folder.join(JOB_FOLDER).join(format!("{}.json", key.stem("")));
         let (from, to) = (at(&alone), at(key));
         let was_here = read(&from)
             .ok()
@@ -333,13 +333,13 @@ fn shared_stem(serial: &str, port: &str) -> String {
 
 /// Converts text to a valid file name. If characters were replaced, a digest is appended, so that
 /// different texts stay different.
-fn plain(text: &str) -> String {
+fn file_name_of(text: &str) -> String {
     let sign = |sign: char| match sign {
         'a'..='z' | 'A'..='Z' | '0'..='9' | '-' | '_' | '@' => sign,
         // Separators and other characters that some file systems refuse.
         _ => '_',
     };
-    let name: String = text.chars().take(LONGEST_NAME).map(sign).collect();
+    let name: String = text.chars().take(MAX_NAME_LENGTH).map(sign).collect();
     if name == text {
         return name;
     }
@@ -380,9 +380,9 @@ fn unix(at: SystemTime) -> f64 {
 }
 
 /// Converts an interrupted run. `None` if its journal is incomplete.
-fn kept(run: LeftRun) -> Option<KeptRun> {
+fn stored_run(run: InterruptedRun) -> Option<StoredRun> {
     let started = run.order["started"].as_f64()?;
-    Some(KeptRun {
+    Some(StoredRun {
         // The start time is included because the same program may run again at the same arm.
         name: format!("{} {started}", run.name),
         title: run.checkpoint.title.clone(),
@@ -405,7 +405,7 @@ impl JobStore for JobFolder {
         file.map_or(Ok(()), |file| file.write(jobs))
     }
 
-    fn kept(&self, name: &str) -> io::Result<Option<String>> {
+    fn load_text(&self, name: &str) -> io::Result<Option<String>> {
         match fs::read(self.folder.join(name)) {
             Ok(bytes) => Ok(Some(String::from_utf8_lossy(&bytes).into_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -413,21 +413,21 @@ impl JobStore for JobFolder {
         }
     }
 
-    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
+    fn save_text(&self, name: &str, text: &str) -> io::Result<()> {
         write_synced(&self.folder.join(name), text)
     }
 
-    fn runs(&self, arm: usize) -> Vec<KeptRun> {
+    fn runs(&self, arm: usize) -> Vec<StoredRun> {
         let (Some(file), Some(runs)) = (self.arms.get(arm), &self.runs) else {
             return Vec::new();
         };
-        let of_arm = left_runs(runs).into_iter();
+        let of_arm = interrupted_runs(runs).into_iter();
         let mut runs: Vec<_> = of_arm
             .filter(|run| file.key.has_run(run))
-            .filter_map(kept)
+            .filter_map(stored_run)
             .collect();
-        // `left_runs` returns the oldest first.
-        runs.drain(..runs.len().saturating_sub(MOST_RUNS));
+        // `interrupted_runs` returns the oldest first.
+        runs.drain(..runs.len().saturating_sub(MAX_RUNS));
         runs
     }
 

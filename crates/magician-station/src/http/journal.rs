@@ -11,9 +11,9 @@ use serde_json::json;
 use crate::station::JournalLine;
 
 /// Size at which a new file is started, bytes.
-const LARGEST: u64 = 10 * 1024 * 1024;
+const MAX_FILE_SIZE: u64 = 10 * 1024 * 1024;
 /// Number of older files that are kept. With 10 MiB each the journal stays below 60 MiB.
-const KEPT: u32 = 5;
+const OLDER_FILES: u32 = 5;
 
 /// Journal file `journal.jsonl`, readable by its owner alone. Older files are `journal.1.jsonl`
 /// (the newest of them) to `journal.5.jsonl`.
@@ -59,7 +59,7 @@ impl JournalFile {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         // Taken out: after an error the file is opened again, which finds a disk that is back.
         let (mut file, size) = match open.take() {
-            Some(open) if open.1 < LARGEST => open,
+            Some(open) if open.1 < MAX_FILE_SIZE => open,
             Some(_) => {
                 self.rotate()?;
                 self.begin()?
@@ -88,7 +88,7 @@ impl JournalFile {
     fn rotate(&self) -> io::Result<()> {
         let older = |number: u32| self.path.with_extension(format!("{number}.jsonl"));
         // From the oldest on, so that each file moves to a free name.
-        for number in (1..KEPT).rev() {
+        for number in (1..OLDER_FILES).rev() {
             match fs::rename(older(number), older(number + 1)) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
                 // Renamed, or there was no such file yet.
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_are_those_of_the_calendar() {
+    fn times_match_the_calendar() {
         for (t, text) in [
             (0.0, "1970-01-01T00:00:00.000Z"),
             (951_782_399.5, "2000-02-28T23:59:59.500Z"),
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_large_begins_anew_and_five_older_ones_stay() {
+    fn large_journal_rotates_and_keeps_five_older_files() {
         let folder = tempfile::tempdir().unwrap();
         let journal = JournalFile::at(folder.path().join("station/journal.jsonl"));
         let line = |number: u64| JournalLine {

@@ -24,14 +24,15 @@ use tower::ServiceExt;
 use super::descriptors::{self, within};
 use super::pacing::Paced;
 use super::places::{Place, Places};
-use super::routes::{HttpOptions, router};
-use super::security::Ends;
-use super::served::Served;
+use super::options::HttpOptions;
+use super::routes::router;
+use super::security::ConnectionEnds;
+use super::server::ApiServer;
 use super::tls::Tls;
-use super::tokens::{TokenStore, beside};
+use super::tokens::{TokenStore, run_blocking};
 
 /// Default port of a station.
-const PORT: u16 = 8910;
+const DEFAULT_PORT: u16 = 8910;
 /// Most connections at once.
 ///
 /// Places for strangers from elsewhere suffice for the browsers of a class that load the page
@@ -47,9 +48,9 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     idle: None,
 };
 /// Interval of checking the file of tokens for revoked ones.
-const FOLLOWS: Duration = Duration::from_millis(500);
+const TOKEN_CHECK_INTERVAL: Duration = Duration::from_millis(500);
 /// Time for the head of a request, and for a TLS handshake.
-const HEAD: Duration = Duration::from_secs(5);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Reason why a station cannot listen.
 #[derive(Debug)]
@@ -76,12 +77,12 @@ impl fmt::Display for ListenError {
 impl std::error::Error for ListenError {}
 
 /// Address to listen at, as parsed from the user's text.
-pub(crate) enum Wanted {
+pub(crate) enum ListenAddress {
     Loopback(u16),
     At(SocketAddr),
 }
 
-impl Wanted {
+impl ListenAddress {
     pub(crate) fn read(text: &str, usual: u16) -> Result<Self, ListenError> {
         let wrong = || ListenError::Address(text.to_owned());
         if let Some((name, port)) = text.rsplit_once(':')
@@ -115,19 +116,19 @@ impl Listener {
     /// # Errors
     /// [`ListenError`] if the address is invalid or cannot be bound.
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
-        Self::bind_at(address, PORT).await
+        Self::bind_at(address, DEFAULT_PORT).await
     }
 
     /// Binds as [`bind`](Self::bind) does, with another default port.
     pub(crate) async fn bind_at(address: Option<&str>, usual: u16) -> Result<Self, ListenError> {
         let wanted = match address {
-            Some(address) => Wanted::read(address, usual)?,
-            None => Wanted::Loopback(usual),
+            Some(address) => ListenAddress::read(address, usual)?,
+            None => ListenAddress::Loopback(usual),
         };
         let address = match wanted {
             // `localhost` means both families, because browsers try either first.
-            Wanted::Loopback(port) => return Self::loopback(port).await,
-            Wanted::At(address) => address,
+            ListenAddress::Loopback(port) => return Self::loopback(port).await,
+            ListenAddress::At(address) => address,
         };
         let bind = |error| ListenError::Bind(address, error);
         let listener = TcpListener::bind(address).await.map_err(bind)?;
@@ -144,7 +145,7 @@ impl Listener {
     /// # Errors
     /// [`ListenError::Address`] if the text is not one.
     pub fn check(address: &str) -> Result<(), ListenError> {
-        Wanted::read(address, PORT).map(drop)
+        ListenAddress::read(address, DEFAULT_PORT).map(drop)
     }
 
     async fn loopback(port: u16) -> Result<Self, ListenError> {
@@ -226,23 +227,23 @@ impl Listener {
             .all(|address| address.ip().is_loopback())
     }
 
-    /// Serves a station, or another [`Served`], until `over` becomes true. Sockets are then closed
-    /// with 1001.
+    /// Serves a station, or another [`ApiServer`], until `over` becomes true. Sockets are then
+    /// closed with 1001.
     pub async fn serve(
         self,
-        station: impl Served,
+        station: impl ApiServer,
         options: HttpOptions,
         over: watch::Receiver<bool>,
     ) {
         let options = Arc::new(options);
         let places = Places::new(within(LIMITS, descriptors::limit()));
-        let follows = tokio::spawn(follow(options.tokens.clone(), station.clone()));
+        let follows = tokio::spawn(end_revoked_sessions(options.tokens.clone(), station.clone()));
         let mut accepting = JoinSet::new();
         for listener in self.listeners {
             let (station, options) = (station.clone(), Arc::clone(&options));
             let (places, over) = (places.clone(), over.clone());
-            let door = (listener, self.tls.clone());
-            accepting.spawn(accept(door, station, options, places, over));
+            let admit_request = (listener, self.tls.clone());
+            accepting.spawn(accept(admit_request, station, options, places, over));
         }
         accepting.join_all().await;
         follows.abort();
@@ -251,7 +252,7 @@ impl Listener {
 
 async fn accept(
     (listener, tls): (TcpListener, Option<Tls>),
-    station: impl Served,
+    station: impl ApiServer,
     options: Arc<HttpOptions>,
     places: Places,
     mut over: watch::Receiver<bool>,
@@ -268,7 +269,7 @@ async fn accept(
             };
             // A stop is one small message and must not wait for Nagle's algorithm.
             let _ = stream.set_nodelay(true);
-            let ends = Ends {
+            let ends = ConnectionEnds {
                 local,
                 peer,
                 tls: tls.is_some(),
@@ -278,21 +279,21 @@ async fn accept(
             let stream = Paced::new(stream, place.pacer().clone());
             let served = async {
                 match tls {
-                    None => carry(stream, service(None), over).await,
+                    None => serve_connection(stream, service(None), over).await,
                     // A client that does not complete the handshake counts as one without a head:
                     // it is evicted in the same way.
                     Some(tls) => {
-                        let agreed = tokio::time::timeout(HEAD, tls.accept(stream)).await;
+                        let agreed = tokio::time::timeout(HEAD_TIMEOUT, tls.accept(stream)).await;
                         if let Ok(Ok(stream)) = agreed {
                             let name = tls.name_of(&stream);
-                            carry(stream, service(name), over).await;
+                            serve_connection(stream, service(name), over).await;
                         }
                     }
                 }
             };
             tokio::select! {
                 () = served => {}
-                () = place.gives_way() => {}
+                () = place.evicted() => {}
             }
         });
     }
@@ -311,7 +312,7 @@ pub(crate) async fn next(
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
-            () = ended(over) => return None,
+            () = wait_for_end(over) => return None,
         };
         match accepted {
             Ok((stream, peer)) => {
@@ -331,14 +332,14 @@ async fn recover(error: &io::Error, places: &Places) {
         // The client was gone before the connection was accepted.
         io::ErrorKind::ConnectionAborted | io::ErrorKind::ConnectionReset => {}
         // Out of descriptors: a stranger is evicted, and its socket closes at the next yield.
-        _ if places.shed() => tokio::task::yield_now().await,
+        _ if places.evict_stranger() => tokio::task::yield_now().await,
         // No stranger to evict: wait for a connection to end instead of spinning.
         _ => tokio::time::sleep(Duration::from_millis(100)).await,
     }
 }
 
 /// Serves one connection until it ends.
-async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
+async fn serve_connection<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
     stream: S,
     service: Router,
     mut over: watch::Receiver<bool>,
@@ -348,7 +349,7 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
     let mut http = hyper::server::conn::http1::Builder::new();
     http.timer(TokioTimer::new())
         // A client that sends its head byte by byte would hold its place.
-        .header_read_timeout(HEAD)
+        .header_read_timeout(HEAD_TIMEOUT)
         // Limits the head of a request; hyper's own default is larger.
         .max_buf_size(64 * 1024);
     let connection = http
@@ -358,7 +359,7 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
     tokio::select! {
         // Errors of a client concern that client alone.
         _ = connection.as_mut() => {}
-        () = ended(&mut over) => {
+        () = wait_for_end(&mut over) => {
             // A response in progress gets a second, for instance the answer to the last stop.
             connection.as_mut().graceful_shutdown();
             let _ = tokio::time::timeout(Duration::from_secs(1), connection).await;
@@ -367,8 +368,8 @@ async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
 }
 
 /// Ends the sessions of revoked tokens, whichever program revoked them.
-async fn follow(tokens: TokenStore, station: impl Served) {
-    let mut looks = tokio::time::interval(FOLLOWS);
+async fn end_revoked_sessions(tokens: TokenStore, station: impl ApiServer) {
+    let mut looks = tokio::time::interval(TOKEN_CHECK_INTERVAL);
     loop {
         looks.tick().await;
         // The used tokens first: a token created after the file was read has no session yet.
@@ -377,7 +378,7 @@ async fn follow(tokens: TokenStore, station: impl Served) {
             continue;
         }
         // An unreadable file says nothing about tokens, so no session ends because of it.
-        let Some(Ok(good)) = beside(&tokens, |tokens| tokens.names()).await else {
+        let Some(Ok(good)) = run_blocking(&tokens, |tokens| tokens.names()).await else {
             continue;
         };
         for revoked in used.iter().filter(|name| !good.contains(name)) {
@@ -387,7 +388,7 @@ async fn follow(tokens: TokenStore, station: impl Served) {
 }
 
 /// Resolves when the station ends.
-pub(crate) async fn ended(over: &mut watch::Receiver<bool>) {
+pub(crate) async fn wait_for_end(over: &mut watch::Receiver<bool>) {
     // An error means that the sender is gone, which is the end as well.
     drop(over.wait_for(|over| *over).await);
 }

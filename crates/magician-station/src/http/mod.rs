@@ -1,23 +1,25 @@
 //! Network interface of a station: WebSocket and HTTP.
 //!
 //! [`Listener`] binds loopback addresses by default and serves a
-//! [`RunningStation`](crate::RunningStation) or anything else that is [`Served`]. Who is admitted
-//! is decided in one place, `security`; how many and in which turn, in `places` and `pacing`. The
-//! other files are the routes, the stores on disk, and TLS.
+//! [`RunningStation`](crate::RunningStation) or anything else that is [`ApiServer`]. Who is
+//! admitted is decided in one place, `security`; how many and in which turn, in `places` and
+//! `pacing`. The other files are the routes, the stores on disk, and TLS.
 
 mod descriptors;
 mod folder;
 mod jobs;
 mod journal;
 mod listen;
+mod options;
 mod pacing;
 mod pages;
 mod places;
 mod programs;
 mod recordings;
+mod route_table;
 mod routes;
 mod security;
-mod served;
+mod server;
 mod socket;
 mod tls;
 mod tokens;
@@ -27,7 +29,7 @@ pub use jobs::{JobFolder, JobStoreError};
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
-pub(crate) use listen::{Wanted, ended, next};
+pub(crate) use listen::{ListenAddress, wait_for_end, next};
 #[cfg(feature = "link")]
 pub(crate) use pacing::{Lane, Paced};
 pub use pages::{PageFile, Pages};
@@ -35,8 +37,9 @@ pub use pages::{PageFile, Pages};
 pub(crate) use places::{Place, Places};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
-pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, SignsOfLife, Tries};
-pub use security::{Admission, Ends};
-pub use served::{Served, ServedClient};
+pub use options::{HttpOptions, KeepAliveSource, LinkCalls, PairingTries};
+pub use route_table::{ROUTES, Route, RouteNeeds};
+pub use security::{Admission, ConnectionEnds};
+pub use server::{ApiServer, ApiClient};
 pub use tls::{Tls, TlsError};
-pub use tokens::{CODE, TokenEntry, TokenError, TokenStore, UNCHECKED};
+pub use tokens::{CODE_LIFETIME, TokenEntry, TokenError, TokenStore, TOKENS_UNAVAILABLE};

@@ -84,18 +84,18 @@ impl Pages {
                 Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
             }
         };
-        let said = response.headers_mut();
+        let response_headers = response.headers_mut();
         // File names are the same in every version, so the browser must revalidate; that costs one
         // short answer.
-        said.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+        response_headers.insert(CACHE_CONTROL, HeaderValue::from_static("no-cache"));
         // A shared cache must not give compressed bytes to a client that cannot read them.
-        said.insert(VARY, HeaderValue::from_static("Accept-Encoding"));
+        response_headers.insert(VARY, HeaderValue::from_static("Accept-Encoding"));
         if let Ok(tag) = HeaderValue::from_str(&tag) {
-            said.insert(ETAG, tag);
+            response_headers.insert(ETAG, tag);
         }
         if path == "/" {
             // Tells the page that it was loaded from its station.
-            said.insert("x-magician-api", HeaderValue::from_static("1"));
+            response_headers.insert("x-magician-api", HeaderValue::from_static("1"));
         }
         Some(response)
     }

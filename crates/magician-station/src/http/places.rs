@@ -1,7 +1,7 @@
 //! Places of connections: connects the admission table to the tasks that serve them.
 //!
 //! The table decides who is evicted; this module applies the decision. A connection awaits
-//! [`Place::gives_way`] beside its work, and dropping its place frees it.
+//! [`Place::evicted`] beside its work, and dropping its place frees it.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -21,10 +21,10 @@ use super::pacing::{Pacer, Turns};
 
 /// Connections of a listener. Clones share them.
 #[derive(Clone)]
-pub(crate) struct Places(Arc<Hall>);
+pub(crate) struct Places(Arc<ListenerState>);
 
-struct Hall {
-    begun: Instant,
+struct ListenerState {
+    started: Instant,
     turns: Turns,
     inner: Mutex<Inner>,
 }
@@ -38,10 +38,10 @@ struct Inner {
 
 /// Place of a connection. Dropping the last clone frees it.
 #[derive(Clone)]
-pub(crate) struct Place(Arc<Held>);
+pub(crate) struct Place(Arc<HeldPlace>);
 
-struct Held {
-    hall: Arc<Hall>,
+struct HeldPlace {
+    listener: Arc<ListenerState>,
     key: u64,
     end: Arc<Notify>,
     pacer: Pacer,
@@ -49,8 +49,8 @@ struct Held {
 
 impl Places {
     pub(crate) fn new(limits: AdmissionLimits) -> Self {
-        Self(Arc::new(Hall {
-            begun: Instant::now(),
+        Self(Arc::new(ListenerState {
+            started: Instant::now(),
             turns: Turns::default(),
             inner: Mutex::new(Inner {
                 table: AdmissionTable::new(limits),
@@ -73,8 +73,8 @@ impl Places {
             key
         });
         let turns = self.0.turns.clone();
-        Place(Arc::new(Held {
-            hall: Arc::clone(&self.0),
+        Place(Arc::new(HeldPlace {
+            listener: Arc::clone(&self.0),
             key,
             end,
             // Canonical, so that a client has one turn on IPv4 and mapped IPv6.
@@ -84,18 +84,18 @@ impl Places {
 
     /// Evicts a stranger because the process is out of descriptors. Returns false without a
     /// stranger.
-    pub(crate) fn shed(&self) -> bool {
+    pub(crate) fn evict_stranger(&self) -> bool {
         self.0.with(|inner, _| {
-            let gone = inner.table.shed();
+            let gone = inner.table.evict_stranger();
             inner.end(gone);
             gone.is_some()
         })
     }
 }
 
-impl Hall {
+impl ListenerState {
     fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
-        let now = HostInstant::ZERO + self.begun.elapsed();
+        let now = HostInstant::ZERO + self.started.elapsed();
         act(&mut self.lock(), now)
     }
 
@@ -121,16 +121,16 @@ impl Place {
     }
 
     /// Records that the head of a request is complete.
-    pub(crate) fn heard(&self) {
+    pub(crate) fn note_head(&self) {
         self.0
-            .hall
+            .listener
             .with(|inner, now| inner.table.heard(now, self.0.key));
     }
 
     /// Records that the client is identified. The request may be incomplete, or its answer not yet
     /// read.
     pub(crate) fn begin(&self) {
-        self.0.hall.with(|inner, now| {
+        self.0.listener.with(|inner, now| {
             let gone = inner.table.begin(now, self.0.key);
             inner.end(gone);
         });
@@ -138,7 +138,7 @@ impl Place {
 
     /// Claims a place because a request is being carried out.
     pub(crate) fn claim(&self) -> Result<(), NoPlace> {
-        self.0.hall.with(|inner, now| {
+        self.0.listener.with(|inner, now| {
             let gone = inner.table.claim(now, self.0.key)?;
             inner.end(gone);
             Ok(())
@@ -147,27 +147,27 @@ impl Place {
 
     /// Records that a request is over: the connection is idle.
     fn end_request(&self) {
-        self.0.hall.with(|inner, now| {
+        self.0.listener.with(|inner, now| {
             let gone = inner.table.end_request(now, self.0.key);
             inner.end(gone);
         });
     }
 
     /// Resolves when this connection is evicted.
-    pub(crate) async fn gives_way(&self) {
+    pub(crate) async fn evicted(&self) {
         self.0.end.notified().await;
     }
 
     /// Extends a request until the body of its response was taken or dropped.
-    pub(super) fn until_taken(&self, response: Response) -> Response {
+    pub(super) fn hold_until_sent(&self, response: Response) -> Response {
         let ending = RequestEnd(self.clone());
-        response.map(|body| Body::new(Watched { body, _end: ending }))
+        response.map(|body| Body::new(TrackedBody { body, _end: ending }))
     }
 }
 
-impl Drop for Held {
+impl Drop for HeldPlace {
     fn drop(&mut self) {
-        let mut inner = self.hall.lock();
+        let mut inner = self.listener.lock();
         inner.table.close(self.key);
         // Already gone if the connection was evicted.
         inner.ends.remove(&self.key);
@@ -183,12 +183,12 @@ impl Drop for RequestEnd {
 }
 
 /// Body that ends the request when it is dropped.
-struct Watched {
+struct TrackedBody {
     body: Body,
     _end: RequestEnd,
 }
 
-impl HttpBody for Watched {
+impl HttpBody for TrackedBody {
     type Data = Bytes;
     type Error = axum::Error;
 

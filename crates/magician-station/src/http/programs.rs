@@ -15,18 +15,18 @@ use tokio::time::timeout;
 
 use super::routes::text;
 use crate::Role;
-use crate::library::{LARGEST_PROGRAM, LibraryError, ProgramName, ProgramStore, Upload};
+use crate::library::{MAX_PROGRAM_SIZE, LibraryError, ProgramName, ProgramStore, Upload};
 
 /// Path prefix. The name of a program follows.
-const PROGRAMS: &str = "/api/v1/programs/";
+const PATH_PREFIX: &str = "/api/v1/programs/";
 /// Most uploads at once. A choice that bounds open part files.
-const UPLOADS: usize = 8;
+const MAX_UPLOADS: usize = 8;
 /// Longest pause within an upload.
-const PATIENCE: Duration = Duration::from_secs(30);
+const UPLOAD_TIMEOUT: Duration = Duration::from_secs(30);
 /// Time for reading the rest of a refused upload.
-const HEAR_OUT: Duration = Duration::from_secs(10);
+const DRAIN_TIMEOUT: Duration = Duration::from_secs(10);
 /// Bytes read from a file at once.
-const PIECE: u64 = 64 * 1024;
+const CHUNK_SIZE: u64 = 64 * 1024;
 
 /// Counter of uploads in progress.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ pub struct Uploads(Arc<Semaphore>);
 
 impl Default for Uploads {
     fn default() -> Self {
-        Self(Arc::new(Semaphore::new(UPLOADS)))
+        Self(Arc::new(Semaphore::new(MAX_UPLOADS)))
     }
 }
 
@@ -46,7 +46,7 @@ impl Uploads {
 
 /// Returns the percent-decoded name of a program in a path. `None` if it is not a valid name.
 pub(super) fn name_in(path: &str) -> Option<ProgramName> {
-    let mut rest = path.strip_prefix(PROGRAMS)?.bytes();
+    let mut rest = path.strip_prefix(PATH_PREFIX)?.bytes();
     let mut name = Vec::new();
     while let Some(sign) = rest.next() {
         let decoded = match sign {
@@ -72,7 +72,7 @@ pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Resp
     };
     // Piece by piece on a blocking thread: a program of 64 MiB is never in memory as a whole.
     let pieces = stream::unfold(Some(from), |from| async move {
-        let read = tokio::task::spawn_blocking(move || piece(from?)).await;
+        let read = tokio::task::spawn_blocking(move || read_chunk(from?)).await;
         read.ok().flatten()
     });
     let mut response = Body::from_stream(pieces).into_response();
@@ -86,9 +86,9 @@ pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Resp
 type From = Box<dyn Read + Send>;
 
 /// Reads the next piece. Returns it with the rest of the file.
-fn piece(mut from: From) -> Option<(io::Result<Bytes>, Option<From>)> {
+fn read_chunk(mut from: From) -> Option<(io::Result<Bytes>, Option<From>)> {
     let mut bytes = Vec::new();
-    match from.by_ref().take(PIECE).read_to_end(&mut bytes) {
+    match from.by_ref().take(CHUNK_SIZE).read_to_end(&mut bytes) {
         // End of the file; the length was sent before.
         Ok(0) => None,
         Ok(_) => Some((Ok(bytes.into()), Some(from))),
@@ -111,19 +111,19 @@ pub(super) async fn put(
         let why = "the station takes other programs already: try again";
         return text(StatusCode::SERVICE_UNAVAILABLE, why);
     };
-    let begun = tokio::task::spawn_blocking(move || store.upload(&name, by, length)).await;
-    let mut upload = match begun {
-        Ok(Ok(upload)) => Beside(Some(upload)),
+    let opened = tokio::task::spawn_blocking(move || store.upload(&name, by, length)).await;
+    let mut upload = match opened {
+        Ok(Ok(upload)) => BlockingUpload(Some(upload)),
         Ok(Err(error)) => {
             // Refused before the bytes arrive; they are read and dropped in the background.
-            hear_out(request);
+            drain_request(request);
             return refused(&error);
         }
         Err(_) => return refused(&lost()),
     };
     let mut pieces = request.into_body().into_data_stream();
     loop {
-        let piece = match timeout(PATIENCE, pieces.next()).await {
+        let piece = match timeout(UPLOAD_TIMEOUT, pieces.next()).await {
             Ok(Some(Ok(piece))) => piece,
             Ok(Some(Err(_))) => {
                 // The part file is removed when `upload` is dropped.
@@ -136,7 +136,7 @@ pub(super) async fn put(
             // The part file is removed before the sender learns of the failure, so that a retry
             // finds its room free.
             upload.give_up().await;
-            rest_of(&mut pieces).await;
+            drain_body(&mut pieces).await;
             return refused(&error);
         }
     }
@@ -154,20 +154,20 @@ pub(super) async fn put(
 /// Reads the rest of an upload after an early answer, because many clients read the answer only
 /// after sending everything. With `Expect: 100-continue` the client has not sent the bytes and is
 /// not asked to.
-fn hear_out(request: Request) {
+fn drain_request(request: Request) {
     if request.headers().contains_key(EXPECT) {
         return;
     }
     let mut pieces = request.into_body().into_data_stream();
     tokio::spawn(async move {
-        let _ = timeout(HEAR_OUT, rest_of(&mut pieces)).await;
+        let _ = timeout(DRAIN_TIMEOUT, drain_body(&mut pieces)).await;
     });
 }
 
 /// Reads the rest of an upload, up to the size of the largest program.
-async fn rest_of(pieces: &mut BodyDataStream) {
-    let mut left = LARGEST_PROGRAM;
-    while let Ok(Some(Ok(piece))) = timeout(PATIENCE, pieces.next()).await {
+async fn drain_body(pieces: &mut BodyDataStream) {
+    let mut left = MAX_PROGRAM_SIZE;
+    while let Ok(Some(Ok(piece))) = timeout(UPLOAD_TIMEOUT, pieces.next()).await {
         left = left.saturating_sub(piece.len() as u64);
         if left == 0 {
             return;
@@ -176,9 +176,9 @@ async fn rest_of(pieces: &mut BodyDataStream) {
 }
 
 /// Upload whose file is accessed on blocking threads only, also when it is dropped.
-struct Beside(Option<Box<dyn Upload>>);
+struct BlockingUpload(Option<Box<dyn Upload>>);
 
-impl Beside {
+impl BlockingUpload {
     async fn write(&mut self, piece: Bytes) -> Result<(), LibraryError> {
         let mut upload = self.0.take().ok_or_else(lost)?;
         let written = tokio::task::spawn_blocking(move || {
@@ -196,7 +196,7 @@ impl Beside {
     }
 }
 
-impl Drop for Beside {
+impl Drop for BlockingUpload {
     fn drop(&mut self) {
         // Dropping removes the part file, which may block.
         if let Some(upload) = self.0.take() {

@@ -12,13 +12,13 @@ use magician_protocol::Direction;
 use magician_record::mcap::Readings;
 use magician_record::{Reading, WriteReadings};
 
-use crate::engine::beside;
+use crate::engine::run_blocking;
 use crate::recording::{RecordingFile, RecordingStore, Sample};
 
 /// Places in the arm's queue.
-const QUEUE: u32 = 32;
+const QUEUE_CAPACITY: u32 = 32;
 /// Bytes read from a file at once.
-const PIECE: usize = 64 * 1024;
+const CHUNK_SIZE: usize = 64 * 1024;
 
 /// Folder of recordings in MCAP, each readable by its owner alone.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ impl RecordingFile for Mcap {
             index: sample.current_index,
             left_space: sample.left_space,
             // An arm that reports more free places has a larger queue.
-            capacity: QUEUE.max(sample.left_space),
+            capacity: QUEUE_CAPACITY.max(sample.left_space),
             alarms: sample.alarms,
         })
     }
@@ -96,9 +96,9 @@ impl RecordingFile for Mcap {
             .passed((t - self.epoch).max(0.0), line, direction, bytes)
     }
 
-    fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()> {
+    fn note(&mut self, t: f64, warning: bool, text: &str) -> io::Result<()> {
         self.readings
-            .note((t - self.epoch).max(0.0), warning, words)
+            .note((t - self.epoch).max(0.0), warning, text)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -116,8 +116,8 @@ impl RecordingFile for Mcap {
 pub(super) fn answer(file: Box<dyn Read + Send>, length: u64) -> Response {
     let pieces = stream::unfold(Some(file), |file| async move {
         let mut file = file?;
-        let read = beside(move || {
-            let mut piece = vec![0; PIECE];
+        let read = run_blocking(move || {
+            let mut piece = vec![0; CHUNK_SIZE];
             let count = file.read(&mut piece);
             count.map(|count| {
                 piece.truncate(count);
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_program_that_is_killed_leaves_what_was_flushed() {
+    fn killed_program_leaves_flushed_readings() {
         let folder = tempfile::tempdir().unwrap();
         let store = RecordingFolder::at(folder.path().join("recordings"));
         let mut file = store.begin("arm-20261123-120000.mcap", 1000.0, 20).unwrap();

@@ -1,11 +1,10 @@
-//! Routes of a station: a table of requirements, and the handlers.
+//! Handlers of the routes of a station.
 //!
-//! Every request passes `door` first, which admits it, and every response gets the same security
-//! headers there. A handler then checks role and place. POST requests carry a session of their own.
+//! Every request passes `admit_request` first, which admits it, and every response gets the same
+//! security headers there. A handler then checks role and place. POST requests carry a session of
+//! their own.
 
-use std::fmt;
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, LazyLock};
 
 use axum::Router;
 use axum::body::{Bytes, HttpBody};
@@ -17,248 +16,36 @@ use axum::response::{IntoResponse, Response};
 use magician::admission::Origin;
 use serde_json::{Value, json};
 use tokio::sync::watch;
-use tokio::time::Instant;
 
 use super::pacing::{Lane, URGENT_LENGTH, is_always_obeyed};
-use super::pages::Pages;
+use super::options::HttpOptions;
 use super::places::Place;
-use super::programs::{self, Uploads};
-use super::security::{Admission, Admitted, Ends, Refused};
-use super::served::Served;
-use super::tokens::{TokenStore, UNCHECKED, beside};
+use super::programs;
+use super::route_table::{ROUTES, Route, RouteNeeds};
+use super::security::{Admitted, ConnectionEnds, HttpRefusal};
+use super::server::ApiServer;
+use super::tokens::{TOKENS_UNAVAILABLE, run_blocking};
 use super::{recordings, socket};
 use crate::READ_BUFFER;
 use crate::Role;
 use crate::station::{Grant, Peer};
 
 /// Largest body of a request, bytes.
-const BODY: usize = 1024 * 1024;
+const MAX_BODY_SIZE: usize = 1024 * 1024;
 /// Hint in a refusal of an anonymous client of this machine.
-const IN_CLASS: &str = ": while a class is set, a teacher on this machine authenticates with the PIN, as `Authorization: Bearer PIN`";
-/// Most pairing tries per minute, over all callers: a code of six digits lives two minutes, so at
-/// most ten of a million codes can be tried.
-const TRIES: usize = 5;
+const CLASS_HINT: &str = ": while a class is set, a teacher on this machine authenticates with the PIN, as `Authorization: Bearer PIN`";
 
 /// OpenRPC document of the API, rendered once: 100 kB.
 static OPENRPC: LazyLock<Bytes> = LazyLock::new(|| crate::api::openrpc().to_string().into());
 
-/// Requirement of a route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum RouteNeeds {
-    /// No requirement.
-    Nothing,
-    /// The first message on the socket decides.
-    Hello,
-    /// Requirement of the called method.
-    Method,
-    /// A pairing code.
-    Code,
-    /// A role.
-    Role(Role),
-}
-
-/// Route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Route {
-    /// HTTP method. HEAD is handled like GET.
-    pub method: &'static str,
-    /// Path. `{name}` stands for any last segment.
-    pub path: &'static str,
-    /// Requirement.
-    pub needs: RouteNeeds,
-    /// Answer, for the documentation.
-    pub about: &'static str,
-}
-
-/// All routes.
-pub static ROUTES: &[Route] = &[
-    Route {
-        method: "GET",
-        path: "/",
-        needs: RouteNeeds::Nothing,
-        about: "the studio, a web page; 404 if none is served",
-    },
-    Route {
-        method: "GET",
-        path: "/assets/{name}",
-        needs: RouteNeeds::Nothing,
-        about: "scripts, styles and pictures of the studio, gzip-compressed if the browser accepts it",
-    },
-    Route {
-        method: "GET",
-        path: "/manifest.webmanifest",
-        needs: RouteNeeds::Nothing,
-        about: "web app manifest",
-    },
-    Route {
-        method: "GET",
-        path: "/healthz",
-        needs: RouteNeeds::Nothing,
-        about: "health check: versions of station and API",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/ws",
-        needs: RouteNeeds::Hello,
-        about: "WebSocket for JSON-RPC; subprotocol `magician.v1` if offered",
-    },
-    Route {
-        method: "POST",
-        path: "/api/v1/rpc",
-        needs: RouteNeeds::Method,
-        about: "one JSON-RPC request; a method that needs the lease takes it for the call if it is free",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/openrpc.json",
-        needs: RouteNeeds::Nothing,
-        about: "description of the API, as OpenRPC",
-    },
-    Route {
-        method: "POST",
-        path: "/api/v1/pair",
-        needs: RouteNeeds::Code,
-        about: "exchanges a six-digit code for a token",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/recordings/{name}",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "recording, MCAP",
-    },
-    Route {
-        method: "PUT",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Student),
-        about: "stores a program of at most 64 MiB: 201 if new, 200 if replaced",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "content of a program",
-    },
-    Route {
-        method: "DELETE",
-        path: "/api/v1/programs/{name}",
-        needs: RouteNeeds::Role(Role::Student),
-        about: "deletes a program",
-    },
-    #[cfg(feature = "class")]
-    Route {
-        method: "GET",
-        path: "/api/v1/class/results.html",
-        needs: RouteNeeds::Role(Role::Teacher),
-        about: "results of the class, as one page",
-    },
-    Route {
-        method: "GET",
-        path: "/api/v1/link",
-        needs: RouteNeeds::Role(Role::Viewer),
-        about: "calls of programs for DobotLink, by program; 404 if none are served",
-    },
-];
-
-impl Route {
-    /// True if the path belongs to this route.
-    fn is_of(&self, path: &str) -> bool {
-        match self.path.strip_suffix("{name}") {
-            Some(folder) => path
-                .strip_prefix(folder)
-                .is_some_and(|name| !name.contains('/')),
-            None => self.path == path,
-        }
-    }
-}
-
-/// Options of the network interface.
-#[derive(Clone, Debug)]
-pub struct HttpOptions {
-    /// Hosts and origins that are admitted.
-    pub admission: Admission,
-    /// Tokens, for roles beyond those of this machine.
-    pub tokens: TokenStore,
-    /// Version of the program.
-    pub version: String,
-    /// Recent pairing tries.
-    pub tries: Tries,
-    /// Uploads in progress.
-    pub uploads: Uploads,
-    /// Calls of programs for DobotLink. `None` if none are served.
-    pub link: Option<LinkCalls>,
-    /// Page for browsers. Empty if none is served.
-    pub pages: Pages,
-    /// Source of keep-alives of a client.
-    pub signs: SignsOfLife,
-}
-
-impl HttpOptions {
-    /// Creates options without pages, for the station's own host names.
-    #[must_use]
-    pub fn new(tokens: TokenStore, version: impl Into<String>) -> Self {
-        Self {
-            admission: Admission::default(),
-            tokens,
-            version: version.into(),
-            tries: Tries::default(),
-            uploads: Uploads::default(),
-            link: None,
-            pages: Pages::default(),
-            signs: SignsOfLife::default(),
-        }
-    }
-}
-
-/// Source of a client's keep-alives. A holder of a lease without one for 5 s loses it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SignsOfLife {
-    /// Replies to the station's pings.
-    #[default]
-    Pings,
-    /// The hub in between, which sends a pong for each keep-alive of the client behind it. The hub
-    /// itself would answer pings even if that client were dead.
-    Hub,
-}
-
-/// Returns the calls of programs for DobotLink.
-#[derive(Clone)]
-pub struct LinkCalls(pub Arc<dyn Fn() -> Value + Send + Sync>);
-
-impl fmt::Debug for LinkCalls {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("LinkCalls").finish()
-    }
-}
-
-/// Pairing tries of the last minute.
-#[derive(Clone, Debug, Default)]
-pub struct Tries(Arc<Mutex<Vec<Instant>>>);
-
-impl Tries {
-    /// Counts a try. `Err` holds the time to wait if there were too many.
-    fn count(&self) -> Result<(), Duration> {
-        let minute = Duration::from_secs(60);
-        let mut tries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let now = Instant::now();
-        tries.retain(|at| now - *at < minute);
-        match tries.first() {
-            Some(first) if tries.len() >= TRIES => Err(minute - (now - *first)),
-            _ => {
-                tries.push(now);
-                Ok(())
-            }
-        }
-    }
-}
-
 /// Context of a request.
 #[derive(Clone)]
-struct Here<S> {
+struct RequestContext<S> {
     station: S,
     options: Arc<HttpOptions>,
     /// Address of the client, for the journal.
     address: String,
-    ends: Ends,
+    ends: ConnectionEnds,
     over: watch::Receiver<bool>,
     place: Place,
 }
@@ -266,13 +53,13 @@ struct Here<S> {
 /// Creates the service of one connection. `name` is the name in the client's certificate, if it has
 /// shown one.
 pub(super) fn router(
-    station: impl Served,
+    station: impl ApiServer,
     options: Arc<HttpOptions>,
     name: Option<String>,
-    (ends, over, place): (Ends, watch::Receiver<bool>, Place),
+    (ends, over, place): (ConnectionEnds, watch::Receiver<bool>, Place),
 ) -> Router {
     let peer = ends.peer;
-    let here = Here {
+    let context = RequestContext {
         station,
         options,
         address: name.map_or_else(|| peer.to_string(), |name| format!("{peer} {name}")),
@@ -280,17 +67,17 @@ pub(super) fn router(
         over,
         place,
     };
-    // A single fallback instead of axum's routes: no path bypasses the checks in `door`.
-    Router::new().fallback(move |request: Request| door(here.clone(), request))
+    // A single fallback instead of axum's routes: no path bypasses the checks in `admit_request`.
+    Router::new().fallback(move |request: Request| admit_request(context.clone(), request))
 }
 
 /// Admits a request, finds its route, and adds the security headers to every response.
-async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
+async fn admit_request<S: ApiServer>(context: RequestContext<S>, request: Request) -> Response {
     // The head is complete: from here on the connection is not a stranger that sends nothing.
-    here.place.heard();
-    here.place.pacer().turn(lane(&request)).await;
+    context.place.note_head();
+    context.place.pacer().turn(lane(&request)).await;
     let (parts, body) = request.into_parts();
-    let admitted = here.options.admission.admit(&parts, here.ends);
+    let admitted = context.options.admission.admit(&parts, context.ends);
     let foreign = admitted
         .as_ref()
         .ok()
@@ -300,11 +87,11 @@ async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
         Ok(_) if parts.method == Method::OPTIONS => preflight(foreign.is_some()),
         Ok(admitted) => {
             let request = Request::from_parts(parts, body);
-            answer(&here, request, &admitted).await
+            answer(&context, request, &admitted).await
         }
     };
     let headers = response.headers_mut();
-    for (name, value) in SAFETY {
+    for (name, value) in SECURITY_HEADERS {
         headers.insert(
             HeaderName::from_static(name),
             HeaderValue::from_static(value),
@@ -316,7 +103,7 @@ async fn door<S: Served>(here: Here<S>, request: Request) -> Response {
         headers.insert("access-control-allow-origin", origin);
         headers.insert(VARY, HeaderValue::from_static("Origin"));
     }
-    here.place.until_taken(response)
+    context.place.hold_until_sent(response)
 }
 
 /// Returns the lane of a request whose body has not been read.
@@ -333,7 +120,7 @@ fn lane(request: &Request) -> Lane {
 }
 
 /// Security headers of every response.
-const SAFETY: [(&str, &str); 5] = [
+const SECURITY_HEADERS: [(&str, &str); 5] = [
     (
         "content-security-policy",
         // The studio compiles WebAssembly, shows pictures from memory and sets inline styles;
@@ -363,7 +150,7 @@ fn preflight(allowed: bool) -> Response {
     response
 }
 
-async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
+async fn answer<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
     let path = request.uri().path();
     let method = match request.method() {
         &Method::HEAD => "GET",
@@ -388,47 +175,47 @@ async fn answer<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted
     // For HEAD axum drops the body after its length was set.
     match (route.method, route.path) {
         ("GET", "/healthz") => {
-            let version = &here.options.version;
+            let version = &context.options.version;
             object(
                 StatusCode::OK,
                 &json!({"ok": true, "version": version, "api": 1}),
             )
         }
         ("GET", "/" | "/assets/{name}" | "/manifest.webmanifest") => {
-            let page = here.options.pages.answer(path, request.headers());
+            let page = context.options.pages.answer(path, request.headers());
             page.unwrap_or_else(|| text(StatusCode::NOT_FOUND, "there is nothing at this address"))
         }
         ("GET", "/api/v1/openrpc.json") => {
             ([(CONTENT_TYPE, "application/json")], OPENRPC.clone()).into_response()
         }
-        ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,
-        ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
-        ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted, route).await,
-        (_, "/api/v1/programs/{name}") => program(here, request, admitted, route).await,
+        ("GET", "/api/v1/ws") => upgrade(context, request, admitted).await,
+        ("POST", "/api/v1/rpc") => rpc(context, request, admitted).await,
+        ("GET", "/api/v1/recordings/{name}") => recording(context, path, admitted, route).await,
+        (_, "/api/v1/programs/{name}") => program(context, request, admitted, route).await,
         #[cfg(feature = "class")]
-        ("GET", "/api/v1/class/results.html") => results(here, admitted, route).await,
-        ("GET", "/api/v1/link") => link(here, admitted, route).await,
+        ("GET", "/api/v1/class/results.html") => results(context, admitted, route).await,
+        ("GET", "/api/v1/link") => link(context, admitted, route).await,
         // The last route of the table.
-        _ => pair(here, request).await,
+        _ => pair(context, request).await,
     }
 }
 
 /// Returns the results of the class as a page.
 #[cfg(feature = "class")]
-async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
-    const ASKED: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
-    let grant = match entitled(here, admitted, route).await {
-        Ok(_) => granted(here, admitted).await,
+async fn results<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted, route: &Route) -> Response {
+    const RESULTS_REQUEST: &str = r#"{"jsonrpc":"2.0","id":1,"method":"class.results"}"#;
+    let grant = match role_for(context, admitted, route).await {
+        Ok(_) => grant_for(context, admitted).await,
         Err(refused) => Err(refused),
     };
-    let peer = match grant.and_then(|grant| peer(here, admitted, grant)) {
+    let peer = match grant.and_then(|grant| peer(context, admitted, grant)) {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
     let token = admitted.token.clone();
     // By the method, so that the page has the same rights and content.
-    let answer = here.station.call(peer, token, ASKED).await;
-    let page = crate::engine::beside(move || {
+    let answer = context.station.call(peer, token, RESULTS_REQUEST).await;
+    let page = crate::engine::run_blocking(move || {
         let answer: Value = serde_json::from_str(&answer.unwrap_or_default()).unwrap_or_default();
         match answer.get("result") {
             Some(results) => Ok(crate::class::results_page(results)),
@@ -446,31 +233,31 @@ async fn results<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) 
 }
 
 /// Serves a recording.
-async fn recording<S: Served>(
-    here: &Here<S>,
+async fn recording<S: ApiServer>(
+    context: &RequestContext<S>,
     path: &str,
     admitted: &Admitted,
     route: &Route,
 ) -> Response {
-    if let Err(refused) = entitled(here, admitted, route).await {
+    if let Err(refused) = role_for(context, admitted, route).await {
         return refusal(&refused);
     }
     let name = path.rsplit('/').next().unwrap_or_default().to_owned();
-    let store = here.station.recordings();
-    match crate::engine::beside(move || store.read(&name)).await {
+    let store = context.station.recordings();
+    match crate::engine::run_blocking(move || store.read(&name)).await {
         Ok(Ok((file, length))) => recordings::answer(file, length),
         _ => text(StatusCode::NOT_FOUND, "there is no such recording"),
     }
 }
 
 /// Serves a program of the library.
-async fn program<S: Served>(
-    here: &Here<S>,
+async fn program<S: ApiServer>(
+    context: &RequestContext<S>,
     request: Request,
     admitted: &Admitted,
     route: &Route,
 ) -> Response {
-    let role = match entitled(here, admitted, route).await {
+    let role = match role_for(context, admitted, route).await {
         Ok(role) => role,
         Err(refused) => return refusal(&refused),
     };
@@ -479,31 +266,31 @@ async fn program<S: Served>(
             no point first and no blank first or last";
         return text(StatusCode::BAD_REQUEST, why);
     };
-    let store = here.station.programs();
+    let store = context.station.programs();
     match route.method {
-        "PUT" => programs::put(store, &here.options.uploads, name, role, request).await,
+        "PUT" => programs::put(store, &context.options.uploads, name, role, request).await,
         "DELETE" => programs::delete(store, name).await,
         _ => programs::get(store, name).await,
     }
 }
 
 /// Returns the role of a request, if it suffices for the route.
-async fn entitled<S: Served>(
-    here: &Here<S>,
+async fn role_for<S: ApiServer>(
+    context: &RequestContext<S>,
     admitted: &Admitted,
     route: &Route,
-) -> Result<Role, Refused> {
+) -> Result<Role, HttpRefusal> {
     let RouteNeeds::Role(needs) = route.needs else {
         return Ok(Role::Viewer);
     };
-    let grant = granted(here, admitted).await?;
+    let grant = grant_for(context, admitted).await?;
     let role = match grant {
         Some(grant) => grant.role,
         // No token is needed on this machine.
-        None if admitted.loopback => here.station.place_role(),
+        None if admitted.loopback => context.station.anonymous_role(),
         None => return Err(needs_token()),
     };
-    let role = if here.station.is_read_only() {
+    let role = if context.station.is_read_only() {
         Role::Viewer
     } else {
         role
@@ -511,62 +298,62 @@ async fn entitled<S: Served>(
     if role < needs {
         let mut why = format!("this is for the role {}, not {}", needs.name(), role.name());
         if admitted.loopback && admitted.token.is_none() {
-            why.push_str(IN_CLASS);
+            why.push_str(CLASS_HINT);
         }
-        return Err(Refused::new(StatusCode::FORBIDDEN, why));
+        return Err(HttpRefusal::new(StatusCode::FORBIDDEN, why));
     }
     // Identified: the connection is no longer evicted as a stranger.
-    here.place.begin();
+    context.place.begin();
     Ok(role)
 }
 
 /// Returns the rights of a token, or of the teacher's PIN in its place. `None` without either: then
 /// the origin decides.
-async fn granted<S: Served>(here: &Here<S>, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
+async fn grant_for<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted) -> Result<Option<Grant>, HttpRefusal> {
     let Some(token) = &admitted.token else {
         return Ok(None);
     };
     #[cfg(feature = "class")]
     if crate::class::is_pin(token) {
-        let peer = peer(here, admitted, None)?;
-        let tried = here.station.try_pin(token, &peer);
+        let peer = peer(context, admitted, None)?;
+        let tried = context.station.try_pin(token, &peer);
         tried.map_err(|error| pin_refused(&error))?;
         let (role, token) = (Role::Teacher, None);
         return Ok(Some(Grant { role, token }));
     }
-    match here
+    match context
         .options
         .tokens
         .granted_at(token.clone(), admitted.loopback)
         .await
     {
         Ok(Some(grant)) => Ok(Some(grant)),
-        Ok(None) => Err(Refused::new(
+        Ok(None) => Err(HttpRefusal::new(
             StatusCode::UNAUTHORIZED,
             "the token is not good",
         )),
-        Err(_) => Err(Refused::new(StatusCode::SERVICE_UNAVAILABLE, UNCHECKED)),
+        Err(_) => Err(HttpRefusal::new(StatusCode::SERVICE_UNAVAILABLE, TOKENS_UNAVAILABLE)),
     }
 }
 
 #[cfg(feature = "class")]
-fn pin_refused(error: &crate::api::RpcError) -> Refused {
+fn pin_refused(error: &crate::api::RpcError) -> HttpRefusal {
     let status = match error.code {
         crate::api::RpcError::TOO_MANY => StatusCode::TOO_MANY_REQUESTS,
         // A wrong PIN, or no class.
         _ => StatusCode::UNAUTHORIZED,
     };
-    Refused::new(status, error.message.clone())
+    HttpRefusal::new(status, error.message.clone())
 }
 
-fn needs_token() -> Refused {
+fn needs_token() -> HttpRefusal {
     let why = "a token is needed from this address";
-    Refused::new(StatusCode::UNAUTHORIZED, why)
+    HttpRefusal::new(StatusCode::UNAUTHORIZED, why)
 }
 
-fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, Refused> {
-    let mut peer = Peer::elsewhere(grant, here.address.clone())
-        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
+fn peer<S>(context: &RequestContext<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<Peer, HttpRefusal> {
+    let mut peer = Peer::elsewhere(grant, context.address.clone())
+        .map_err(|error| HttpRefusal::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
     if admitted.loopback {
         // Only `security` knows what is local, so the address alone does not decide.
         peer.origin = Origin::Loopback;
@@ -574,7 +361,7 @@ fn peer<S>(here: &Here<S>, admitted: &Admitted, grant: Option<Grant>) -> Result<
     Ok(peer)
 }
 
-async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
+async fn upgrade<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
     let (mut parts, _) = request.into_parts();
     // A person who opens the address in a browser.
     if !parts.headers.contains_key(UPGRADE) {
@@ -591,10 +378,10 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
     #[cfg(feature = "class")]
     if admitted.token.as_deref().is_some_and(crate::class::is_pin) {
         let why = "a socket says the PIN in `session.hello`";
-        return refusal(&Refused::new(StatusCode::UNAUTHORIZED, why));
+        return refusal(&HttpRefusal::new(StatusCode::UNAUTHORIZED, why));
     }
-    let granted = granted(here, admitted).await;
-    let peer = match granted.and_then(|grant| peer(here, admitted, grant)) {
+    let granted = grant_for(context, admitted).await;
+    let peer = match granted.and_then(|grant| peer(context, admitted, grant)) {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
@@ -602,29 +389,29 @@ async fn upgrade<S: Served>(here: &Here<S>, request: Request, admitted: &Admitte
         .protocols(["magician.v1"])
         // A message slightly above the limit is still read, so that the close code can name the
         // reason.
-        .max_message_size(2 * BODY)
-        .max_frame_size(2 * BODY)
+        .max_message_size(2 * MAX_BODY_SIZE)
+        .max_frame_size(2 * MAX_BODY_SIZE)
         // A message is sent at once: the station replaces outdated states, not a buffer.
         .write_buffer_size(0)
         .read_buffer_size(READ_BUFFER);
-    let Some(client) = here.station.admit(peer, admitted.token.clone()).await else {
+    let Some(client) = context.station.admit(peer, admitted.token.clone()).await else {
         // Browsers let a page read the code of a close, but not the reason of a failed upgrade.
-        return upgrade.on_upgrade(socket::turn_away);
+        return upgrade.on_upgrade(socket::reject);
     };
-    let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
-    let (loopback, signs) = (admitted.loopback, here.options.signs);
-    let pacer = here.place.pacer().clone();
+    let (tokens, over) = (context.options.tokens.clone(), context.over.clone());
+    let (loopback, keep_alives) = (admitted.loopback, context.options.keep_alives);
+    let pacer = context.place.pacer().clone();
     upgrade.on_upgrade(move |socket| {
-        socket::carry(socket, client, (tokens, loopback), signs, over, pacer)
+        socket::carry(socket, client, (tokens, loopback), keep_alives, over, pacer)
     })
 }
 
 /// Returns the calls of programs for DobotLink.
-async fn link<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> Response {
-    if let Err(refused) = entitled(here, admitted, route).await {
+async fn link<S: ApiServer>(context: &RequestContext<S>, admitted: &Admitted, route: &Route) -> Response {
+    if let Err(refused) = role_for(context, admitted, route).await {
         return refusal(&refused);
     }
-    match &here.options.link {
+    match &context.options.link {
         Some(LinkCalls(calls)) => object(StatusCode::OK, &calls()),
         None => text(
             StatusCode::NOT_FOUND,
@@ -633,14 +420,14 @@ async fn link<S: Served>(here: &Here<S>, admitted: &Admitted, route: &Route) -> 
     }
 }
 
-async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -> Response {
+async fn rpc<S: ApiServer>(context: &RequestContext<S>, request: Request, admitted: &Admitted) -> Response {
     if !is_json(request.headers()) {
         let why = "a request is `application/json`";
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
     }
-    let peer = match granted(here, admitted).await {
+    let peer = match grant_for(context, admitted).await {
         Ok(None) if !admitted.loopback => Err(needs_token()),
-        Ok(grant) => peer(here, admitted, grant),
+        Ok(grant) => peer(context, admitted, grant),
         Err(refused) => Err(refused),
     };
     let peer = match peer {
@@ -648,28 +435,28 @@ async fn rpc<S: Served>(here: &Here<S>, request: Request, admitted: &Admitted) -
         Err(refused) => return refusal(&refused),
     };
     // Evictable until the body is complete: a slow body must not keep a stop out.
-    here.place.begin();
+    context.place.begin();
     let text = match body(request).await {
         Ok(text) => text,
         Err(refused) => return refusal(&refused),
     };
     if Lane::of(&text) == Lane::Ordinary {
-        here.place.pacer().turn(Lane::Ordinary).await;
+        context.place.pacer().turn(Lane::Ordinary).await;
     }
     // Stops are carried out even if all places for requests are taken.
-    if here.place.claim().is_err() && !is_always_obeyed(&text) {
+    if context.place.claim().is_err() && !is_always_obeyed(&text) {
         let why = "the station has as many requests as it takes";
         return self::text(StatusCode::SERVICE_UNAVAILABLE, why);
     }
-    let Some(answer) = here.station.call(peer, admitted.token.clone(), &text).await else {
+    let Some(answer) = context.station.call(peer, admitted.token.clone(), &text).await else {
         return StatusCode::NO_CONTENT.into_response();
     };
     ([(CONTENT_TYPE, "application/json")], answer).into_response()
 }
 
-async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
+async fn pair<S: ApiServer>(context: &RequestContext<S>, request: Request) -> Response {
     // Counted before anything else, so that malformed tries count too.
-    if let Err(wait) = here.options.tries.count() {
+    if let Err(wait) = context.options.tries.count() {
         let mut response = text(StatusCode::TOO_MANY_REQUESTS, "five tries a minute: wait");
         // Rounded up, so that the next try is not early.
         let seconds = HeaderValue::from(wait.as_secs() + 1);
@@ -691,7 +478,7 @@ async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
     // The name of the token comes from a stranger and is shown to teachers.
     let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
     let (code, name) = (code.to_owned(), name.trim().to_owned());
-    let redeemed = beside(&here.options.tokens, move |tokens| {
+    let redeemed = run_blocking(&context.options.tokens, move |tokens| {
         tokens.redeem(&code, &name)
     });
     match redeemed.await {
@@ -699,7 +486,7 @@ async fn pair<S: Served>(here: &Here<S>, request: Request) -> Response {
             StatusCode::OK,
             &json!({"token": token, "role": role.name()}),
         ),
-        Some(Ok(None)) => refusal(&Refused::new(
+        Some(Ok(None)) => refusal(&HttpRefusal::new(
             StatusCode::UNAUTHORIZED,
             "the code is not good",
         )),
@@ -723,15 +510,15 @@ fn is_json(headers: &HeaderMap) -> bool {
 }
 
 /// Reads the body as text, up to its limit.
-async fn body(request: Request) -> Result<String, Refused> {
-    let bytes = axum::body::to_bytes(request.into_body(), BODY).await;
-    let too_large = |_| Refused::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
+async fn body(request: Request) -> Result<String, HttpRefusal> {
+    let bytes = axum::body::to_bytes(request.into_body(), MAX_BODY_SIZE).await;
+    let too_large = |_| HttpRefusal::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
     let bytes = bytes.map_err(too_large)?;
-    let no_text = |_| Refused::new(StatusCode::BAD_REQUEST, "the body is no UTF-8");
+    let no_text = |_| HttpRefusal::new(StatusCode::BAD_REQUEST, "the body is no UTF-8");
     String::from_utf8(bytes.into()).map_err(no_text)
 }
 
-fn refusal(refused: &Refused) -> Response {
+fn refusal(refused: &HttpRefusal) -> Response {
     let mut response = text(refused.status, &refused.why);
     if refused.status == StatusCode::UNAUTHORIZED {
         let bearer = HeaderValue::from_static("Bearer");

@@ -21,7 +21,7 @@ const LOOPBACK: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
 
 /// Both ends of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ends {
+pub struct ConnectionEnds {
     /// Local address.
     pub local: SocketAddr,
     /// Address of the client.
@@ -55,13 +55,13 @@ pub(crate) struct Admitted {
 
 /// Refusal of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Refused {
+pub(crate) struct HttpRefusal {
     pub(crate) status: StatusCode,
     /// Reason, sent to the client.
     pub(crate) why: String,
 }
 
-impl Refused {
+impl HttpRefusal {
     pub(super) fn new(status: StatusCode, why: impl Into<String>) -> Self {
         Self {
             status,
@@ -76,10 +76,10 @@ impl Refused {
 
 impl Admission {
     /// Admits or refuses a request.
-    pub(crate) fn admit(&self, parts: &Parts, ends: Ends) -> Result<Admitted, Refused> {
+    pub(crate) fn admit(&self, parts: &Parts, ends: ConnectionEnds) -> Result<Admitted, HttpRefusal> {
         // An absolute target would make the `Host` header irrelevant.
         if parts.uri.scheme().is_some() || !parts.uri.path().starts_with('/') {
-            return Err(Refused::forbidden("the target of a request must be a path"));
+            return Err(HttpRefusal::forbidden("the target of a request must be a path"));
         }
         let query = parts.uri.query().unwrap_or_default();
         // Addresses end up in logs and histories of browsers.
@@ -89,18 +89,18 @@ impl Admission {
         {
             let why =
                 "a token does not belong into an address: send it as `Authorization: Bearer TOKEN`";
-            return Err(Refused::new(StatusCode::BAD_REQUEST, why));
+            return Err(HttpRefusal::new(StatusCode::BAD_REQUEST, why));
         }
         // Several headers could be read differently by a proxy and by the station.
         let host = match texts(&parts.headers, &HOST).as_slice() {
             [Some(host)] => host.to_ascii_lowercase(),
             _ => {
                 let why = "a request has one `Host` header";
-                return Err(Refused::new(StatusCode::BAD_REQUEST, why));
+                return Err(HttpRefusal::new(StatusCode::BAD_REQUEST, why));
             }
         };
         if !self.is_own(&host, ends) {
-            return Err(Refused::forbidden(format!(
+            return Err(HttpRefusal::forbidden(format!(
                 "the host name {host:?} is not one of this station: --allow-host {host} allows it"
             )));
         }
@@ -120,12 +120,12 @@ impl Admission {
     }
 
     /// Checks the `Origin` header. Returns an origin that is allowed by name.
-    fn origin(&self, headers: &HeaderMap, ends: Ends) -> Result<Option<String>, Refused> {
+    fn origin(&self, headers: &HeaderMap, ends: ConnectionEnds) -> Result<Option<String>, HttpRefusal> {
         let origin = match texts(headers, &ORIGIN).as_slice() {
             [] => return Ok(None),
             [Some(origin)] => origin.to_ascii_lowercase(),
             _ => {
-                return Err(Refused::forbidden(
+                return Err(HttpRefusal::forbidden(
                     "a request has at most one `Origin` header",
                 ));
             }
@@ -143,11 +143,11 @@ impl Admission {
         let why = format!(
             "a page of {origin:?} may not use this station: --allow-origin {origin} allows it"
         );
-        Err(Refused::forbidden(why))
+        Err(HttpRefusal::forbidden(why))
     }
 
     /// True if a lower-case host name is one of the station's at this local address.
-    fn is_own(&self, host: &str, ends: Ends) -> bool {
+    fn is_own(&self, host: &str, ends: ConnectionEnds) -> bool {
         let Some((name, port)) = split(host) else {
             return false;
         };
@@ -173,8 +173,8 @@ impl Admission {
 }
 
 /// Returns the token of `Authorization: Bearer TOKEN`.
-fn token(headers: &HeaderMap) -> Result<Option<String>, Refused> {
-    let unauthorized = |why| Refused::new(StatusCode::UNAUTHORIZED, why);
+fn token(headers: &HeaderMap) -> Result<Option<String>, HttpRefusal> {
+    let unauthorized = |why| HttpRefusal::new(StatusCode::UNAUTHORIZED, why);
     match texts(headers, &AUTHORIZATION).as_slice() {
         [] => Ok(None),
         [Some(text)] => match text.split_once(' ') {
@@ -224,8 +224,8 @@ mod tests {
 
     const HERE: &str = "127.0.0.1:8910";
 
-    fn ends(local: &str, peer: &str) -> Ends {
-        Ends {
+    fn ends(local: &str, peer: &str) -> ConnectionEnds {
+        ConnectionEnds {
             local: local.parse().unwrap(),
             peer: peer.parse().unwrap(),
             tls: false,
@@ -234,7 +234,7 @@ mod tests {
 
     fn admit(
         admission: &Admission,
-        ends: Ends,
+        ends: ConnectionEnds,
         target: &str,
         headers: &[(&str, &str)],
     ) -> Result<Admitted, u16> {
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn hosts_of_this_machine_are_let_in_and_no_others() {
+    fn only_local_host_names_are_admitted() {
         let admission = Admission::default();
         let local = ends(HERE, "127.0.0.1:50000");
         for (hosts, outcome) in [
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_without_a_port_is_that_of_the_scheme() {
+    fn host_without_port_uses_the_default_port() {
         let admission = Admission::default();
         for (port, tls, taken) in [
             (80, false, true),
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn loopback_is_both_ends_and_nothing_between() {
+    fn loopback_requires_local_ends_and_no_proxy() {
         let admission = Admission {
             hosts: vec!["arm.example".into()],
             ..Admission::default()
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn origins_are_our_own_or_named() {
+    fn only_own_or_listed_origins_are_admitted() {
         let admission = Admission {
             hosts: vec!["arm.example:443".into()],
             origins: vec!["https://lessons.example".into(), "null".into()],
@@ -385,7 +385,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_is_in_a_header_and_never_in_an_address() {
+    fn token_is_accepted_in_a_header_only() {
         let admission = Admission::default();
         let local = ends(HERE, "127.0.0.1:50000");
         let host = ("host", "localhost:8910");

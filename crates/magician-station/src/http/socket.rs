@@ -10,34 +10,34 @@ use futures_util::{SinkExt, StreamExt};
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::listen::ended;
+use super::listen::wait_for_end;
 use super::pacing::{Lane, Pacer};
-use super::routes::SignsOfLife;
-use super::served::ServedClient;
-use super::tokens::{TokenStore, UNCHECKED};
-use crate::station::{CloseCode, MESSAGE, Outgoing, Station};
+use super::options::KeepAliveSource;
+use super::server::ApiClient;
+use super::tokens::{TokenStore, TOKENS_UNAVAILABLE};
+use crate::station::{CloseCode, MAX_MESSAGE_SIZE, Outgoing, Station};
 
 /// Interval of pings. A reply keeps the lease alive, and within the lease timeout of 5 s one may be
 /// lost.
-const PING: Duration = Duration::from_secs(2);
+const PING_INTERVAL: Duration = Duration::from_secs(2);
 /// Longest time that one message may take to be written.
-const STUCK: Duration = Duration::from_secs(10);
+const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Time for the close frame.
-const FAREWELL: Duration = Duration::from_secs(1);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Carries messages until client or station ends.
 pub(super) async fn carry(
     socket: WebSocket,
-    client: impl ServedClient,
+    client: impl ApiClient,
     (tokens, loopback): (TokenStore, bool),
-    signs: SignsOfLife,
+    keep_alives: KeepAliveSource,
     mut over: watch::Receiver<bool>,
     pacer: Pacer,
 ) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
         // Looked up once, because a socket has only one hello, and the file may be slow.
-        let mut asked = false;
+        let mut token_checked = false;
         let mut heard = false;
         loop {
             let message = stream.next().await;
@@ -47,16 +47,16 @@ pub(super) async fn carry(
             };
             pacer.turn(lane).await;
             match message {
-                Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
+                Some(Ok(Message::Text(text))) if text.len() > MAX_MESSAGE_SIZE => return Some(too_large()),
                 Some(Ok(Message::Text(text))) => {
                     if !std::mem::replace(&mut heard, true) {
-                        client.heard();
+                        client.note_message();
                     }
-                    if !asked && let Some(token) = Station::token_of(&text) {
-                        asked = true;
+                    if !token_checked && let Some(token) = Station::token_of(&text) {
+                        token_checked = true;
                         match tokens.granted_at(token, loopback).await {
-                            Ok(grant) => client.vouch(grant),
-                            Err(_) => return Some(close(1013, UNCHECKED)),
+                            Ok(grant) => client.set_token_grant(grant),
+                            Err(_) => return Some(close(1013, TOKENS_UNAVAILABLE)),
                         }
                     }
                     client.send(&text);
@@ -75,24 +75,24 @@ pub(super) async fn carry(
         }
     };
     let writer = async {
-        let mut pings = interval(PING);
+        let mut pings = interval(PING_INTERVAL);
         // After a pause of the machine one ping suffices.
         pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             let message = tokio::select! {
                 // The end of the station first; then messages before pings.
                 biased;
-                () = ended(&mut over) => return Some(close(1001, "the station ends")),
+                () = wait_for_end(&mut over) => return Some(close(1001, "the station ends")),
                 outgoing = client.receive() => match outgoing {
                     Outgoing::Text(text) => Message::Text(text.into()),
                     Outgoing::Frame(bytes) => Message::Binary(bytes.into()),
                     Outgoing::Close(code) => return Some(close(code.0, "")),
                 },
-                _ = pings.tick(), if signs == SignsOfLife::Pings => Message::Ping(Vec::new().into()),
+                _ = pings.tick(), if keep_alives == KeepAliveSource::Pings => Message::Ping(Vec::new().into()),
             };
             // Only one message is in flight. The rest waits in the station, where newer states
             // replace older ones.
-            match timeout(STUCK, sink.send(message)).await {
+            match timeout(WRITE_TIMEOUT, sink.send(message)).await {
                 Ok(Ok(())) => {}
                 Ok(Err(_)) | Err(_) => return None,
             }
@@ -106,14 +106,14 @@ pub(super) async fn carry(
     // Dropped before the farewell: the station must learn of the end now.
     drop(client);
     if let Some(last) = last {
-        let _ = timeout(FAREWELL, sink.send(last)).await;
+        let _ = timeout(CLOSE_TIMEOUT, sink.send(last)).await;
     }
 }
 
 /// Accepts and closes a socket for which the station has no place.
-pub(super) async fn turn_away(mut socket: WebSocket) {
+pub(super) async fn reject(mut socket: WebSocket) {
     let last = close(CloseCode::FULL.0, "the station has all its sessions");
-    let _ = timeout(FAREWELL, socket.send(last)).await;
+    let _ = timeout(CLOSE_TIMEOUT, socket.send(last)).await;
 }
 
 fn too_large() -> Message {

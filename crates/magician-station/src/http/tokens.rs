@@ -21,17 +21,17 @@ use crate::secret::same_secret;
 use crate::station::{Grant, Peer};
 
 /// Lifetime of a pairing code.
-pub const CODE: Duration = Duration::from_secs(120);
+pub const CODE_LIFETIME: Duration = Duration::from_secs(120);
 /// Resolution of the time of last use, s. Finer times would rewrite the file with every request.
-const NOTED: u64 = 60;
+const USE_RESOLUTION: u64 = 60;
 /// Least number of characters of a token that the user has made.
-const LEAST: usize = 32;
+const MIN_TOKEN_LENGTH: usize = 32;
 
 /// Name of the token for the station's own user. Cannot collide: names contain no brackets.
-const OWN: &str = "(this user)";
+const OWN_TOKEN_NAME: &str = "(this user)";
 
 /// Message while the station cannot check a token.
-pub const UNCHECKED: &str = "the station cannot check tokens now: try again";
+pub const TOKENS_UNAVAILABLE: &str = "the station cannot check tokens now: try again";
 
 /// Stored token.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -189,7 +189,7 @@ impl TokenStore {
                 _ => return Err(wrong("expected TOKEN ROLE [NAME]")),
             };
             let sign = |byte: u8| byte.is_ascii_alphanumeric() || b"_-".contains(&byte);
-            if token.len() < LEAST || !token.bytes().all(sign) {
+            if token.len() < MIN_TOKEN_LENGTH || !token.bytes().all(sign) {
                 return Err(wrong("a token is at least 32 of A-Z, a-z, 0-9, _ and -"));
             }
             let role = Role::named(role);
@@ -208,7 +208,7 @@ impl TokenStore {
     pub fn with_own(mut self) -> Result<(Self, String), TokenError> {
         let token = secret()?;
         let entry = (Role::Teacher, digest(&token));
-        self.more.insert(OWN.to_owned(), entry);
+        self.more.insert(OWN_TOKEN_NAME.to_owned(), entry);
         Ok((self, token))
     }
 
@@ -251,7 +251,7 @@ impl TokenStore {
         })
     }
 
-    /// Creates a code of six digits, good for one token with this role within [`CODE`].
+    /// Creates a code of six digits, good for one token with this role within [`CODE_LIFETIME`].
     ///
     /// # Errors
     /// [`TokenError`] if the file cannot be written.
@@ -265,7 +265,7 @@ impl TokenStore {
             file.code.push(PairingCode {
                 sha256: digest(&code),
                 role: role.name().to_owned(),
-                until: unix_now() + CODE.as_secs(),
+                until: unix_now() + CODE_LIFETIME.as_secs(),
             });
             Ok(())
         })?;
@@ -331,7 +331,7 @@ impl TokenStore {
         // Only once a minute: the time is for people, and each note rewrites the file.
         if found
             .used
-            .is_none_or(|used| now.saturating_sub(used) >= NOTED)
+            .is_none_or(|used| now.saturating_sub(used) >= USE_RESOLUTION)
         {
             let noted = self.update(|file| {
                 // The token may have been revoked meanwhile.
@@ -353,7 +353,7 @@ impl TokenStore {
     /// # Errors
     /// The same as [`grant`](Self::grant).
     pub async fn granted(&self, token: String) -> Result<Option<Grant>, TokenError> {
-        let granted = beside(self, move |tokens| tokens.grant(&token)).await;
+        let granted = run_blocking(self, move |tokens| tokens.grant(&token)).await;
         let granted = granted.unwrap_or(Ok(None));
         if let Err(error) = &granted {
             tracing::warn!(%error, "a token cannot be checked");
@@ -369,7 +369,7 @@ impl TokenStore {
     ) -> Result<Option<Grant>, TokenError> {
         let granted = self.granted(token).await?;
         // The token of the station's own user is worth nothing from elsewhere.
-        let is_own = |grant: &Grant| grant.token.as_deref() == Some(OWN);
+        let is_own = |grant: &Grant| grant.token.as_deref() == Some(OWN_TOKEN_NAME);
         Ok(granted.filter(|grant| loopback || !is_own(grant)))
     }
 
@@ -449,7 +449,7 @@ impl TokenStore {
 
 /// Runs a function on a blocking thread, because the disk may be slow. `None` if the runtime shuts
 /// down.
-pub(super) async fn beside<T: Send + 'static>(
+pub(super) async fn run_blocking<T: Send + 'static>(
     tokens: &TokenStore,
     act: impl FnOnce(TokenStore) -> T + Send + 'static,
 ) -> Option<T> {
@@ -519,7 +519,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_has_not_changed_is_not_read_again() {
+    fn unchanged_token_file_is_not_reread() {
         let (_folder, store, token) = stored();
         assert!(store.grant(&token).unwrap().is_some());
         // The use was noted in the file; the cached content stays valid while the file is
@@ -532,7 +532,7 @@ mod tests {
     }
 
     #[test]
-    fn change_by_another_program_is_seen_by_the_next_look() {
+    fn foreign_change_is_seen_by_the_next_read() {
         let (_folder, store, token) = stored();
         let other = TokenStore::at(store.path.clone());
         for _ in 0..20 {
@@ -547,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn file_that_cannot_be_read_is_an_error() {
+    fn unreadable_token_file_is_an_error() {
         let (_folder, store, token) = stored();
         fs::remove_file(&store.path).unwrap();
         fs::create_dir(&store.path).unwrap();

@@ -17,33 +17,33 @@ use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
-use super::{Heard, LinkService};
+use super::{ProgramInput, LinkService};
 use crate::READ_BUFFER;
 use crate::http::{
-    Admission, Ends, Lane, ListenError, Listener, Paced, Place, Places, Wanted, next,
+    Admission, ConnectionEnds, Lane, ListenError, Listener, Paced, Place, Places, ListenAddress, next,
 };
-use crate::station::{MESSAGE, SOCKETS};
+use crate::station::{MAX_MESSAGE_SIZE, MAX_SOCKETS};
 
 /// Port of DobotLink.
-const PORT: u16 = 9090;
+const DEFAULT_PORT: u16 = 9090;
 /// Port at which DobotEDU expects a helper for its camera.
-const IMAGE: u16 = 10001;
+const IMAGE_PORT: u16 = 10001;
 /// Most programs at once. A program is a stranger until its first message; if all places are taken,
 /// a stranger is evicted.
 const LIMITS: AdmissionLimits = AdmissionLimits {
-    loopback_strangers: SOCKETS,
+    loopback_strangers: MAX_SOCKETS,
     // Not used: connections from elsewhere are refused.
     strangers: 1,
-    claims: SOCKETS,
-    kept_for_loopback: SOCKETS,
+    claims: MAX_SOCKETS,
+    kept_for_loopback: MAX_SOCKETS,
     idle: None,
 };
 /// Time for the head of a request.
-const HEAD: Duration = Duration::from_secs(5);
+const HEAD_TIMEOUT: Duration = Duration::from_secs(5);
 /// Interval of pings. A reply is a sign of life of the program.
-const PING: Duration = Duration::from_secs(2);
+const PING_INTERVAL: Duration = Duration::from_secs(2);
 /// Longest time that one message may take to be written.
-const STUCK: Duration = Duration::from_secs(10);
+const WRITE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Bound addresses of a link, before the first connection is accepted.
 #[derive(Debug)]
@@ -56,7 +56,7 @@ impl LinkListener {
     /// # Errors
     /// [`ListenError`]; [`Beyond`](ListenError::Beyond) for an address that others can reach.
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
-        at_home(address, PORT).await.map(Self)
+        bind_loopback(address, DEFAULT_PORT).await.map(Self)
     }
 
     /// Returns the bound addresses.
@@ -73,7 +73,7 @@ impl LinkListener {
         admission: Admission,
         over: watch::Receiver<bool>,
     ) {
-        serve(self.0, Talk::Link(service), admission, over).await;
+        serve(self.0, ConnectionService::Link(service), admission, over).await;
     }
 }
 
@@ -88,23 +88,23 @@ impl ImageStub {
     /// # Errors
     /// [`ListenError`] if the port is in use.
     pub async fn bind() -> Result<Self, ListenError> {
-        at_home(None, IMAGE).await.map(Self)
+        bind_loopback(None, IMAGE_PORT).await.map(Self)
     }
 
     /// Accepts connections until `over` becomes true.
     pub async fn serve(self, over: watch::Receiver<bool>) {
-        serve(self.0, Talk::Nothing, Admission::default(), over).await;
+        serve(self.0, ConnectionService::Silent, Admission::default(), over).await;
     }
 }
 
 /// Service of a connection.
 #[derive(Clone)]
-enum Talk {
+enum ConnectionService {
     Link(LinkService),
-    Nothing,
+    Silent,
 }
 
-impl Talk {
+impl ConnectionService {
     async fn with(
         self,
         mut socket: WebSocketStream<Paced<TcpStream>>,
@@ -118,7 +118,7 @@ impl Talk {
                 let silence = async { while let Some(Ok(_)) = socket.next().await {} };
                 tokio::select! {
                     () = silence => {}
-                    () = crate::http::ended(&mut over) => {}
+                    () = crate::http::wait_for_end(&mut over) => {}
                 }
             }
         }
@@ -126,10 +126,10 @@ impl Talk {
 }
 
 /// Binds an address, which must be loopback.
-async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
-    let wanted = address.map(|text| Wanted::read(text, usual)).transpose()?;
+async fn bind_loopback(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
+    let wanted = address.map(|text| ListenAddress::read(text, usual)).transpose()?;
     match wanted {
-        Some(Wanted::At(address)) if !address.ip().is_loopback() => {
+        Some(ListenAddress::At(address)) if !address.ip().is_loopback() => {
             Err(ListenError::Beyond(address))
         }
         // `localhost`, a loopback address, or none given.
@@ -137,7 +137,7 @@ async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenEr
     }
 }
 
-async fn serve(listeners: Listener, talk: Talk, admission: Admission, over: watch::Receiver<bool>) {
+async fn serve(listeners: Listener, talk: ConnectionService, admission: Admission, over: watch::Receiver<bool>) {
     let admission = Arc::new(admission);
     let places = Places::new(LIMITS);
     let mut accepting = JoinSet::new();
@@ -156,7 +156,7 @@ async fn serve(listeners: Listener, talk: Talk, admission: Admission, over: watc
 
 async fn accept(
     listener: TcpListener,
-    talk: Talk,
+    talk: ConnectionService,
     admission: Arc<Admission>,
     places: Places,
     mut over: watch::Receiver<bool>,
@@ -169,15 +169,15 @@ async fn accept(
             let served = async {
                 if let Ok(Some(socket)) =
                     // The whole handshake has to fit into this time.
-                    timeout(HEAD, open(stream, peer, &place, &admission)).await
+                    timeout(HEAD_TIMEOUT, open(stream, peer, &place, &admission)).await
                 {
-                    place.heard();
+                    place.note_head();
                     talk.with(socket, peer, &place, over).await;
                 }
             };
             tokio::select! {
                 () = served => {}
-                () = place.gives_way() => {}
+                () = place.evicted() => {}
             }
         });
     }
@@ -198,13 +198,13 @@ async fn open(
 ) -> Option<WebSocketStream<Paced<TcpStream>>> {
     let local = stream.local_addr().ok()?;
     let _ = stream.set_nodelay(true);
-    let ends = Ends {
+    let ends = ConnectionEnds {
         local,
         peer,
         tls: false,
     };
     let admit =
-        |request: &Request<()>, response: Response<()>| match admission.lets_in(request, ends) {
+        |request: &Request<()>, response: Response<()>| match admission.check_request(request, ends) {
             Ok(()) => Ok(response),
             Err((status, why)) => {
                 let mut refused = Response::new(Some(why));
@@ -214,7 +214,7 @@ async fn open(
         };
     let stream = Paced::new(stream, place.pacer().clone());
     let config = WebSocketConfig::default()
-        .max_message_size(Some(MESSAGE))
+        .max_message_size(Some(MAX_MESSAGE_SIZE))
         .read_buffer_size(READ_BUFFER);
     accept_hdr_async_with_config(stream, admit, Some(config))
         .await
@@ -229,7 +229,7 @@ async fn talk(
     place: &Place,
     mut over: watch::Receiver<bool>,
 ) {
-    let (said, mut told) = service.connect("DobotLink", &peer.to_string()).split();
+    let (input, mut output) = service.connect("DobotLink", &peer.to_string()).split();
     let (mut sink, mut stream) = socket.split();
     let reader = async {
         let mut claimed = false;
@@ -244,8 +244,8 @@ async fn talk(
                 place.pacer().begin_session();
             }
             let heard = match message {
-                Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),
-                Ok(Message::Pong(_)) => Heard::Pong,
+                Ok(Message::Text(text)) => ProgramInput::Text(text.as_str().to_owned()),
+                Ok(Message::Pong(_)) => ProgramInput::Pong,
                 // The library answers pings.
                 Ok(Message::Ping(_) | Message::Frame(_)) => continue,
                 Ok(Message::Binary(_)) => {
@@ -257,28 +257,28 @@ async fn talk(
                 }
                 Err(_) => return None,
             };
-            if said.send(heard).await.is_err() {
+            if input.send(heard).await.is_err() {
                 return None;
             }
         }
         None
     };
     let writer = async {
-        let mut pings = interval(PING);
+        let mut pings = interval(PING_INTERVAL);
         loop {
             let message = tokio::select! {
                 // The end of the station first; then answers before pings.
                 biased;
-                () = crate::http::ended(&mut over) => {
+                () = crate::http::wait_for_end(&mut over) => {
                     return Some((CloseCode::Away, "the station ends"));
                 }
-                text = told.recv() => match text {
+                text = output.recv() => match text {
                     Some(text) => Message::text(text),
                     None => return None,
                 },
                 _ = pings.tick() => Message::Ping(Vec::new().into()),
             };
-            match timeout(STUCK, sink.send(message)).await {
+            match timeout(WRITE_TIMEOUT, sink.send(message)).await {
                 Ok(Ok(())) => {}
                 Ok(Err(_)) | Err(_) => return None,
             }
@@ -289,19 +289,19 @@ async fn talk(
         last = writer => last,
     };
     // Dropped before the farewell: motion must end now.
-    drop(said);
+    drop(input);
     if let Some((code, reason)) = last {
         let last = CloseFrame {
             code,
             reason: reason.into(),
         };
-        let _ = timeout(HEAD, sink.send(Message::Close(Some(last)))).await;
+        let _ = timeout(HEAD_TIMEOUT, sink.send(Message::Close(Some(last)))).await;
     }
 }
 
 impl Admission {
     /// Checks a request. `Err` holds status and reason of the refusal.
-    fn lets_in(&self, request: &Request<()>, ends: Ends) -> Result<(), (StatusCode, String)> {
+    fn check_request(&self, request: &Request<()>, ends: ConnectionEnds) -> Result<(), (StatusCode, String)> {
         let (parts, ()) = request.clone().into_parts();
         let admitted =
             { self.admit(&parts, ends) }.map_err(|refused| (refused.status, refused.why))?;

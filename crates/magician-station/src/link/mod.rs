@@ -24,13 +24,13 @@ use crate::station::{Outgoing, Peer};
 
 /// Interval of keep-alives sent to the station while the program's socket is open. DobotLink's
 /// clients answer no pings while they compute, so an open socket alone has to keep the lease.
-const ALIVE: Duration = Duration::from_secs(2);
+const KEEP_ALIVE_INTERVAL: Duration = Duration::from_secs(2);
 /// Most unread answers. A program that reads nothing is disconnected.
-const UNREAD: usize = 4096;
+const MAX_UNREAD_ANSWERS: usize = 4096;
 
 /// Input of a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Heard {
+pub(crate) enum ProgramInput {
     /// A message.
     Text(String),
     /// Reply to a ping.
@@ -67,20 +67,20 @@ impl LinkService {
     #[must_use]
     pub fn connect(&self, name: &str, address: &str) -> LinkProgram {
         // Bounded, so that a program that floods is slowed down by its own socket.
-        let (said, hears) = mpsc::channel(64);
-        let (tells, told) = mpsc::channel(UNREAD);
+        let (input, inputs) = mpsc::channel(64);
+        let (outputs, output) = mpsc::channel(MAX_UNREAD_ANSWERS);
         let service = self.clone();
         let (name, address) = (name.to_owned(), address.to_owned());
-        tokio::spawn(async move { service.carry(name, address, hears, tells).await });
-        LinkProgram { said, told }
+        tokio::spawn(async move { service.carry(name, address, inputs, outputs).await });
+        LinkProgram { input, output }
     }
 
     async fn carry(
         self,
         name: String,
         address: String,
-        mut hears: mpsc::Receiver<Heard>,
-        tells: mpsc::Sender<String>,
+        mut inputs: mpsc::Receiver<ProgramInput>,
+        outputs: mpsc::Sender<String>,
     ) {
         let begun = Instant::now();
         let now = || HostInstant::ZERO + begun.elapsed();
@@ -94,7 +94,7 @@ impl LinkService {
         };
         let client = self.station.connect_link(peer);
         let mut link = Link::new(now(), self.options.clone(), &name);
-        let mut alive = interval(ALIVE);
+        let mut alive = interval(KEEP_ALIVE_INTERVAL);
         alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             exchange(&mut link, &client, now());
@@ -103,7 +103,7 @@ impl LinkService {
                 report.count(&name, &noted);
             }
             while let Some(text) = link.poll_program() {
-                if tells.try_send(text).is_err() {
+                if outputs.try_send(text).is_err() {
                     // The program reads nothing, or is gone.
                     return leave(&mut link, &client, now());
                 }
@@ -118,9 +118,9 @@ impl LinkService {
             tokio::select! {
                 // In this order: calls of the program first, so that a stop is not behind states.
                 biased;
-                heard = hears.recv() => match heard {
-                    Some(Heard::Text(text)) => link.receive(now(), &text),
-                    Some(Heard::Pong) => link.pong(now()),
+                heard = inputs.recv() => match heard {
+                    Some(ProgramInput::Text(text)) => link.receive(now(), &text),
+                    Some(ProgramInput::Pong) => link.pong(now()),
                     None => return leave(&mut link, &client, now()),
                 },
                 outgoing = client.receive() => match outgoing {
@@ -155,28 +155,28 @@ fn leave(link: &mut Link, client: &Client, now: HostInstant) {
 /// Program's end of a connection.
 #[derive(Debug)]
 pub struct LinkProgram {
-    said: mpsc::Sender<Heard>,
-    told: mpsc::Receiver<String>,
+    input: mpsc::Sender<ProgramInput>,
+    output: mpsc::Receiver<String>,
 }
 
 impl LinkProgram {
     /// Sends a message. Returns false if the link has disconnected the program.
-    pub async fn say(&self, text: impl Into<String>) -> bool {
-        self.said.send(Heard::Text(text.into())).await.is_ok()
+    pub async fn send(&self, text: impl Into<String>) -> bool {
+        self.input.send(ProgramInput::Text(text.into())).await.is_ok()
     }
 
     /// Sends the reply to a ping. Returns false if the link has disconnected the program.
     pub async fn pong(&self) -> bool {
-        self.said.send(Heard::Pong).await.is_ok()
+        self.input.send(ProgramInput::Pong).await.is_ok()
     }
 
     /// Waits for the next message to the program. `None` if it was disconnected.
-    pub async fn hear(&mut self) -> Option<String> {
-        self.told.recv().await
+    pub async fn receive(&mut self) -> Option<String> {
+        self.output.recv().await
     }
 
     /// Splits into sender and receiver, to use both at the same time.
-    pub(crate) fn split(self) -> (mpsc::Sender<Heard>, mpsc::Receiver<String>) {
-        (self.said, self.told)
+    pub(crate) fn split(self) -> (mpsc::Sender<ProgramInput>, mpsc::Receiver<String>) {
+        (self.input, self.output)
     }
 }

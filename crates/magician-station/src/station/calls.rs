@@ -13,11 +13,11 @@ use super::{Awaited, Station, tools};
 use crate::api::{ArmEvent, Feature, Method, Needs, Params, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::library::folder_of;
-use crate::order::{ArmAct, ArmOrder, ArmRead, Taken};
+use crate::order::{ArmAct, ArmOrder, ArmRead, TouchTarget};
 
 /// Number of jogs that are remembered by id after their end, so that a late `jog.stop` gets an
 /// answer.
-const JOGS: usize = 256;
+const MAX_REMEMBERED_JOGS: usize = 256;
 
 impl Station {
     /// Dispatches a method that has passed the common checks.
@@ -57,7 +57,7 @@ impl Station {
             return self.record_call(name, call, arm);
         }
         if name == "arm.get"
-            && let Some(ends) = self.refuses_put_out(call.session)
+            && let Some(ends) = self.eviction_error(call.session)
         {
             return Err(ends);
         }
@@ -95,7 +95,7 @@ impl Station {
                 Ok(self.read(call, arm, ArmRead::Raw { id, params }))
             }
             ("arm.get", Some(arm)) => {
-                let read = wanted(call)?;
+                let read = requested_read(call)?;
                 Ok(self.read(call, arm, read))
             }
             ("jog.start", Some(arm)) => self.start_jog(call, arm),
@@ -104,7 +104,7 @@ impl Station {
             ("jog.keep", _) => {
                 if let Some(jog) = self.jog_named(call)
                     && self.control.keep_jog(call.now, call.session, jog)
-                    && let Some(arm) = self.jogging(jog)
+                    && let Some(arm) = self.arm_of_jog(jog)
                 {
                     self.order(arm, ArmOrder::KeepJog(jog));
                 }
@@ -142,7 +142,7 @@ impl Station {
         let has = |feature: &Feature| match feature {
             Feature::BinaryFrames | Feature::Events | Feature::Presets => true,
             Feature::JobQueue | Feature::Classes => cfg!(feature = "class"),
-            Feature::Library => self.config.programs.keeps(),
+            Feature::Library => self.config.programs.is_enabled(),
             Feature::Recording => self.keeps_recordings(),
             Feature::Worlds => {
                 cfg!(feature = "sim") && self.arms.iter().any(|arm| arm.entry.is_virtual)
@@ -202,7 +202,7 @@ impl Station {
     /// Stops one arm, or all arms.
     fn stop(&mut self, call: &Call<'_>, arm: Option<ArmId>) -> Handled {
         let request = call.request;
-        let arms = self.meant(arm);
+        let arms = self.arm_or_all(arm);
         let by = Some(call.session);
         for arm in &arms {
             // The stop leaves before anything else is done.
@@ -213,13 +213,13 @@ impl Station {
                 },
             );
             for ended in self.control.stop(call.now, *arm) {
-                let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
+                let error = self.ended_error(*arm, crate::control::WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }
-            let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
-            self.stop_before_found(call.now, *arm, &error);
-            let by = self.by(by);
-            if self.arm_mut(*arm).events.tells_stop(call.now) {
+            let error = self.ended_error(*arm, crate::control::WorkEnd::Stop(by));
+            self.cancel_pending_starts(call.now, *arm, &error);
+            let by = self.session_id_value(by);
+            if self.arm_mut(*arm).events.should_record_stop(call.now) {
                 self.event(call.now, *arm, ArmEvent::Stop, vec![("by", by)]);
             }
             #[cfg(feature = "class")]
@@ -246,11 +246,11 @@ impl Station {
         let begun = self.control.start_jog(call.now, call.session, arm, keep);
         let jog = begun.map_err(|refusal| self.refused(arm, refusal))?;
         self.jogs.insert(jog, arm);
-        while self.jogs.len() > JOGS {
+        while self.jogs.len() > MAX_REMEMBERED_JOGS {
             self.jogs.pop_first();
         }
         // Effects of the replaced jog first: its stop must leave before the new start.
-        self.settle(call.now);
+        self.carry_out_effects(call.now);
         let request = call.request;
         self.order(
             arm,
@@ -264,7 +264,7 @@ impl Station {
         );
         let fields = vec![("jog", json!(self.jog_id(jog))), ("axis", json!(axis))];
         self.event(call.now, arm, ArmEvent::Jog, fields);
-        self.state_has_changed(arm);
+        self.mark_state_changed(arm);
         Ok(Handled::Later(request, Awaited::Jog(arm, jog)))
     }
 
@@ -288,7 +288,7 @@ impl Station {
         if let Some(jog) = jog {
             self.control.stop_jog(jog);
         }
-        self.settle(call.now);
+        self.carry_out_effects(call.now);
         Ok(self.read(call, arm, ArmRead::Stand))
     }
 
@@ -298,7 +298,7 @@ impl Station {
     }
 
     /// Returns the arm that a jog moves.
-    fn jogging(&self, jog: JogId) -> Option<ArmId> {
+    fn arm_of_jog(&self, jog: JogId) -> Option<ArmId> {
         self.arm_ids()
             .find(|arm| self.control.jog(*arm).is_some_and(|(id, _)| id == jog))
     }
@@ -312,7 +312,7 @@ impl Station {
         kind: WorkKind,
     ) -> Result<Handled, RpcError> {
         let act = act_of(method.name, call)?;
-        self.refuse_unheld(call, arm, &act)?;
+        self.refuse_unattended(call, arm, &act)?;
         let command = match &act {
             ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set) => Some(set),
             _ => None,
@@ -330,7 +330,7 @@ impl Station {
             _ => kind,
         };
         // After the checks of parameters: a wrong request takes no lease.
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         let begun = self
             .control
             .begin(call.now, call.session, arm, call.request, kind);
@@ -347,9 +347,9 @@ impl Station {
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
-    /// Refuses what would go on without a holder: a raw jog of any session, and a motor or the laser
-    /// if the lease ends with the call.
-    fn refuse_unheld(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<(), RpcError> {
+    /// Refuses what would go on without a holder: a raw jog of any session, and a motor or the
+    /// laser if the lease ends with the call.
+    fn refuse_unattended(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<(), RpcError> {
         let (ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set)) = act else {
             return Ok(());
         };
@@ -423,7 +423,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
         "surface.touch" if params.is_on("forget") => Ok(ArmAct::ForgetSurface),
         "surface.touch" => Ok(ArmAct::Touch {
-            takes: Taken::Height {
+            takes: TouchTarget::Height {
                 adds: params.is_on("add"),
             },
             unhomed: params.is_on("unhomed"),
@@ -435,7 +435,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
                 .find(|corner| corner.name() == name);
             let corner = corner.ok_or_else(|| RpcError::param("corner", "no such corner"))?;
             Ok(ArmAct::Touch {
-                takes: Taken::Corner(corner),
+                takes: TouchTarget::Corner(corner),
                 unhomed: params.is_on("unhomed"),
             })
         }
@@ -478,9 +478,9 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
 }
 
 /// Returns the reading that `arm.get` asks for.
-fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
+fn requested_read(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let name = call.params.text("command").unwrap_or_default();
-    let row = Row::find_readable(name).map_err(|_| unknown("command", name, "read"))?;
+    let row = Row::find_readable(name).map_err(|_| unknown_name("command", name, "read"))?;
     let given = call.params.object("query").cloned().unwrap_or_default();
     let params = match row.query {
         Some(layout) => encode(layout, &given).map_err(|why| RpcError::param("query", why))?,
@@ -504,8 +504,8 @@ fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
 /// Returns the command in this parameter, with its fields.
 pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Result<Set, RpcError> {
     let name = call.params.text(param).unwrap_or_default();
-    let row = Row::find_writable(name).map_err(|_| unknown(param, name, "set"))?;
-    let layout = row.set.ok_or_else(|| unknown(param, name, "set"))?;
+    let row = Row::find_writable(name).map_err(|_| unknown_name(param, name, "set"))?;
+    let layout = row.set.ok_or_else(|| unknown_name(param, name, "set"))?;
     if queued && !row.queueable {
         return Err(RpcError::param(
             param,
@@ -518,7 +518,7 @@ pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Resul
     set.map_err(|error| RpcError::param("fields", format!("{name}: {error}")))
 }
 
-fn unknown(param: &str, name: &str, does: &str) -> RpcError {
+fn unknown_name(param: &str, name: &str, does: &str) -> RpcError {
     let name = magician_protocol::visible(name);
     RpcError::param(
         param,

@@ -1,4 +1,5 @@
-//! Classes at the station: signing in, the files of a class, freezing, and the fence for pupils.
+//! Classes at the station: the files of a class, freezing, and the fence for pupils. Signing in is in
+//! `sign_in`.
 //!
 //! Control decides about turns and slots by numbers of persons; this module maps names, tokens and
 //! codes to those numbers. A class, its schedule, the roster and the results are files. They are
@@ -9,45 +10,36 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use magician::Fence;
-use magician::admission::Origin;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::class_files::{ClassChange, ClassFiles};
 use super::dispatch::{Call, Handled};
-use super::keeping::IfUnkept;
-use super::newest::{LIST_INTERVAL, Newest};
+use super::held_work::WriteFailurePolicy;
 use super::queue::QueuedJob;
-use super::sessions::Entry;
+use super::sessions::RoleSource;
 use super::socket::CloseCode;
-use super::{Peer, Station, StationConfig};
-use crate::api::{Params, Role, RpcError};
+use super::{Station, StationConfig};
+use crate::api::{Role, RpcError};
 use crate::class::{ClassError, ClassFile, Schedule};
-use crate::control::{
-    ArmId, CodeBound, CodeTry, JobClaim, JobId, PersonId, RequestId, SessionId, TooManyCodes,
-    WrongCodes,
-};
+use crate::control::{ArmId, JobClaim, JobId, PersonId, RequestId, WrongCodes};
 use crate::roster::Roster;
-use crate::secret::same_secret;
 
 /// Names of the files in the [`JobStore`](crate::JobStore).
-pub(super) const CLASS: &str = "class.toml";
-pub(super) const SCHEDULE: &str = "schedule.toml";
-pub(super) const ROSTER: &str = "roster.json";
-pub(super) const RESULTS: &str = "results.json";
-const DAMAGED: &str = "results-damaged.json";
-/// Key under which wrong PINs are counted. Cannot collide with a pupil: names contain no control
-/// characters.
-const TEACHER: &str = "\n";
+pub(super) const CLASS_FILE: &str = "class.toml";
+pub(super) const SCHEDULE_FILE: &str = "schedule.toml";
+pub(super) const ROSTER_FILE: &str = "roster.json";
+pub(super) const RESULTS_FILE: &str = "results.json";
+const DAMAGED_RESULTS_FILE: &str = "results-damaged.json";
 /// Time for the job of a frozen arm to pause, at the end of a short step. Then the job is ended.
-const PAUSE: Duration = Duration::from_secs(1);
+const FREEZE_PAUSE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Interval of expanding the schedule into slots again. Slots are expanded eight days ahead, so
 /// once a day suffices.
-pub(super) const ANEW: Duration = Duration::from_secs(24 * 3600);
+pub(super) const SLOT_REFRESH_INTERVAL: Duration = Duration::from_secs(24 * 3600);
 
 /// State of the class of a station.
 #[derive(Debug, Default)]
-pub(super) struct Class {
+pub(super) struct StationClass {
     pub(super) file: Option<ClassFile>,
     /// Teacher's PIN of the class held by the stations behind a hub.
     pub(super) elsewhere: Option<String>,
@@ -59,7 +51,7 @@ pub(super) struct Class {
     /// Arms expected on the site.
     pub(super) roster: Roster,
     /// Instant at which slots have to be expanded again.
-    pub(super) anew: Option<HostInstant>,
+    pub(super) slots_due: Option<HostInstant>,
     /// Instants at which the jobs of frozen arms have had their time to pause.
     pub(super) pauses_end: BTreeMap<ArmId, HostInstant>,
     /// Known persons. The index is the [`PersonId`].
@@ -99,13 +91,13 @@ impl Person {
     }
 }
 
-impl Class {
+impl StationClass {
     /// Reads the class from the flags, or else from the files of an earlier station.
     pub(super) fn load(config: &StationConfig) -> Self {
-        let kept = |name| { config.jobs.kept(name) }.map_err(|error| ClassError(error.to_string()));
+        let kept = |name| { config.jobs.load_text(name) }.map_err(|error| ClassError(error.to_string()));
         let noted =
             |what: &str, error: &ClassError| tracing::warn!(%error, "the {what} is not used");
-        let before = match kept(CLASS) {
+        let before = match kept(CLASS_FILE) {
             // An empty file is written when a class is ended.
             Ok(text) => {
                 { text.filter(|text| !text.trim().is_empty()) }.map(|text| ClassFile::parse(&text))
@@ -142,7 +134,7 @@ impl Class {
         }
         let schedule = match &config.schedule {
             Some(text) => Ok(Some(text.clone())),
-            None => kept(SCHEDULE),
+            None => kept(SCHEDULE_FILE),
         };
         let schedule =
             schedule.and_then(|text| text.map(|text| Schedule::parse(&text)).transpose());
@@ -156,7 +148,7 @@ impl Class {
                 (None, Some(error))
             }
         };
-        let roster = kept(ROSTER).and_then(|text| {
+        let roster = kept(ROSTER_FILE).and_then(|text| {
             let roster = text.map(|text| Roster::parse(&text).map_err(ClassError));
             roster.unwrap_or_else(|| Ok(Roster::default()))
         });
@@ -165,14 +157,14 @@ impl Class {
             Roster::default()
         });
         let mut files = ClassFiles::default();
-        let results = kept(RESULTS).unwrap_or_else(|error| {
+        let results = kept(RESULTS_FILE).unwrap_or_else(|error| {
             noted("file of results", &error);
             None
         });
         let results = results.map_or_else(Vec::new, |text| {
             serde_json::from_str(&text).unwrap_or_else(|error| {
-                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED}");
-                files.write(DAMAGED, text);
+                tracing::warn!(%error, "the results cannot be read: they are kept as {DAMAGED_RESULTS_FILE}");
+                files.write(DAMAGED_RESULTS_FILE, text);
                 Vec::new()
             })
         });
@@ -183,7 +175,7 @@ impl Class {
             schedule_error,
             roster,
             // Expanded at the first call with a time, because the station has no clock.
-            anew: Some(HostInstant::ZERO),
+            slots_due: Some(HostInstant::ZERO),
             fences: config.arms.iter().map(|arm| arm.fence).collect(),
             results,
             ..Self::default()
@@ -191,7 +183,7 @@ impl Class {
     }
 
     pub(super) fn next(&self) -> Option<HostInstant> {
-        self.pauses_end.values().copied().chain(self.anew).min()
+        self.pauses_end.values().copied().chain(self.slots_due).min()
     }
 }
 
@@ -205,247 +197,21 @@ impl Station {
             }
             !is_over
         });
-        if self.class.anew.is_some_and(|anew| anew <= now) {
-            let first = self.class.anew == Some(HostInstant::ZERO);
-            self.class.anew = None;
+        if self.class.slots_due.is_some_and(|anew| anew <= now) {
+            let first = self.class.slots_due == Some(HostInstant::ZERO);
+            self.class.slots_due = None;
             // A schedule from the flag replaces the stored one, unless it is damaged.
             let is_good = self.class.schedule_error.is_none();
             if let Some(text) = self.config.schedule.clone().filter(|_| first && is_good) {
-                self.class.files.write(SCHEDULE, text);
+                self.class.files.write(SCHEDULE_FILE, text);
             }
             if first && let Some(mut file) = self.class.file.take() {
                 file.make_codes(self.config.random);
-                self.class.files.write(CLASS, file.to_text());
+                self.class.files.write(CLASS_FILE, file.to_text());
                 self.begin_class(now, Some(file));
             }
-            self.count_out(now);
+            self.expand_slots(now);
         }
-    }
-
-    /// Signs in a pupil by name and code. Returns the pupil's name, or `None` if the hello has no
-    /// `pupil`.
-    ///
-    /// # Errors
-    /// The name or the code is wrong, or there were too many wrong codes.
-    pub(super) fn sign_in(
-        &mut self,
-        now: HostInstant,
-        params: &Params,
-        address: &str,
-    ) -> Result<Option<String>, RpcError> {
-        let Some(given) = params.object("pupil") else {
-            return Ok(None);
-        };
-        let text = |name: &str| given.get(name).and_then(Value::as_str);
-        let (Some(name), Some(code), 2) = (text("name"), text("code"), given.len()) else {
-            return Err(RpcError::param("pupil", "`pupil` is {name, code}"));
-        };
-        let Some(file) = &self.class.file else {
-            let why = "this station has no class: sign in without `pupil`, or ask the teacher";
-            return Err(RpcError::new(RpcError::FORBIDDEN, why));
-        };
-        // The key of the rate limit: case must not give a name further tries, nor its length
-        // memory.
-        let key = name.chars().take(40).collect::<String>().to_lowercase();
-        let is_pupil = file.has(&key);
-        let mut found = None;
-        let tried = { &mut self.class.wrong }.attempt(now, &key, is_pupil, address, || {
-            found = file.signs_in(name, code).map(|pupil| pupil.name.clone());
-            found.is_some()
-        });
-        match tried {
-            Ok(CodeTry::Right) => Ok(found),
-            Ok(CodeTry::Wrong) => {
-                // The same sentence for both, which does not reveal whether the name exists.
-                let why = "name or code is not good: both are on the slip of paper";
-                Err(RpcError::new(RpcError::FORBIDDEN, why))
-            }
-            Err(met) => {
-                let of = match met.bound {
-                    CodeBound::Name => "codes of this name",
-                    CodeBound::Address => "codes from this address",
-                };
-                Err(too_many(of, &met))
-            }
-        }
-    }
-
-    /// Returns true if a hello contains the teacher's PIN. Such a hello must not contain a pupil or
-    /// a token.
-    ///
-    /// # Errors
-    /// Same as [`try_pin`](Self::try_pin).
-    pub(super) fn teacher_signs_in(
-        &mut self,
-        now: HostInstant,
-        params: &Params,
-        peer: &Peer,
-    ) -> Result<bool, RpcError> {
-        let Some(pin) = params.text("pin") else {
-            return Ok(false);
-        };
-        if params.get("pupil").is_some() || params.get("token").is_some() {
-            let why = "`pin` is the teacher's: without `pupil` and `token`";
-            return Err(RpcError::param("pin", why));
-        }
-        self.try_pin(now, pin, peer).map(|()| true)
-    }
-
-    /// Checks the teacher's PIN. It is valid on this machine alone: six digits are too few for a
-    /// network, where tokens are used, and so a remote client cannot use up the teacher's tries.
-    ///
-    /// # Errors
-    /// -32001 for a wrong PIN, without a class, and from elsewhere; -32006 after too many wrong ones.
-    pub fn try_pin(&mut self, now: HostInstant, pin: &str, peer: &Peer) -> Result<(), RpcError> {
-        let forbidden = |why| Err(RpcError::new(RpcError::FORBIDDEN, why));
-        let Some(good) = self.pin().map(str::to_owned) else {
-            return forbidden("this station has no class: a PIN is of a class");
-        };
-        if peer.origin != Origin::Loopback {
-            return forbidden(
-                "the PIN is for the computer that has the arms: another one needs a token",
-            );
-        }
-        let wrong = &mut self.class.wrong;
-        match wrong.attempt(now, TEACHER, true, &peer.place(), || {
-            same_secret(&good, pin)
-        }) {
-            Ok(CodeTry::Right) => Ok(()),
-            Ok(CodeTry::Wrong) => forbidden(
-                "the PIN is not good: the teacher sees it where the station was started, and by `class.get`",
-            ),
-            Err(met) => Err(too_many("PINs", &met)),
-        }
-    }
-
-    /// Returns the teacher's PIN. `None` without a class, or before the PIN was made.
-    #[must_use]
-    pub fn pin(&self) -> Option<&str> {
-        let own = self.class.file.as_ref().map(|file| &file.class.pin);
-        let pin = own.or(self.class.elsewhere.as_ref())?;
-        (!pin.is_empty()).then_some(pin)
-    }
-
-    /// Sets the PIN of the class held by the stations behind this one.
-    ///
-    /// `None` if they have no class. If it changes, the sockets of anonymous clients of this
-    /// machine, and of those with the PIN, are closed and reconnect with their new role.
-    pub fn set_class_elsewhere(&mut self, now: HostInstant, pin: Option<String>) {
-        if self.class.elsewhere == pin {
-            return;
-        }
-        self.class.elsewhere = pin;
-        let out: Vec<_> = { self.sessions.iter() }
-            // Only these have their role from the class.
-            .filter(|(_, session)| matches!(session.entry, Entry::Place | Entry::Pin))
-            .map(|(id, session)| (*id, session.socket))
-            .collect();
-        for (session, socket) in out {
-            if let Some(socket) = socket {
-                self.end_socket(socket, CloseCode::AGAIN);
-            }
-            self.control.expel(now, session);
-        }
-        self.settle(now);
-    }
-
-    /// Adjusts the role of anonymous clients of this machine when a class begins or ends. With a
-    /// class they become viewers, and their leases end like those of a revoked token; without one
-    /// they are teachers again.
-    fn place_role_changed(&mut self, now: HostInstant) {
-        let role = self.place_role();
-        let mut changed = Vec::new();
-        for (id, session) in &mut self.sessions {
-            if role == Role::Teacher && session.entry == Entry::Pin {
-                // Signed in with the PIN of a class that is over.
-                session.entry = Entry::Place;
-            }
-            let own = role.min(session.most);
-            if session.entry == Entry::Place && session.grant.role != own {
-                session.grant.role = own;
-                changed.push(*id);
-            }
-        }
-        for session in changed {
-            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
-            if role == Role::Teacher {
-                self.control.unbind(session);
-                continue;
-            }
-            for arm in self.control.held_by(session).collect::<Vec<_>>() {
-                // Evicted and not released: motion of a session that becomes a viewer has to stop.
-                self.control.evict(now, arm);
-            }
-            // The waits and questions of the session end too. The session itself stays as a viewer.
-            self.control.leave(now, session);
-            if self.sessions[&session].socket.is_some() {
-                self.control.rejoin(now, session);
-            }
-            self.identify(now, session);
-        }
-    }
-
-    /// Reports the person of a session to control. Teachers are not reported.
-    pub(super) fn identify(&mut self, now: HostInstant, session: SessionId) {
-        let Some(known) = self.sessions.get(&session) else {
-            return;
-        };
-        if known.grant.role == Role::Teacher {
-            return;
-        }
-        let person = match (&known.pupil, &known.grant.token) {
-            (Some(name), _) => Some(Person::Pupil(name.clone())),
-            (None, Some(token)) => Some(Person::Token(token.clone())),
-            (None, None) => None,
-        };
-        let person = person.map(|person| self.number_of(person));
-        self.control.identify(now, session, person);
-    }
-
-    /// Returns the number of a person. A token with the name of a pupil is that pupil, on another
-    /// page: two numbers would mean two turns for one name.
-    pub(super) fn number_of(&mut self, person: Person) -> PersonId {
-        let file = self.class.file.as_ref();
-        let person = match person {
-            Person::Token(name) => match file.and_then(|file| file.called(&name)) {
-                Some(pupil) => Person::Pupil(pupil.name.clone()),
-                None => Person::Token(name),
-            },
-            pupil @ Person::Pupil(_) => pupil,
-        };
-        let persons = &mut self.class.persons;
-        let at = persons.iter().position(|known| *known == person);
-        let at = at.unwrap_or_else(|| {
-            // Numbers are never reused, because claims and turns refer to them.
-            persons.push(person);
-            persons.len() - 1
-        });
-        PersonId(at as u64)
-    }
-
-    /// Identifies the sessions of tokens again after a change of the class, which may have added or
-    /// removed a pupil with that name. A session that becomes another person loses turn, place and
-    /// queued jobs.
-    fn identify_tokens(&mut self, now: HostInstant) {
-        let tokens: Vec<_> = { self.sessions.iter() }
-            .filter(|(_, session)| session.pupil.is_none())
-            .filter_map(|(id, session)| Some((*id, session.grant.token.clone()?)))
-            .collect();
-        for (session, token) in tokens {
-            let Some(before) = self.control.person(session) else {
-                continue;
-            };
-            if self.number_of(Person::Token(token)) != before {
-                self.control.leave_turn(now, before);
-                self.stop_queued_of(now, before);
-                self.identify(now, session);
-            }
-        }
-    }
-
-    pub(super) fn person_name(&self, person: PersonId) -> &str {
-        let known = self.class.persons.get(person.0 as usize);
-        known.map_or("", Person::name)
     }
 
     pub(super) fn class_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
@@ -458,7 +224,7 @@ impl Station {
                 let names = call.params.texts("pupils");
                 let mut file = self.class.file.clone().ok_or_else(no_class)?;
                 let dropped = file.drop_codes(names.as_deref());
-                dropped.map_err(|error| wrong("pupils", error))?;
+                dropped.map_err(|error| class_error("pupils", error))?;
                 file.make_codes(self.config.random);
                 let text = file.to_text();
                 let change = ClassChange::Class {
@@ -469,7 +235,7 @@ impl Station {
                 return self.change_class(call, change, text);
             }
             "class.freeze" | "class.free" => {
-                let arms = self.arms_meant(call)?;
+                let arms = self.selected_arms(call)?;
                 let freezes = name == "class.freeze";
                 for arm in arms.iter().copied() {
                     self.records.set_frozen(arm, freezes);
@@ -478,24 +244,24 @@ impl Station {
                         continue;
                     }
                     self.control.freeze(now, arm, Some(call.session));
-                    self.class.pauses_end.insert(arm, now + PAUSE);
+                    self.class.pauses_end.insert(arm, now + FREEZE_PAUSE_TIMEOUT);
                     let error = self.frozen(arm);
-                    self.stop_before_found(now, arm, &error);
+                    self.cancel_pending_starts(now, arm, &error);
                 }
                 let told = json!({"arms": self.names_of(&arms)});
                 // In effect at once. The answer waits until the next start would know it as well.
-                return Ok(self.answer_when_kept(call, arms, told, IfUnkept::Stand));
+                return Ok(self.answer_when_saved(call, arms, told, WriteFailurePolicy::Keep));
             }
             "class.send" => return self.send_to_arms(call),
             "class.results" => self.shown_results(),
             "schedule.get" => self.shown_schedule(now),
             "schedule.set" => {
                 let text = call.params.text("text").unwrap_or_default();
-                let schedule = Schedule::parse(text).map_err(|error| wrong("text", error))?;
+                let schedule = Schedule::parse(text).map_err(|error| class_error("text", error))?;
                 if !call.params.is_on("elsewhere") {
                     let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
                     let arms = schedule.check_arms("this station", has);
-                    arms.map_err(|error| wrong("text", error))?;
+                    arms.map_err(|error| class_error("text", error))?;
                 }
                 let change = ClassChange::Schedule(schedule);
                 return self.change_class(call, change, text.to_owned());
@@ -532,13 +298,13 @@ impl Station {
             }
         };
         let file = read.transpose();
-        let mut file = file.map_err(|error| wrong(param, error))?;
+        let mut file = file.map_err(|error| class_error(param, error))?;
         let mut codes_kept = Vec::new();
         if let Some(file) = &mut file {
             if !call.params.is_on("elsewhere") {
                 let has = |arm: &str| self.arm_named(Some(arm)).is_ok();
                 let arms = file.check_arms("this station", has);
-                arms.map_err(|error| wrong(param, error))?;
+                arms.map_err(|error| class_error(param, error))?;
             }
             if let Some(before) = &self.class.file {
                 // Pupils already have their codes on paper: a new file does not change them unless
@@ -557,7 +323,7 @@ impl Station {
     }
 
     /// Freezes the arms that were frozen when the last station ended, and stops what they still do.
-    pub(super) fn take_up_freezes(&mut self) {
+    pub(super) fn restore_freezes(&mut self) {
         for arm in self.arm_ids() {
             if self.records.is_frozen(arm) {
                 self.control.freeze(HostInstant::ZERO, arm, None);
@@ -587,7 +353,7 @@ impl Station {
         let out: Vec<_> = { self.sessions.iter() }
             .filter(|(_, session)| match &session.pupil {
                 Some(name) => !is_same(name),
-                None => session.entry == Entry::Pin && !is_pin_same,
+                None => session.role_source == RoleSource::Pin && !is_pin_same,
             })
             .map(|(id, session)| (*id, session.socket))
             .collect();
@@ -619,7 +385,7 @@ impl Station {
         }
         self.identify_tokens(now);
         self.bar_groups(now);
-        self.place_role_changed(now);
+        self.anonymous_role_changed(now);
         // Last, because it grants turns to the persons identified above.
         self.control.set_turns(now, rules);
     }
@@ -662,7 +428,7 @@ impl Station {
     }
 
     /// Returns the arm of a request, or those in `arms`, or all.
-    pub(super) fn arms_meant(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
+    pub(super) fn selected_arms(&self, call: &Call<'_>) -> Result<Vec<ArmId>, RpcError> {
         if let Some(arm) = call.arm {
             return Ok(vec![arm]);
         }
@@ -698,15 +464,8 @@ impl Station {
     }
 }
 
-pub(super) fn wrong(param: &str, error: ClassError) -> RpcError {
+pub(super) fn class_error(param: &str, error: ClassError) -> RpcError {
     RpcError::param(param, magician_protocol::visible(&error.0).to_string())
-}
-
-fn too_many(of: &str, met: &TooManyCodes) -> RpcError {
-    let wait = met.wait.as_secs_f64().ceil();
-    let why = format!("too many wrong {of}: wait {wait} s");
-    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", met.limit);
-    error.with("wait_s", wait)
 }
 
 pub(super) fn no_class() -> RpcError {

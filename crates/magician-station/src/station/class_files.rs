@@ -11,11 +11,11 @@ use magician::ErrorKind;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::class::{CLASS, ROSTER, SCHEDULE};
+use super::class::{CLASS_FILE, ROSTER_FILE, SCHEDULE_FILE};
 use super::dispatch::{Call, Handled};
-use super::keeping::unkept;
-use super::sessions::Entry;
-use super::store::FileToKeep;
+use super::held_work::refused_change_error;
+use super::sessions::RoleSource;
+use super::store::FileSnapshot;
 use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
 use crate::class::{ClassFile, Schedule};
@@ -28,7 +28,7 @@ pub(super) struct ClassFiles {
     /// Revision of the last text, over all files.
     revision: u64,
     /// Newest texts that were not handed out yet, by name.
-    waiting: BTreeMap<&'static str, FileToKeep>,
+    waiting: BTreeMap<&'static str, FileSnapshot>,
     held: Vec<HeldChange>,
 }
 
@@ -61,20 +61,20 @@ impl ClassFiles {
     pub(super) fn write(&mut self, name: &'static str, text: String) -> u64 {
         self.revision += 1;
         let revision = self.revision;
-        self.waiting.insert(name, FileToKeep { revision, text });
+        self.waiting.insert(name, FileSnapshot { revision, text });
         revision
     }
 }
 
 impl Station {
     /// Returns the files that have changed and must be written, by name, each readable by its owner
-    /// alone. [`file_kept`](Self::file_kept) takes the results.
-    pub fn poll_kept(&mut self) -> BTreeMap<&'static str, FileToKeep> {
+    /// alone. [`file_written`](Self::file_written) takes the results.
+    pub fn poll_files(&mut self) -> BTreeMap<&'static str, FileSnapshot> {
         std::mem::take(&mut self.class.files.waiting)
     }
 
     /// Takes the result of writing a file up to this revision.
-    pub fn file_kept(
+    pub fn file_written(
         &mut self,
         now: HostInstant,
         name: &str,
@@ -91,13 +91,13 @@ impl Station {
         } in held
         {
             let outcome = match &outcome {
-                Ok(()) => Ok(self.put_into_effect(now, change)),
+                Ok(()) => Ok(self.apply_change(now, change)),
                 // The change is dropped, so that the station and the disk stay equal.
-                Err(why) => Err(unkept(why)),
+                Err(why) => Err(refused_change_error(why)),
             };
             self.finish(now, request, outcome);
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Writes the file of a change. Change and answer wait for the disk.
@@ -112,9 +112,9 @@ impl Station {
         text: String,
     ) -> Result<Handled, RpcError> {
         let name = match &change {
-            ClassChange::Class { .. } => CLASS,
-            ClassChange::Schedule(_) => SCHEDULE,
-            ClassChange::Roster(_) => ROSTER,
+            ClassChange::Class { .. } => CLASS_FILE,
+            ClassChange::Schedule(_) => SCHEDULE_FILE,
+            ClassChange::Roster(_) => ROSTER_FILE,
         };
         let files = &mut self.class.files;
         if files.held.iter().any(|held| held.name == name) {
@@ -128,11 +128,11 @@ impl Station {
             change,
         };
         files.held.push(held);
-        Ok(Handled::Later(call.request, Awaited::Kept))
+        Ok(Handled::Later(call.request, Awaited::Saved))
     }
 
     /// Applies a change. Returns the answer to its request.
-    fn put_into_effect(&mut self, now: HostInstant, change: ClassChange) -> Value {
+    fn apply_change(&mut self, now: HostInstant, change: ClassChange) -> Value {
         match change {
             ClassChange::Class {
                 file,
@@ -141,14 +141,14 @@ impl Station {
             } => {
                 if let Some(maker) = maker.and_then(|maker| self.sessions.get_mut(&maker))
                     && file.is_some()
-                    && maker.entry == Entry::Place
+                    && maker.entry == RoleSource::Place
                 {
                     // The answer contains the PIN, so the maker of the class counts as signed in
                     // with it and stays a teacher.
-                    maker.entry = Entry::Pin;
+                    maker.entry = RoleSource::Pin;
                 }
                 self.begin_class(now, file.map(|file| *file));
-                self.count_out(now);
+                self.expand_slots(now);
                 let mut shown = self.shown_class(now, Role::Teacher);
                 shown["codes_kept"] = json!(codes_kept);
                 shown
@@ -156,7 +156,7 @@ impl Station {
             ClassChange::Schedule(schedule) => {
                 self.class.schedule = Some(schedule);
                 self.class.schedule_error = None;
-                self.count_out(now);
+                self.expand_slots(now);
                 self.shown_schedule(now)
             }
             ClassChange::Roster(roster) => {

@@ -11,8 +11,8 @@ use std::collections::BTreeSet;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
-use super::socket::{CloseCode, RATE, UNDER_WAY};
-use super::throttle::Pace;
+use super::socket::{CloseCode, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT};
+use super::throttle::RateVerdict;
 use super::{Awaited, Grant, JournalLine, Pending, SocketId, Station};
 use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer_due};
 use crate::control::{ArmId, Busy, RequestId, SessionId};
@@ -39,14 +39,14 @@ pub(super) struct Call<'a> {
 
 impl Call<'_> {
     /// True if the request confirms a dangerous command.
-    pub(super) fn yes(&self) -> bool {
+    pub(super) fn is_confirmed(&self) -> bool {
         self.params.is_on("yes")
     }
 }
 
 impl Station {
     /// Processes a message of a socket.
-    pub(super) fn take(&mut self, now: HostInstant, socket: SocketId, text: &str) {
+    pub(super) fn handle_message(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
         };
@@ -55,7 +55,7 @@ impl Station {
             return;
         }
         // Every message counts, even without valid JSON.
-        let pace = open.hears(now);
+        let pace = open.count_message(now);
         let session = open.session;
         if let Some(session) = session {
             // Before parsing: even an invalid message proves that the client is alive.
@@ -67,10 +67,10 @@ impl Station {
         // Stops, and messages that keep a jog alive, are exempt from the rate limit.
         if !overtakes {
             match pace {
-                Pace::Fine => {}
-                Pace::TooMany => {
-                    let why = message!("more than {rate} messages a second", rate = RATE);
-                    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", RATE);
+                RateVerdict::Accept => {}
+                RateVerdict::Refuse => {
+                    let why = message!("more than {rate} messages a second", rate = MAX_MESSAGES_PER_SECOND);
+                    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_MESSAGES_PER_SECOND);
                     let id = match &parsed {
                         Ok(message) => message.id.as_ref(),
                         Err(bad) => bad.id.as_ref(),
@@ -78,7 +78,7 @@ impl Station {
                     return self.answer(socket, id, &Err(error));
                 }
                 // A client that ignored refusals for seconds will not slow down.
-                Pace::Close => return self.end_socket(socket, CloseCode::TOO_MANY),
+                RateVerdict::Close => return self.end_socket(socket, CloseCode::TOO_MANY),
             }
         }
         let message = match parsed {
@@ -87,7 +87,7 @@ impl Station {
                 self.answer(socket, bad.id.as_ref(), &Err(bad.error));
                 // Without a session this is not a client of this API: close the socket.
                 if session.is_none() {
-                    self.end_socket(socket, CloseCode::HELLO);
+                    self.end_socket(socket, CloseCode::BAD_HELLO);
                 }
                 return;
             }
@@ -96,7 +96,7 @@ impl Station {
     }
 
     /// Processes the only message of a one-shot socket. Returns true if an answer follows.
-    pub(super) fn take_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
+    pub(super) fn handle_single_message(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
         let message = match Message::parse(text) {
             Ok(message) => message,
             Err(bad) => {
@@ -130,11 +130,11 @@ impl Station {
     }
 
     /// Acquires the lease for a request without its own session, if the lease is free.
-    pub(super) fn take_lease(&mut self, call: &Call<'_>, arm: ArmId) {
+    pub(super) fn acquire_free_lease(&mut self, call: &Call<'_>, arm: ArmId) {
         if self.is_one_shot(call) && self.control.holder(arm).is_none() {
             let request = RequestId(self.next_id());
             self.control.take(call.now, call.session, arm, request);
-            self.settle(call.now);
+            self.carry_out_effects(call.now);
         }
     }
 
@@ -163,7 +163,7 @@ impl Station {
         let request = RequestId(self.next_id());
         // Checked before the rights, so that a wrong parameter is reported by name.
         let params = Params::check(method.params, params);
-        let mut line = self.line_of(now, session, method, params.as_ref().ok());
+        let mut line = self.journal_line(now, session, method, params.as_ref().ok());
         // A link translates calls of its program: the journal names the call and not the method.
         let calls = self
             .sockets
@@ -174,7 +174,7 @@ impl Station {
         }
         let handled =
             params.and_then(|params| self.handle(now, socket, session, method, &params, request));
-        self.handled(now, socket, id, line, handled);
+        self.conclude(now, socket, id, line, handled);
         // After the answer, so that the client knows the id of its subscription.
         if method.name == "arm.subscribe" {
             self.first_states(now, socket);
@@ -207,10 +207,10 @@ impl Station {
         self.write(now, now, line, &outcome);
         self.answer(socket, id.as_ref(), &outcome);
         if outcome.is_ok() {
-            self.tell_of_end(now, socket);
+            self.notify_end(now, socket);
         } else {
             // Ignored if a more specific code was set before.
-            self.end_socket(socket, CloseCode::HELLO);
+            self.end_socket(socket, CloseCode::BAD_HELLO);
         }
     }
 
@@ -242,15 +242,15 @@ impl Station {
         // A link has its own limit on unanswered calls, in `magician-link`.
         let open = self.sockets.get(&socket).filter(|open| !open.link);
         let under_way = open.map_or(0, |open| open.under_way);
-        if under_way >= UNDER_WAY && !method.always {
+        if under_way >= MAX_REQUESTS_IN_FLIGHT && !method.always {
             let why = message!(
                 "{under_way} requests are under way on this socket",
-                under_way = UNDER_WAY
+                under_way = MAX_REQUESTS_IN_FLIGHT
             );
-            let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY);
+            let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_REQUESTS_IN_FLIGHT);
             return Err(error);
         }
-        self.heard_at_end(now, session, method.name == "arm.stop");
+        self.note_message_at_end(now, session, method.name == "arm.stop");
         let call = Call {
             now,
             socket,
@@ -264,7 +264,7 @@ impl Station {
     }
 
     /// Answers a request, or stores it until its answer is known.
-    fn handled(
+    fn conclude(
         &mut self,
         now: HostInstant,
         socket: SocketId,
@@ -306,14 +306,14 @@ impl Station {
         let Some(pending) = self.pending.remove(&request) else {
             return;
         };
-        if let Awaited::Arm(arm) | Awaited::Jog(arm, _) | Awaited::Job(arm, ..) = pending.waits {
+        if let Awaited::Arm(arm) | Awaited::Jog(arm, _) | Awaited::Job(arm, ..) = pending.awaits {
             self.control.finish(now, arm, request);
         }
         if let Some(line) = pending.line {
             self.write(now, pending.began, line, &outcome);
         }
         if let Some(session) = self.session_of(pending.socket) {
-            self.heard_at_end(now, session, false);
+            self.note_message_at_end(now, session, false);
         }
         if let Some(open) = self.sockets.get_mut(&pending.socket) {
             // Saturating, because a link does not count.
@@ -339,7 +339,7 @@ impl Station {
 
     /// Returns the journal line of a request that is recorded: stops, and everything that needs the
     /// lease or changes rights.
-    fn line_of(
+    fn journal_line(
         &self,
         now: HostInstant,
         session: SessionId,
@@ -413,7 +413,7 @@ impl Station {
     pub(super) fn refused(&self, arm: ArmId, refusal: crate::control::Refusal) -> RpcError {
         use crate::control::Refusal;
         match refusal {
-            Refusal::Lease(holder) => self.needs_lease(arm, holder),
+            Refusal::Lease(holder) => self.lease_error(arm, holder),
             Refusal::Busy(Busy::Job(job)) => {
                 let job = self.job_id(job);
                 RpcError::new(RpcError::BUSY, message!("a job has the arm")).with("job", job)
@@ -424,16 +424,16 @@ impl Station {
             }
             #[cfg(feature = "class")]
             Refusal::Frozen => self.frozen(arm),
-            Refusal::Closed => self.needs_lease(arm, None),
+            Refusal::Closed => self.lease_error(arm, None),
             Refusal::Unknown => RpcError::param("session", "that session does not ask"),
         }
     }
 
-    pub(super) fn needs_lease(&self, arm: ArmId, holder: Option<SessionId>) -> RpcError {
-        if let Some(ends) = self.refuses_at_end() {
+    pub(super) fn lease_error(&self, arm: ArmId, holder: Option<SessionId>) -> RpcError {
+        if let Some(ends) = self.ending_error() {
             return ends;
         }
-        let message = self.held_by_another(arm, holder).unwrap_or_else(|| {
+        let message = self.holder_sentence(arm, holder).unwrap_or_else(|| {
             let name = &self.arm(arm).entry.name;
             format!("moving {name} needs its lease")
         });
@@ -447,14 +447,14 @@ impl Station {
     }
 
     /// Returns a sentence that names the holder of a lease. `None` without a holder.
-    pub(super) fn held_by_another(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
+    pub(super) fn holder_sentence(&self, arm: ArmId, holder: Option<SessionId>) -> Option<String> {
         let holder = self.sessions.get(&holder?)?;
         let arm = &self.arm(arm).entry.name;
         Some(format!("{} has the lease of {arm}", holder.name))
     }
 
     /// Returns the arm, or all arms if `None`.
-    pub(super) fn meant(&self, arm: Option<ArmId>) -> BTreeSet<ArmId> {
+    pub(super) fn arm_or_all(&self, arm: Option<ArmId>) -> BTreeSet<ArmId> {
         match arm {
             Some(arm) => BTreeSet::from([arm]),
             None => self.arm_ids().collect(),

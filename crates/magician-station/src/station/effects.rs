@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{Awaited, Station};
 use crate::api::{ArmEvent, Notice, RpcError};
-use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, TTL, WorkEnd};
+use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, LEASE_TIMEOUT, WorkEnd};
 use crate::order::ArmOrder;
 
 impl Station {
@@ -18,9 +18,9 @@ impl Station {
                 lease,
             } => {
                 let asked = { self.pending.get(&request) }
-                    .is_some_and(|pending| matches!(pending.waits, Awaited::Lease { asked: true }));
+                    .is_some_and(|pending| matches!(pending.awaits, Awaited::Lease { asked: true }));
                 let lease = self.lease_id(lease);
-                let ttl = TTL.as_secs();
+                let ttl = LEASE_TIMEOUT.as_secs();
                 // `lease.ask` answers `granted`, the other methods answer with the lease alone or
                 // an error.
                 let result = if asked {
@@ -35,24 +35,24 @@ impl Station {
                     return;
                 };
                 #[cfg(feature = "class")]
-                let not_admitted = {
+                let admission_refusal = {
                     let line = pending.line.as_ref().and_then(|line| line.arm.as_deref());
                     let arm = self.arm_named(line).ok();
                     let session = self.session_of(pending.socket);
                     { session.zip(arm) }
-                        .and_then(|(session, arm)| self.not_admitted(now, session, arm))
+                        .and_then(|(session, arm)| self.admission_refusal(now, session, arm))
                 };
                 // The end of the station explains a denial better than any other reason.
-                let outcome = match (self.refuses_at_end(), &pending.waits) {
+                let outcome = match (self.ending_error(), &pending.awaits) {
                     (Some(ends), _) => Err(ends),
                     (None, Awaited::Lease { asked: true }) => Ok(json!({"granted": false})),
                     (None, _) => {
                         let line = pending.line.as_ref().and_then(|line| line.arm.as_deref());
                         let held = self.arm_named(line).ok();
-                        let held = held.and_then(|arm| self.held_by_another(arm, holder));
+                        let held = held.and_then(|arm| self.holder_sentence(arm, holder));
                         let why = match held {
                             #[cfg(feature = "class")]
-                            _ if not_admitted.is_some() => not_admitted.unwrap_or_default(),
+                            _ if admission_refusal.is_some() => admission_refusal.unwrap_or_default(),
                             // Names the holder, whom a person can go and ask.
                             Some(held) => held,
                             None => "the lease was not granted".to_owned(),
@@ -85,7 +85,7 @@ impl Station {
                 let params = json!({"arm": self.arm(arm).entry.name, "holder": holder});
                 self.notify_all(Notice::LeaseChanged, &params);
                 self.event(now, arm, ArmEvent::Lease, vec![("holder", holder)]);
-                self.state_has_changed(arm);
+                self.mark_state_changed(arm);
             }
             Effect::Asked {
                 arm,
@@ -103,7 +103,7 @@ impl Station {
             }
             Effect::EndJog { arm, jog, why } => {
                 self.order(arm, ArmOrder::EndJog(jog));
-                self.jog_over(now, arm, jog, why);
+                self.notify_jog_end(now, arm, jog, why);
             }
             Effect::EndGuide { arm } => {
                 let (request, on, unhomed) = (None, false, false);
@@ -116,7 +116,7 @@ impl Station {
                     },
                 );
             }
-            Effect::EndUnheld { arm } => self.order(arm, ArmOrder::EndUnheld),
+            Effect::EndUnattended { arm } => self.order(arm, ArmOrder::EndUnattended),
             Effect::EndWork {
                 arm,
                 requests,
@@ -127,10 +127,10 @@ impl Station {
                     // The stop first, then the answers.
                     self.order(arm, ArmOrder::Stop { request: None });
                     // Only a stop counts: a holder that let go in time was not cut off.
-                    self.note_cut_off(arm);
+                    self.record_forced_stop(arm);
                 }
                 for request in requests {
-                    let error = self.ended(arm, why);
+                    let error = self.ended_error(arm, why);
                     self.finish(now, request, Err(error));
                 }
                 // The stop of a client was logged with its session already.
@@ -151,19 +151,19 @@ impl Station {
                 };
                 self.order(arm, order);
             }
-            Effect::SessionOver(session) => self.session_over(session),
+            Effect::SessionOver(session) => self.remove_session(session),
             #[cfg(feature = "class")]
             effect @ (Effect::Turns | Effect::TurnEnding { .. } | Effect::TurnLease { .. }) => {
-                self.tell_turn(now, effect);
+                self.notify_turn(now, effect);
             }
         }
     }
 
     /// Returns the error for a request that was ended early.
-    pub(super) fn ended(&self, arm: ArmId, why: WorkEnd) -> RpcError {
+    pub(super) fn ended_error(&self, arm: ArmId, why: WorkEnd) -> RpcError {
         match why {
             WorkEnd::Lease(holder) => {
-                if let Some(ends) = self.refuses_at_end() {
+                if let Some(ends) = self.ending_error() {
                     return ends;
                 }
                 let message = format!("the lease of {} has ended", self.arm(arm).entry.name);
@@ -172,27 +172,27 @@ impl Station {
             }
             WorkEnd::Stop(by) => {
                 let message = "a stop ended it";
-                RpcError::new(RpcError::STOPPED, message).with("by", self.by(by))
+                RpcError::new(RpcError::STOPPED, message).with("by", self.session_id_value(by))
             }
         }
     }
 
     /// Returns the id of a session as JSON. Null without a session.
-    pub(super) fn by(&self, session: Option<SessionId>) -> Value {
+    pub(super) fn session_id_value(&self, session: Option<SessionId>) -> Value {
         session.map_or(Value::Null, |session| json!(self.session_id(session)))
     }
 
     /// Sends the end of a jog.
-    fn jog_over(&mut self, now: HostInstant, arm: ArmId, jog: JogId, why: JogEnd) {
+    fn notify_jog_end(&mut self, now: HostInstant, arm: ArmId, jog: JogId, why: JogEnd) {
         let beginning = self.pending.iter().find_map(|(request, pending)| {
-            matches!(pending.waits, Awaited::Jog(_, id) if id == jog).then_some(*request)
+            matches!(pending.awaits, Awaited::Jog(_, id) if id == jog).then_some(*request)
         });
         let id = self.jog_id(jog);
         if let Some(request) = beginning {
             // The jog ended before the arm answered, so its start is answered with an error.
             let error = match why {
-                JogEnd::Lease => self.ended(arm, WorkEnd::Lease(self.control.holder(arm))),
-                JogEnd::Stopped => self.ended(arm, WorkEnd::Stop(None)),
+                JogEnd::Lease => self.ended_error(arm, WorkEnd::Lease(self.control.holder(arm))),
+                JogEnd::Stopped => self.ended_error(arm, WorkEnd::Stop(None)),
                 why => {
                     let message = format!("the jog ended as it began: {}", why.name());
                     RpcError::new(RpcError::STOPPED, message).with("by", Value::Null)
@@ -205,7 +205,7 @@ impl Station {
         self.notify_all(Notice::JogEnded, &params);
         let fields = vec![("jog", json!(id)), ("why", json!(why.name()))];
         self.event(now, arm, ArmEvent::Jog, fields);
-        self.state_has_changed(arm);
+        self.mark_state_changed(arm);
     }
 
     /// Appends an event to the log of an arm and sends it to the subscribers.

@@ -17,11 +17,11 @@ use crate::control::{ArmId, SessionId};
 
 /// Time in which a holder has to stop its arm. A holder that has not by then hangs, or does not
 /// know the notification.
-const REACTS: Duration = Duration::from_secs(1);
+const STOP_DEADLINE: Duration = Duration::from_secs(1);
 /// Time without a request after which a holder that has stopped its arm is done.
-const SILENT: Duration = Duration::from_secs(1);
+const SILENCE_DEADLINE: Duration = Duration::from_secs(1);
 /// Time for everything: the arm comes to rest, the pen rises (at most 2 s), settings are restored.
-const LONGEST: Duration = Duration::from_secs(5);
+const MAX_END_TIME: Duration = Duration::from_secs(5);
 
 /// State of the end, from its announcement on.
 #[derive(Debug)]
@@ -35,15 +35,15 @@ pub(super) struct Ending {
     /// Names of holders whose lease was ended, by arm.
     evicted: BTreeMap<ArmId, String>,
     /// Sessions whose lease was ended.
-    put_out: BTreeSet<SessionId>,
+    evicted_sessions: BTreeSet<SessionId>,
     /// Arms that were still moving then, with their holders.
-    cut_off: Vec<CutOff>,
+    forced_stops: Vec<ForcedStop>,
 }
 
 /// Arm that the station had to stop under a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct CutOff {
+pub struct ForcedStop {
     /// Name of the arm.
     pub arm: String,
     /// Name of the client that held it and did not stop it in time.
@@ -53,9 +53,9 @@ pub struct CutOff {
 /// Result of the end of a station.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct RunsEnd {
+pub struct EndReport {
     /// Arms that were stopped under a client.
-    pub cut_off: Vec<CutOff>,
+    pub forced_stops: Vec<ForcedStop>,
     /// Arms that did not confirm that they stand with an empty queue, with the cause.
     pub unconfirmed: Vec<(String, String)>,
 }
@@ -70,23 +70,23 @@ impl Station {
     pub fn end(&mut self, now: HostInstant) {
         if let Some(ending) = &mut self.ending {
             ending.at_once = true;
-            return self.settle(now);
+            return self.carry_out_effects(now);
         }
         self.ending = Some(Ending {
             began: now,
             at_once: false,
             stopped: BTreeMap::new(),
             evicted: BTreeMap::new(),
-            put_out: BTreeSet::new(),
-            cut_off: Vec::new(),
+            evicted_sessions: BTreeSet::new(),
+            forced_stops: Vec::new(),
         });
         let sockets = self.sessions.values().filter_map(|session| session.socket);
         for socket in sockets.collect::<Vec<_>>() {
             // Before control closes, so that the notice precedes denials that result from it.
-            self.tell_of_end(now, socket);
+            self.notify_end(now, socket);
         }
         self.control.close();
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// True if every session is limited to the role of a viewer.
@@ -107,42 +107,42 @@ impl Station {
 
     /// True once the station ends and no session holds an arm.
     #[must_use]
-    pub fn has_let_go(&self) -> bool {
+    pub fn is_released(&self) -> bool {
         let mut arms = self.arm_ids();
         self.ending.is_some() && arms.all(|arm| self.control.holder(arm).is_none())
     }
 
     /// Returns the arms that were stopped under a client that did not stop them in time.
     #[must_use]
-    pub fn cut_off(&self) -> &[CutOff] {
-        self.ending.as_ref().map_or(&[], |ending| &ending.cut_off)
+    pub fn forced_stops(&self) -> &[ForcedStop] {
+        self.ending.as_ref().map_or(&[], |ending| &ending.forced_stops)
     }
 
     /// Notifies a socket that the station ends, if it does.
-    pub(super) fn tell_of_end(&mut self, now: HostInstant, socket: SocketId) {
+    pub(super) fn notify_end(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(ending) = &self.ending {
-            let left = (ending.began + LONGEST - now).as_secs_f64();
+            let left = (ending.began + MAX_END_TIME - now).as_secs_f64();
             let params = json!({"left_s": left});
             self.notify_socket(socket, Notice::ServerEnding.message(&params));
         }
     }
 
     /// Returns the error that refuses everything new while the station ends. `None` otherwise.
-    pub(super) fn refuses_at_end(&self) -> Option<RpcError> {
+    pub(super) fn ending_error(&self) -> Option<RpcError> {
         let why = RpcError::new(RpcError::STOPPED, message!("the station ends"));
         self.ending.as_ref().map(|_| why.with("by", Value::Null))
     }
 
     /// Returns the same error for reads of a session whose lease was ended. Otherwise such a client
     /// would take the emptied queue for its own fault.
-    pub(super) fn refuses_put_out(&self, session: SessionId) -> Option<RpcError> {
+    pub(super) fn eviction_error(&self, session: SessionId) -> Option<RpcError> {
         let ending = self.ending.as_ref()?;
-        ending.put_out.get(&session)?;
-        self.refuses_at_end()
+        ending.evicted_sessions.get(&session)?;
+        self.ending_error()
     }
 
     /// Records a request or an answer of a session. `stops`: the session has stopped its arm.
-    pub(super) fn heard_at_end(&mut self, now: HostInstant, session: SessionId, stops: bool) {
+    pub(super) fn note_message_at_end(&mut self, now: HostInstant, session: SessionId, stops: bool) {
         if let Some(ending) = &mut self.ending {
             match ending.stopped.get_mut(&session) {
                 Some(heard) => *heard = now,
@@ -156,7 +156,7 @@ impl Station {
     pub(super) fn end_due(&self) -> Option<HostInstant> {
         let ending = self.ending.as_ref()?;
         let holders = self.arm_ids().filter_map(|arm| self.control.holder(arm));
-        holders.map(|holder| self.time_of(ending, holder)).min()
+        holders.map(|holder| self.deadline_of(ending, holder)).min()
     }
 
     /// Ends the leases of holders whose time is over.
@@ -168,7 +168,7 @@ impl Station {
             let Some(holder) = self.control.holder(arm) else {
                 continue;
             };
-            if self.time_of(ending, holder) > now {
+            if self.deadline_of(ending, holder) > now {
                 continue;
             }
             let lasting = self.sessions.get(&holder);
@@ -176,10 +176,10 @@ impl Station {
             let lasting = lasting.filter(|session| !session.one_shot);
             let name = lasting.map(|session| session.name.clone());
             if let Some(ending) = &mut self.ending {
-                ending.put_out.insert(holder);
+                ending.evicted_sessions.insert(holder);
                 if let Some(name) = name {
-                    // Before the eviction: `note_cut_off` looks the holder up when the stop is
-                    // ordered.
+                    // Before the eviction: `record_forced_stop` looks the holder up when the stop
+                    // is ordered.
                     ending.evicted.insert(arm, name);
                 }
             }
@@ -188,17 +188,17 @@ impl Station {
     }
 
     /// Records that an arm had to be stopped because its lease was ended.
-    pub(super) fn note_cut_off(&mut self, arm: ArmId) {
+    pub(super) fn record_forced_stop(&mut self, arm: ArmId) {
         let name = self.arm(arm).entry.name.clone();
         if let Some(ending) = &mut self.ending
             && let Some(holder) = ending.evicted.remove(&arm)
         {
-            ending.cut_off.push(CutOff { arm: name, holder });
+            ending.forced_stops.push(ForcedStop { arm: name, holder });
         }
     }
 
     /// Returns the instant until which a holder has time.
-    fn time_of(&self, ending: &Ending, holder: SessionId) -> HostInstant {
+    fn deadline_of(&self, ending: &Ending, holder: SessionId) -> HostInstant {
         let session = self.sessions.get(&holder);
         let socket = session.and_then(|session| session.socket.filter(|_| !session.one_shot));
         // DobotLink has no message for it, and a request by POST receives no notifications.
@@ -209,13 +209,13 @@ impl Station {
         let Some(socket) = told.filter(|_| !ending.at_once) else {
             return ending.began;
         };
-        let last = ending.began + LONGEST;
+        let last = ending.began + MAX_END_TIME;
         match ending.stopped.get(&holder) {
-            None => ending.began + REACTS,
+            None => ending.began + STOP_DEADLINE,
             // A request in flight, such as lifting the pen, may take all the time there is.
             Some(_) if self.waits_for_answer(socket) => last,
             // Never beyond the time for everything.
-            Some(heard) => last.min(*heard + SILENT),
+            Some(heard) => last.min(*heard + SILENCE_DEADLINE),
         }
     }
 

@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 /// Number of events that are kept, and returned at once. A choice that bounds memory and the size
 /// of an answer.
-const KEPT: usize = 1000;
+const MAX_EVENTS: usize = 1000;
 /// Shortest interval between two events of a stop. Every stop is obeyed, but a loop of stops would
 /// push all other events out of the log and overflow the outboxes of its subscribers.
 const STOP_INTERVAL: Duration = Duration::from_millis(50);
@@ -44,7 +44,7 @@ impl EventLog {
             event.insert(name.to_owned(), value);
         }
         let event = Value::Object(event);
-        if self.events.len() == KEPT {
+        if self.events.len() == MAX_EVENTS {
             self.events.pop_front();
         }
         self.events.push_back((self.seq, event.clone()));
@@ -52,7 +52,7 @@ impl EventLog {
     }
 
     /// Returns true if a stop is to be recorded, because the last record is old enough.
-    pub(super) fn tells_stop(&mut self, now: HostInstant) -> bool {
+    pub(super) fn should_record_stop(&mut self, now: HostInstant) -> bool {
         let due = self.stopped.is_none_or(|told| now - told >= STOP_INTERVAL);
         if due {
             self.stopped = Some(now);

@@ -46,7 +46,7 @@ impl Station {
         // Removing a fence, or an equal one, endangers nothing in progress.
         let stops = fence.is_some() && fence != before;
         #[cfg(feature = "class")]
-        let fence = self.fence_now(arm);
+        let fence = self.next_fence(arm);
         self.order(
             arm,
             ArmOrder::Fence {
@@ -58,7 +58,7 @@ impl Station {
         if stops {
             // Requests in progress were checked against the earlier fence.
             for ended in self.control.stop(call.now, arm) {
-                let error = self.ended(arm, WorkEnd::Stop(by));
+                let error = self.ended_error(arm, WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }
         }
@@ -80,7 +80,7 @@ impl Station {
     }
 
     /// Orders a fence for an arm, if it differs from the current one.
-    pub(super) fn put_fence(&mut self, arm: ArmId, fence: Option<Fence>) {
+    pub(super) fn order_fence(&mut self, arm: ArmId, fence: Option<Fence>) {
         if self.class.fences[arm.0 as usize] != fence {
             self.class.fences[arm.0 as usize] = fence;
             let request = RequestId(self.next_id());
@@ -97,28 +97,28 @@ impl Station {
     }
 
     /// Returns the fence that the arm has from now on. The caller orders it.
-    pub(super) fn fence_now(&mut self, arm: ArmId) -> Option<Fence> {
-        let fence = self.fence_for(arm, self.is_taught(arm));
+    pub(super) fn next_fence(&mut self, arm: ArmId) -> Option<Fence> {
+        let fence = self.fence_for(arm, self.is_held_by_teacher(arm));
         self.class.fences[arm.0 as usize] = fence;
         fence
     }
 
     /// True if a teacher holds the arm.
-    fn is_taught(&self, arm: ArmId) -> bool {
+    fn is_held_by_teacher(&self, arm: ArmId) -> bool {
         let holder = self.control.holder(arm);
         holder.is_some_and(|holder| !self.control.is_bound(holder))
     }
 
     /// Orders the fence of the current holder for each arm. A running job keeps the fence with
     /// which it started.
-    pub(super) fn put_fences(&mut self) {
+    pub(super) fn order_fences(&mut self) {
         for arm in self.arm_ids() {
             let runs = self
                 .job_at(arm)
                 .is_some_and(|(job, _)| job.state != "paused");
             if !runs {
-                let fence = self.fence_for(arm, self.is_taught(arm));
-                self.put_fence(arm, fence);
+                let fence = self.fence_for(arm, self.is_held_by_teacher(arm));
+                self.order_fence(arm, fence);
             }
         }
     }

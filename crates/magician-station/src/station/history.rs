@@ -7,17 +7,17 @@ use serde_json::Value;
 use super::Station;
 use super::dispatch::{Call, Handled};
 use super::jobs::is_under_way;
-use super::keeping::IfUnkept;
+use super::held_work::WriteFailurePolicy;
 use super::records::{JobOwner, JobRecord};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId};
 
 /// Default number of jobs in an answer to `job.history`.
-const TOLD: usize = 50;
+const DEFAULT_PAGE_SIZE: usize = 50;
 
 impl Station {
     /// Takes over the jobs of earlier stations, and interrupted runs of the command line.
-    pub(super) fn take_up_jobs(&mut self) {
+    pub(super) fn load_jobs(&mut self) {
         let runs: Vec<_> = { 0..self.arms.len() }
             .map(|arm| self.config.jobs.runs(arm))
             .collect();
@@ -35,7 +35,7 @@ impl Station {
                     |record: &JobRecord| record.hidden.run.as_deref() == Some(run.name.as_str());
                 if let Some(known) = { self.records.each() }.find(|record| is_known(record)) {
                     // Known from an earlier start; the run may have progressed since.
-                    known.ran_on(&run);
+                    known.update_from_run(&run);
                     continue;
                 }
                 let number = JobId(self.next_id());
@@ -46,8 +46,8 @@ impl Station {
         }
         #[cfg(feature = "class")]
         {
-            self.take_up_queue();
-            self.take_up_freezes();
+            self.restore_queue();
+            self.restore_freezes();
         }
     }
 
@@ -58,8 +58,8 @@ impl Station {
             given.and_then(Result::ok)
         };
         let (skip, limit) = (number("skip"), number("limit"));
-        let told = { &self.records }.history(arm, skip.unwrap_or(0), limit.unwrap_or(TOLD));
-        Ok(Handled::Now(told))
+        let page = { &self.records }.history(arm, skip.unwrap_or(0), limit.unwrap_or(DEFAULT_PAGE_SIZE));
+        Ok(Handled::Now(page))
     }
 
     /// `job.delete`: removes a job that is over. The totals do not change.
@@ -82,8 +82,8 @@ impl Station {
             return Err(RpcError::internal("a job that is not there"));
         };
         // Deleting takes effect at once; if the disk refuses, the job is put back.
-        let or = IfUnkept::PutBack(at, Box::new(record), totals);
-        Ok(self.answer_when_kept(call, [arm], Value::Null, or))
+        let or = WriteFailurePolicy::Restore(at, Box::new(record), totals);
+        Ok(self.answer_when_saved(call, [arm], Value::Null, or))
     }
 
     /// Returns the owner of a job of this request. `None` for a teacher.

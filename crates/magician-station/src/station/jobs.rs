@@ -1,36 +1,32 @@
-//! Methods of jobs, and reports about jobs from the arms.
+//! Methods of jobs.
 //!
 //! A job has a record ([`JobRecord`]) from its start on. A request about a job waits for a state
-//! (`Wants`); reports of the arm change the record and answer the requests that wait for it.
-//! `job.start` may wait three times: for the library, for the disk, for the check.
+//! (`AwaitedJobState`); reports of the arm (`job_updates`) change the record and answer the requests
+//! that wait for it. `job.start` may wait three times: for the library, for the disk, for the check.
 
 use magician::message;
-use std::sync::Arc;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician_job::{JobState, PauseReason};
-use magician_protocol::HostInstant;
+use magician_job::PauseReason;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
-use super::keeping::IfUnkept;
-use super::lengthy::Lengthy;
+use super::held_work::WriteFailurePolicy;
+use super::long_requests::LongRequest;
 use super::library::program;
-use super::newest::{Newest, PROGRESS_INTERVAL};
 use super::records::{JobRecord, digest};
 use super::rights::{Risk, may_endanger};
 use super::{Awaited, Station};
-use crate::api::{ArmEvent, Danger, RpcError};
+use crate::api::{Danger, RpcError};
 #[cfg(feature = "class")]
 use crate::control::QueuedChange;
-use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
+use crate::control::{ArmId, JobId, LeaseLossPolicy, WorkKind};
 use crate::job::{Source, SourceBytes, setup_and_preset};
-use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
+use crate::order::{ArmOrder, JobOrder, JobStart};
 
 /// State of a job for which a request waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wants {
+pub(super) enum AwaitedJobState {
     /// The check is over. The answer is the id of the job.
     Checked,
     /// The job is paused.
@@ -50,7 +46,7 @@ impl Station {
                     source: Box::new(source(call)?),
                     preview: call.params.is_on("preview"),
                 };
-                self.in_turn(call, Lengthy::Check(arm, order))
+                self.queue_long_request(call, LongRequest::Check(arm, order))
             }
             ("job.start", Some(arm)) => self.start_job(call, arm, false),
             ("job.list", Some(arm)) => Ok(Handled::Now(json!({"jobs": self.records.of(arm)}))),
@@ -106,24 +102,24 @@ impl Station {
             _ => None,
         };
         if !found && (named.is_some() || order.source.preset.is_some()) {
-            return self.find_first(call, arm, named, order.source.preset);
+            return self.check_program_exists(call, arm, named, order.source.preset);
         }
         let on_lost = match params.text("on_lost") {
-            Some("stop") => OnLost::Stop,
-            Some("continue") => OnLost::Continue,
-            Some(_) => OnLost::Pause,
+            Some("stop") => LeaseLossPolicy::Stop,
+            Some("continue") => LeaseLossPolicy::Continue,
+            Some(_) => LeaseLossPolicy::Pause,
             // The lease of a single request ends with the request, and the job must not end with
             // it.
-            None if self.is_one_shot(call) => OnLost::Continue,
-            None => OnLost::Pause,
+            None if self.is_one_shot(call) => LeaseLossPolicy::Continue,
+            None => LeaseLossPolicy::Pause,
         };
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         #[cfg(feature = "class")]
         if params.is_on("queue") && self.has_to_wait(call, arm) {
             let job = self.queue_job(call, arm, order, on_lost)?;
-            self.keyed(job, key);
+            self.assign_key(job, key);
             let result = json!({"job": self.job_id(job)});
-            return Ok(self.answer_when_kept(call, [arm], result, IfUnkept::Refuse));
+            return Ok(self.answer_when_saved(call, [arm], result, WriteFailurePolicy::Refuse));
         }
         #[cfg(not(feature = "class"))]
         if params.is_on("queue") {
@@ -140,7 +136,7 @@ impl Station {
         record.on_lost = on_lost;
         record.hidden.owner = self.owner_of(call);
         self.records.push(record);
-        self.keyed(job, key);
+        self.assign_key(job, key);
         self.begin_job(call, arm, job, order, None);
         // After the record changed, so that the revision includes it.
         self.note_fresh(arm, job);
@@ -148,11 +144,11 @@ impl Station {
         if call.params.switch("after_check") == Some(false) {
             self.control.finish(call.now, arm, call.request);
             let result = json!({"job": id});
-            return Ok(self.answer_when_kept(call, [arm], result, IfUnkept::Refuse));
+            return Ok(self.answer_when_saved(call, [arm], result, WriteFailurePolicy::Refuse));
         }
         Ok(Handled::Later(
             call.request,
-            Awaited::Job(arm, job, Wants::Checked),
+            Awaited::Job(arm, job, AwaitedJobState::Checked),
         ))
     }
 
@@ -164,7 +160,7 @@ impl Station {
         key: &str,
         order: &JobOrder,
     ) -> Option<Result<Handled, RpcError>> {
-        let record = self.records.keyed(arm, key)?;
+        let record = self.records.assign_key(arm, key)?;
         let result = json!({"job": record.id});
         // Same key and same order is a retry; another order is a mistake of the caller.
         if record.hidden.digest != Some(digest(order)) {
@@ -184,19 +180,19 @@ impl Station {
             record.state.as_str(),
             call.params.switch("after_check") != Some(false),
         ) {
-            let waits = Awaited::Job(arm, job, Wants::Checked);
+            let waits = Awaited::Job(arm, job, AwaitedJobState::Checked);
             return Some(Ok(Handled::Later(call.request, waits)));
         }
-        Some(Ok(self.answer_when_kept(
+        Some(Ok(self.answer_when_saved(
             call,
             [arm],
             result,
-            IfUnkept::Refuse,
+            WriteFailurePolicy::Refuse,
         )))
     }
 
     /// Assigns the caller's key to a new job.
-    fn keyed(&mut self, job: JobId, key: Option<&str>) {
+    fn assign_key(&mut self, job: JobId, key: Option<&str>) {
         if let (Some(record), Some(key)) = (self.records.numbered(job), key) {
             record.hidden.digest = record.order.as_deref().map(digest);
             record.hidden.key = Some(key.to_owned());
@@ -221,7 +217,7 @@ impl Station {
         #[cfg(feature = "class")]
         let endless = order.loops.is_none();
         if let Some(record) = self.records.numbered(job) {
-            record.begins(started, holder);
+            record.mark_started(started, holder);
             #[cfg(feature = "class")]
             {
                 record.pupil = pupil;
@@ -248,7 +244,7 @@ impl Station {
         }
         #[cfg(feature = "class")]
         if endless {
-            self.control.job_is_endless(arm, job);
+            self.control.mark_job_endless(arm, job);
         }
     }
 
@@ -256,10 +252,10 @@ impl Station {
         let record = self.job_named(call)?;
         let (number, state) = (record.number, record.state.clone());
         let arm = record.at;
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         self.begin_for_job(call, arm, WorkKind::SteerJob)?;
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
-            return Err(self.not_steered(call, arm, "the job is over"));
+            return Err(self.not_steerable_error(call, arm, "the job is over"));
         };
         // Pausing is idempotent.
         if state == "paused" {
@@ -274,7 +270,7 @@ impl Station {
         self.order(arm, order);
         Ok(Handled::Later(
             call.request,
-            Awaited::Job(arm, job, Wants::Paused),
+            Awaited::Job(arm, job, AwaitedJobState::Paused),
         ))
     }
 
@@ -293,7 +289,7 @@ impl Station {
             let why = "`overlap` is for a job that ended before its end; a paused one goes on where it is";
             return Err(RpcError::param("overlap", why));
         }
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         let kind = if goes_on {
             WorkKind::StartJob
         } else {
@@ -303,7 +299,7 @@ impl Station {
         let one_shot = self.is_one_shot(call);
         if goes_on {
             let Some(order) = order else {
-                return Err(self.not_steered(call, arm, "the program of the job is not kept"));
+                return Err(self.not_steerable_error(call, arm, "the program of the job is not kept"));
             };
             let job = JobId(self.next_id());
             if let Some(record) = self.records.named(&id) {
@@ -311,23 +307,23 @@ impl Station {
                 record.before = Some(Box::new(record.clone()));
                 record.number = Some(job);
                 if one_shot {
-                    record.on_lost = OnLost::Continue;
+                    record.on_lost = LeaseLossPolicy::Continue;
                 }
             }
             let overlap = overlap.unwrap_or_default();
             self.begin_job(call, arm, job, (*order).clone(), Some(overlap));
             return Ok(Handled::Later(
                 call.request,
-                Awaited::Job(arm, job, Wants::Running),
+                Awaited::Job(arm, job, AwaitedJobState::Running),
             ));
         }
         let Some(job) = number.filter(|_| state == "paused") else {
-            return Err(self.not_steered(call, arm, "the job is not paused"));
+            return Err(self.not_steerable_error(call, arm, "the job is not paused"));
         };
         if let Some(record) = self.records.numbered(job)
             && one_shot
         {
-            record.on_lost = OnLost::Continue;
+            record.on_lost = LeaseLossPolicy::Continue;
         }
         let laser = self.job_laser(call, arm);
         let order = ArmOrder::ResumeJob {
@@ -340,7 +336,7 @@ impl Station {
         self.order(arm, order);
         Ok(Handled::Later(
             call.request,
-            Awaited::Job(arm, job, Wants::Running),
+            Awaited::Job(arm, job, AwaitedJobState::Running),
         ))
     }
 
@@ -353,7 +349,7 @@ impl Station {
             self.check_queued_job(call, job, QueuedChange::Stop)?;
             self.stop_queued(call.now, job);
             let shown = self.shown(job);
-            return Ok(self.answer_when_kept(call, [arm], shown, IfUnkept::Stand));
+            return Ok(self.answer_when_saved(call, [arm], shown, WriteFailurePolicy::Keep));
         }
         let Some(job) = number.filter(|_| is_under_way(&state)) else {
             return Ok(Handled::Now(record.shown()));
@@ -362,7 +358,7 @@ impl Station {
         self.order(arm, ArmOrder::StopJob(job));
         Ok(Handled::Later(
             call.request,
-            Awaited::Job(arm, job, Wants::End),
+            Awaited::Job(arm, job, AwaitedJobState::End),
         ))
     }
 
@@ -379,7 +375,7 @@ impl Station {
         begun.map_err(|refusal| self.refused(arm, refusal))
     }
 
-    fn not_steered(&mut self, call: &Call<'_>, arm: ArmId, why: &str) -> RpcError {
+    fn not_steerable_error(&mut self, call: &Call<'_>, arm: ArmId, why: &str) -> RpcError {
         self.control.finish(call.now, arm, call.request);
         RpcError::arm(magician::ErrorKind::InvalidInput, why)
     }
@@ -412,214 +408,6 @@ impl Station {
     pub(super) fn job_id(&self, job: JobId) -> String {
         let known = self.records.id_of(job);
         known.unwrap_or_else(|| self.text_id('j', job.0))
-    }
-
-    /// Takes a report about a job.
-    pub(super) fn job_news(&mut self, now: HostInstant, arm: ArmId, job: JobId, news: JobNews) {
-        let t = self.unix(now);
-        let Some(record) = self.records.numbered(job) else {
-            return;
-        };
-        // The station may have ended the job before the arm reported.
-        if !is_under_way(&record.state) {
-            return;
-        }
-        match news {
-            JobNews::Read {
-                title,
-                steps,
-                start,
-                digest,
-            } => {
-                record.digest = Some(digest);
-                (record.title, record.steps) = (Some(title), Some(steps));
-                record.is_read = true;
-                if let Some((order, start)) = record.order.as_mut().zip(start) {
-                    // A later resume starts from here, wherever the arm is then.
-                    Arc::make_mut(order).start.get_or_insert(start);
-                }
-                record.first_step = record.order.as_ref().map(|order| order.from + 1);
-            }
-            JobNews::Burns => self.control.job_burns(arm, job),
-            JobNews::Starts(steps) => {
-                record.first_step = Some(steps + 1);
-                record.reaches(steps);
-            }
-            JobNews::Progress(progress) => {
-                record.reaches(progress.step);
-                record.seconds_left = progress.left.map(|left| left.as_secs_f64());
-                self.records.progressed(now, arm);
-                self.telling.changed(Newest::Job(job), PROGRESS_INTERVAL);
-            }
-            JobNews::State(state, text) => {
-                let name = match state {
-                    // Still moving: the pen rises and settings are restored.
-                    JobState::Ending => "running",
-                    state => state.name(),
-                };
-                let paused = match state {
-                    JobState::Paused { reason, part } => Some((reason.name(), part)),
-                    _ => None,
-                };
-                if record.state == name {
-                    return;
-                }
-                let mut was_resumed = false;
-                if matches!(state, JobState::Running | JobState::Paused { .. }) {
-                    // A resumed job has moved now, so its earlier state cannot be restored any
-                    // more.
-                    was_resumed = record.before.take().is_some();
-                    record.hidden.ran = true;
-                    record.hidden.went_on = record.hidden.run.is_some();
-                }
-                name.clone_into(&mut record.state);
-                record.reason = paused.map(|(reason, _)| reason.to_owned());
-                record.part = paused.and_then(|(_, part)| part);
-                record.text = text.filter(|_| paused.is_some());
-                self.job_changed(now, arm, job);
-                match state {
-                    JobState::Running if was_resumed => {
-                        self.answer_resumed_when_kept(now, arm, job);
-                    }
-                    JobState::Running => {
-                        self.answer_job(now, job, &[Wants::Checked, Wants::Running]);
-                    }
-                    JobState::Paused { .. } => {
-                        self.answer_job(now, job, &[Wants::Checked, Wants::Paused]);
-                    }
-                    _ => {}
-                }
-            }
-            JobNews::Over(end) => {
-                #[cfg(feature = "class")]
-                let order = record.order.clone();
-                #[cfg(feature = "class")]
-                let is_resumed = record.before.is_some();
-                #[cfg(feature = "class")]
-                if !is_resumed && self.queued_is_over(now, job, &end) {
-                    return;
-                }
-                if let Some(record) = self.records.numbered(job) {
-                    match record.before.take() {
-                        // A resume that ended before any motion changes nothing.
-                        Some(before) if end.state != "done" => {
-                            *record = *before;
-                            record.number = Some(job);
-                        }
-                        // A job that ran, or a first start that failed.
-                        _ => record.is_over(t, &end),
-                    }
-                }
-                #[cfg(feature = "class")]
-                self.keep_result(arm, job, order.as_ref());
-                self.job_changed(now, arm, job);
-                self.answer_end(now, arm, job, end.state, end.error);
-                // A stop may wait for the end of this job.
-                self.tell_stands(now);
-            }
-        }
-    }
-
-    /// Answers the requests that wait for one of these states of a job.
-    fn answer_job(&mut self, now: HostInstant, job: JobId, wanted: &[Wants]) {
-        let shown = self.shown(job);
-        for (request, wants) in self.waiting_for(job) {
-            if !wanted.contains(&wants) {
-                continue;
-            }
-            let result = match wants {
-                Wants::Checked => json!({"job": shown["job"]}),
-                _ => shown.clone(),
-            };
-            self.finish(now, request, Ok(result));
-        }
-    }
-
-    /// Answers all requests that wait for a job that is over.
-    pub(super) fn answer_end(
-        &mut self,
-        now: HostInstant,
-        arm: ArmId,
-        job: JobId,
-        state: &str,
-        error: Option<RpcError>,
-    ) {
-        let shown = self.shown(job);
-        for (request, wants) in self.waiting_for(job) {
-            let outcome = match (wants, state) {
-                (Wants::End, _) => Ok(shown.clone()),
-                (Wants::Checked, "done") => Ok(json!({"job": shown["job"]})),
-                (_, "done") => Err(RpcError::arm(
-                    magician::ErrorKind::InvalidInput,
-                    message!("the job is over"),
-                )),
-                // Independent of who stopped it, the requester learns that its request did not finish.
-                (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
-                _ => Err(error
-                    .clone()
-                    .unwrap_or_else(|| RpcError::internal("the job failed"))),
-            };
-            self.finish(now, request, outcome);
-        }
-    }
-
-    pub(super) fn waiting_for(&self, job: JobId) -> Vec<(RequestId, Wants)> {
-        let waiting = self
-            .pending
-            .iter()
-            .filter_map(|(request, pending)| match pending.waits {
-                Awaited::Job(_, of, wants) if of == job => Some((*request, wants)),
-                _ => None,
-            });
-        waiting.collect()
-    }
-
-    /// Takes the result of an order about a job. Its effects follow as reports.
-    pub(super) fn job_done(
-        &mut self,
-        now: HostInstant,
-        request: RequestId,
-        wants: Wants,
-        job: JobId,
-        outcome: Result<Value, RpcError>,
-    ) {
-        let state = self.shown(job)["state"].clone();
-        match (outcome, wants) {
-            (Err(error), _) => self.finish(now, request, Err(error)),
-            (Ok(_), Wants::Paused) if state == "paused" => {
-                self.answer_job(now, job, &[Wants::Paused]);
-            }
-            (Ok(_), Wants::Running) if state == "running" => {
-                self.answer_job(now, job, &[Wants::Running]);
-            }
-            (Ok(_), _) => {}
-        }
-    }
-
-    /// Publishes a change of a job: to control, the store, subscribers and the event log.
-    pub(super) fn job_changed(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
-        let Some(record) = self.records.numbered(job) else {
-            return;
-        };
-        let phase = match record.state.as_str() {
-            "paused" => Some(JobPhase::Paused),
-            state if is_under_way(state) => Some(JobPhase::Active),
-            _ => None,
-        };
-        let (on_lost, shown) = (record.on_lost, record.shown());
-        // A queued job has no arm yet, and a job that ended before it began must not touch the arm
-        // of another one.
-        if phase.is_some() || self.control.has_job(arm, job) {
-            self.control.job_is(now, arm, job, on_lost, phase);
-        }
-        self.records.has_changed(arm);
-        self.tell_job(now, job);
-        let fields = vec![
-            ("job", shown["job"].clone()),
-            ("state", shown["state"].clone()),
-        ];
-        self.event(now, arm, ArmEvent::Job, fields);
-        self.state_has_changed(arm);
     }
 }
 

@@ -8,12 +8,12 @@ use magician_protocol::HostInstant;
 use serde_json::json;
 
 use super::dispatch::{Call, Handled};
-use super::lengthy::Lengthy;
+use super::long_requests::LongRequest;
 use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, RequestId};
 use crate::job::setup_and_preset;
-use crate::library::{IfTaken, LibraryAct, ProgramName};
+use crate::library::{OverwritePolicy, LibraryAct, ProgramName};
 use crate::presets::PresetAct;
 
 impl Station {
@@ -37,9 +37,9 @@ impl Station {
             _ => (None, None),
         };
         // Replacing is the default, as for PUT.
-        let if_taken = match params.switch("replace") {
-            Some(false) => IfTaken::Refuse,
-            _ => IfTaken::Replace,
+        let overwrite = match params.switch("replace") {
+            Some(false) => OverwritePolicy::Refuse,
+            _ => OverwritePolicy::Replace,
         };
         let act = match name {
             "program.list" => LibraryAct::List,
@@ -56,26 +56,26 @@ impl Station {
                         return Err(RpcError::param("text", why));
                     }
                 };
-                LibraryAct::Put(program(call, "name")?, bytes, if_taken)
+                LibraryAct::Put(program(call, "name")?, bytes, overwrite)
             }
             "program.convert" => LibraryAct::Convert {
                 from: program(call, "name")?,
                 to: program(call, "to")?,
                 setup,
                 preset,
-                if_taken,
+                overwrite,
             },
             _ if name.starts_with("preset.") => LibraryAct::Presets(preset_act(name, call)?),
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
-        self.in_turn(call, Lengthy::Library(call.grant.role, act))
+        self.queue_long_request(call, LongRequest::Library(call.grant.role, act))
     }
 }
 
 impl Station {
     /// Checks that a job's program and preset exist before anything else happens, so that errors in
     /// parameters are answered first.
-    pub(super) fn find_first(
+    pub(super) fn check_program_exists(
         &mut self,
         call: &Call<'_>,
         arm: ArmId,
@@ -84,24 +84,24 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let find = LibraryAct::Find { program, preset };
         // In turn as well, because looking up a file may block.
-        self.in_turn(call, Lengthy::Library(call.grant.role, find))?;
+        self.queue_long_request(call, LongRequest::Library(call.grant.role, find))?;
         let params = Box::new(call.params.clone());
         Ok(Handled::Later(call.request, Awaited::Program(arm, params)))
     }
 
     pub(super) fn waits_for_program(&self, request: RequestId) -> bool {
         let pending = self.pending.get(&request);
-        pending.is_some_and(|pending| matches!(pending.waits, Awaited::Program(..)))
+        pending.is_some_and(|pending| matches!(pending.awaits, Awaited::Program(..)))
     }
 
     /// Continues a start whose program was found: the remaining checks, and the start itself.
-    pub(super) fn start_found(&mut self, now: HostInstant, request: RequestId) {
+    pub(super) fn continue_start(&mut self, now: HostInstant, request: RequestId) {
         let Some(pending) = self.pending.get_mut(&request) else {
             return;
         };
         let socket = pending.socket;
         // A placeholder until the start says what the request waits for.
-        let waits = std::mem::replace(&mut pending.waits, Awaited::Library);
+        let waits = std::mem::replace(&mut pending.awaits, Awaited::Library);
         let Awaited::Program(arm, params) = waits else {
             return;
         };
@@ -126,7 +126,7 @@ impl Station {
             Ok(Handled::Now(value)) => self.finish(now, request, Ok(value)),
             Ok(Handled::Later(_, waits)) => {
                 if let Some(pending) = self.pending.get_mut(&request) {
-                    pending.waits = waits;
+                    pending.awaits = waits;
                 }
             }
             Err(error) => self.finish(now, request, Err(error)),
@@ -134,9 +134,9 @@ impl Station {
     }
 
     /// Answers starts that still wait for their program, because a stop came first.
-    pub(super) fn stop_before_found(&mut self, now: HostInstant, arm: ArmId, error: &RpcError) {
+    pub(super) fn cancel_pending_starts(&mut self, now: HostInstant, arm: ArmId, error: &RpcError) {
         let waiting = self.pending.iter().filter_map(|(request, pending)| {
-            let waits = matches!(&pending.waits, Awaited::Program(of, _) if *of == arm);
+            let waits = matches!(&pending.awaits, Awaited::Program(of, _) if *of == arm);
             waits.then_some(*request)
         });
         for request in waiting.collect::<Vec<_>>() {

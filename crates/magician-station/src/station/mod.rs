@@ -3,26 +3,29 @@
 //!
 //! [`Station`] joins the parts: sockets and sessions, [`Control`](crate::control::Control) for all
 //! decisions about motion, records of jobs, subscriptions, recordings, and with the feature `class`
-//! a class. Every public method that changes something ends in `settle`, which carries out the
-//! effects of control until none is left. The results are collected in queues and polled by the
-//! shell: orders, journal lines, jobs and files to write, sockets with something to send.
+//! a class. Every public method that changes something ends in `carry_out_effects`, which carries
+//! out the effects of control until none is left. The results are collected in queues and polled by
+//! the shell: orders, journal lines, jobs and files to write, sockets with something to send.
 
 mod calls;
 #[cfg(feature = "class")]
 mod class;
 #[cfg(feature = "class")]
 mod class_files;
+mod config;
+mod connections;
 mod dispatch;
 mod effects;
 mod ending;
 mod events;
 mod fence;
 mod history;
+mod job_updates;
 mod jobs;
 mod journal;
-mod keeping;
+mod held_work;
 mod leases;
-mod lengthy;
+mod long_requests;
 mod library;
 mod motion;
 mod newest;
@@ -38,6 +41,8 @@ mod rights;
 #[cfg(feature = "class")]
 mod schedule;
 mod sessions;
+#[cfg(feature = "class")]
+mod sign_in;
 mod size;
 mod socket;
 mod state;
@@ -52,181 +57,45 @@ mod world;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
-use std::sync::Arc;
 
-use magician::admission::{AdmissionTable, Origin};
-use magician_job::presets::Presets;
+use magician::admission::AdmissionTable;
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
+pub use self::config::{ArmEntry, Grant, StationConfig};
 use self::ending::Ending;
-pub use self::ending::{CutOff, RunsEnd};
+pub use self::ending::{ForcedStop, EndReport};
 use self::events::EventLog;
-use self::jobs::Wants;
+use self::jobs::AwaitedJobState;
 pub use self::journal::JournalLine;
-use self::keeping::Keeping;
-use self::lengthy::LengthyWork;
+use self::held_work::HeldWork;
+use self::long_requests::LongRequests;
 pub use self::newest::LIST_INTERVAL;
-use self::newest::{Newest, Telling};
+use self::newest::{Newest, NoticeRates};
 pub use self::outbox::{Next, Outbox};
 use self::recordings::{ArmRecordings, Recorded};
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::SILENT_SOCKETS;
 use self::sessions::{LIMITS, Session};
-pub use self::sessions::{MESSAGE, SOCKETS, VIEWERS};
+pub use self::sessions::{MAX_MESSAGE_SIZE, MAX_SOCKETS, MAX_VIEWERS};
 pub use self::size::StationSize;
 use self::socket::Socket;
-pub use self::socket::{CloseCode, Outgoing, Peer, RATE, UNDER_WAY};
+pub use self::socket::{CloseCode, Outgoing, Peer, MAX_MESSAGES_PER_SECOND, MAX_REQUESTS_IN_FLIGHT};
 use self::state::SharedState;
 use self::store::Records;
-pub use self::store::{FileToKeep, JobsToKeep, check_jobs, damaged_jobs};
+pub use self::store::{FileSnapshot, JobsSnapshot, check_jobs, damaged_jobs};
 pub use self::teach::TeachAct;
-pub use self::throttle::{Pace, Throttle};
-use crate::api::{Message, MessageId, Notice, Params, Role, RpcError};
+pub use self::throttle::{RateVerdict, Throttle};
+use crate::api::{MessageId, Notice, Params, RpcError};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
-use crate::frames::FrameRing;
-use crate::job::{FormatReader, JobStore, NoStore, Reader};
-use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
+use crate::library::LibraryOrder;
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
-use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
-use crate::surface::{MemorySurfaces, SurfaceStore};
+use crate::recording::RecordOrder;
 
 /// Id of a client's connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SocketId(pub u64);
-
-/// Rights of a client, and their source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Grant {
-    /// Role.
-    pub role: Role,
-    /// Name of the token. `None` for a client that needs no token.
-    pub token: Option<String>,
-}
-
-/// Arm of a station.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ArmEntry {
-    /// Name: `[a-z0-9][a-z0-9_-]{0,31}`.
-    pub name: String,
-    /// Port, as given by the user.
-    pub port: String,
-    /// True for a virtual arm of this process. It burns nothing.
-    pub is_virtual: bool,
-    /// True if a laser may be mounted at the arm's pins.
-    pub laser_pins: bool,
-    /// Fence. [`RunningStation`](crate::RunningStation) sets it from the arm.
-    pub fence: Option<magician::Fence>,
-}
-
-/// Configuration of a station.
-pub struct StationConfig {
-    /// Arms.
-    pub arms: Vec<ArmEntry>,
-    /// Prefix of all ids. Must differ for each start of a station, so that no id is used twice.
-    pub epoch: String,
-    /// Unix time at [`HostInstant::ZERO`], s.
-    pub unix_zero: f64,
-    /// Version of the program.
-    pub version: String,
-    /// True to limit every session to the role of a viewer.
-    pub read_only: bool,
-    /// True to let students burn with the laser of a real arm.
-    pub student_laser: bool,
-    /// Reader of programs.
-    pub reader: Arc<dyn Reader>,
-    /// Store of jobs.
-    pub jobs: Arc<dyn JobStore>,
-    /// Store of measured work surfaces.
-    pub surfaces: Arc<dyn SurfaceStore>,
-    /// Store of recordings.
-    pub recordings: Arc<dyn RecordingStore>,
-    /// Most readings per second for the history of the last ten minutes. With 0 only readings made
-    /// for other purposes are kept.
-    pub ring: u32,
-    /// True to save the history to a file when an alarm is raised.
-    pub save_on_alarm: bool,
-    /// Traffic of the arms' lines, by index. Empty if no line is tapped.
-    pub lines: Vec<Arc<FrameRing>>,
-    /// Library of programs.
-    pub programs: Arc<dyn ProgramStore>,
-    /// Presets of drawing and engraving.
-    pub presets: Presets,
-    /// Text of the class file. `None` uses the stored one.
-    #[cfg(feature = "class")]
-    pub class: Option<String>,
-    /// Text of the schedule file. `None` uses the stored one.
-    #[cfg(feature = "class")]
-    pub schedule: Option<String>,
-    /// Source of unpredictable numbers, for codes.
-    #[cfg(feature = "class")]
-    pub random: fn() -> u64,
-}
-
-impl ArmEntry {
-    /// Creates the entry of a virtual arm of this process.
-    #[must_use]
-    pub fn simulated(name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            port: "sim".to_owned(),
-            is_virtual: true,
-            laser_pins: true,
-            fence: None,
-        }
-    }
-}
-
-impl StationConfig {
-    /// Creates a configuration with these arms and defaults: no tokens, built-in formats, nothing
-    /// stored beyond the station's lifetime, a clock that starts in 1970.
-    #[must_use]
-    pub fn new(arms: Vec<ArmEntry>, epoch: impl Into<String>) -> Self {
-        Self::reading_by(arms, epoch, Arc::new(FormatReader::default()))
-    }
-
-    /// Creates the same configuration with this reader of programs.
-    #[must_use]
-    pub fn reading_by(
-        arms: Vec<ArmEntry>,
-        epoch: impl Into<String>,
-        reader: Arc<dyn Reader>,
-    ) -> Self {
-        Self {
-            arms,
-            epoch: epoch.into(),
-            unix_zero: 0.0,
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            read_only: false,
-            student_laser: false,
-            reader,
-            jobs: Arc::new(NoStore),
-            surfaces: Arc::new(MemorySurfaces::default()),
-            recordings: Arc::new(NoRecordings),
-            ring: 0,
-            save_on_alarm: true,
-            lines: Vec::new(),
-            programs: Arc::new(NoPrograms),
-            presets: Presets::default(),
-            #[cfg(feature = "class")]
-            class: None,
-            #[cfg(feature = "class")]
-            schedule: None,
-            #[cfg(feature = "class")]
-            random: crate::class::random,
-        }
-    }
-}
-
-impl fmt::Debug for StationConfig {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("StationConfig")
-            .field("arms", &self.arms)
-            .field("epoch", &self.epoch)
-            .finish_non_exhaustive()
-    }
-}
 
 /// Event for which a request waits.
 #[derive(Debug)]
@@ -234,7 +103,7 @@ enum Awaited {
     /// Result of an order.
     Arm(ArmId),
     /// The change is on the disk.
-    Kept,
+    Saved,
     /// Result of the library.
     Library,
     /// Check that a job's program and preset exist. Then the job starts with these parameters.
@@ -244,7 +113,7 @@ enum Awaited {
     /// Start of a jog.
     Jog(ArmId, JogId),
     /// State of a job.
-    Job(ArmId, JobId, Wants),
+    Job(ArmId, JobId, AwaitedJobState),
     /// Result of the recorder.
     Record(Recorded),
     /// Stop of several arms.
@@ -260,14 +129,14 @@ enum Awaited {
 struct Pending {
     socket: SocketId,
     id: Option<MessageId>,
-    waits: Awaited,
+    awaits: Awaited,
     line: Option<JournalLine>,
     began: HostInstant,
 }
 
 /// State of an arm within the station.
 #[derive(Debug)]
-struct ArmPlace {
+struct ArmState {
     entry: ArmEntry,
     reading: Option<ArmReading>,
     recordings: ArmRecordings,
@@ -277,7 +146,7 @@ struct ArmPlace {
     read_at: HostInstant,
     link: bool,
     /// Instant at which the line broke or was found. Earlier readings are outdated.
-    found_at: HostInstant,
+    link_changed_at: HostInstant,
     events: EventLog,
     /// Current rate of reading, and pins.
     watched: (Option<u32>, Vec<magician::Pin>),
@@ -310,23 +179,23 @@ struct ArmPlace {
 pub struct Station {
     config: StationConfig,
     control: Control,
-    arms: Vec<ArmPlace>,
+    arms: Vec<ArmState>,
     sockets: BTreeMap<SocketId, Socket>,
     sessions: BTreeMap<SessionId, Session>,
     /// Sockets of listeners. Decides which one is evicted.
     admission: AdmissionTable<SocketId>,
-    telling: Telling,
+    notice_rates: NoticeRates,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
     library: VecDeque<LibraryOrder>,
-    lengthy: LengthyWork,
+    long_requests: LongRequests,
     #[cfg(feature = "class")]
-    class: class::Class,
+    class: class::StationClass,
     /// Arms of jogs, including jogs that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
-    keeping: Keeping,
+    held_work: HeldWork,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
     /// State of the end of the station, once it has begun.
@@ -348,35 +217,35 @@ impl Station {
     /// Creates a station whose arms are connected and which has no clients.
     #[must_use]
     pub fn new(config: StationConfig) -> Self {
-        let place = |entry: &ArmEntry| ArmPlace {
+        let place = |entry: &ArmEntry| ArmState {
             entry: entry.clone(),
             reading: None,
             recordings: ArmRecordings::default(),
             state: None,
             read_at: HostInstant::ZERO,
             link: true,
-            found_at: HostInstant::ZERO,
+            link_changed_at: HostInstant::ZERO,
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
         let names: Vec<_> = config.arms.iter().map(|arm| arm.name.as_str()).collect();
         let mut station = Self {
             records: Records::load(&*config.jobs, &names, config.unix_zero),
-            keeping: Keeping::default(),
+            held_work: HeldWork::default(),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
             #[cfg(feature = "class")]
-            class: class::Class::load(&config),
+            class: class::StationClass::load(&config),
             config,
             sockets: BTreeMap::new(),
             sessions: BTreeMap::new(),
             admission: AdmissionTable::new(LIMITS),
-            telling: Telling::default(),
+            notice_rates: NoticeRates::default(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
             library: VecDeque::new(),
-            lengthy: LengthyWork::default(),
+            long_requests: LongRequests::default(),
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
@@ -384,9 +253,9 @@ impl Station {
             ids: 0,
         };
         // Before the first client, who may list or resume them.
-        station.take_up_jobs();
+        station.load_jobs();
         // Reading for the history starts now, before the first client.
-        station.watch_anew();
+        station.update_read_rates();
         station
     }
 
@@ -396,154 +265,10 @@ impl Station {
         &self.config.arms
     }
 
-    /// Admits a client of a listener.
-    ///
-    /// A socket has no claim to its place until its hello: if there are too many of those, the
-    /// oldest is evicted. `None` if all sessions are in use and no viewer can be evicted for a
-    /// client with a higher role.
-    pub fn admit(&mut self, now: HostInstant, peer: Peer) -> Option<SocketId> {
-        let origin = peer.origin;
-        if !self.may_have_room(now, origin) {
-            return None;
-        }
-        let socket = self.open(now, peer);
-        if let Some(silent) = self.admission.open(now, socket, origin) {
-            self.end_socket(silent, CloseCode::LATE);
-        }
-        Some(socket)
-    }
-
-    /// Returns the earliest instant at which a client can be [admitted](Self::admit) without
-    /// evicting a socket that has not had its time for a hello.
-    ///
-    /// `None` if it can be admitted now, or if all sessions are in use.
-    #[must_use]
-    pub fn admits_at(&self, now: HostInstant, origin: Origin) -> Option<HostInstant> {
-        if !self.may_have_room(now, origin) {
-            return None;
-        }
-        self.admission.opens_at(now, origin, Socket::grace(origin))
-    }
-
-    /// True if a client from there may get a session by its hello.
-    fn may_have_room(&self, now: HostInstant, origin: Origin) -> bool {
-        self.admission.has_room(now, origin) || self.yielding_viewer(now, origin).is_some()
-    }
-
-    /// Records that a message has arrived, before it is [received](Self::receive). The client no
-    /// longer counts as silent.
-    pub fn heard(&mut self, now: HostInstant, socket: SocketId) {
-        self.admission.heard(now, socket);
-    }
-
-    /// Connects a client of this process, or of a listener that limits its clients itself.
-    pub fn open(&mut self, now: HostInstant, peer: Peer) -> SocketId {
-        let id = SocketId(self.next_id());
-        self.sockets.insert(id, Socket::new(now, peer));
-        id
-    }
-
-    /// Returns the token of a `session.hello`. `None` for other messages.
-    ///
-    /// Tokens are stored in files, and reading one must not delay the station. So the listener
-    /// looks the token up and passes its rights to [`vouch`](Self::vouch) before the message.
-    #[must_use]
-    pub fn token_of(text: &str) -> Option<String> {
-        let message = Message::parse(text).ok()?;
-        let token = message.params.get("token")?.as_str()?;
-        (message.method == "session.hello").then(|| token.to_owned())
-    }
-
-    /// Sets the rights of the token in a client's hello. `None` for an invalid token.
-    pub fn vouch(&mut self, socket: SocketId, grant: Option<Grant>) {
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.vouched = grant;
-        }
-    }
-
-    /// Connects a program for DobotLink (feature `link`).
-    #[cfg(feature = "link")]
-    pub(crate) fn open_link(&mut self, now: HostInstant, peer: Peer) -> SocketId {
-        let id = self.open(now, peer);
-        if let Some(socket) = self.sockets.get_mut(&id) {
-            socket.link = true;
-        }
-        id
-    }
-
-    /// Processes a message that the link translated from this call of its program. The journal
-    /// names the call.
-    #[cfg(feature = "link")]
-    pub(crate) fn receive_for(
-        &mut self,
-        now: HostInstant,
-        socket: SocketId,
-        text: &str,
-        of: Option<String>,
-    ) {
-        if let Some(open) = self.sockets.get_mut(&socket) {
-            open.calls = of;
-        }
-        self.receive(now, socket, text);
-    }
-
-    /// Processes a text message of a client.
-    pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
-        // Deadlines first: a message must not revive what is over.
-        self.handle_timeout(now);
-        self.take(now, socket, text);
-        self.settle(now);
-    }
-
-    /// Processes the only message of a client without a hello. Its session ends with the socket;
-    /// the lease that the request needs is acquired if it is free. Returns true if an answer
-    /// follows.
-    pub fn receive_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
-        self.handle_timeout(now);
-        let answered = self.take_once(now, socket, text);
-        self.settle(now);
-        answered
-    }
-
-    /// Records the reply to a ping, which keeps the lease alive as a message does.
-    pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
-        self.handle_timeout(now);
-        if let Some(session) = self.session_of(socket) {
-            self.control.keep_alive(now, session);
-        }
-    }
-
-    /// Handles the end of a socket, by the client or by the station.
-    pub fn close(&mut self, now: HostInstant, socket: SocketId) {
-        let Some(gone) = self.sockets.remove(&socket) else {
-            return;
-        };
-        self.admission.close(socket);
-        // Looked at before requests without a line are dropped below.
-        let unanswered = self
-            .pending
-            .values()
-            .any(|pending| pending.socket == socket);
-        // Requests with a journal line stay until they are over, so that the journal gets their
-        // results.
-        self.pending
-            .retain(|_, pending| pending.socket != socket || pending.line.is_some());
-        if let Some(session) = gone.session {
-            match self.sessions.get(&session) {
-                Some(known) if known.one_shot => self.left_one_shot(now, session, unanswered),
-                _ => self.left(now, session),
-            }
-        }
-        self.forget_turns();
-        // The subscriptions of the session are gone as well, so some arms can be read less often.
-        self.watch_anew();
-        self.settle(now);
-    }
-
     /// Processes a report of an arm.
     pub fn report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
         self.take_report(now, arm, report);
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Handles everything that is due.
@@ -552,17 +277,17 @@ impl Station {
         self.class_timeout(now);
         self.control.handle_timeout(now);
         self.save_for_alarms(now);
-        self.records.try_again(now, false);
-        self.tell_stands(now);
+        self.records.retry_writes(now, false);
+        self.answer_stands(now);
         let late = |socket: &Socket| socket.session.is_none() && now >= socket.hello_due();
         let late: Vec<_> = { self.sockets.iter() }
             .filter(|(_, socket)| late(socket) && !socket.outbox.is_closing())
             .map(|(id, _)| *id)
             .collect();
         for socket in late {
-            self.end_socket(socket, CloseCode::LATE);
+            self.end_socket(socket, CloseCode::HELLO_TIMEOUT);
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Returns the instant at which [`handle_timeout`](Self::handle_timeout) is due. `None` if
@@ -576,9 +301,9 @@ impl Station {
         let saves = self.arms.iter().filter_map(|place| place.recordings.due());
         let due = (hellos.chain(self.control.poll_timeout()))
             .chain(saves)
-            .chain(self.telling.due())
+            .chain(self.notice_rates.due())
             .chain(self.end_due())
-            .chain(self.keeping_due())
+            .chain(self.held_due())
             .min();
         #[cfg(feature = "class")]
         let due = due.into_iter().chain(self.class.next()).min();
@@ -602,12 +327,12 @@ impl Station {
         request: RequestId,
         outcome: Result<Value, RpcError>,
     ) {
-        self.turn_is_over(request);
+        self.finish_long_request(request);
         match outcome {
-            Ok(_) if self.waits_for_program(request) => self.start_found(now, request),
+            Ok(_) if self.waits_for_program(request) => self.continue_start(now, request),
             outcome => self.finish(now, request, outcome),
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Returns the next line for the journal.
@@ -616,8 +341,8 @@ impl Station {
     }
 
     /// Returns the jobs of an arm that have changed and must be written.
-    /// [`jobs_kept`](Self::jobs_kept) takes the result.
-    pub fn poll_jobs(&mut self) -> Option<JobsToKeep> {
+    /// [`jobs_written`](Self::jobs_written) takes the result.
+    pub fn poll_jobs(&mut self) -> Option<JobsSnapshot> {
         self.records.take_changed()
     }
 
@@ -653,7 +378,7 @@ impl Station {
     }
 
     /// Carries out all consequences of what happened.
-    fn settle(&mut self, now: HostInstant) {
+    fn carry_out_effects(&mut self, now: HostInstant) {
         // First, because it produces effects.
         self.evict_overdue(now);
         while let Some(effect) = self.control.poll_effect() {
@@ -661,15 +386,15 @@ impl Station {
         }
         #[cfg(feature = "class")]
         {
-            self.put_fences();
+            self.order_fences();
             // Starting a job has further effects, so control is settled again.
             if self.begin_queued(now) {
-                return self.settle(now);
+                return self.carry_out_effects(now);
             }
-            self.tell_turns(now);
+            self.notify_turns(now);
         }
         // Last, so that it reports the state after all effects.
-        self.tell_newest(now);
+        self.queue_due(now);
     }
 
     fn next_id(&mut self) -> u64 {
@@ -685,11 +410,11 @@ impl Station {
         (0..self.arms.len() as u64).map(ArmId)
     }
 
-    fn arm(&self, arm: ArmId) -> &ArmPlace {
+    fn arm(&self, arm: ArmId) -> &ArmState {
         &self.arms[arm.0 as usize]
     }
 
-    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmPlace {
+    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmState {
         &mut self.arms[arm.0 as usize]
     }
 
@@ -703,9 +428,9 @@ impl Station {
         );
         // The history is read faster before the arm moves, or its start would be missing.
         if moves && self.arm_mut(arm).recordings.expect_motion() {
-            self.watch_anew();
+            self.update_read_rates();
         }
-        if let Some(order) = self.behind_start(arm, order) {
+        if let Some(order) = self.hold_behind_start(arm, order) {
             self.orders.push_back((arm, order));
         }
     }
@@ -743,7 +468,7 @@ impl Station {
     }
 
     /// Returns the part of an arm's state that its reading lacks.
-    fn beside(&self, arm: ArmId) -> StateContext {
+    fn state_context(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
         StateContext {
             t: self.unix(self.arm(arm).read_at),

@@ -38,25 +38,25 @@ pub(super) enum Newest {
 
 /// Values that were sent recently, and values that are due.
 #[derive(Debug, Default)]
-pub(super) struct Telling {
-    told: BTreeMap<Newest, HostInstant>,
+pub(super) struct NoticeRates {
+    sent: BTreeMap<Newest, HostInstant>,
     due: BTreeMap<Newest, HostInstant>,
 }
 
-impl Telling {
+impl NoticeRates {
     /// Marks a value as changed. It is sent when `interval` has passed since it was sent last.
     pub(super) fn changed(&mut self, what: Newest, interval: Duration) {
-        let told = self.told.get(&what);
-        let due = told.map_or(HostInstant::ZERO, |told| *told + interval);
+        let sent = self.sent.get(&what);
+        let due = sent.map_or(HostInstant::ZERO, |sent| *sent + interval);
         let waiting = self.due.entry(what).or_insert(due);
         // The earlier of two intervals wins.
         *waiting = due.min(*waiting);
     }
 
     /// Records that a value has been sent.
-    pub(super) fn is_told(&mut self, now: HostInstant, what: Newest) {
+    pub(super) fn mark_sent(&mut self, now: HostInstant, what: Newest) {
         self.due.remove(&what);
-        self.told.insert(what, now);
+        self.sent.insert(what, now);
     }
 
     /// Returns the next deadline. `None` if nothing has changed.
@@ -67,7 +67,7 @@ impl Telling {
     /// Removes and returns the values that are due.
     fn take_due(&mut self, now: HostInstant) -> Vec<Newest> {
         // Older entries no longer delay anything.
-        self.told.retain(|_, told| *told + LIST_INTERVAL > now);
+        self.sent.retain(|_, sent| *sent + LIST_INTERVAL > now);
         let is_due = |(_, due): &(&Newest, &HostInstant)| **due <= now;
         let due: Vec<_> = self
             .due
@@ -76,7 +76,7 @@ impl Telling {
             .map(|(what, _)| *what)
             .collect();
         for what in &due {
-            self.is_told(now, *what);
+            self.mark_sent(now, *what);
         }
         due
     }
@@ -85,12 +85,12 @@ impl Telling {
 impl Station {
     /// Queues the values that are due for all sessions. The text is made when it is sent, so at
     /// most one of each value waits for a slow client.
-    pub(super) fn tell_newest(&mut self, now: HostInstant) {
-        for what in self.telling.take_due(now) {
+    pub(super) fn queue_due(&mut self, now: HostInstant) {
+        for what in self.notice_rates.take_due(now) {
             #[cfg(feature = "class")]
             if what == Newest::Turns {
                 self.class.turns_changed = true;
-                self.tell_turns(now);
+                self.notify_turns(now);
                 continue;
             }
             for socket in self.sessions.values().filter_map(|session| session.socket) {
@@ -105,17 +105,17 @@ impl Station {
 
     /// Sends a job to all sessions in its current state. Every change of state is sent; a waiting
     /// progress of the same job is dropped as outdated.
-    pub(super) fn tell_job(&mut self, now: HostInstant, job: JobId) {
+    pub(super) fn notify_job(&mut self, now: HostInstant, job: JobId) {
         let Some(text) = self.job_notice(job) else {
             return;
         };
-        self.telling.is_told(now, Newest::Job(job));
+        self.notice_rates.mark_sent(now, Newest::Job(job));
         let sockets: Vec<_> = { self.sessions.values() }
             .filter_map(|session| session.socket)
             .collect();
         for socket in sockets {
             if let Some(open) = self.sockets.get_mut(&socket) {
-                open.outbox.state_is_void(Newest::Job(job));
+                open.outbox.drop_state(Newest::Job(job));
             }
             self.notify_socket(socket, text.clone());
         }

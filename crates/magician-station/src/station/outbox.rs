@@ -9,9 +9,9 @@ use std::collections::VecDeque;
 use super::CloseCode;
 
 /// Most bytes of unsent notifications. A choice that bounds memory per client.
-const NOTICES: usize = 256 * 1024;
+const MAX_NOTICE_BYTES: usize = 256 * 1024;
 /// Most bytes of unsent answers: some of the largest ones, such as the preview of a program.
-const ANSWERS: usize = 8 * 1024 * 1024;
+const MAX_ANSWER_BYTES: usize = 8 * 1024 * 1024;
 
 #[derive(Debug)]
 enum Waiting<K> {
@@ -85,7 +85,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
         }
         self.answers += text.len();
         self.waiting.push_back(Waiting::Answer(text));
-        if self.answers > ANSWERS {
+        if self.answers > MAX_ANSWER_BYTES {
             self.cut(CloseCode::SLOW);
         }
     }
@@ -98,7 +98,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
         }
         self.notices += text.len();
         self.waiting.push_back(Waiting::Notice(text));
-        if self.notices > NOTICES {
+        if self.notices > MAX_NOTICE_BYTES {
             self.cut(CloseCode::SLOW);
         }
     }
@@ -122,7 +122,7 @@ impl<K: Copy + PartialEq> Outbox<K> {
     }
 
     /// Removes a state that was due.
-    pub fn state_is_void(&mut self, what: K) {
+    pub fn drop_state(&mut self, what: K) {
         self.waiting
             .retain(|waiting| !matches!(waiting, Waiting::State(id) if *id == what));
     }

@@ -13,24 +13,24 @@ use super::Station;
 use super::class::Person;
 use super::dispatch::{Call, Handled};
 use super::jobs::source;
-use super::keeping::IfUnkept;
+use super::held_work::WriteFailurePolicy;
 use super::newest::{LIST_INTERVAL, Newest};
 use super::records::{JobOwner, JobRecord};
 use super::rights::{Risk, may_endanger};
 use crate::api::{Danger, RpcError};
-use crate::control::{ArmId, JobClaim, JobId, OnLost, PersonId, QueuedChange};
+use crate::control::{ArmId, JobClaim, JobId, LeaseLossPolicy, PersonId, QueuedChange};
 use crate::order::{ArmOrder, JobEnd, JobOrder, JobStart};
 
 /// Most jobs that wait for an arm.
-const WAITING: usize = 20;
+const MAX_WAITING_JOBS: usize = 20;
 /// Position after all others.
-const LAST: usize = usize::MAX;
+const LAST_POSITION: usize = usize::MAX;
 
 /// Waiting job, without its position and owner.
 #[derive(Clone, Debug)]
 pub(super) struct QueuedJob {
     order: JobOrder,
-    on_lost: OnLost,
+    on_lost: LeaseLossPolicy,
     pupil: Option<String>,
     holder: Value,
     /// True if a client that may burn has allowed it.
@@ -48,7 +48,7 @@ impl Station {
     /// True if a job of this request would have to wait for the arm.
     pub(super) fn has_to_wait(&self, call: &Call<'_>, arm: ArmId) -> bool {
         let kind = crate::control::WorkKind::StartJob;
-        self.control.may(call.session, arm, kind).is_err()
+        self.control.check_work(call.session, arm, kind).is_err()
     }
 
     /// Appends a job to the queue of an arm.
@@ -57,11 +57,11 @@ impl Station {
         call: &Call<'_>,
         arm: ArmId,
         order: JobOrder,
-        on_lost: OnLost,
+        on_lost: LeaseLossPolicy,
     ) -> Result<JobId, RpcError> {
-        if self.control.jobs(arm).count() >= WAITING {
-            let why = format!("{WAITING} jobs wait for the arm already");
-            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", WAITING));
+        if self.control.jobs(arm).count() >= MAX_WAITING_JOBS {
+            let why = format!("{MAX_WAITING_JOBS} jobs wait for the arm already");
+            return Err(RpcError::new(RpcError::TOO_MANY, why).with("limit", MAX_WAITING_JOBS));
         }
         let bound = self.control.is_bound(call.session);
         let person = self.control.person(call.session);
@@ -97,20 +97,20 @@ impl Station {
             may_endanger: may_endanger(call, Risk::of_dangerous_job(), Danger::JOB).is_ok(),
             held: None,
         };
-        self.put_in_queue(call.now, JobClaim { job, arm, person }, LAST, queued);
+        self.put_in_queue(call.now, JobClaim { job, arm, person }, LAST_POSITION, queued);
         Ok(job)
     }
 
     fn put_in_queue(&mut self, now: HostInstant, claim: JobClaim, place: usize, queued: QueuedJob) {
         self.control.queue_job(claim, place);
         self.class.queue.insert(claim.job, queued);
-        self.tell_queue(now, claim.arm);
+        self.notify_queue(now, claim.arm);
     }
 
     /// Removes a job from the queue. `None` if it does not wait.
     fn take_from_queue(&mut self, job: JobId) -> Option<(JobClaim, QueuedJob)> {
         let claim = self.control.take_job(job);
-        self.telling.changed(Newest::Turns, LIST_INTERVAL);
+        self.notice_rates.changed(Newest::Turns, LIST_INTERVAL);
         claim.zip(self.class.queue.remove(&job))
     }
 
@@ -125,7 +125,7 @@ impl Station {
 
     /// Starts jobs whose arm is free. Returns true if any started.
     pub(super) fn begin_queued(&mut self, now: HostInstant) -> bool {
-        let mut begun = false;
+        let mut started = false;
         if self.class.closed {
             return false;
         }
@@ -142,26 +142,26 @@ impl Station {
                 .and_then(|claim| self.take_from_queue(claim.job));
             if let Some((claim, queued)) = next {
                 self.begin_from_queue(now, claim, queued);
-                self.tell_queue(now, arm);
-                begun = true;
+                self.notify_queue(now, arm);
+                started = true;
             }
         }
-        begun
+        started
     }
 
     fn begin_from_queue(&mut self, now: HostInstant, claim: JobClaim, queued: QueuedJob) {
         let JobClaim { job, arm, person } = claim;
         // The fence of the owner, not of the current holder: the job may start without one.
         let fence = self.fence_for(arm, person.is_none());
-        self.put_fence(arm, fence);
+        self.order_fence(arm, fence);
         let holder = self.control.holder(arm);
         let t = self.unix(now);
         if let Some(record) = self.records.numbered(job) {
-            record.begins(t, queued.holder.clone());
+            record.mark_started(t, queued.holder.clone());
             (record.place, record.reason) = (None, None);
             record.pupil.clone_from(&queued.pupil);
             // Without a holder there is no lease whose end could end the job.
-            record.on_lost = holder.map_or(OnLost::Continue, |_| queued.on_lost);
+            record.on_lost = holder.map_or(LeaseLossPolicy::Continue, |_| queued.on_lost);
         }
         let needs = |what, danger| Box::new(RpcError::dangerous(what, "job.start", danger));
         let start = JobStart {
@@ -178,13 +178,13 @@ impl Station {
         self.order_start(arm, job, ArmOrder::StartJob(Box::new(start)));
         // No lease will end, so motors have to end with the job.
         if self.control.holder(arm).is_none() {
-            self.order(arm, ArmOrder::EndUnheld);
+            self.order(arm, ArmOrder::EndUnattended);
         }
     }
 
     /// Handles the end of a job that came from the queue. A job that must not burn goes back to the
     /// queue and waits for a teacher. Returns true if it did.
-    pub(super) fn queued_is_over(&mut self, now: HostInstant, job: JobId, end: &JobEnd) -> bool {
+    pub(super) fn finish_queued(&mut self, now: HostInstant, job: JobId, end: &JobEnd) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let code = end.error.as_ref().map(|error| error.code);
         let arm = self
@@ -234,7 +234,7 @@ impl Station {
                 queued.held.get_or_insert("stopped");
             }
         }
-        self.tell_queue(now, arm);
+        self.notify_queue(now, arm);
     }
 
     /// Checks whether a request may change a waiting job.
@@ -283,7 +283,7 @@ impl Station {
         } else {
             queued.held = None;
         }
-        self.tell_queue(call.now, arm);
+        self.notify_queue(call.now, arm);
         let shown = self.records.numbered(job).map(|record| record.shown());
         Ok(Handled::Now(shown.unwrap_or_default()))
     }
@@ -295,11 +295,11 @@ impl Station {
         };
         let t = self.unix(now);
         if let Some(record) = self.records.numbered(job) {
-            record.is_over(t, &JobEnd::new("stopped"));
+            record.mark_over(t, &JobEnd::new("stopped"));
             (record.place, record.order) = (None, None);
         }
         self.job_changed(now, claim.arm, job);
-        self.tell_queue(now, claim.arm);
+        self.notify_queue(now, claim.arm);
     }
 
     /// Removes all jobs of a person from the queues.
@@ -317,21 +317,21 @@ impl Station {
     /// Ends the job of a person that started from the queue and runs without a lease, in the way
     /// the end of a turn does. Returns false without such a job.
     pub(super) fn end_queued_job(&mut self, arm: ArmId, of: Option<PersonId>) -> bool {
-        let mut begun = self.class.from_queue.values();
-        let own = begun.find(|(claim, _)| {
+        let mut started = self.class.from_queue.values();
+        let own = started.find(|(claim, _)| {
             claim.arm == arm
                 && claim.person.is_some()
                 && (of.is_none() || claim.person == of)
                 && self.control.has_job(arm, claim.job)
         });
         // `continue` applies to a lost lease. Here a person has ended the turn.
-        let stops = own.map(|(_, queued)| queued.on_lost == OnLost::Stop);
-        stops.is_some_and(|stops| self.control.end_unheld_job(arm, stops))
+        let stops = own.map(|(_, queued)| queued.on_lost == LeaseLossPolicy::Stop);
+        stops.is_some_and(|stops| self.control.end_unattended_job(arm, stops))
     }
 
     /// Restores the queue of an earlier station in its order. No job starts before a person resumes
     /// it.
-    pub(super) fn take_up_queue(&mut self) {
+    pub(super) fn restore_queue(&mut self) {
         let mut left: Vec<_> = { self.records.each() }
             .filter(|record| record.state == "queued")
             .map(|record| (record.at, record.place, record.id.clone()))
@@ -347,7 +347,7 @@ impl Station {
                 // Stored by another version, whose program this one cannot read.
                 "interrupted".clone_into(&mut record.state);
                 record.place = None;
-                self.records.has_changed(arm);
+                self.records.note_change(arm);
                 continue;
             };
             let (owner, on_lost) = (record.hidden.owner.clone(), record.on_lost);
@@ -377,7 +377,7 @@ impl Station {
                 held: Some(held),
             };
             let claim = JobClaim { job, arm, person };
-            self.put_in_queue(HostInstant::ZERO, claim, LAST, queued);
+            self.put_in_queue(HostInstant::ZERO, claim, LAST_POSITION, queued);
         }
     }
 
@@ -385,12 +385,12 @@ impl Station {
     pub(super) fn drop_queued(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
         self.take_from_queue(job);
         self.class.from_queue.remove(&job);
-        self.tell_queue(now, arm);
+        self.notify_queue(now, arm);
     }
 
     /// Returns a job to the queue because the disk refused to record its start. Returns false for a
     /// job from elsewhere.
-    pub(super) fn wait_again(&mut self, now: HostInstant, job: JobId) -> bool {
+    pub(super) fn requeue(&mut self, now: HostInstant, job: JobId) -> bool {
         let queued = self.class.from_queue.remove(&job);
         let waits = queued.is_some();
         if let Some((claim, queued)) = queued {
@@ -414,8 +414,8 @@ impl Station {
             .saturating_sub(1);
         let before = self.move_queued(call.now, job, usize::try_from(place).unwrap_or(usize::MAX));
         let shown = self.shown(job);
-        let or = before.map_or(IfUnkept::Refuse, |before| IfUnkept::Reorder(job, before));
-        Ok(self.answer_when_kept(call, [arm], shown, or))
+        let or = before.map_or(WriteFailurePolicy::Refuse, |before| WriteFailurePolicy::Reorder(job, before));
+        Ok(self.answer_when_saved(call, [arm], shown, or))
     }
 
     /// Moves a job to a position, from 0. Returns the position before. `None` if it does not wait.
@@ -428,12 +428,12 @@ impl Station {
         let claim = self.control.waiting_job(job)?;
         let before = { self.control.jobs(claim.arm) }.position(|other| other.job == job);
         self.control.queue_job(claim, place);
-        self.tell_queue(now, claim.arm);
+        self.notify_queue(now, claim.arm);
         before
     }
 
     /// Publishes changed positions and states of an arm's queue.
-    fn tell_queue(&mut self, now: HostInstant, arm: ArmId) {
+    fn notify_queue(&mut self, now: HostInstant, arm: ArmId) {
         let held = |job| self.class.queue.get(&job).and_then(|queued| queued.held);
         let jobs = self
             .control
@@ -449,13 +449,13 @@ impl Station {
             if before == after {
                 continue;
             }
-            self.telling.changed(Newest::Turns, LIST_INTERVAL);
+            self.notice_rates.changed(Newest::Turns, LIST_INTERVAL);
             let moves_alone = before.0.is_some() && before.1 == after.1;
             (record.place, record.reason) = after;
             if moves_alone {
                 // A changed position is not a change of state, so it stays out of the event log.
-                self.records.has_changed(arm);
-                self.telling.changed(Newest::Job(job), LIST_INTERVAL);
+                self.records.note_change(arm);
+                self.notice_rates.changed(Newest::Job(job), LIST_INTERVAL);
             } else {
                 self.job_changed(now, arm, job);
             }
@@ -465,7 +465,7 @@ impl Station {
     /// Queues a program at several arms, for a teacher.
     pub(super) fn send_to_arms(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
         let source = source(call)?;
-        let arms = self.arms_meant(call)?;
+        let arms = self.selected_arms(call)?;
         let mut jobs = Vec::new();
         for arm in arms.iter().copied() {
             let order = JobOrder {
@@ -480,7 +480,7 @@ impl Station {
             };
             let name = self.arm(arm).entry.name.clone();
             // One refusal does not stop the others: each arm gets its own result.
-            let queued = self.queue_job(call, arm, order, OnLost::Continue);
+            let queued = self.queue_job(call, arm, order, LeaseLossPolicy::Continue);
             jobs.push((name, queued));
         }
         self.begin_queued(call.now);
@@ -493,6 +493,6 @@ impl Station {
             Err(error) => json!({"arm": arm, "job": null, "state": null, "error": error.message}),
         });
         let result = json!({"jobs": jobs.collect::<Vec<_>>()});
-        Ok(self.answer_when_kept(call, arms, result, IfUnkept::Refuse))
+        Ok(self.answer_when_saved(call, arms, result, WriteFailurePolicy::Refuse))
     }
 }

@@ -17,23 +17,23 @@ use super::dispatch::{Call, Handled};
 use super::{Awaited, Station};
 use crate::api::{ArmEvent, RpcError};
 use crate::control::{ArmId, RequestId};
-use crate::recording::{KEEPS, Note, RecordOrder, RecordReport, Sample};
+use crate::recording::{IS_SUPPORTED, Note, RecordOrder, RecordReport, Sample};
 
 /// Length of the history, s.
-const KEPT: f64 = 600.0;
+const HISTORY_LENGTH: f64 = 600.0;
 /// Most readings in the history: ten minutes at the highest rate, 50/s.
-const MOST: usize = 30_000;
+const MAX_HISTORY_READINGS: usize = 30_000;
 /// Rate at which an arm at rest is read for the history, 1/s. Motion that another host causes is
 /// noticed by it.
-const AT_REST: u32 = 5;
+const REST_READ_RATE: u32 = 5;
 /// Time after the last sign of motion for which an arm is read at the full rate.
-const STIRRED: Duration = Duration::from_secs(2);
+const MOTION_LINGER: Duration = Duration::from_secs(2);
 /// Time after an alarm that its file includes.
-const BEHIND: Duration = Duration::from_secs(5);
+const ALARM_TAIL: Duration = Duration::from_secs(5);
 /// Shortest interval between two files of alarms, so that a bouncing alarm does not fill the disk.
-const BETWEEN: Duration = Duration::from_secs(60);
+const MIN_ALARM_FILE_INTERVAL: Duration = Duration::from_secs(60);
 /// Shortest history for which an alarm is worth a file, s.
-const BEFORE: f64 = 1.0;
+const MIN_HISTORY: f64 = 1.0;
 
 /// Recordings of an arm.
 #[derive(Debug, Default)]
@@ -44,9 +44,9 @@ pub(super) struct ArmRecordings {
     /// Unix second in the name of the last file, because names must differ.
     named: u64,
     /// Instant until which the arm is read at the full rate.
-    stirred: Option<HostInstant>,
+    motion_until: Option<HostInstant>,
     /// True if something that may move the arm was sent since the last reading.
-    expects: bool,
+    expects_motion: bool,
     /// Largest number of free places that the arm's queue has had.
     space: u32,
     /// Instant at which the file of an alarm is written.
@@ -105,30 +105,30 @@ impl ArmRecordings {
 
     /// Records that something was sent that may move the arm. Returns true if that is new.
     pub(super) fn expect_motion(&mut self) -> bool {
-        !std::mem::replace(&mut self.expects, true)
+        !std::mem::replace(&mut self.expects_motion, true)
     }
 
-    fn is_stirred(&self) -> bool {
-        self.expects || self.stirred.is_some()
+    fn has_recent_motion(&self) -> bool {
+        self.expects_motion || self.motion_until.is_some()
     }
 
     /// Records a reading. Returns true if the rate of reading has to change.
-    fn stir(&mut self, now: HostInstant, moving: bool, left_space: u32) -> bool {
-        let before = self.is_stirred();
+    fn note_reading(&mut self, now: HostInstant, moving: bool, left_space: u32) -> bool {
+        let before = self.has_recent_motion();
         self.space = self.space.max(left_space);
         // Fewer free places than ever seen means that commands are waiting, possibly of another
         // host.
-        if moving || left_space < self.space || std::mem::take(&mut self.expects) {
-            self.stirred = Some(now + STIRRED);
+        if moving || left_space < self.space || std::mem::take(&mut self.expects_motion) {
+            self.motion_until = Some(now + MOTION_LINGER);
         }
-        self.stirred.take_if(|until| now >= *until);
-        before != self.is_stirred()
+        self.motion_until.take_if(|until| now >= *until);
+        before != self.has_recent_motion()
     }
 
     /// Appends a reading to the history. Returns true if it is due for the running recording.
-    fn keep(&mut self, now: HostInstant, sample: Sample) -> bool {
-        let old = |kept: &Sample| sample.t - kept.t > KEPT;
-        while self.ring.front().is_some_and(old) || self.ring.len() >= MOST {
+    fn add_reading(&mut self, now: HostInstant, sample: Sample) -> bool {
+        let old = |kept: &Sample| sample.t - kept.t > HISTORY_LENGTH;
+        while self.ring.front().is_some_and(old) || self.ring.len() >= MAX_HISTORY_READINGS {
             self.ring.pop_front();
         }
         self.ring.push_back(sample);
@@ -166,7 +166,7 @@ impl Station {
     }
 
     pub(super) fn keeps_recordings(&self) -> bool {
-        KEEPS && self.config.recordings.keeps()
+        IS_SUPPORTED && self.config.recordings.is_enabled()
     }
 
     /// True if any arm is being recorded.
@@ -218,7 +218,7 @@ impl Station {
                 rate,
             },
         );
-        self.watch_anew();
+        self.update_read_rates();
         Ok(Handled::Later(
             request,
             Awaited::Record(Recorded::Begun { name }),
@@ -232,10 +232,10 @@ impl Station {
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
         };
         if let Some(why) = one.lost {
-            return Err(unwritten(&why));
+            return Err(write_error(&why));
         }
         self.record(arm, RecordOrder::End { request });
-        self.watch_anew();
+        self.update_read_rates();
         let seconds = ((t - one.began) * 1000.0).round() / 1000.0;
         let name = one.name;
         let waits = Awaited::Record(Recorded::Ended { name, seconds });
@@ -249,26 +249,26 @@ impl Station {
         if ring == 0 || !self.keeps_recordings() {
             return None;
         }
-        let stirred = self.arm(arm).recordings.is_stirred();
-        Some(if stirred { ring } else { ring.min(AT_REST) })
+        let motion_until = self.arm(arm).recordings.has_recent_motion();
+        Some(if motion_until { ring } else { ring.min(REST_READ_RATE) })
     }
 
     /// Schedules the file of an alarm: what led to it, and what follows.
-    fn alarm_came(&mut self, now: HostInstant, arm: ArmId) {
+    fn schedule_alarm_file(&mut self, now: HostInstant, arm: ArmId) {
         let saves = self.config.save_on_alarm && self.ring_rate(arm).is_some();
         let t = self.unix(now);
         let recordings = &mut self.arm_mut(arm).recordings;
         let begun = recordings.ring.front().map_or(t, |sample| sample.t);
-        if !saves || recordings.alarm.is_some() || t - begun < BEFORE {
+        if !saves || recordings.alarm.is_some() || t - begun < MIN_HISTORY {
             return;
         }
-        let soonest = recordings.saved.map(|(at, _)| at + BETWEEN);
-        recordings.alarm = Some(soonest.map_or(now + BEHIND, |at| at.max(now + BEHIND)));
+        let soonest = recordings.saved.map(|(at, _)| at + MIN_ALARM_FILE_INTERVAL);
+        recordings.alarm = Some(soonest.map_or(now + ALARM_TAIL, |at| at.max(now + ALARM_TAIL)));
     }
 
     /// Writes the files of alarms that are due.
     pub(super) fn save_for_alarms(&mut self, now: HostInstant) {
-        if !KEEPS {
+        if !IS_SUPPORTED {
             return;
         }
         for arm in self.arm_ids() {
@@ -279,7 +279,7 @@ impl Station {
             let t = self.unix(now);
             // Starts after the previous file, so that a series of alarms writes nothing twice.
             let before = self.arm(arm).recordings.saved.map(|(_, t)| t);
-            let from = before.map_or(t - KEPT, |before| before.max(t - KEPT));
+            let from = before.map_or(t - HISTORY_LENGTH, |before| before.max(t - HISTORY_LENGTH));
             self.arm_mut(arm).recordings.saved = Some((now, t));
             let request = RequestId(self.next_id());
             if let Some(name) = self.save(request, t, arm, from) {
@@ -299,7 +299,7 @@ impl Station {
         let rate = (samples.len() - 1) as f64 / (last.t - first.t).max(1e-3);
         let rate = rate.round().clamp(1.0, 50.0) as u32;
         let name = place.recordings.name(&place.entry.name, t);
-        let notes = { place.events.after(from) }.filter_map(noted).collect();
+        let notes = { place.events.after(from) }.filter_map(event_note).collect();
         let order = RecordOrder::Save {
             request,
             name: name.clone(),
@@ -314,7 +314,7 @@ impl Station {
 
     fn save_last(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
         let (request, t) = (call.request, self.unix(call.now));
-        let seconds = call.params.number("seconds").unwrap_or(KEPT);
+        let seconds = call.params.number("seconds").unwrap_or(HISTORY_LENGTH);
         let Some(name) = self.save(request, t, arm, t - seconds) else {
             let why = message!("the arm was not read in the last {seconds} s", seconds);
             return Err(RpcError::arm(ErrorKind::InvalidInput, why));
@@ -339,11 +339,11 @@ impl Station {
         let (moving, left_space) = (reading.moving, reading.left_space);
         if self.config.ring > 0 {
             let recordings = &mut self.arm_mut(arm).recordings;
-            if recordings.stir(now, moving, left_space) {
-                self.watch_anew();
+            if recordings.note_reading(now, moving, left_space) {
+                self.update_read_rates();
             }
         }
-        if self.keeps_recordings() && self.arm_mut(arm).recordings.keep(now, sample) {
+        if self.keeps_recordings() && self.arm_mut(arm).recordings.add_reading(now, sample) {
             self.record(arm, RecordOrder::Sample(Box::new(sample)));
         }
     }
@@ -356,11 +356,11 @@ impl Station {
         name: &str,
         fields: &[(&'static str, Value)],
     ) {
-        if !KEEPS {
+        if !IS_SUPPORTED {
             return;
         }
         if name == "alarm-raised" {
-            self.alarm_came(now, arm);
+            self.schedule_alarm_file(now, arm);
         }
         if self.arm(arm).recordings.rate().is_none() {
             return;
@@ -372,7 +372,7 @@ impl Station {
 
     /// Takes a report of the recorder.
     pub fn recorded(&mut self, now: HostInstant, arm: ArmId, report: RecordReport) {
-        if !KEEPS {
+        if !IS_SUPPORTED {
             return;
         }
         match report {
@@ -386,7 +386,7 @@ impl Station {
                         .take_if(begins)
                         .is_some()
                 {
-                    self.watch_anew();
+                    self.update_read_rates();
                 }
                 let saving = &mut self.arm_mut(arm).recordings.saving;
                 if let Some((_, name)) = saving.take_if(|(of, _)| *of == request) {
@@ -401,16 +401,16 @@ impl Station {
                             self.event(now, arm, ArmEvent::RecordingLost, fields);
                         }
                     }
-                    return self.settle(now);
+                    return self.carry_out_effects(now);
                 }
                 let Some(pending) = self.pending.get(&request) else {
                     return;
                 };
-                let Awaited::Record(wanted) = &pending.waits else {
+                let Awaited::Record(wanted) = &pending.awaits else {
                     return;
                 };
                 let outcome = outcome.map(|bytes| wanted.answer(bytes));
-                self.finish(now, request, outcome.map_err(|why| unwritten(&why)));
+                self.finish(now, request, outcome.map_err(|why| write_error(&why)));
             }
             RecordReport::Lost(why) => {
                 let Some(one) = &mut self.arm_mut(arm).recordings.under_way else {
@@ -419,16 +419,16 @@ impl Station {
                 // Kept until `record.stop`, which then answers with the reason.
                 one.lost = Some(why.clone());
                 let fields = vec![("name", json!(one.name)), ("message", json!(why))];
-                self.watch_anew();
+                self.update_read_rates();
                 self.event(now, arm, ArmEvent::RecordingLost, fields);
             }
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 }
 
 /// Error of a recording that the disk refuses.
-fn unwritten(why: &str) -> RpcError {
+fn write_error(why: &str) -> RpcError {
     let why = message!("the recording cannot be written: {why}", why);
     RpcError::arm(ErrorKind::Unexpected, why)
 }
@@ -442,16 +442,16 @@ fn note_of<'a>(t: f64, name: &str, fields: impl Iterator<Item = (&'a str, &'a Va
         "reset",
         "missed",
     ];
-    let mut words = name.to_owned();
+    let mut text = name.to_owned();
     for (name, value) in fields {
-        let _ = write!(words, " {name} {value}");
+        let _ = write!(text, " {name} {value}");
     }
     let warning = warns.contains(&name);
-    Note { t, warning, words }
+    Note { t, warning, text }
 }
 
 /// Returns a logged event as a note.
-fn noted(event: &Value) -> Option<Note> {
+fn event_note(event: &Value) -> Option<Note> {
     let (t, name) = (event["t"].as_f64()?, event["event"].as_str()?);
     let known = ["arm", "seq", "t", "event"];
     let fields = event.as_object()?.iter();

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 
 use super::jobs::is_under_way;
 use crate::api::RpcError;
-use crate::control::{ArmId, JobId, OnLost};
-use crate::job::KeptRun;
+use crate::control::{ArmId, JobId, LeaseLossPolicy};
+use crate::job_store::StoredRun;
 use crate::order::{JobEnd, JobOrder};
 
 /// Record of a job. Serialized fields are what clients see; the file has more (`to_file`).
@@ -56,7 +56,7 @@ pub(super) struct JobRecord {
     #[serde(skip, default = "first_arm")]
     pub(super) at: ArmId,
     #[serde(skip)]
-    pub(super) on_lost: OnLost,
+    pub(super) on_lost: LeaseLossPolicy,
     /// Fields that only the file has.
     #[serde(skip)]
     pub(super) hidden: Hidden,
@@ -153,7 +153,7 @@ impl JobRecord {
             order: Some(Arc::new(order)),
             number: Some(number),
             at,
-            on_lost: OnLost::default(),
+            on_lost: LeaseLossPolicy::default(),
             hidden: Hidden::default(),
             #[cfg(feature = "class")]
             pupil: None,
@@ -164,30 +164,30 @@ impl JobRecord {
     }
 
     /// Creates the record of an interrupted run of the command line.
-    pub(super) fn of_run(id: String, of: (ArmId, String), run: KeptRun) -> Self {
+    pub(super) fn of_run(id: String, of: (ArmId, String), run: StoredRun) -> Self {
         let mut record = Self::new(id, of, JobId(0), run.order.clone());
         record.number = None;
         "interrupted".clone_into(&mut record.state);
         record.first_step = Some(run.order.from + 1);
         record.hidden.ran = true;
         record.hidden.run = Some(run.name.clone());
-        record.ran_on(&run);
+        record.update_from_run(&run);
         record
     }
 
     /// Updates the progress of a run of the command line.
-    pub(super) fn ran_on(&mut self, run: &KeptRun) {
+    pub(super) fn update_from_run(&mut self, run: &StoredRun) {
         if self.state != "interrupted" {
             return;
         }
         self.title = Some(run.title.clone()).filter(|title| !title.is_empty());
         self.steps = run.steps;
         (self.started, self.ended) = (Some(run.started), Some(run.ended));
-        self.reaches(run.done);
+        self.set_done(run.done);
     }
 
     /// Marks the job as started or resumed.
-    pub(super) fn begins(&mut self, t: f64, holder: Value) {
+    pub(super) fn mark_started(&mut self, t: f64, holder: Value) {
         "checking".clone_into(&mut self.state);
         self.is_read = false;
         // A resumed job keeps its first start.
@@ -197,7 +197,7 @@ impl JobRecord {
     }
 
     /// Sets the number of finished steps over all loops. Never decreases.
-    pub(super) fn reaches(&mut self, done: u64) {
+    pub(super) fn set_done(&mut self, done: u64) {
         self.done = self.done.max(done);
         let Some(steps) = self.steps.filter(|steps| *steps > 0) else {
             return;
@@ -212,7 +212,7 @@ impl JobRecord {
     }
 
     /// Marks the job as over.
-    pub(super) fn is_over(&mut self, t: f64, end: &JobEnd) {
+    pub(super) fn mark_over(&mut self, t: f64, end: &JobEnd) {
         end.state.clone_into(&mut self.state);
         (self.reason, self.part, self.text) = (None, None, None);
         self.seconds_left = None;
@@ -224,17 +224,17 @@ impl JobRecord {
         if end.state == "done" {
             self.hidden.ran = true;
             if let Some(steps) = self.steps.filter(|_| self.loops > 0) {
-                self.reaches(steps.saturating_mul(self.loops));
+                self.set_done(steps.saturating_mul(self.loops));
             }
             // A completed job cannot be resumed, so its program need not be kept.
             self.order = None;
         }
         self.error = end.error.as_ref().map_or(Value::Null, |error| {
-            let mut told = json!({"kind": error.outcome(), "message": error.message});
+            let mut details = json!({"kind": error.outcome(), "message": error.message});
             for (name, value) in &error.data {
-                told[name] = value.clone();
+                details[name] = value.clone();
             }
-            told
+            details
         });
     }
 
@@ -264,7 +264,7 @@ impl JobRecord {
 
     /// Updates a record of an earlier station: a job that was in progress is interrupted. A queued
     /// job stays queued until a person resumes it. Returns true if it has changed.
-    pub(super) fn left(&mut self, t: f64) -> bool {
+    pub(super) fn restore(&mut self, t: f64) -> bool {
         if !is_under_way(&self.state) {
             return false;
         }
@@ -286,7 +286,7 @@ pub(super) fn digest(order: &JobOrder) -> String {
 
 /// Record in the form of the file.
 #[derive(Serialize)]
-struct Kept<'a> {
+struct StoredRecord<'a> {
     #[serde(flatten)]
     record: &'a JobRecord,
     kept: &'a Hidden,
@@ -298,7 +298,7 @@ struct Kept<'a> {
 /// is written as it was before.
 pub(super) fn to_file(record: &JobRecord) -> Value {
     let record = record.before.as_deref().unwrap_or(record);
-    let mut kept = Kept {
+    let mut kept = StoredRecord {
         record,
         kept: &record.hidden,
         order: record.order.as_deref(),
@@ -343,6 +343,6 @@ pub(super) fn from_file(mut item: Value, at: ArmId) -> Option<JobRecord> {
         ran: record.step > 0 || record.state == "done",
         ..Hidden::default()
     });
-    record.on_lost = OnLost::named(record.hidden.on_lost.as_deref());
+    record.on_lost = LeaseLossPolicy::named(record.hidden.on_lost.as_deref());
     Some(record)
 }

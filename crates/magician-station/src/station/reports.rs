@@ -18,7 +18,7 @@ impl Station {
                 let read_at = now - reading.age;
                 // A reading from before the line broke says nothing about the arm that is connected
                 // now.
-                if !place.link || read_at < place.found_at {
+                if !place.link || read_at < place.link_changed_at {
                     return;
                 }
                 place.read_at = read_at;
@@ -31,7 +31,7 @@ impl Station {
                     reading.pins = before.pins;
                 }
                 (place.reading, place.state) = (Some(*reading), None);
-                self.has_read(now, arm);
+                self.distribute_reading(now, arm);
                 self.record_reading(now, arm);
             }
             ArmReport::Outputs { tool, speed } => {
@@ -41,8 +41,8 @@ impl Station {
                     place.state = None;
                 }
             }
-            ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
-            ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
+            ArmReport::JogEnded { jog, why } => self.control.note_jog_ended(arm, jog, why),
+            ArmReport::Job { job, update } => self.apply_job_update(now, arm, job, update),
             ArmReport::Event { event, fields } => self.event(now, arm, event, fields),
             ArmReport::Surface(surface) => {
                 let params = json!({"arm": self.arm(arm).entry.name, "surface": surface});
@@ -54,14 +54,14 @@ impl Station {
                 if was != up {
                     // Another arm may be behind the line when it is found.
                     (place.reading, place.state) = (None, None);
-                    place.found_at = now;
+                    place.link_changed_at = now;
                 }
                 if was && !up {
                     if let Some((jog, _)) = self.control.jog(arm) {
                         // The arm itself goes on jogging to its limit; no stop can reach it.
-                        self.control.jog_ended(arm, jog, JogEnd::Link);
+                        self.control.note_jog_ended(arm, jog, JogEnd::Link);
                     }
-                    self.has_lost(now, arm);
+                    self.notify_line_loss(now, arm);
                 }
                 if was != up {
                     let event = if up {
@@ -82,14 +82,14 @@ impl Station {
         request: RequestId,
         outcome: Result<Outcome, RpcError>,
     ) {
-        self.turn_is_over(request);
+        self.finish_long_request(request);
         #[cfg(feature = "class")]
         {
             let value = outcome.as_ref().ok().and_then(|outcome| match outcome {
                 Outcome::Value(value) => Some(value),
                 Outcome::State => None,
             });
-            if self.took_picture(request, value) {
+            if self.store_picture(request, value) {
                 return;
             }
         }
@@ -103,10 +103,10 @@ impl Station {
             self.control.finish(now, arm, request);
             return;
         };
-        match &mut pending.waits {
+        match &mut pending.awaits {
             Awaited::Stops { .. } => {
                 let outcome = match outcome {
-                    Ok(stood) => match self.behind_job(now, arm, request, stood) {
+                    Ok(stood) => match self.hold_behind_job(now, arm, request, stood) {
                         Some(stood) => Ok(stood),
                         None => return,
                     },
@@ -120,23 +120,23 @@ impl Station {
                 match outcome {
                     Ok(_) => {
                         // The keep-alive period starts with the answer that carries the id.
-                        self.control.jog_begun(now, jog);
+                        self.control.note_jog_started(now, jog);
                         self.finish(now, request, Ok(json!({"jog": id})));
                     }
                     Err(error) => {
                         let code = error.data.get("code").and_then(Value::as_str);
                         let why = jog_end(code.unwrap_or_default());
                         self.finish(now, request, Err(error));
-                        self.control.jog_ended(arm, jog, why);
+                        self.control.note_jog_ended(arm, jog, why);
                     }
                 }
             }
             Awaited::Job(_, job, wants) => {
                 let (job, wants) = (*job, *wants);
-                self.job_done(now, request, wants, job, outcome);
+                self.note_job_order_result(now, request, wants, job, outcome);
             }
             Awaited::Arm(_)
-            | Awaited::Kept
+            | Awaited::Saved
             | Awaited::Library
             | Awaited::Program(..)
             | Awaited::Lease { .. }
@@ -155,7 +155,7 @@ impl Station {
         let Some(pending) = self.pending.get_mut(&request) else {
             return;
         };
-        let Awaited::Stops { left, arms, failed } = &mut pending.waits else {
+        let Awaited::Stops { left, arms, failed } = &mut pending.awaits else {
             return;
         };
         left.remove(&arm);

@@ -6,18 +6,18 @@ use std::time::{Duration, UNIX_EPOCH};
 use serde_json::{Value, json};
 
 use super::Station;
-use super::class::RESULTS;
+use super::class::RESULTS_FILE;
 use crate::control::{ArmId, JobId, RequestId};
 use crate::order::{ArmOrder, JobOrder};
 
 /// Most results that are kept.
-const MOST: usize = 500;
+const MAX_RESULTS: usize = 500;
 /// Title of a program without one, such as text typed into a page.
 const UNTITLED: &str = "without a title";
 
 impl Station {
     /// Stores the result of a pupil's completed job and orders its picture.
-    pub(super) fn keep_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
+    pub(super) fn store_result(&mut self, arm: ArmId, job: JobId, order: Option<&Arc<JobOrder>>) {
         let Some(record) = self.records.numbered(job) else {
             return;
         };
@@ -39,7 +39,7 @@ impl Station {
         // A job that is resumed and completed again counts once.
         results.retain(|known| known["job"] != json!(id));
         results.push(result);
-        let over = results.len().saturating_sub(MOST);
+        let over = results.len().saturating_sub(MAX_RESULTS);
         // The oldest results go first.
         results.drain(..over);
         if let Some(order) = order {
@@ -55,11 +55,11 @@ impl Station {
                 },
             );
         }
-        self.keep_results();
+        self.write_results();
     }
 
     /// Takes the preview for a result. Returns false if the request was not for a picture.
-    pub(super) fn took_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
+    pub(super) fn store_picture(&mut self, request: RequestId, outcome: Option<&Value>) -> bool {
         let Some(id) = self.class.pictures.remove(&request) else {
             return false;
         };
@@ -67,7 +67,7 @@ impl Station {
         if let (Some(result), Some(outcome)) = (self.class.results.iter_mut().find(of), outcome) {
             result["strokes"] = crate::class::picture(&outcome["preview"]);
         }
-        self.keep_results();
+        self.write_results();
         true
     }
 
@@ -91,8 +91,8 @@ impl Station {
         json!({"results": results.collect::<Vec<_>>()})
     }
 
-    pub(super) fn keep_results(&mut self) {
+    pub(super) fn write_results(&mut self) {
         let text = Value::Array(self.class.results.clone()).to_string();
-        self.class.files.write(RESULTS, text);
+        self.class.files.write(RESULTS_FILE, text);
     }
 }

@@ -76,7 +76,7 @@ impl Station {
         } else {
             Role::Teacher
         };
-        confirmed(&call.grant, call.yes(), needs, risk, Danger::Laser)
+        confirmed(&call.grant, call.is_confirmed(), needs, risk, Danger::Laser)
     }
 
     /// Checks a command. Returns true if it may switch the laser on.
@@ -154,7 +154,7 @@ pub(super) fn may_endanger(
     risk: Risk<'_>,
     danger: Danger,
 ) -> Result<(), RpcError> {
-    confirmed(&call.grant, call.yes(), Role::Teacher, risk, danger)
+    confirmed(&call.grant, call.is_confirmed(), Role::Teacher, risk, danger)
 }
 
 /// Requires a role, and then a confirmation by a person.
@@ -181,7 +181,7 @@ mod tests {
 
     /// The whole rule: first the role, then `yes`.
     #[test]
-    fn danger_needs_the_role_first_and_then_the_word() {
+    fn dangerous_command_needs_the_role_before_the_confirmation() {
         use Role::{Student, Teacher, Viewer};
         for needs in [Student, Teacher] {
             for role in [Viewer, Student, Teacher] {

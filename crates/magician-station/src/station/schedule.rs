@@ -6,7 +6,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::Station;
-use super::class::{ANEW, Person};
+use super::class::{SLOT_REFRESH_INTERVAL, Person};
 use crate::class::{ClassError, Schedule, local_time, offset_of};
 use crate::control::{ArmId, PersonId, Slot};
 
@@ -31,7 +31,7 @@ pub(super) enum SlotNow {
 impl Station {
     /// Expands the schedule into slots, from now on. An arm that the class does not give to pupils
     /// has no slots, nor has any arm while the schedule cannot be read.
-    pub(super) fn count_out(&mut self, now: HostInstant) {
+    pub(super) fn expand_slots(&mut self, now: HostInstant) {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         let unix = self.unix(now).floor() as i64;
         let at = |time: i64| {
@@ -60,14 +60,14 @@ impl Station {
                 let slots = windows.into_iter().map(|(from, until, who)| Slot {
                     from: Some(from).filter(|from| now < *from),
                     until,
-                    who: self.people(&who),
+                    who: self.persons_named(&who),
                 });
                 slots.collect()
             });
             self.control.set_slots(now, arm, slots);
         }
         self.control.drop_closed_places(now);
-        self.class.anew = Some(now + ANEW);
+        self.class.slots_due = Some(now + SLOT_REFRESH_INTERVAL);
     }
 
     /// Bars pupils from arms outside their group's list. A group without a list may use all arms.
@@ -148,7 +148,7 @@ impl Station {
     }
 
     /// Returns the persons denoted by names of pupils, groups and tokens.
-    pub(super) fn people(&mut self, names: &[String]) -> BTreeSet<PersonId> {
+    pub(super) fn persons_named(&mut self, names: &[String]) -> BTreeSet<PersonId> {
         let mut out = BTreeSet::new();
         for name in names {
             let pupils = self.class.file.iter().flat_map(|file| &file.pupil);
@@ -166,13 +166,13 @@ impl Station {
         let schedule = self.class.schedule.clone().unwrap_or_default();
         json!({
             "text": schedule.text(), "slots": schedule.shown(), "now": self.unix(now),
-            "error": self.unread_schedule(),
+            "error": self.schedule_error_sentence(),
         })
     }
 
     /// Returns the reason why only teachers may have arms, and what to do. `None` if the schedule
     /// could be read.
-    pub(super) fn unread_schedule(&self) -> Option<String> {
+    pub(super) fn schedule_error_sentence(&self) -> Option<String> {
         let ClassError(error) = self.class.schedule_error.as_ref()?;
         // Errors of the TOML reader have several lines, with an excerpt of the file.
         let error = error.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -13,26 +13,26 @@ use serde_json::{Map, Value, json};
 
 use super::journal::JournalLine;
 use super::newest::{LIST_INTERVAL, Newest};
-use super::socket::{CloseCode, RATE};
+use super::socket::{CloseCode, MAX_MESSAGES_PER_SECOND};
 use super::{Grant, Peer, SocketId, Station};
 use crate::api::{Notice, Params, Role, RpcError};
 use crate::control::SessionId;
 use crate::secret::same_secret;
 
 /// Largest message, bytes.
-pub const MESSAGE: usize = 1024 * 1024;
+pub const MAX_MESSAGE_SIZE: usize = 1024 * 1024;
 /// Most sockets after their hello: sixty pupils whose pages are being reloaded, a teacher, a
 /// projector.
-pub const SOCKETS: usize = 128;
+pub const MAX_SOCKETS: usize = 128;
 /// Most sockets of viewers. The rest is reserved for clients that may stop an arm.
-pub const VIEWERS: usize = 80;
+pub const MAX_VIEWERS: usize = 80;
 /// Limits on sockets of listeners. Sixteen without a hello suffice for a class that reconnects at
 /// once, since each needs the time of one message. Loopback has separate places, before and after
 /// hello, for a teacher's page and programs.
 pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
     loopback_strangers: 4,
     strangers: 12,
-    claims: SOCKETS,
+    claims: MAX_SOCKETS,
     kept_for_loopback: 4,
     idle: None,
 };
@@ -41,13 +41,13 @@ pub(super) const LIMITS: AdmissionLimits = AdmissionLimits {
 pub(crate) const SILENT_SOCKETS: usize = LIMITS.loopback_strangers + LIMITS.strangers;
 /// Most sessions without a socket that can be resumed, besides those with a lease: a whole class
 /// whose access point fails.
-const KEPT: usize = 80;
+const MAX_RESUMABLE: usize = 80;
 /// Most bytes of a session's name, because the list of sessions is sent to all of them.
-const NAME: usize = 96;
+const MAX_NAME_BYTES: usize = 96;
 
 /// Source of a session's role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Entry {
+pub(super) enum RoleSource {
     /// A token, a pupil's code, or the listener's decision.
     Granted,
     /// An anonymous client of this machine.
@@ -62,14 +62,14 @@ pub(super) enum Entry {
 pub(super) struct Session {
     pub(super) name: String,
     pub(super) grant: Grant,
-    pub(super) entry: Entry,
+    pub(super) role_source: RoleSource,
     /// Highest role that the session can get: the role it asked for, within what the station
     /// allows.
     #[cfg_attr(
         not(feature = "class"),
         expect(dead_code, reason = "only a class changes roles")
     )]
-    pub(super) most: Role,
+    pub(super) max_role: Role,
     /// Secret for resuming the session.
     secret: String,
     pub(super) since: HostInstant,
@@ -98,12 +98,12 @@ impl Station {
             return Err(RpcError::internal("the socket is gone"));
         };
         let peer = open.peer.clone();
-        let vouched = open.vouched.clone();
+        let token_grant = open.token_grant.clone();
         #[cfg(feature = "class")]
         let pupil = self.sign_in(now, params, &peer.place()).inspect_err(|_| {
             // Closed after the answer, which gives the reason.
             if let Some(open) = self.sockets.get_mut(&socket) {
-                open.outbox.close(CloseCode::TOKEN);
+                open.outbox.close(CloseCode::BAD_TOKEN);
             }
         })?;
         #[cfg(not(feature = "class"))]
@@ -114,7 +114,7 @@ impl Station {
         #[cfg(feature = "class")]
         let by_pin = self.teacher_signs_in(now, params, &peer).inspect_err(|_| {
             if let Some(open) = self.sockets.get_mut(&socket) {
-                open.outbox.close(CloseCode::TOKEN);
+                open.outbox.close(CloseCode::BAD_TOKEN);
             }
         })?;
         #[cfg(not(feature = "class"))]
@@ -123,15 +123,15 @@ impl Station {
         }
         let name = pupil.clone().unwrap_or(name);
         let of_role = |role| Some(Grant { role, token: None });
-        let (entry, grant) = match params.text("token") {
+        let (role_source, grant) = match params.text("token") {
             #[cfg(feature = "class")]
-            _ if by_pin => (Entry::Pin, of_role(Role::Teacher)),
-            _ if pupil.is_some() => (Entry::Granted, of_role(Role::Student)),
-            Some(_) => (Entry::Granted, vouched),
+            _ if by_pin => (RoleSource::Pin, of_role(Role::Teacher)),
+            _ if pupil.is_some() => (RoleSource::Granted, of_role(Role::Student)),
+            Some(_) => (RoleSource::Granted, token_grant),
             None => self.grant_of(&peer),
         };
         let Some(mut grant) = grant else {
-            self.end_socket(socket, CloseCode::TOKEN);
+            self.end_socket(socket, CloseCode::BAD_TOKEN);
             let why = match params.text("token") {
                 Some(_) => "the token is not good",
                 None => "a token is needed from this address",
@@ -139,21 +139,21 @@ impl Station {
             return Err(RpcError::new(RpcError::FORBIDDEN, why));
         };
         let asked = params.text("role").and_then(Role::named);
-        let most = self.most_of_all().min(asked.unwrap_or(Role::Teacher));
+        let most = self.highest_role().min(asked.unwrap_or(Role::Teacher));
         grant.role = grant.role.min(most);
         let back = params
             .text("resume")
-            .and_then(|secret| self.resumed(secret, &grant, entry));
+            .and_then(|secret| self.resumed(secret, &grant, role_source));
         #[cfg(feature = "class")]
         // A secret alone must not let one pupil resume the session of another.
         let back = back.filter(|session| self.sessions[session].pupil == pupil);
         // Viewers have a limit below that of all sessions.
-        let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= VIEWERS;
+        let is_beyond = grant.role == Role::Viewer && self.viewers(back) >= MAX_VIEWERS;
         let full = if is_beyond {
-            Some(("the station has all its viewers", VIEWERS))
+            Some(("the station has all its viewers", MAX_VIEWERS))
         } else {
             let full = self.claim_place(now, socket, grant.role).err();
-            full.map(|NoPlace| ("the station has all its sessions", SOCKETS))
+            full.map(|NoPlace| ("the station has all its sessions", MAX_SOCKETS))
         };
         if let Some((why, limit)) = full {
             self.end_socket(socket, CloseCode::FULL);
@@ -179,7 +179,7 @@ impl Station {
             Session {
                 name: name.clone(),
                 grant: grant.clone(),
-                entry,
+                role_source,
                 most,
                 secret: peer.secret.clone(),
                 since,
@@ -205,7 +205,7 @@ impl Station {
         }
         #[cfg(feature = "class")]
         self.identify(now, session);
-        self.telling.changed(Newest::Sessions, LIST_INTERVAL);
+        self.notice_rates.changed(Newest::Sessions, LIST_INTERVAL);
         let arms: Vec<_> = self.arms.iter().map(|arm| arm.entry.name.clone()).collect();
         Ok(json!({
             "session": self.session_id(session),
@@ -215,27 +215,27 @@ impl Station {
             "api": 1,
             "version": self.config.version,
             "arms": arms,
-            "limits": {"message": MESSAGE, "rate": RATE, "sockets": SOCKETS},
+            "limits": {"message": MAX_MESSAGE_SIZE, "rate": MAX_MESSAGES_PER_SECOND, "sockets": MAX_SOCKETS},
         }))
     }
 
     /// Returns the role of a client without a token, and its source. The grant is `None` if a token
     /// is needed.
-    fn grant_of(&self, peer: &Peer) -> (Entry, Option<Grant>) {
+    fn grant_of(&self, peer: &Peer) -> (RoleSource, Option<Grant>) {
         match &peer.grant {
-            Some(grant) => (Entry::Granted, Some(grant.clone())),
+            Some(grant) => (RoleSource::Granted, Some(grant.clone())),
             None if peer.origin == Origin::Loopback => {
-                let (role, token) = (self.place_role(), None);
-                (Entry::Place, Some(Grant { role, token }))
+                let (role, token) = (self.anonymous_role(), None);
+                (RoleSource::Place, Some(Grant { role, token }))
             }
-            None => (Entry::Granted, None),
+            None => (RoleSource::Granted, None),
         }
     }
 
     /// Returns the role of anonymous clients of this machine: teacher, or viewer while a class is
     /// set.
     #[must_use]
-    pub fn place_role(&self) -> Role {
+    pub fn anonymous_role(&self) -> Role {
         #[cfg(feature = "class")]
         if self.class.file.is_some() || self.class.elsewhere.is_some() {
             return Role::Viewer;
@@ -244,7 +244,7 @@ impl Station {
     }
 
     /// Returns the highest role at this station.
-    fn most_of_all(&self) -> Role {
+    fn highest_role(&self) -> Role {
         if self.config.read_only {
             Role::Viewer
         } else {
@@ -262,7 +262,7 @@ impl Station {
     ) -> Result<(), NoPlace> {
         while let Err(full) = self.admission.claim(now, socket) {
             let origin = { self.sockets.get(&socket) }.map(|open| open.peer.origin);
-            let viewer = origin.and_then(|origin| self.yielding_viewer(now, origin));
+            let viewer = origin.and_then(|origin| self.viewer_to_evict(now, origin));
             let Some(viewer) = viewer.filter(|_| role > Role::Viewer) else {
                 return Err(full);
             };
@@ -275,7 +275,7 @@ impl Station {
 
     /// Returns the viewer to evict for a session from this origin: anonymous ones first, and among
     /// those the latest, so that a flood of pages cannot evict earlier viewers.
-    pub(super) fn yielding_viewer(&self, now: HostInstant, origin: Origin) -> Option<SocketId> {
+    pub(super) fn viewer_to_evict(&self, now: HostInstant, origin: Origin) -> Option<SocketId> {
         let makes_room = |socket: &SocketId| {
             // Tried on a copy, because the table alone knows which place frees which.
             let mut others = self.admission.clone();
@@ -319,9 +319,9 @@ impl Station {
                 message!("a token is needed from this address"),
             )
         };
-        let (entry, grant) = self.grant_of(&peer);
+        let (role_source, grant) = self.grant_of(&peer);
         let mut grant = grant.ok_or_else(needs)?;
-        let most = self.most_of_all();
+        let most = self.highest_role();
         grant.role = grant.role.min(most);
         let session = SessionId(self.next_id());
         self.control.join(now, session);
@@ -331,7 +331,7 @@ impl Station {
             Session {
                 name,
                 grant,
-                entry,
+                role_source,
                 most,
                 secret: String::new(),
                 since: now,
@@ -354,7 +354,7 @@ impl Station {
 
     /// Ends a session of one request. If the caller left before the answer, what the request
     /// started is stopped.
-    pub(super) fn left_one_shot(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
+    pub(super) fn end_one_shot(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
         if !unanswered {
             self.control.release_all(now, session);
         }
@@ -362,25 +362,25 @@ impl Station {
     }
 
     /// Returns the session with this secret, if it has the same source of rights.
-    fn resumed(&self, secret: &str, grant: &Grant, entry: Entry) -> Option<SessionId> {
+    fn resumed(&self, secret: &str, grant: &Grant, role_source: RoleSource) -> Option<SessionId> {
         let of = |session: &Session| {
             !secret.is_empty()
                 && same_secret(&session.secret, secret)
                 && session.grant.token == grant.token
-                && session.entry == entry
+                && session.role_source == role_source
         };
         let (id, _) = self.sessions.iter().find(|(_, session)| of(session))?;
         Some(*id)
     }
 
     /// Handles the end of a session's socket.
-    pub(super) fn left(&mut self, now: HostInstant, session: SessionId) {
+    pub(super) fn note_socket_closed(&mut self, now: HostInstant, session: SessionId) {
         if let Some(gone) = self.sessions.get_mut(&session) {
             gone.socket = None;
             gone.left = Some(now);
         }
         self.control.leave(now, session);
-        self.bound_kept(now);
+        self.limit_resumable(now);
         let mut line = self.line(now, Some(session), "session.end", Value::Null);
         "ok".clone_into(&mut line.result);
         self.lines.push_back(line);
@@ -389,14 +389,14 @@ impl Station {
     /// Limits the sessions that can be resumed: a client that comes and goes in a loop must not
     /// displace others. The lowest role ends first, and within a role the session that left first.
     /// Sessions with a lease are exempt.
-    fn bound_kept(&mut self, now: HostInstant) {
+    fn limit_resumable(&mut self, now: HostInstant) {
         let kept = self.sessions.iter().filter_map(|(id, session)| {
             let left = session.left.filter(|_| session.socket.is_none())?;
             let holds = self.control.held_by(*id).next().is_some();
             (!holds).then_some((session.grant.role, left, *id))
         });
         let kept: Vec<_> = kept.collect();
-        if kept.len() > KEPT
+        if kept.len() > MAX_RESUMABLE
             && let Some((_, _, first)) = kept.into_iter().min()
         {
             self.control.expel(now, first);
@@ -404,10 +404,10 @@ impl Station {
     }
 
     /// Removes a session that is over.
-    pub(super) fn session_over(&mut self, session: SessionId) {
+    pub(super) fn remove_session(&mut self, session: SessionId) {
         let over = self.sessions.remove(&session);
         if over.is_some_and(|over| !over.one_shot) {
-            self.telling.changed(Newest::Sessions, LIST_INTERVAL);
+            self.notice_rates.changed(Newest::Sessions, LIST_INTERVAL);
         }
     }
 
@@ -423,7 +423,7 @@ impl Station {
             }
             self.control.expel(now, session);
         }
-        self.settle(now);
+        self.carry_out_effects(now);
     }
 
     /// Returns the names of the tokens that sessions have used.
@@ -513,7 +513,7 @@ fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
     match client.get("name").and_then(Value::as_str).map(str::trim) {
         Some(name) if !name.is_empty() => {
             let mut name = magician_protocol::visible(name).to_string();
-            while name.len() > NAME {
+            while name.len() > MAX_NAME_BYTES {
                 // By characters, so that the text stays valid UTF-8.
                 name.pop();
             }

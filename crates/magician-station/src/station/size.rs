@@ -41,7 +41,7 @@ impl Station {
                 .sum(),
             unsent: sockets.map(|socket| socket.outbox.unsent()).sum(),
             events: self.arms.iter().map(|arm| arm.events.len()).sum(),
-            orders: self.orders.len() + self.library.len() + self.lengthy.len(),
+            orders: self.orders.len() + self.library.len() + self.long_requests.len(),
         }
     }
 }

@@ -12,27 +12,27 @@ use serde_json::{Map, Value};
 use super::Grant;
 use super::newest::Newest;
 use super::outbox::Outbox;
-use super::throttle::{Pace, Throttle};
+use super::throttle::{RateVerdict, Throttle};
 use crate::control::{ArmId, SessionId};
 
 /// Most messages of a client within any second. A choice, far above what a page sends.
-pub const RATE: usize = 200;
+pub const MAX_MESSAGES_PER_SECOND: usize = 200;
 /// Most requests of a client in flight.
-pub const UNDER_WAY: usize = 64;
+pub const MAX_REQUESTS_IN_FLIGHT: usize = 64;
 /// Most subscriptions of a socket.
-pub(super) const SUBSCRIPTIONS: usize = 16;
+pub(super) const MAX_SUBSCRIPTIONS: usize = 16;
 /// Time for a hello from this machine.
-const HELLO: Duration = Duration::from_secs(5);
+const HELLO_TIME: Duration = Duration::from_secs(5);
 /// Time for a hello from elsewhere. A page sends it as soon as it is connected, so a socket without
 /// one only occupies a place.
-const HELLO_FROM_ELSEWHERE: Duration = Duration::from_secs(2);
+const REMOTE_HELLO_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Time for which a socket of this machine is not evicted, so that a program on a busy machine can
 /// say hello. With four places this admits 40 silent sockets per second.
-const GRACE: Duration = Duration::from_millis(100);
+const EVICTION_GRACE: Duration = Duration::from_millis(100);
 /// The same for a socket from elsewhere: a round trip on a bad wireless network. With twelve places
 /// this admits 24 silent sockets per second.
-const GRACE_FROM_ELSEWHERE: Duration = Duration::from_millis(500);
+const REMOTE_EVICTION_GRACE: Duration = Duration::from_millis(500);
 
 /// Close code of a WebSocket, from RFC 6455 or of this API.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,16 +40,16 @@ pub struct CloseCode(pub u16);
 
 impl CloseCode {
     /// The first message was not a valid hello.
-    pub const HELLO: Self = Self(4400);
+    pub const BAD_HELLO: Self = Self(4400);
     /// The token is missing or invalid.
-    pub const TOKEN: Self = Self(4401);
+    pub const BAD_TOKEN: Self = Self(4401);
     /// The rights of the client have changed: reconnect. (Service restart in the registry of RFC
     /// 6455.)
-    pub const AGAIN: Self = Self(1012);
+    pub const RECONNECT: Self = Self(1012);
     /// The token was revoked.
     pub const REVOKED: Self = Self(4403);
     /// No hello in time.
-    pub const LATE: Self = Self(4408);
+    pub const HELLO_TIMEOUT: Self = Self(4408);
     /// Another socket has resumed the session.
     pub const TAKEN_OVER: Self = Self(4409);
     /// Too many unread messages.
@@ -126,7 +126,7 @@ pub(super) struct Subscription {
 pub(super) struct Socket {
     pub(super) peer: Peer,
     /// Rights of the token in its hello.
-    pub(super) vouched: Option<Grant>,
+    pub(super) token_grant: Option<Grant>,
     pub(super) session: Option<SessionId>,
     pub(super) opened: HostInstant,
     pub(super) subscriptions: Vec<Subscription>,
@@ -144,7 +144,7 @@ impl Socket {
     pub(super) fn new(now: HostInstant, peer: Peer) -> Self {
         Self {
             peer,
-            vouched: None,
+            token_grant: None,
             session: None,
             opened: now,
             subscriptions: Vec::new(),
@@ -160,27 +160,27 @@ impl Socket {
     /// Returns the time for which a client from this origin is not evicted.
     pub(super) const fn grace(origin: Origin) -> Duration {
         match origin {
-            Origin::Loopback => GRACE,
-            Origin::Elsewhere => GRACE_FROM_ELSEWHERE,
+            Origin::Loopback => EVICTION_GRACE,
+            Origin::Elsewhere => REMOTE_EVICTION_GRACE,
         }
     }
 
     /// Returns the instant at which the socket is closed unless it has said hello.
     pub(super) fn hello_due(&self) -> HostInstant {
         let time = match self.peer.origin {
-            Origin::Loopback => HELLO,
-            Origin::Elsewhere => HELLO_FROM_ELSEWHERE,
+            Origin::Loopback => HELLO_TIME,
+            Origin::Elsewhere => REMOTE_HELLO_TIMEOUT,
         };
         self.opened + time
     }
 
     /// Counts a message.
-    pub(super) fn hears(&mut self, now: HostInstant) -> Pace {
+    pub(super) fn count_message(&mut self, now: HostInstant) -> RateVerdict {
         // A link limits its program itself.
         if self.link {
-            return Pace::Fine;
+            return RateVerdict::Accept;
         }
-        self.throttle.hears(now, RATE)
+        self.throttle.check(now, MAX_MESSAGES_PER_SECOND)
     }
 
     pub(super) fn next_subscription(&mut self) -> u16 {

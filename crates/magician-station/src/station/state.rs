@@ -7,13 +7,13 @@ use serde_json::{Map, Value};
 
 use super::Station;
 use crate::control::ArmId;
-use crate::reading::{StateContext, beside_frames, changes};
+use crate::reading::{StateContext, changes, fields_outside_frames};
 
 /// State with the texts made from it so far.
 #[derive(Debug)]
 pub(super) struct SharedState {
     /// Part of the state that the reading lacks.
-    beside: StateContext,
+    context: StateContext,
     fields: Arc<Map<String, Value>>,
     whole: Option<Arc<str>>,
     /// Differences to earlier states. Each keeps its earlier state alive, so that no other state
@@ -24,14 +24,14 @@ pub(super) struct SharedState {
 #[derive(Debug)]
 struct Change {
     since: Arc<Map<String, Value>>,
-    beside_frames: bool,
+    outside_frames: bool,
     text: Option<Arc<str>>,
 }
 
 impl SharedState {
-    pub(super) fn new(beside: StateContext, fields: Map<String, Value>) -> Self {
+    pub(super) fn new(context: StateContext, fields: Map<String, Value>) -> Self {
         Self {
-            beside,
+            context,
             fields: Arc::new(fields),
             whole: None,
             changes: Vec::new(),
@@ -48,20 +48,20 @@ impl SharedState {
         Arc::clone(self.whole.get_or_insert_with(|| text(fields)))
     }
 
-    /// Returns the difference to an earlier state as text. With `beside`, without the fields of
+    /// Returns the difference to an earlier state as text. With `context`, without the fields of
     /// binary frames; `None` if no other field has changed.
     pub(super) fn change(
         &mut self,
         since: &Arc<Map<String, Value>>,
-        beside: bool,
+        context: bool,
     ) -> Option<Arc<str>> {
         let made = { self.changes.iter() }
-            .find(|one| one.beside_frames == beside && Arc::ptr_eq(&one.since, since));
+            .find(|one| one.outside_frames == context && Arc::ptr_eq(&one.since, since));
         if let Some(made) = made {
             return made.text.clone();
         }
-        let text = if beside {
-            let changed = changes(&beside_frames(since), &beside_frames(&self.fields));
+        let text = if context {
+            let changed = changes(&fields_outside_frames(since), &fields_outside_frames(&self.fields));
             // `t` is always included; alone it is not a change.
             (changed.len() > 1).then(|| text(&changed))
         } else {
@@ -69,7 +69,7 @@ impl SharedState {
         };
         self.changes.push(Change {
             since: Arc::clone(since),
-            beside_frames: beside,
+            outside_frames: context,
             text: text.clone(),
         });
         text
@@ -82,7 +82,7 @@ fn text(fields: &Map<String, Value>) -> Arc<str> {
 }
 
 /// Returns the notification of a state.
-pub(super) fn told(subscription: u16, state: &str) -> String {
+pub(super) fn state_notification(subscription: u16, state: &str) -> String {
     format!(
         r#"{{"jsonrpc":"2.0","method":"arm.state","params":{{"subscription":{subscription},"state":{state}}}}}"#
     )
@@ -91,13 +91,13 @@ pub(super) fn told(subscription: u16, state: &str) -> String {
 impl Station {
     /// Returns the state from the last reading. `None` if there was none since the line was found.
     pub(super) fn shared_state(&mut self, arm: ArmId) -> Option<&mut SharedState> {
-        let beside = self.beside(arm);
+        let context = self.state_context(arm);
         let place = self.arm_mut(arm);
         let reading = place.reading.as_ref().filter(|_| place.link)?;
-        let made = place.state.take().filter(|made| made.beside == beside);
+        let made = place.state.take().filter(|made| made.context == context);
         let made = made.unwrap_or_else(|| {
-            let fields = reading.fields(&beside);
-            SharedState::new(beside, fields)
+            let fields = reading.fields(&context);
+            SharedState::new(context, fields)
         });
         Some(place.state.insert(made))
     }
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn every_text_is_made_once() {
+    fn state_texts_are_cached() {
         let mut before = SharedState::new(StateContext::default(), fields(1.0, 1));
         let mut now = SharedState::new(StateContext::default(), fields(2.0, 1));
         assert!(Arc::ptr_eq(&before.whole(), &before.whole()));
@@ -134,7 +134,7 @@ mod tests {
         let change = later.change(&since, true).unwrap();
         assert_eq!(&*change, r#"{"t":2.0,"alarms":[2]}"#);
         assert_eq!(
-            told(3, "{}"),
+            state_notification(3, "{}"),
             r#"{"jsonrpc":"2.0","method":"arm.state","params":{"subscription":3,"state":{}}}"#
         );
     }

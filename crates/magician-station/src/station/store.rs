@@ -2,8 +2,9 @@
 //!
 //! Each change of an arm's jobs gets a number, its revision. The station hands out the newest
 //! version of an arm ([`Station::poll_jobs`](super::Station::poll_jobs)) and gets the result of
-//! writing it ([`Station::jobs_kept`](super::Station::jobs_kept)). Answers that promise durability
-//! wait for that revision. If the disk fails, the version is handed out again after a while.
+//! writing it ([`Station::jobs_written`](super::Station::jobs_written)). Answers that promise
+//! durability wait for that revision. If the disk fails, the version is handed out again after a
+//! while.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -16,22 +17,23 @@ use super::jobs::is_under_way;
 use super::records::{JobRecord, from_file, lost_parts, to_file};
 use crate::api::JOB_STATES;
 use crate::control::{ArmId, JobId};
-use crate::job::JobStore;
+use crate::job_store::JobStore;
 
 /// Version of the file that is written. Version 1 was a list of jobs of all arms.
 const VERSION: u64 = 2;
 /// Number of jobs in an answer to `job.list`.
-const LISTED: usize = 50;
+const MAX_LISTED_JOBS: usize = 50;
 /// Number of jobs kept per arm. Older ones count in the totals only.
-const KEPT: usize = 500;
+const MAX_JOBS_PER_ARM: usize = 500;
 /// Number of jobs per arm whose program is kept, so that they can be resumed. Programs may be
 /// large.
-const PROGRAMS: usize = 8;
+const MAX_STORED_PROGRAMS: usize = 8;
 /// Interval after which a failed write is repeated.
-const RETRY: Duration = Duration::from_secs(5);
-/// Shortest time between two writes of the progress of a running job: after a crash the list of jobs is
-/// this old at most, and a job of a thousand steps does not write its whole list a thousand times.
-const PROGRESS_KEPT: Duration = Duration::from_secs(2);
+const RETRY_INTERVAL: Duration = Duration::from_secs(5);
+/// Shortest time between two writes of the progress of a running job: after a crash the list of
+/// jobs is this old at most, and a job of a thousand steps does not write its whole list a thousand
+/// times.
+const PROGRESS_WRITE_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Totals over jobs that ran.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -82,7 +84,7 @@ impl JobTotals {
 
 /// Stored state of one arm.
 #[derive(Clone, Debug, Default)]
-struct ArmShelf {
+struct StoredArmState {
     /// True while a teacher has frozen the arm.
     frozen: bool,
     /// Totals over jobs that are no longer kept.
@@ -91,7 +93,7 @@ struct ArmShelf {
     revision: u64,
     /// Revision handed out last, and revision on the disk.
     sent: u64,
-    kept: u64,
+    written: u64,
     /// Instant at which a failed write is repeated.
     retry: Option<HostInstant>,
     /// When the progress of the running job was last handed out.
@@ -102,7 +104,7 @@ struct ArmShelf {
 #[derive(Debug, Default)]
 pub(super) struct Records {
     all: Vec<JobRecord>,
-    arms: Vec<ArmShelf>,
+    arms: Vec<StoredArmState>,
 }
 
 impl Records {
@@ -110,7 +112,7 @@ impl Records {
     pub(super) fn load(store: &dyn JobStore, names: &[&str], t: f64) -> Self {
         let mut records = Self {
             all: Vec::new(),
-            arms: vec![ArmShelf::default(); names.len()],
+            arms: vec![StoredArmState::default(); names.len()],
         };
         for (at, name) in names.iter().enumerate() {
             let arm = ArmId(at as u64);
@@ -135,7 +137,7 @@ impl Records {
             let mut changed = false;
             for mut record in items.into_iter().filter_map(|item| from_file(item, arm)) {
                 // The arm may have been renamed.
-                changed |= record.left(t) || record.arm != *name;
+                changed |= record.restore(t) || record.arm != *name;
                 (*name).clone_into(&mut record.arm);
                 records.all.push(record);
             }
@@ -149,7 +151,7 @@ impl Records {
     pub(super) fn push(&mut self, record: JobRecord) {
         let arm = record.at;
         self.all.push(record);
-        self.has_changed(arm);
+        self.note_change(arm);
         let earlier = &mut self.arms[arm.0 as usize].earlier;
         let mut seen = 0;
         // Newest first, so that counting stops at the limits.
@@ -160,10 +162,10 @@ impl Records {
             }
             seen += 1;
             let is_over = !is_under_way(&record.state) && record.state != "queued";
-            if seen > PROGRAMS && is_over {
+            if seen > MAX_STORED_PROGRAMS && is_over {
                 record.order = None;
             }
-            let stays = seen <= KEPT || !is_over;
+            let stays = seen <= MAX_JOBS_PER_ARM || !is_over;
             if !stays {
                 earlier.add(record);
             }
@@ -182,7 +184,7 @@ impl Records {
     #[cfg(feature = "class")]
     pub(super) fn set_frozen(&mut self, arm: ArmId, frozen: bool) {
         self.arms[arm.0 as usize].frozen = frozen;
-        self.has_changed(arm);
+        self.note_change(arm);
     }
 
     /// Removes a job and adds it to the totals. Returns it with its position.
@@ -190,17 +192,17 @@ impl Records {
         let at = self.all.iter().position(|record| record.id == id)?;
         let record = self.all.remove(at);
         self.arms[record.at.0 as usize].earlier.add(&record);
-        self.has_changed(record.at);
+        self.note_change(record.at);
         Some((at, record))
     }
 
     /// Undoes [`remove`](Self::remove).
-    pub(super) fn put_back(&mut self, at: usize, record: JobRecord, totals: JobTotals) {
+    pub(super) fn restore_job(&mut self, at: usize, record: JobRecord, totals: JobTotals) {
         let arm = record.at;
         self.arms[arm.0 as usize].earlier = totals;
         // Other jobs may have been dropped since.
         self.all.insert(at.min(self.all.len()), record);
-        self.has_changed(arm);
+        self.note_change(arm);
     }
 
     /// Returns the last jobs of an arm, as clients see them.
@@ -208,7 +210,7 @@ impl Records {
         let of: Vec<_> = { self.all.iter() }
             .filter(|record| record.at == arm)
             .collect();
-        let from = of.len().saturating_sub(LISTED);
+        let from = of.len().saturating_sub(MAX_LISTED_JOBS);
         of[from..].iter().map(|record| record.shown()).collect()
     }
 
@@ -272,28 +274,28 @@ impl Records {
         for at in 0..self.arms.len() {
             let goes = |record: &JobRecord| record.at.0 as usize == at && !keeps(record);
             if self.all.iter().any(goes) {
-                self.has_changed(ArmId(at as u64));
+                self.note_change(ArmId(at as u64));
             }
         }
         self.all.retain(keeps);
     }
 
     /// Records a change of an arm's jobs. Returns its revision.
-    pub(super) fn has_changed(&mut self, arm: ArmId) -> u64 {
+    pub(super) fn note_change(&mut self, arm: ArmId) -> u64 {
         let shelf = &mut self.arms[arm.0 as usize];
         shelf.revision += 1;
         shelf.revision
     }
 
-    /// Keeps the progress of the running job, at most once each [`PROGRESS_KEPT`].
-    pub(super) fn progressed(&mut self, now: HostInstant, arm: ArmId) {
+    /// Keeps the progress of the running job, at most once each [`PROGRESS_WRITE_INTERVAL`].
+    pub(super) fn note_progress(&mut self, now: HostInstant, arm: ArmId) {
         let shelf = &mut self.arms[arm.0 as usize];
         if shelf
             .progress
-            .is_none_or(|last| now >= last + PROGRESS_KEPT)
+            .is_none_or(|last| now >= last + PROGRESS_WRITE_INTERVAL)
         {
             shelf.progress = Some(now);
-            self.has_changed(arm);
+            self.note_change(arm);
         }
     }
 
@@ -303,19 +305,19 @@ impl Records {
     }
 
     /// True if this revision is on the disk.
-    pub(super) fn is_kept(&self, arm: ArmId, revision: u64) -> bool {
-        self.arms[arm.0 as usize].kept >= revision
+    pub(super) fn is_written(&self, arm: ArmId, revision: u64) -> bool {
+        self.arms[arm.0 as usize].written >= revision
     }
 
     /// Records the result of writing a revision. After a failure the newest version is handed out
-    /// again with the next change, or after [`RETRY`].
-    pub(super) fn was_written(&mut self, now: HostInstant, arm: ArmId, revision: u64, ok: bool) {
+    /// again with the next change, or after [`RETRY_INTERVAL`].
+    pub(super) fn note_written(&mut self, now: HostInstant, arm: ArmId, revision: u64, ok: bool) {
         let shelf = &mut self.arms[arm.0 as usize];
         if ok {
-            shelf.kept = shelf.kept.max(revision);
+            shelf.written = shelf.written.max(revision);
             shelf.retry = None;
         } else {
-            shelf.retry = Some(now + RETRY);
+            shelf.retry = Some(now + RETRY_INTERVAL);
         }
     }
 
@@ -326,23 +328,23 @@ impl Records {
 
     /// Hands out versions again that the disk refused, if that is due. `at_once` ignores the
     /// interval, for the end of the program.
-    pub(super) fn try_again(&mut self, now: HostInstant, at_once: bool) {
+    pub(super) fn retry_writes(&mut self, now: HostInstant, at_once: bool) {
         for shelf in &mut self.arms {
             if shelf.retry.is_some_and(|retry| at_once || retry <= now) {
                 // `poll_jobs` then finds the newest revision unsent.
-                (shelf.retry, shelf.sent) = (None, shelf.kept);
+                (shelf.retry, shelf.sent) = (None, shelf.written);
             }
         }
     }
 
     /// Returns the jobs of an arm that have changed since they were handed out.
-    pub(super) fn take_changed(&mut self) -> Option<JobsToKeep> {
+    pub(super) fn take_changed(&mut self) -> Option<JobsSnapshot> {
         let at = { self.arms.iter() }.position(|shelf| shelf.revision > shelf.sent)?;
         let shelf = &mut self.arms[at];
         shelf.sent = shelf.revision;
         let arm = ArmId(at as u64);
         let jobs = self.all.iter().filter(|record| record.at == arm);
-        Some(JobsToKeep {
+        Some(JobsSnapshot {
             arm,
             revision: shelf.revision,
             frozen: shelf.frozen,
@@ -354,7 +356,7 @@ impl Records {
 
 /// Snapshot of an arm's jobs, to be written. Programs are shared with the station, not copied.
 #[derive(Clone, Debug)]
-pub struct JobsToKeep {
+pub struct JobsSnapshot {
     arm: ArmId,
     revision: u64,
     frozen: bool,
@@ -362,7 +364,7 @@ pub struct JobsToKeep {
     jobs: Vec<JobRecord>,
 }
 
-impl JobsToKeep {
+impl JobsSnapshot {
     /// Returns the index of the arm.
     #[must_use]
     pub fn arm(&self) -> usize {
@@ -405,7 +407,7 @@ impl JobsToKeep {
 
 /// Snapshot of a file of a class, to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FileToKeep {
+pub struct FileSnapshot {
     /// Revision of the text. Later ones have higher numbers.
     pub revision: u64,
     /// Content.

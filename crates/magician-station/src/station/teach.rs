@@ -8,7 +8,7 @@ use magician_program::{Action, Diagnostic, Plan};
 use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled};
-use super::lengthy::Lengthy;
+use super::long_requests::LongRequest;
 use super::{Awaited, Station};
 use crate::api::{Params, RpcError};
 use crate::control::{ArmId, WorkKind};
@@ -16,7 +16,7 @@ use crate::library::LibraryAct;
 use crate::order::ArmOrder;
 
 /// Members of a row that become separate steps in a plan.
-const OF_TOOLS: [&str; 3] = ["gripper", "suction", "wait"];
+const TOOL_MEMBERS: [&str; 3] = ["gripper", "suction", "wait"];
 
 impl Station {
     /// Switches reporting of the unlock key on or off.
@@ -28,7 +28,7 @@ impl Station {
     ) -> Result<Handled, RpcError> {
         let (request, on) = (call.request, call.params.is_on("on"));
         let unhomed = call.params.is_on("unhomed");
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         let begun = self
             .control
             .begin(call.now, call.session, arm, request, kind);
@@ -55,9 +55,9 @@ impl Station {
             _ => return Err(RpcError::internal(format!("{name} does nothing"))),
         };
         // Programs of a megabyte take longer than a stop may wait.
-        self.in_turn(
+        self.queue_long_request(
             call,
-            Lengthy::Library(call.grant.role, LibraryAct::Teach(act)),
+            LongRequest::Library(call.grant.role, LibraryAct::Teach(act)),
         )
     }
 }
@@ -86,8 +86,8 @@ impl TeachAct {
 fn rows(params: &Params) -> Result<Value, RpcError> {
     let given = params.get("plan").cloned().unwrap_or_default();
     let plan = Plan::from_json(given.to_string().as_bytes());
-    let plan = plan.map_err(|problem| wrong("plan", &problem.message))?;
-    let program = ProgramModel::of(&plan);
+    let plan = plan.map_err(|problem| param_error("plan", &problem.message))?;
+    let program = ProgramModel::from_plan(&plan);
     let file = file(&program)?;
     let mut steps = file["steps"].as_array().into_iter().flatten();
     let mut rows = Vec::new();
@@ -99,7 +99,7 @@ fn rows(params: &Params) -> Result<Value, RpcError> {
             let mut planned = planned.as_object().cloned().unwrap_or_default();
             // The name belongs to the row, which may have several steps.
             planned.remove("name");
-            match OF_TOOLS.iter().find(|name| planned.contains_key(**name)) {
+            match TOOL_MEMBERS.iter().find(|name| planned.contains_key(**name)) {
                 Some(name) => row[*name] = planned[*name].clone(),
                 None => row["motion"] = Value::Object(planned),
             }
@@ -124,7 +124,7 @@ fn output(params: &Params) -> Result<Value, RpcError> {
         motion: Some(Action::from(set)),
         ..TeachStep::default()
     };
-    let file = file(&ProgramModel::of_steps("", None, None, vec![step]))?;
+    let file = file(&ProgramModel::from_steps("", None, None, vec![step]))?;
     Ok(json!({"step": file["steps"][0]}))
 }
 
@@ -150,7 +150,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
                 // Not a step: the name goes to the row, below.
                 "name" if value.is_string() => continue,
                 "motion" if value.is_object() => value.clone(),
-                name if OF_TOOLS.contains(&name) => {
+                name if TOOL_MEMBERS.contains(&name) => {
                     Value::Object(Map::from_iter([(name.to_owned(), value.clone())]))
                 }
                 _ => {
@@ -164,7 +164,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
     }
     let head = head.strip_suffix('}').unwrap_or(&head);
     let text = format!("{head},\"steps\":[\n{}\n]}}", lines.join(",\n"));
-    let read = Plan::from_json(text.as_bytes()).map_err(|problem| of_row(&of_rows, &problem))?;
+    let read = Plan::from_json(text.as_bytes()).map_err(|problem| row_error(&of_rows, &problem))?;
     let mut steps: Vec<_> = rows
         .iter()
         .map(|row| TeachStep {
@@ -185,7 +185,7 @@ fn plan(params: &Params) -> Result<Value, RpcError> {
             motion => step.motion = Some(motion),
         }
     }
-    let program = ProgramModel::of_steps(read.title, read.tool, read.surface, steps);
+    let program = ProgramModel::from_steps(read.title, read.tool, read.surface, steps);
     let first = program.plan_steps().scan(0, |before, count| {
         let first = *before;
         *before += count;
@@ -201,21 +201,21 @@ fn file(program: &ProgramModel) -> Result<Value, RpcError> {
 }
 
 /// Returns an error of the reader with the number of its row.
-fn of_row(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
+fn row_error(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
     // Line 1 is the head, so the first step is on line 2.
     let line = (problem.origin.line as usize).checked_sub(2);
     match line.and_then(|line| of_rows.get(line)) {
         Some(nth) => in_row(*nth, &problem.message),
-        None => wrong("rows", &problem.message),
+        None => param_error("rows", &problem.message),
     }
 }
 
 fn in_row(nth: usize, why: &str) -> RpcError {
-    let error = wrong("rows", &format!("row {}: {why}", nth + 1));
+    let error = param_error("rows", &format!("row {}: {why}", nth + 1));
     error.with("row", json!(nth + 1))
 }
 
-fn wrong(param: &str, why: &str) -> RpcError {
+fn param_error(param: &str, why: &str) -> RpcError {
     let why = magician_protocol::visible(why);
     RpcError::param(param, format!("`{param}`: {why}"))
 }

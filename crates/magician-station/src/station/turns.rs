@@ -12,7 +12,7 @@ use super::newest::Newest;
 use super::schedule::SlotNow;
 use crate::api::{Notice, Role, RpcError};
 use crate::control::{
-    ArmId, Effect, Hindrance, JobClaim, NoQueue, PersonId, SessionId, TTL, TurnState,
+    ArmId, Effect, Hindrance, JobClaim, QueueRefusal, PersonId, SessionId, LEASE_TIMEOUT, TurnState,
 };
 
 impl Station {
@@ -39,21 +39,21 @@ impl Station {
                     };
                     let joined = self.control.join_turn(now, person, arms.clone());
                     joined.map_err(|why| match why {
-                        NoQueue::NoTurns => no_class(),
-                        NoQueue::Schedule => self.kept_by_schedule(now, person, &arms),
+                        QueueRefusal::NoTurns => no_class(),
+                        QueueRefusal::Schedule => self.schedule_refusal(now, person, &arms),
                     })?;
                 }
                 Ok(self.turns(now))
             }
             "turn.leave" => {
                 // A name may stand for a pupil and for a token.
-                for person in self.who_leaves(call)? {
+                for person in self.leaving_persons(call)? {
                     self.control.leave_turn(now, person);
                 }
                 Ok(Value::Null)
             }
             "turn.end" => {
-                let mut arms = self.arms_meant(call)?;
+                let mut arms = self.selected_arms(call)?;
                 arms.retain(|arm| {
                     let ends_job = self.end_queued_job(*arm, None);
                     let has_turn = self.control.turn(now, *arm).is_some();
@@ -63,7 +63,7 @@ impl Station {
                 Ok(json!({"arms": self.names_of(&arms)}))
             }
             "turn.next" => {
-                let mut arms = self.arms_meant(call)?;
+                let mut arms = self.selected_arms(call)?;
                 arms.retain(|arm| self.control.pass_turn(now, *arm).is_ok());
                 // With several arms, those without a successor are left out silently.
                 if let (Some(arm), true) = (call.arm, arms.is_empty()) {
@@ -79,7 +79,7 @@ impl Station {
 
     /// Returns the persons who leave the queue: the client's own, or for a teacher all with the
     /// given name.
-    fn who_leaves(&self, call: &Call<'_>) -> Result<Vec<PersonId>, RpcError> {
+    fn leaving_persons(&self, call: &Call<'_>) -> Result<Vec<PersonId>, RpcError> {
         let own = self.control.person(call.session);
         let Some(name) = call.params.text("person") else {
             return Ok(own.into_iter().collect());
@@ -107,13 +107,13 @@ impl Station {
     }
 
     /// Returns the error for a person whom the schedule grants none of these arms.
-    fn kept_by_schedule(
+    fn schedule_refusal(
         &self,
         now: HostInstant,
         person: PersonId,
         arms: &BTreeSet<ArmId>,
     ) -> RpcError {
-        if let Some(why) = self.unread_schedule() {
+        if let Some(why) = self.schedule_error_sentence() {
             return RpcError::new(RpcError::FORBIDDEN, why);
         }
         // A bar is the reason only if it applies at every arm.
@@ -172,7 +172,7 @@ impl Station {
                     "job": self.job_id(claim.job),
                     "title": record.and_then(|record| record.title.as_deref()),
                     "person": claim.person.map(|person| self.person_name(person)),
-                    "reason": self.why_job_waits(now, claim),
+                    "reason": self.job_wait_reason(now, claim),
                 })
             });
             json!({
@@ -207,7 +207,7 @@ impl Station {
     }
 
     /// Returns the reason why a job waits, besides the jobs in front of it.
-    fn why_job_waits(&self, now: HostInstant, claim: &JobClaim) -> Option<&'static str> {
+    fn job_wait_reason(&self, now: HostInstant, claim: &JobClaim) -> Option<&'static str> {
         let queued = self.class.queue.get(&claim.job);
         if let Some(held) = queued.and_then(|queued| queued.held) {
             return Some(held);
@@ -219,22 +219,22 @@ impl Station {
     }
 
     /// Sends the turns to all sessions if they have changed.
-    pub(super) fn tell_turns(&mut self, now: HostInstant) {
+    pub(super) fn notify_turns(&mut self, now: HostInstant) {
         if std::mem::take(&mut self.class.turns_changed) {
             let turns = self.turns(now);
-            self.telling.is_told(now, Newest::Turns);
+            self.notice_rates.mark_sent(now, Newest::Turns);
             self.notify_all(Notice::TurnChanged, &turns);
         }
     }
 
-    pub(super) fn tell_turn(&mut self, now: HostInstant, effect: Effect) {
+    pub(super) fn notify_turn(&mut self, now: HostInstant, effect: Effect) {
         match effect {
             // Sent later: one change often causes several of these effects.
             Effect::Turns => self.class.turns_changed = true,
             Effect::TurnEnding { arm, person, left } => {
                 let (arm, person) = (&self.arm(arm).entry.name, self.person_name(person));
-                let told = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
-                self.notify_all(Notice::TurnEnding, &told);
+                let params = json!({"arm": arm, "person": person, "left_s": left.as_secs_f64()});
+                self.notify_all(Notice::TurnEnding, &params);
             }
             Effect::TurnLease {
                 arm,
@@ -242,11 +242,11 @@ impl Station {
                 lease,
             } => {
                 let left = self.control.turn(now, arm).and_then(|(_, left)| left);
-                let told = json!({
+                let params = json!({
                     "arm": self.arm(arm).entry.name, "lease": self.lease_id(lease),
-                    "ttl_s": TTL.as_secs(), "left_s": left.map(|left| left.as_secs_f64()),
+                    "ttl_s": LEASE_TIMEOUT.as_secs(), "left_s": left.map(|left| left.as_secs_f64()),
                 });
-                self.notify(session, Notice::TurnGranted, &told);
+                self.notify(session, Notice::TurnGranted, &params);
             }
             // Not about turns: handled by the caller.
             _ => {}
@@ -290,7 +290,7 @@ impl Station {
 
     /// Returns the reason why a session may not have a lease although no other session holds it.
     /// `None` if it may.
-    pub(super) fn not_admitted(
+    pub(super) fn admission_refusal(
         &self,
         now: HostInstant,
         session: SessionId,
@@ -299,7 +299,7 @@ impl Station {
         if self.control.may_hold(now, session, arm) {
             return None;
         }
-        if let Some(why) = self.unread_schedule() {
+        if let Some(why) = self.schedule_error_sentence() {
             return Some(why);
         }
         let person = self.control.person(session);

@@ -12,19 +12,19 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::newest::Newest;
-use super::socket::{SUBSCRIPTIONS, Subscription};
-use super::state::told;
+use super::socket::{MAX_SUBSCRIPTIONS, Subscription};
+use super::state::state_notification;
 use super::{Outgoing, SocketId, Station};
 use crate::api::{Notice, Params, RpcError};
 use crate::control::ArmId;
 use crate::frame::FRAME_FIELDS;
 use crate::order::ArmOrder;
-use crate::reading::FIELDS;
+use crate::reading::STATE_FIELDS;
 
 /// A whole state is sent once per this number of states, so that a client that lost track recovers.
-const WHOLE: u32 = 100;
+const WHOLE_STATE_PERIOD: u32 = 100;
 /// EIO addresses of the arm.
-const PINS: std::ops::RangeInclusive<u64> = 1..=20;
+const PIN_ADDRESSES: std::ops::RangeInclusive<u64> = 1..=20;
 
 impl Station {
     pub(super) fn subscribe(
@@ -41,10 +41,10 @@ impl Station {
         let Some(open) = self.sockets.get_mut(&socket) else {
             return Err(RpcError::internal("the socket is gone"));
         };
-        if open.subscriptions.len() >= SUBSCRIPTIONS {
-            let why = format!("a socket has at most {SUBSCRIPTIONS} subscriptions");
+        if open.subscriptions.len() >= MAX_SUBSCRIPTIONS {
+            let why = format!("a socket has at most {MAX_SUBSCRIPTIONS} subscriptions");
             let error = RpcError::new(RpcError::TOO_MANY, why);
-            return Err(error.with("limit", SUBSCRIPTIONS));
+            return Err(error.with("limit", MAX_SUBSCRIPTIONS));
         }
         let id = open.next_subscription();
         open.subscriptions.push(Subscription {
@@ -58,11 +58,11 @@ impl Station {
             sequence: 0,
             lost: false,
         });
-        self.watch_anew();
+        self.update_read_rates();
         let fields: Vec<_> = if binary {
             FRAME_FIELDS.to_vec()
         } else {
-            FIELDS.to_vec()
+            STATE_FIELDS.to_vec()
         };
         Ok(json!({"subscription": id, "rate": rate, "fields": fields}))
     }
@@ -77,7 +77,7 @@ impl Station {
         let first: Vec<_> = first.map(|one| (one.arm, one.id)).collect();
         for (arm, id) in first {
             if self.is_fresh(now, arm) {
-                self.state_is_due(socket, id);
+                self.mark_state_due(socket, id);
             }
         }
     }
@@ -93,12 +93,12 @@ impl Station {
             let why = format!("there is no subscription {id}");
             return Err(RpcError::param("subscription", why));
         }
-        self.watch_anew();
+        self.update_read_rates();
         Ok(Value::Null)
     }
 
     /// Orders the rate of reading of each arm from its subscribers, recordings and history.
-    pub(super) fn watch_anew(&mut self) {
+    pub(super) fn update_read_rates(&mut self) {
         for arm in self.arm_ids() {
             let all = self
                 .sockets
@@ -127,7 +127,7 @@ impl Station {
     }
 
     /// Handles a reading: subscriptions whose next state is due get it.
-    pub(super) fn has_read(&mut self, now: HostInstant, arm: ArmId) {
+    pub(super) fn distribute_reading(&mut self, now: HostInstant, arm: ArmId) {
         let mut due = Vec::new();
         for (socket, open) in &mut self.sockets {
             for subscription in { open.subscriptions.iter_mut() }.filter(|one| one.arm == arm) {
@@ -149,18 +149,18 @@ impl Station {
             }
         }
         for (socket, id) in due {
-            self.state_is_due(socket, id);
+            self.mark_state_due(socket, id);
         }
     }
 
     /// Notifies the subscribers of an arm once that its line broke.
-    pub(super) fn has_lost(&mut self, now: HostInstant, arm: ArmId) {
+    pub(super) fn notify_line_loss(&mut self, now: HostInstant, arm: ArmId) {
         let t = self.unix(now);
-        let mut told = Vec::new();
+        let mut notified = Vec::new();
         for (socket, open) in &mut self.sockets {
             for subscription in { open.subscriptions.iter_mut() }.filter(|one| one.arm == arm) {
                 if !std::mem::replace(&mut subscription.lost, true) {
-                    told.push((*socket, subscription.id));
+                    notified.push((*socket, subscription.id));
                 }
                 // Marked as down, so that the next state reports the line as up again.
                 if subscription.sent.contains_key("link") {
@@ -169,20 +169,20 @@ impl Station {
                 }
             }
         }
-        for (socket, id) in &told {
+        for (socket, id) in &notified {
             if let Some(open) = self.sockets.get_mut(socket) {
                 // A waiting state would be made from later data but sent before this notification.
-                open.outbox.state_is_void(Newest::State(*id));
+                open.outbox.drop_state(Newest::State(*id));
             }
         }
-        for (socket, id) in told {
+        for (socket, id) in notified {
             let state = json!({"subscription": id, "state": {"link": "lost", "t": t}});
             self.notify_socket(socket, Notice::ArmState.message(&state));
         }
     }
 
     /// Sends the state after a change outside the reading, without waiting for the period.
-    pub(super) fn state_has_changed(&mut self, arm: ArmId) {
+    pub(super) fn mark_state_changed(&mut self, arm: ArmId) {
         let all = self.sockets.iter().flat_map(|(socket, open)| {
             let of_arm = open.subscriptions.iter().filter(|one| one.arm == arm);
             of_arm.map(|one| (*socket, one.id))
@@ -190,12 +190,12 @@ impl Station {
         let all: Vec<_> = all.collect();
         if self.arm(arm).reading.is_some() && self.arm(arm).link {
             for (socket, id) in all {
-                self.state_is_due(socket, id);
+                self.mark_state_due(socket, id);
             }
         }
     }
 
-    fn state_is_due(&mut self, socket: SocketId, id: u16) {
+    fn mark_state_due(&mut self, socket: SocketId, id: u16) {
         let Some(open) = self.sockets.get_mut(&socket) else {
             return;
         };
@@ -230,18 +230,18 @@ impl Station {
         // A binary subscription also gets the fields that its frame lacks, when they change.
         let text = match (sent.is_empty(), binary) {
             (true, _) => Some(shared.whole()),
-            (_, false) if number.is_multiple_of(WHOLE) => Some(shared.whole()),
+            (_, false) if number.is_multiple_of(WHOLE_STATE_PERIOD) => Some(shared.whole()),
             (_, binary) => shared.change(&sent, binary),
         };
         let frame = if binary {
             let reading = self.arm(arm).reading.as_ref()?;
-            Some(reading.frame(&self.beside(arm), id, number))
+            Some(reading.frame(&self.state_context(arm), id, number))
         } else {
             None
         };
         let open = self.sockets.get_mut(&socket)?;
         let subscription = open.subscriptions.iter_mut().find(|one| one.id == id)?;
-        let text = text.map(|state| told(id, &state));
+        let text = text.map(|state| state_notification(id, &state));
         if text.is_some() {
             subscription.sent = fields;
         }
@@ -275,7 +275,7 @@ fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
         let address = item
             .get("address")?
             .as_u64()
-            .filter(|at| PINS.contains(at))? as u8;
+            .filter(|at| PIN_ADDRESSES.contains(at))? as u8;
         let known = item.as_object()?.len() == 2;
         match item.get("kind")?.as_str()? {
             // A further member would be a misspelt one.

@@ -35,7 +35,7 @@ impl Station {
             return Ok(self.read(call, arm, ArmRead::World { mark }));
         };
         let request = call.request;
-        self.take_lease(call, arm);
+        self.acquire_free_lease(call, arm);
         let begun = self
             .control
             .begin(call.now, call.session, arm, request, kind);

@@ -12,7 +12,7 @@ use proptest::sample::{Index, select};
 use proptest::test_runner::RngSeed;
 use serde_json::{Map, Value, json};
 
-use self::host::Life;
+use self::host::Simulation;
 
 /// Values that no parameter accepts.
 fn hostile() -> BoxedStrategy<Value> {
@@ -209,8 +209,8 @@ proptest! {
     })]
 
     #[test]
-    fn whatever_comes_in_whatever_order_each_is_answered_once(script in vec(line(), 1..150)) {
-        let mut life = Life::default();
+    fn every_request_is_answered_once_in_any_sequence(script in vec(line(), 1..150)) {
+        let mut life = Simulation::default();
         // Some clients are connected from the start.
         life.live("+3\n+2\n+2\n+1\n");
         let hello = r#"{"jsonrpc":"2.0","id":"hello","method":"session.hello","params":{"client":{"name":"a"}}}"#;
@@ -223,8 +223,8 @@ proptest! {
 }
 
 #[test]
-fn a_flood_of_every_method_stays_within_its_bounds() {
-    let mut life = Life::default();
+fn flood_of_every_method_stays_within_bounds() {
+    let mut life = Simulation::default();
     life.live("+3");
     let hello = json!({"jsonrpc": "2.0", "id": 0, "method": "session.hello", "params": {"client": {"name": "a"}}});
     life.live(&format!("0{hello}"));

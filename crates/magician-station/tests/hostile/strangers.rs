@@ -8,8 +8,8 @@ use magician_job::JobState;
 use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobNews, Outcome, Outgoing, Peer, Role,
-    SOCKETS, SocketId, Station, StationConfig, VIEWERS,
+    ArmEntry, ArmOrder, ArmReport, CloseCode, Grant, JobUpdate, Outcome, Outgoing, Peer, Role,
+    MAX_SOCKETS, SocketId, Station, StationConfig, MAX_VIEWERS,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -20,13 +20,13 @@ use serde_json::{Value, json};
 use crate::host::client::reading;
 
 /// Interval at which the student keeps the jog alive.
-const KEEP: Duration = Duration::from_millis(60);
+const KEEP_INTERVAL: Duration = Duration::from_millis(60);
 /// Bytes that the student's connection carries in that interval: 4 Mbit/s.
-const LINE: usize = 30_000;
+const BYTES_PER_INTERVAL: usize = 30_000;
 
 /// Action of a viewer or a stranger.
 #[derive(Clone, Debug)]
-enum Deed {
+enum Action {
     /// Connects, with or without a token.
     Open(bool),
     /// Says hello, with a name of this length.
@@ -63,18 +63,18 @@ const CALLS: &[&str] = &[
     r#""jog.stop","params":{"arm":"arm2"}"#,
 ];
 
-fn deed() -> impl Strategy<Value = Deed> {
+fn action() -> impl Strategy<Value = Action> {
     let at = 0..24_usize;
     prop_oneof![
-        4 => any::<bool>().prop_map(Deed::Open),
-        4 => (at.clone(), 1..100_usize).prop_map(|(at, name)| Deed::Hello(at, name)),
-        6 => (1..40_u8).prop_map(Deed::Loop),
+        4 => any::<bool>().prop_map(Action::Open),
+        4 => (at.clone(), 1..100_usize).prop_map(|(at, name)| Action::Hello(at, name)),
+        6 => (1..40_u8).prop_map(Action::Loop),
         6 => (at.clone(), select(CALLS), 1..100_u8)
-            .prop_map(|(at, call, times)| Deed::Call(at, call, times)),
-        1 => at.clone().prop_map(Deed::Garbage),
-        2 => at.clone().prop_map(Deed::Close),
-        2 => at.prop_map(Deed::Read),
-        6 => (0..150_u64).prop_map(Deed::Wait),
+            .prop_map(|(at, call, times)| Action::Call(at, call, times)),
+        1 => at.clone().prop_map(Action::Garbage),
+        2 => at.clone().prop_map(Action::Close),
+        2 => at.prop_map(Action::Read),
+        6 => (0..150_u64).prop_map(Action::Wait),
     ]
 }
 
@@ -150,7 +150,7 @@ impl Scene {
         self.station.admit(self.now, peer)
     }
 
-    fn says(&mut self, text: &str) {
+    fn send(&mut self, text: &str) {
         self.station.receive(self.now, self.student, text);
         self.orders();
     }
@@ -172,7 +172,7 @@ impl Scene {
     fn orders(&mut self) {
         while let Some(jobs) = self.station.poll_jobs() {
             let (arm, revision) = (jobs.arm(), jobs.revision());
-            self.station.jobs_kept(self.now, arm, revision, Ok(()));
+            self.station.jobs_written(self.now, arm, revision, Ok(()));
         }
         while let Some((arm, order)) = self.station.poll_order() {
             let done = |request, outcome| ArmReport::Done { request, outcome };
@@ -185,7 +185,7 @@ impl Scene {
                 }
                 ArmOrder::StartJob(start) => ArmReport::Job {
                     job: start.job,
-                    news: JobNews::State(JobState::Running, None),
+                    news: JobUpdate::State(JobState::Running, None),
                 },
                 ArmOrder::StartJog { request, .. } => done(request, Ok(Outcome::Value(json!({})))),
                 ArmOrder::Read { request, .. } => {
@@ -214,12 +214,12 @@ impl Scene {
         let until = self.now + time;
         while self.next <= until {
             self.sleep(self.next);
-            self.next += KEEP;
+            self.next += KEEP_INTERVAL;
             self.reading(ArmId(0));
             self.reading(ArmId(1));
             self.student_reads();
             let keep = json!({"jsonrpc": "2.0", "method": "jog.keep", "params": {"jog": self.jog}});
-            self.says(&keep.to_string());
+            self.send(&keep.to_string());
         }
         self.sleep(until);
     }
@@ -236,7 +236,7 @@ impl Scene {
 
     fn student_reads(&mut self) {
         let mut taken = 0;
-        while taken < LINE
+        while taken < BYTES_PER_INTERVAL
             && let Some(outgoing) = self.station.poll_send(self.student)
         {
             match outgoing {
@@ -256,11 +256,11 @@ impl Scene {
         self.bytes += taken;
     }
 
-    fn does(&mut self, deed: Deed) {
-        match deed {
-            Deed::Open(token) => self.come(token),
-            Deed::Hello(at, name) => self.tell(at, &hello(&"\u{202e}".repeat(name.min(80)), true)),
-            Deed::Loop(times) => {
+    fn act(&mut self, action: Action) {
+        match action {
+            Action::Open(token) => self.come(token),
+            Action::Hello(at, name) => self.tell(at, &hello(&"\u{202e}".repeat(name.min(80)), true)),
+            Action::Loop(times) => {
                 for _ in 0..times {
                     if let Some(socket) = self.open(Some(Role::Viewer)) {
                         let name = "\u{202e}".repeat(80);
@@ -270,7 +270,7 @@ impl Scene {
                     }
                 }
             }
-            Deed::Call(at, call, times) => {
+            Action::Call(at, call, times) => {
                 for id in 0..times {
                     self.tell(
                         at,
@@ -278,15 +278,15 @@ impl Scene {
                     );
                 }
             }
-            Deed::Garbage(at) => self.tell(at, "{"),
-            Deed::Close(at) => {
+            Action::Garbage(at) => self.tell(at, "{"),
+            Action::Close(at) => {
                 if at < self.others.len() {
                     let socket = self.others.swap_remove(at);
                     self.station.close(self.now, socket);
                     self.orders();
                 }
             }
-            Deed::Read(at) => {
+            Action::Read(at) => {
                 if let Some(socket) = self.others.get(at) {
                     while let Some(outgoing) = self.station.poll_send(*socket) {
                         if matches!(outgoing, Outgoing::Close(_)) {
@@ -295,7 +295,7 @@ impl Scene {
                     }
                 }
             }
-            Deed::Wait(ms) => self.pass(Duration::from_millis(ms)),
+            Action::Wait(ms) => self.pass(Duration::from_millis(ms)),
         }
     }
 
@@ -315,7 +315,7 @@ impl Scene {
                 role: Role::Viewer,
                 token: Some("viewer".to_owned()),
             };
-            self.station.vouch(socket, Some(viewer));
+            self.station.set_token_grant(socket, Some(viewer));
         }
         self.station.receive(self.now, socket, text);
         self.orders();
@@ -325,7 +325,7 @@ impl Scene {
     fn end(mut self) {
         self.pass(Duration::from_millis(300));
         let info = json!({"jsonrpc": "2.0", "id": 9, "method": "session.list"});
-        self.says(&info.to_string());
+        self.send(&info.to_string());
         let list = self.answer(9);
         let anna = {
             list["result"]["sessions"]
@@ -341,7 +341,7 @@ impl Scene {
             assert!(*last - *first >= Duration::from_millis(940), "{second:?}");
         }
         let size = self.station.size();
-        assert!(size.sessions <= SOCKETS + 80, "{size:?}");
+        assert!(size.sessions <= MAX_SOCKETS + 80, "{size:?}");
         let longest = list.to_string().len();
         assert!(longest < 80 * 1024, "{longest} bytes of sessions");
     }
@@ -356,23 +356,23 @@ proptest! {
     })]
 
     #[test]
-    fn viewers_and_strangers_cost_a_student_neither_socket_nor_jog_nor_lease(
-        deeds in vec(deed(), 1..150),
+    fn viewers_and_strangers_do_not_disturb_a_student(
+        deeds in vec(action(), 1..150),
     ) {
         let mut scene = Scene::new();
-        for deed in deeds {
-            scene.does(deed);
+        for action in deeds {
+            scene.act(action);
         }
         scene.end();
     }
 }
 
 #[test]
-fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_megabytes() {
+fn hello_loops_send_a_listener_less_than_two_megabytes() {
     let mut scene = Scene::new();
     for _ in 0..500 {
-        scene.does(Deed::Loop(3));
-        scene.does(Deed::Wait(20));
+        scene.act(Action::Loop(3));
+        scene.act(Action::Wait(20));
     }
     println!("{} bytes in {} lists", scene.bytes, scene.lists.len());
     assert!(scene.lists.len() <= 51, "{}", scene.lists.len());
@@ -381,20 +381,20 @@ fn three_loops_of_hello_and_close_for_ten_seconds_cost_a_listener_less_than_two_
 }
 
 #[test]
-fn loop_of_stops_is_obeyed_and_cuts_no_listener_off() {
+fn loop_of_stops_is_obeyed_and_closes_no_listener() {
     let mut scene = Scene::new();
     scene.come(true);
     scene.tell(0, &hello("v", true));
     for _ in 0..300 {
-        scene.does(Deed::Call(0, r#""arm.stop","params":{"arm":"arm2"}"#, 250));
-        scene.does(Deed::Read(0));
-        scene.does(Deed::Wait(3));
+        scene.act(Action::Call(0, r#""arm.stop","params":{"arm":"arm2"}"#, 250));
+        scene.act(Action::Read(0));
+        scene.act(Action::Wait(3));
     }
     scene.end();
 }
 
 #[test]
-fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
+fn student_resumes_during_a_loop_of_viewers() {
     let mut scene = Scene::new();
     let secret = "secret-1";
     let socket = scene.student;
@@ -402,7 +402,7 @@ fn student_whose_socket_broke_comes_back_beside_a_loop_of_viewers() {
     scene.station.close(scene.now, socket);
     while scene.station.poll_order().is_some() {}
     for _ in 0..100 {
-        scene.does(Deed::Loop(40));
+        scene.act(Action::Loop(40));
     }
     let back = scene.open(Some(Role::Student)).expect("room");
     let hello = json!({"client": {"name": "Anna"}, "resume": secret});
@@ -423,9 +423,9 @@ fn refusal(scene: &mut Scene, socket: SocketId) -> Value {
 }
 
 #[test]
-fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
+fn excess_viewers_are_refused_and_students_admitted() {
     let mut scene = Scene::new();
-    for at in 0..VIEWERS {
+    for at in 0..MAX_VIEWERS {
         scene.come(true);
         scene.tell(at, &hello("v", true));
         let answer = scene.station.poll_send(scene.others[at]);
@@ -435,12 +435,12 @@ fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
         );
     }
     scene.come(true);
-    scene.tell(VIEWERS, &hello("late", true));
-    let late = scene.others[VIEWERS];
+    scene.tell(MAX_VIEWERS, &hello("late", true));
+    let late = scene.others[MAX_VIEWERS];
     let error = refusal(&mut scene, late);
     assert_eq!(
         (&error["code"], &error["data"]["limit"]),
-        (&json!(-32006), &json!(VIEWERS))
+        (&json!(-32006), &json!(MAX_VIEWERS))
     );
     scene.student = scene.open(Some(Role::Student)).expect("room");
     scene.says(&hello("Ben", false));
@@ -448,11 +448,11 @@ fn viewers_beyond_their_places_are_refused_and_who_may_stop_gets_in() {
 }
 
 #[test]
-fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
+fn hello_without_a_free_place_is_refused_except_from_loopback() {
     let mut scene = Scene::new();
     let late = scene.open(Some(Role::Student)).expect("room");
     // All places but four are open to clients from elsewhere, and the student has one of them.
-    for _ in 1..SOCKETS - 4 {
+    for _ in 1..MAX_SOCKETS - 4 {
         let socket = scene.open(Some(Role::Student)).expect("room");
         scene.station.receive(scene.now, socket, &hello("s", false));
     }
@@ -475,7 +475,7 @@ fn hello_beyond_the_last_place_is_refused_and_loopback_still_gets_in() {
 }
 
 #[test]
-fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
+fn viewers_are_evicted_for_pin_code_and_token() {
     const CLASS: &str = "[class]\npin = \"482913\"\n[[pupil]]\nname = \"Ada\"\ncode = \"7K3M\"\n";
     let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
     config.class = Some(CLASS.to_owned());
@@ -516,13 +516,13 @@ fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
         }
         is_in
     };
-    let viewers: Vec<_> = (0..VIEWERS)
+    let viewers: Vec<_> = (0..MAX_VIEWERS)
         .map(|_| come(&mut station, None, json!({})).expect("room"))
         .collect();
     for viewer in &viewers {
         assert_eq!(is_in(&mut station, *viewer), Some(true));
     }
-    for _ in VIEWERS..SOCKETS {
+    for _ in MAX_VIEWERS..MAX_SOCKETS {
         let socket = come(&mut station, Some(Role::Student), json!({})).expect("room");
         assert_eq!(is_in(&mut station, socket), Some(true));
     }
@@ -540,12 +540,12 @@ fn viewers_give_way_to_the_pin_a_code_and_a_token_where_all_places_are_taken() {
     for (at, (grant, more)) in ways.into_iter().enumerate() {
         let socket = come(&mut station, grant, more.clone()).expect("room");
         assert_eq!(is_in(&mut station, socket), Some(true), "{more}");
-        let last = viewers[VIEWERS - 1 - at];
+        let last = viewers[MAX_VIEWERS - 1 - at];
         assert_eq!(is_in(&mut station, last), Some(false), "{more}");
     }
     assert_eq!(is_in(&mut station, viewers[0]), None, "the first looks on");
     // In the end only clients that may move an arm are left.
-    for _ in 3..VIEWERS {
+    for _ in 3..MAX_VIEWERS {
         let socket = come(&mut station, Some(Role::Student), json!({})).expect("room");
         assert_eq!(is_in(&mut station, socket), Some(true));
     }

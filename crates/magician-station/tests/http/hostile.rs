@@ -12,7 +12,7 @@ use crate::bench::HttpStation;
 const STOP: &str = r#"{"jsonrpc":"2.0","id":1,"method":"arm.stop"}"#;
 /// Limit for a stop, on the test's clock, which advances only while everything waits: a stop must
 /// not wait for a timeout of others.
-const AT_ONCE: Duration = Duration::from_secs(1);
+const MAX_STOP_TIME: Duration = Duration::from_secs(1);
 
 async fn stops_at_once(bench: &HttpStation) {
     let began = Instant::now();
@@ -21,11 +21,11 @@ async fn stops_at_once(bench: &HttpStation) {
         .await
         .expect("an answer");
     assert_eq!(answer.status, 200, "{}", answer.body);
-    assert!(began.elapsed() < AT_ONCE, "{:?}", began.elapsed());
+    assert!(began.elapsed() < MAX_STOP_TIME, "{:?}", began.elapsed());
 }
 
 #[tokio::test(start_paused = true)]
-async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
+async fn stop_and_login_are_prompt_despite_400_silent_connections() {
     let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for at in 0..400 {
@@ -45,7 +45,7 @@ async fn stop_and_login_are_answered_at_once_beside_400_silent_connections() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn slow_bodies_keep_no_stop_out() {
+async fn slow_bodies_do_not_block_a_stop() {
     let bench = HttpStation::new().await;
     let mut slow = Vec::new();
     for _ in 0..300 {
@@ -62,7 +62,7 @@ async fn slow_bodies_keep_no_stop_out() {
 }
 
 #[tokio::test]
-async fn connections_that_say_nothing_or_nonsense_keep_nobody_out() {
+async fn silent_or_invalid_connections_block_no_client() {
     let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     let mut silent = Vec::new();
@@ -81,7 +81,7 @@ async fn connections_that_say_nothing_or_nonsense_keep_nobody_out() {
 }
 
 #[tokio::test]
-async fn heads_without_end_are_cut() {
+async fn endless_request_heads_are_closed() {
     let bench = HttpStation::new().await;
     let mut head = "GET / HTTP/1.1\nhost: {host}\n".to_owned();
     for at in 0..5000 {

@@ -14,7 +14,7 @@ use tokio_tungstenite::tungstenite::Message;
 use crate::bench::HttpStation;
 
 #[tokio::test(start_paused = true)]
-async fn program_is_served_at_once_beside_silent_connections_and_silent_programs() {
+async fn link_program_is_served_despite_silent_connections() {
     let bench = HttpStation::new().await;
     let listener = LinkListener::bind(Some("127.0.0.1:0")).await.unwrap();
     let address = listener.addresses()[0];

@@ -2,14 +2,14 @@
 #![cfg(feature = "http")]
 
 mod bench;
-mod calls;
+mod single_requests;
 mod floods;
 mod hostile;
-mod kept;
+mod stored_jobs;
 mod link;
 mod pages;
 mod pairing;
-mod place;
+mod anonymous_role;
 mod programs;
 mod recordings;
 mod remote;

@@ -20,7 +20,7 @@ const FILES: [PageFile; 2] = [
 ];
 
 #[tokio::test]
-async fn a_page_is_served_as_it_is_stored() {
+async fn page_is_served_with_stored_bytes() {
     let bench = HttpStation::paged(Pages::new(FILES)).await;
     let page = bench.get("/", "").await;
     assert_eq!((page.status, page.body.as_str()), (200, "<!doctype html>"));
@@ -46,7 +46,7 @@ async fn a_page_is_served_as_it_is_stored() {
 }
 
 #[tokio::test]
-async fn gzip_is_for_browsers_that_take_it() {
+async fn gzip_is_sent_only_if_accepted() {
     let bench = HttpStation::paged(Pages::new(FILES)).await;
     let packed = String::from_utf8_lossy(FILES[1].gzip);
     for (wanted, body, coding) in [
@@ -66,7 +66,7 @@ async fn gzip_is_for_browsers_that_take_it() {
 }
 
 #[tokio::test]
-async fn what_is_known_is_not_sent_again() {
+async fn matching_etag_gets_not_modified() {
     let bench = HttpStation::paged(Pages::new(FILES)).await;
     let first = bench.get("/assets/app.js", "").await;
     let tag = first.header("etag").unwrap();

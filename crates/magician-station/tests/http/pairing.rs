@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::bench::HttpStation;
 
 #[tokio::test]
-async fn a_code_is_good_for_one_token() {
+async fn pairing_code_gives_one_token() {
     let bench = HttpStation::new().await;
     let code = bench.tokens.pair(Role::Student).unwrap();
     assert!(code.len() == 6 && code.bytes().all(|digit| digit.is_ascii_digit()));
@@ -33,7 +33,7 @@ async fn a_code_is_good_for_one_token() {
 }
 
 #[tokio::test]
-async fn five_tries_a_minute_and_then_no_more() {
+async fn sixth_pairing_try_within_a_minute_is_refused() {
     let bench = HttpStation::new().await;
     let body = json!({"code": "000000x", "name": "x"}).to_string();
     for _ in 0..5 {
@@ -47,7 +47,7 @@ async fn five_tries_a_minute_and_then_no_more() {
 }
 
 #[tokio::test]
-async fn a_token_that_is_revoked_ends_its_sessions() {
+async fn revoked_token_ends_its_sessions() {
     let bench = HttpStation::new().await;
     let (name, token) = bench.tokens.create(Some("guest"), Role::Student).unwrap();
     let bearer = format!("Bearer {token}");

@@ -3,14 +3,14 @@
 use std::fs;
 
 use magician_station::http::Admission;
-use magician_station::{LARGEST_PROGRAM, LibraryQuotas, Role};
+use magician_station::{MAX_PROGRAM_SIZE, LibraryQuotas, Role};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
 use crate::bench::{Answer, HttpStation};
 
-async fn ask(bench: &HttpStation, method: &str, name: &str, headers: &str, body: &str) -> Answer {
+async fn request(bench: &HttpStation, method: &str, name: &str, headers: &str, body: &str) -> Answer {
     let length = body.len();
     let line = format!("{method} /api/v1/programs/{name} HTTP/1.1\n");
     let head = format!(
@@ -29,13 +29,13 @@ fn files(bench: &HttpStation) -> Vec<String> {
 }
 
 #[tokio::test]
-async fn a_program_is_put_given_and_removed() {
+async fn program_is_uploaded_downloaded_and_deleted() {
     let bench = HttpStation::new().await;
     let name = "house%202.svg";
-    assert_eq!(ask(&bench, "GET", name, "", "").await.status, 404);
-    assert_eq!(ask(&bench, "PUT", name, "", "<svg/>").await.status, 201);
-    assert_eq!(ask(&bench, "PUT", name, "", "<svg />").await.status, 200);
-    let given = ask(&bench, "GET", name, "", "").await;
+    assert_eq!(request(&bench, "GET", name, "", "").await.status, 404);
+    assert_eq!(request(&bench, "PUT", name, "", "<svg/>").await.status, 201);
+    assert_eq!(request(&bench, "PUT", name, "", "<svg />").await.status, 200);
+    let given = request(&bench, "GET", name, "", "").await;
     assert_eq!((given.status, given.body.as_str()), (200, "<svg />"));
     assert_eq!(given.header("content-length"), Some("7"));
     assert_eq!(
@@ -43,7 +43,7 @@ async fn a_program_is_put_given_and_removed() {
         Some("application/octet-stream")
     );
     assert_eq!(given.header("x-content-type-options"), Some("nosniff"));
-    let head = ask(&bench, "HEAD", name, "", "").await;
+    let head = request(&bench, "HEAD", name, "", "").await;
     assert_eq!((head.status, head.body.as_str()), (200, ""));
     assert_eq!(files(&bench), ["house 2.svg"]);
     let mut anna = bench.join("Anna").await;
@@ -52,16 +52,16 @@ async fn a_program_is_put_given_and_removed() {
     assert_eq!(list["programs"][0]["format"], json!("svg"));
     let info = anna.call("server.info", json!({})).await.unwrap();
     assert!(info["programs"].as_str().unwrap().ends_with("programs"));
-    assert_eq!(ask(&bench, "DELETE", name, "", "").await.status, 204);
-    assert_eq!(ask(&bench, "DELETE", name, "", "").await.status, 404);
-    let wrong = ask(&bench, "PATCH", name, "", "").await;
+    assert_eq!(request(&bench, "DELETE", name, "", "").await.status, 204);
+    assert_eq!(request(&bench, "DELETE", name, "", "").await.status, 404);
+    let wrong = request(&bench, "PATCH", name, "", "").await;
     assert_eq!(wrong.status, 405);
     assert_eq!(wrong.header("allow"), Some("PUT, GET, DELETE"));
     assert!(files(&bench).is_empty());
 }
 
 #[tokio::test]
-async fn a_library_takes_so_many_programs_and_bytes() {
+async fn library_limits_programs_and_bytes() {
     let bench = HttpStation::new().await;
     let most = LibraryQuotas::default().all;
     let folder = bench.folder.path().join("programs");
@@ -71,24 +71,24 @@ async fn a_library_takes_so_many_programs_and_bytes() {
     }
     let mut anna = bench.join("Anna").await;
     let put = |name: &str| json!({"name": name, "text": "xx"});
-    assert_eq!(ask(&bench, "PUT", "last", "", "xx").await.status, 201);
-    let refused = ask(&bench, "PUT", "more", "", "xx").await;
+    assert_eq!(request(&bench, "PUT", "last", "", "xx").await.status, 201);
+    let refused = request(&bench, "PUT", "more", "", "xx").await;
     assert_eq!(refused.status, 413, "{}", refused.body);
     assert!(refused.body.contains("1000 programs"), "{}", refused.body);
     let refused = anna.call("program.put", put("more")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
     // Replacing needs no further place, and removing frees one.
-    assert_eq!(ask(&bench, "PUT", "last", "", "longer").await.status, 200);
-    assert_eq!(ask(&bench, "DELETE", "1", "", "").await.status, 204);
-    assert_eq!(ask(&bench, "PUT", "more", "", "xx").await.status, 201);
+    assert_eq!(request(&bench, "PUT", "last", "", "longer").await.status, 200);
+    assert_eq!(request(&bench, "DELETE", "1", "", "").await.status, 204);
+    assert_eq!(request(&bench, "PUT", "more", "", "xx").await.status, 201);
     // Sparse files take no disk but count with their length.
     let large = fs::File::create(folder.join("2")).unwrap();
     large.set_len(most.bytes).unwrap();
     assert_eq!(
-        ask(&bench, "PUT", "last", "", "much longer").await.status,
+        request(&bench, "PUT", "last", "", "much longer").await.status,
         413
     );
-    assert_eq!(ask(&bench, "PUT", "last", "", "short").await.status, 200);
+    assert_eq!(request(&bench, "PUT", "last", "", "short").await.status, 200);
     let refused = anna.call("program.put", put("3")).await.unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
     assert_eq!(files(&bench).len(), most.programs);
@@ -96,7 +96,7 @@ async fn a_library_takes_so_many_programs_and_bytes() {
 
 /// Students' programs leave room for a teacher. A refusal is sent before the bytes.
 #[tokio::test]
-async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
+async fn students_are_limited_to_their_quota() {
     let bench = HttpStation::new().await;
     let quotas = LibraryQuotas::default();
     let folder = bench.folder.path().join("programs");
@@ -128,7 +128,7 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
     assert!(refused.body.contains("64 MiB at most"), "{}", refused.body);
     // A client that sends everything before it reads gets the same answer.
     let much = "x".repeat(50 << 20);
-    let refused = ask(&bench, "PUT", "more", &student, &much).await;
+    let refused = request(&bench, "PUT", "more", &student, &much).await;
     assert_eq!(refused.status, 413, "{}", refused.body);
     // Without a length the upload is refused as soon as it is too large.
     let chunk = "10000\n".to_owned() + &"x".repeat(1 << 16) + "\n";
@@ -139,11 +139,11 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
     assert_eq!(refused.status, 413, "{}", refused.body);
     assert!(!folder.join("more").exists());
     assert_eq!(
-        ask(&bench, "PUT", "little", &student, "x").await.status,
+        request(&bench, "PUT", "little", &student, "x").await.status,
         201
     );
     // Teachers may use the last quarter.
-    assert_eq!(ask(&bench, "PUT", "more", "", &much).await.status, 201);
+    assert_eq!(request(&bench, "PUT", "more", "", &much).await.status, 201);
     let refused = bench.socket(&[]).await;
     let mut page = refused.unwrap();
     let hello = json!({"client": {"name": "page"}, "token": token});
@@ -165,7 +165,7 @@ async fn students_fill_their_part_of_the_library_and_teachers_have_the_rest() {
 }
 
 #[tokio::test]
-async fn names_lead_nowhere_else() {
+async fn program_names_cannot_escape_the_folder() {
     let bench = HttpStation::new().await;
     let secret = bench.folder.path().join("secret");
     fs::write(&secret, "secret").unwrap();
@@ -196,7 +196,7 @@ async fn names_lead_nowhere_else() {
         &long,
     ] {
         for method in ["GET", "PUT", "DELETE"] {
-            let answer = ask(&bench, method, name, "", "").await;
+            let answer = request(&bench, method, name, "", "").await;
             assert_eq!(answer.status, 400, "{method} {name:?}");
         }
     }
@@ -209,18 +209,18 @@ async fn names_lead_nowhere_else() {
         "./../../secret",
     ] {
         for method in ["GET", "PUT", "DELETE"] {
-            let answer = ask(&bench, method, path, "", "").await;
+            let answer = request(&bench, method, path, "", "").await;
             assert!([400, 404].contains(&answer.status), "{method} {path}");
         }
     }
     assert_eq!(fs::read(&secret).unwrap(), b"secret");
     assert!(files(&bench).is_empty());
     let longest = "x".repeat(80);
-    assert_eq!(ask(&bench, "PUT", &longest, "", "").await.status, 201);
+    assert_eq!(request(&bench, "PUT", &longest, "", "").await.status, 201);
 }
 
 #[tokio::test]
-async fn each_method_has_its_role() {
+async fn library_methods_require_their_role() {
     let bench = HttpStation::new().await;
     // (method, viewer, student, teacher), with the program already stored.
     for (method, expected) in [
@@ -230,31 +230,31 @@ async fn each_method_has_its_role() {
     ] {
         let roles = [Role::Viewer, Role::Student, Role::Teacher];
         for (role, expected) in roles.into_iter().zip(expected) {
-            ask(&bench, "PUT", "a", "", "x").await;
+            request(&bench, "PUT", "a", "", "x").await;
             let token = bench.token(role);
             let headers = format!("x-forwarded-for: 1.2.3.4\nauthorization: Bearer {token}\n");
-            let answer = ask(&bench, method, "a", &headers, "").await;
+            let answer = request(&bench, method, "a", &headers, "").await;
             assert_eq!(answer.status, expected, "{method} {}", role.name());
         }
-        ask(&bench, "PUT", "a", "", "x").await;
-        let none = ask(&bench, method, "a", "x-forwarded-for: 1.2.3.4\n", "").await;
+        request(&bench, "PUT", "a", "", "x").await;
+        let none = request(&bench, method, "a", "x-forwarded-for: 1.2.3.4\n", "").await;
         assert_eq!(none.status, 401);
         assert_eq!(none.header("www-authenticate"), Some("Bearer"));
-        let wrong = ask(&bench, method, "a", "authorization: Bearer no\n", "").await;
+        let wrong = request(&bench, method, "a", "authorization: Bearer no\n", "").await;
         assert_eq!(wrong.status, 401);
     }
     let bench = HttpStation::read_only().await;
-    assert_eq!(ask(&bench, "PUT", "a", "", "x").await.status, 403);
-    assert_eq!(ask(&bench, "GET", "a", "", "").await.status, 404);
+    assert_eq!(request(&bench, "PUT", "a", "", "x").await.status, 403);
+    assert_eq!(request(&bench, "GET", "a", "", "").await.status, 404);
     let origin = "https://lessons.example";
     let admission = Admission {
         origins: vec![origin.to_owned()],
         ..Admission::default()
     };
     let bench = HttpStation::with(admission).await;
-    let foreign = ask(&bench, "PUT", "a", "origin: https://evil.example\n", "x").await;
+    let foreign = request(&bench, "PUT", "a", "origin: https://evil.example\n", "x").await;
     assert_eq!(foreign.status, 403);
-    let named = ask(&bench, "PUT", "a", &format!("origin: {origin}\n"), "x").await;
+    let named = request(&bench, "PUT", "a", &format!("origin: {origin}\n"), "x").await;
     assert_eq!(named.status, 201);
     assert_eq!(named.header("access-control-allow-origin"), Some(origin));
 }
@@ -300,30 +300,30 @@ async fn push(bench: &HttpStation, head: &str, bytes: u64, chunked: bool) -> Str
 }
 
 #[tokio::test]
-async fn a_program_is_of_64_mib_at_most_and_whole() {
+async fn upload_above_64_mib_or_incomplete_is_refused() {
     let bench = HttpStation::new().await;
-    assert_eq!(ask(&bench, "PUT", "big", "", "old").await.status, 201);
+    assert_eq!(request(&bench, "PUT", "big", "", "old").await.status, 201);
     let length = |length: u64| format!("content-length: {length}\r\n");
     // A declared length that is too large is refused without the body.
-    let answer = push(&bench, &length(LARGEST_PROGRAM + 1), 0, false).await;
+    let answer = push(&bench, &length(MAX_PROGRAM_SIZE + 1), 0, false).await;
     assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
     // Without a declared length.
     let chunked = "transfer-encoding: chunked\r\n";
-    let answer = push(&bench, chunked, LARGEST_PROGRAM + 1, true).await;
+    let answer = push(&bench, chunked, MAX_PROGRAM_SIZE + 1, true).await;
     assert!(
         answer.is_empty() || answer.starts_with("HTTP/1.1 413"),
         "{answer}"
     );
     // The client disconnects half way.
     push(&bench, &length(1000), 500, false).await;
-    assert_eq!(ask(&bench, "GET", "big", "", "").await.body, "old");
+    assert_eq!(request(&bench, "GET", "big", "", "").await.body, "old");
     while files(&bench) != ["big"] {
         tokio::task::yield_now().await;
     }
-    let answer = push(&bench, chunked, LARGEST_PROGRAM, true).await;
+    let answer = push(&bench, chunked, MAX_PROGRAM_SIZE, true).await;
     assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
     let kept = bench.folder.path().join("programs/big");
-    assert_eq!(fs::metadata(kept).unwrap().len(), LARGEST_PROGRAM);
-    let given = ask(&bench, "GET", "big", "", "").await;
-    assert_eq!(given.body.len() as u64, LARGEST_PROGRAM);
+    assert_eq!(fs::metadata(kept).unwrap().len(), MAX_PROGRAM_SIZE);
+    let given = request(&bench, "GET", "big", "", "").await;
+    assert_eq!(given.body.len() as u64, MAX_PROGRAM_SIZE);
 }

@@ -14,7 +14,7 @@ async fn call(bench: &HttpStation, method: &str, params: Value) -> Value {
 }
 
 #[tokio::test]
-async fn a_recording_is_a_file_that_viewers_get() {
+async fn viewer_downloads_a_recording() {
     let bench = HttpStation::new().await;
     let name = call(&bench, "record.start", json!({"rate": 50})).await["name"].clone();
     let name = name.as_str().unwrap().to_owned();

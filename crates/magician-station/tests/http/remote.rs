@@ -6,7 +6,7 @@ use magician::build::{self, Axis};
 use magician::commands::{Pose, PtpCommonParams};
 use magician::{Arm, ErrorKind, Options};
 use magician_station::client::{ClientError, Connection, StationClient, StationLine, Trust};
-use magician_station::{FRAME_FIELDS, SOCKETS};
+use magician_station::{FRAME_FIELDS, MAX_SOCKETS};
 use serde_json::json;
 
 use crate::bench::HttpStation;
@@ -25,7 +25,7 @@ async fn arm(client: &StationClient) -> Arm {
 }
 
 #[tokio::test]
-async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
+async fn remote_arm_behaves_like_a_local_one() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     assert_eq!(anna.hello()["role"], json!("teacher"));
@@ -60,7 +60,7 @@ async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
 }
 
 #[tokio::test]
-async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
+async fn remote_jog_ends_with_its_client() {
     let bench = HttpStation::new().await;
     let (anna, mut ben) = (client(&bench, "Anna").await, bench.join("Ben").await);
     let over = arm(&anna).await;
@@ -80,7 +80,7 @@ async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
 }
 
 #[tokio::test]
-async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
+async fn client_without_lease_gets_the_holder_and_may_stop() {
     let bench = HttpStation::new().await;
     let mut ben = bench.join("Ben").await;
     ben.call("lease.acquire", json!({})).await.unwrap();
@@ -128,7 +128,7 @@ async fn running(
 }
 
 #[tokio::test]
-async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() {
+async fn client_notified_of_the_end_stops_its_run_in_time() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
@@ -139,16 +139,16 @@ async fn rust_program_is_told_that_its_station_ends_and_stops_its_run_in_time() 
     let stopped = run.await.unwrap().unwrap_err();
     assert_eq!(stopped.kind(), ErrorKind::Closed);
     over.close().await;
-    assert_eq!(ending.await.unwrap(), magician_station::RunsEnd::default());
+    assert_eq!(ending.await.unwrap(), magician_station::EndReport::default());
 }
 
 #[tokio::test]
-async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
+async fn client_ignoring_the_end_is_stopped_and_gets_the_reason() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let (over, run) = running(&bench, &anna).await;
-    let cut_off = bench.station.end_runs().await.cut_off;
-    assert_eq!((cut_off.len(), &*cut_off[0].holder), (1, "Anna"));
+    let forced_stops = bench.station.end_runs().await.forced_stops;
+    assert_eq!((forced_stops.len(), &*forced_stops[0].holder), (1, "Anna"));
     bench.over.send(true).unwrap();
     let failed = run.await.unwrap().unwrap_err();
     assert_eq!(failed.to_string(), "the station has ended");
@@ -159,7 +159,7 @@ async fn rust_program_that_does_not_listen_is_stopped_and_finds_out_why() {
 }
 
 #[tokio::test]
-async fn a_lease_is_given_back_by_the_last_that_has_it() {
+async fn lease_is_released_by_its_last_user() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let granted = anna.lease("lease.acquire", json!({})).await.unwrap();
@@ -181,7 +181,7 @@ async fn a_lease_is_given_back_by_the_last_that_has_it() {
 }
 
 #[tokio::test]
-async fn a_client_is_refused_for_what_is_wrong() {
+async fn client_refusals_state_the_cause() {
     let bench = HttpStation::new().await;
     let address = format!("http://{}", bench.address);
     let wrong = StationClient::connect(&address, "x", Some("nonsense"))
@@ -204,7 +204,7 @@ async fn a_client_is_refused_for_what_is_wrong() {
 }
 
 #[tokio::test]
-async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
+async fn client_reconnects_and_requests_fail_meanwhile() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let mut connection = anna.connection();
@@ -218,7 +218,7 @@ async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
 }
 
 #[tokio::test]
-async fn a_client_gets_the_frames_of_a_binary_subscription() {
+async fn client_receives_binary_frames() {
     let bench = HttpStation::new().await;
     let anna = client(&bench, "Anna").await;
     let mut frames = anna.frames();
@@ -236,10 +236,10 @@ async fn a_client_gets_the_frames_of_a_binary_subscription() {
 }
 
 #[tokio::test]
-async fn a_stop_without_a_session_is_obeyed_beside_all_sessions_that_a_station_takes() {
+async fn sessionless_stop_works_when_all_sessions_are_in_use() {
     let bench = HttpStation::new().await;
     let mut all = Vec::new();
-    for _ in 0..SOCKETS {
+    for _ in 0..MAX_SOCKETS {
         all.push(client(&bench, "Anna").await);
     }
     let address = format!("http://{}", bench.address);

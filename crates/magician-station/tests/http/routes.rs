@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::bench::{Answer, HttpStation};
 
 #[tokio::test]
-async fn every_route_is_there_and_has_the_headers_of_safety() {
+async fn every_route_exists_with_security_headers() {
     let bench = HttpStation::new().await;
     for route in ROUTES {
         let method = route.method;
@@ -78,7 +78,7 @@ async fn every_route_is_there_and_has_the_headers_of_safety() {
 }
 
 #[tokio::test]
-async fn head_has_the_headers_of_get_on_every_route() {
+async fn head_returns_the_headers_of_get() {
     static PAGE: &[u8] = b"\x1f\x8b\x08\x00\x00\x00\x00\x00\x02\xff\xb3\xc9\x28\xc9\xcd\xb1\x03\x00\x41\x0c\x43\xc7\x06\x00\x00\x00";
     let page = PageFile {
         path: "/",
@@ -129,7 +129,7 @@ async fn head_has_the_headers_of_get_on_every_route() {
 }
 
 #[tokio::test]
-async fn who_has_no_token_where_one_is_needed_gets_401() {
+async fn missing_token_gets_401() {
     let bench = HttpStation::new().await;
     let body = json!({"jsonrpc": "2.0", "id": 1, "method": "server.info"}).to_string();
     for route in ROUTES
@@ -162,7 +162,7 @@ async fn who_has_no_token_where_one_is_needed_gets_401() {
 }
 
 #[tokio::test]
-async fn an_origin_that_is_named_is_let_in_and_told_so() {
+async fn listed_origin_is_admitted_with_cors_headers() {
     let origin = "https://lessons.example";
     let admission = Admission {
         origins: vec![origin.to_owned()],
@@ -185,7 +185,7 @@ async fn an_origin_that_is_named_is_let_in_and_told_so() {
 }
 
 #[tokio::test]
-async fn the_methods_are_described() {
+async fn openrpc_document_is_served() {
     let bench = HttpStation::new().await;
     let document = bench.get("/api/v1/openrpc.json", "").await.json();
     let methods = document["methods"].as_array().unwrap();

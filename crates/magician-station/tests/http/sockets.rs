@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use futures_util::SinkExt;
-use magician_station::{Role, SOCKETS};
+use magician_station::{Role, MAX_SOCKETS};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
@@ -15,7 +15,7 @@ use tokio_tungstenite::tungstenite::Message;
 use crate::bench::HttpStation;
 
 #[tokio::test]
-async fn a_session_moves_the_arm_and_another_stops_it() {
+async fn other_session_may_stop_the_arm() {
     let bench = HttpStation::new().await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.call("lease.acquire", json!({})).await.unwrap();
@@ -39,7 +39,7 @@ async fn a_session_moves_the_arm_and_another_stops_it() {
 }
 
 #[tokio::test]
-async fn what_is_no_text_within_bounds_closes_the_socket() {
+async fn binary_or_oversized_message_closes_the_socket() {
     let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     anna.socket
@@ -56,7 +56,7 @@ async fn what_is_no_text_within_bounds_closes_the_socket() {
 }
 
 #[tokio::test]
-async fn hosts_origins_and_tokens_count_for_sockets_too() {
+async fn socket_upgrade_checks_host_origin_and_token() {
     let bench = HttpStation::new().await;
     assert_eq!(
         bench
@@ -101,7 +101,7 @@ async fn hosts_origins_and_tokens_count_for_sockets_too() {
 const ELSEWHERE: &[(&str, &str)] = &[("x-forwarded-for", "192.0.2.7")];
 
 #[tokio::test(start_paused = true)]
-async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
+async fn silent_remote_sockets_are_evicted_for_a_teacher() {
     let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for _ in 0..80 {
@@ -122,7 +122,7 @@ async fn silent_sockets_from_elsewhere_give_way_and_keep_no_teacher_out() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
+async fn silent_local_sockets_are_evicted_for_new_ones() {
     let bench = HttpStation::new().await;
     let mut silent = Vec::new();
     for _ in 0..9 {
@@ -136,7 +136,7 @@ async fn silent_sockets_of_this_machine_give_way_to_new_ones() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
+async fn prompt_hello_succeeds_during_a_flood_of_silent_sockets() {
     for headers in [&[][..], ELSEWHERE] {
         let bench = Arc::new(HttpStation::new().await);
         let (opened, mut counts) = watch::channel(0);
@@ -173,7 +173,7 @@ async fn prompt_hello_is_heard_beside_silent_sockets_that_never_stop_coming() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn token_that_cannot_be_checked_is_not_called_bad() {
+async fn uncheckable_token_is_not_reported_as_invalid() {
     let bench = HttpStation::new().await;
     let token = bench.token(Role::Student);
     let file = bench.folder.path().join("station/tokens.toml");
@@ -196,7 +196,7 @@ async fn token_that_cannot_be_checked_is_not_called_bad() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
+async fn hello_timeout_is_2_s_remote_and_5_s_local() {
     let bench = HttpStation::new().await;
     for (headers, seconds) in [(ELSEWHERE, 2), (&[][..], 5)] {
         let mut silent = bench.socket(headers).await.unwrap();
@@ -207,10 +207,10 @@ async fn hello_from_elsewhere_has_two_seconds_and_on_this_machine_five() {
 }
 
 #[tokio::test]
-async fn a_socket_for_which_there_is_no_place_says_so_as_it_closes() {
+async fn socket_without_a_place_is_closed_with_its_reason() {
     let bench = HttpStation::new().await;
     let mut sockets = Vec::new();
-    for _ in 0..SOCKETS {
+    for _ in 0..MAX_SOCKETS {
         sockets.push(bench.join("Anna").await);
     }
     let mut beyond = bench.socket(&[]).await.unwrap();
@@ -224,7 +224,7 @@ async fn a_socket_for_which_there_is_no_place_says_so_as_it_closes() {
 }
 
 #[tokio::test]
-async fn the_end_of_the_station_closes_its_sockets() {
+async fn station_end_closes_sockets() {
     let bench = HttpStation::new().await;
     let mut anna = bench.join("Anna").await;
     bench.over.send(true).unwrap();

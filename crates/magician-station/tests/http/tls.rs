@@ -32,7 +32,7 @@ async fn encrypted(folder: &Path) -> (HttpStation, Trust) {
 }
 
 #[tokio::test]
-async fn a_client_moves_the_arm_over_an_encrypted_connection() {
+async fn encrypted_client_moves_the_arm() {
     let folder = TempDir::new().unwrap();
     let (bench, trust) = encrypted(folder.path()).await;
     for host in ["127.0.0.1", "localhost"] {
@@ -51,7 +51,7 @@ async fn a_client_moves_the_arm_over_an_encrypted_connection() {
 }
 
 #[tokio::test]
-async fn certificates_that_are_not_trusted_are_refused_and_so_is_talk_in_the_clear() {
+async fn untrusted_certificates_and_plain_text_are_refused() {
     let folder = TempDir::new().unwrap();
     let (bench, trust) = encrypted(folder.path()).await;
     let (other, _) = certificate(folder.path(), "other");
@@ -78,7 +78,7 @@ async fn certificates_that_are_not_trusted_are_refused_and_so_is_talk_in_the_cle
 }
 
 #[tokio::test]
-async fn handshakes_that_stall_keep_nobody_out() {
+async fn stalled_handshakes_block_no_client() {
     let folder = TempDir::new().unwrap();
     let (bench, trust) = encrypted(folder.path()).await;
     let mut stalled = Vec::new();
@@ -101,7 +101,7 @@ async fn handshakes_that_stall_keep_nobody_out() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_handshake_that_stalls_is_cut_after_five_seconds() {
+async fn stalled_handshake_is_closed_after_5_s() {
     let folder = TempDir::new().unwrap();
     let (bench, _) = encrypted(folder.path()).await;
     let mut stream = TcpStream::connect(bench.address).await.unwrap();
@@ -114,7 +114,7 @@ async fn a_handshake_that_stalls_is_cut_after_five_seconds() {
 }
 
 #[test]
-fn files_that_are_no_pair_are_told_apart() {
+fn mismatched_certificate_and_key_are_distinguished() {
     let folder = TempDir::new().unwrap();
     let (own, own_key) = certificate(folder.path(), "own");
     let (_, other_key) = certificate(folder.path(), "other");

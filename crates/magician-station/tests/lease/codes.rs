@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ADDRESS_TRIES, CodeBound, CodeTry, NAME_TRIES, TooManyCodes, WINDOW, WrongCodes,
+    MAX_TRIES_PER_ADDRESS, CodeLimit, CodeTry, MAX_TRIES_PER_NAME, TooManyCodes, TRY_WINDOW, WrongCodes,
 };
 
 const NAMES: [(&str, bool); 3] = [("ada", true), ("ben", true), ("nobody", false)];
@@ -79,7 +79,7 @@ impl Mutant {
         }
         let mut copy = self.codes.clone();
         let guessed = copy.attempt(now, name, is_pupil, address, || false);
-        let above = matches!(guessed, Err(met) if met.bound == CodeBound::Address);
+        let above = matches!(guessed, Err(met) if met.bound == CodeLimit::Address);
         if self.bug == Some(Bug::AddressKeepsOut) && above
             || self.bug == Some(Bug::FreeGuesses) && above && !step.right
         {
@@ -90,11 +90,11 @@ impl Mutant {
             .attempt(now, name, is_pupil, address, || step.right);
         outcome.map_err(|met| match self.bug {
             Some(Bug::OtherLimit) => TooManyCodes {
-                limit: NAME_TRIES + ADDRESS_TRIES - met.limit,
+                limit: MAX_TRIES_PER_NAME + MAX_TRIES_PER_ADDRESS - met.limit,
                 ..met
             },
             Some(Bug::WholeWindow) => TooManyCodes {
-                wait: WINDOW,
+                wait: TRY_WINDOW,
                 ..met
             },
             _ => met,
@@ -116,9 +116,9 @@ impl Random {
 
 /// Checked wrong codes: time, name, address, and true if the address was below its limit.
 #[derive(Default)]
-struct Seen(Vec<(HostInstant, &'static str, &'static str, bool)>);
+struct Attempts(Vec<(HostInstant, &'static str, &'static str, bool)>);
 
-impl Seen {
+impl Attempts {
     /// Returns the tries that count at this instant, oldest first.
     fn of(
         &self,
@@ -128,7 +128,7 @@ impl Seen {
         let counts = self
             .0
             .iter()
-            .filter(|guess| now - guess.0 < WINDOW && is(guess));
+            .filter(|guess| now - guess.0 < TRY_WINDOW && is(guess));
         counts.map(|guess| guess.0).collect()
     }
 }
@@ -140,7 +140,7 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
         codes: WrongCodes::default(),
         bug,
     };
-    let (mut seen, mut now) = (Seen::default(), HostInstant::ZERO);
+    let (mut seen, mut now) = (Attempts::default(), HostInstant::ZERO);
     // Every other walk has a flood from one address, so that its limit is reached.
     let flood = seed.is_multiple_of(2);
     for _ in 0..STEPS {
@@ -162,16 +162,16 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
         let of_name = seen.of(now, |guess| guess.1 == name.0);
         let of_address = seen.of(now, |guess| guess.2 == address && guess.3);
         let left =
-            |counts: &[HostInstant], limit: usize| WINDOW - (now - counts[counts.len() - limit]);
+            |counts: &[HostInstant], limit: usize| TRY_WINDOW - (now - counts[counts.len() - limit]);
         let outcome = mutant.attempt(step);
-        let law = if of_name.len() >= NAME_TRIES {
+        let law = if of_name.len() >= MAX_TRIES_PER_NAME {
             match outcome {
-                Err(met) if met.bound == CodeBound::Name => {
-                    told(met, NAME_TRIES, left(&of_name, NAME_TRIES))
+                Err(met) if met.bound == CodeLimit::Name => {
+                    violated_limit(met, MAX_TRIES_PER_NAME, left(&of_name, MAX_TRIES_PER_NAME))
                 }
                 _ => Some("five guesses of a name within a minute"),
             }
-        } else if matches!(outcome, Err(met) if met.bound == CodeBound::Name) {
+        } else if matches!(outcome, Err(met) if met.bound == CodeLimit::Name) {
             match mutant.bug {
                 // Never forgetting shows as a reported wait that is wrong.
                 Some(Bug::NeverForgotten) => Some("the wait is what is left"),
@@ -181,11 +181,11 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
             (outcome != Ok(CodeTry::Right))
                 .then_some("the right code of a name below its bound gets in")
         } else {
-            let below = of_address.len() < ADDRESS_TRIES;
+            let below = of_address.len() < MAX_TRIES_PER_ADDRESS;
             seen.0.push((now, name.0, address, below));
             match outcome {
                 Ok(CodeTry::Wrong) if below => None,
-                Err(met) if !below => told(met, ADDRESS_TRIES, left(&of_address, ADDRESS_TRIES)),
+                Err(met) if !below => violated_limit(met, MAX_TRIES_PER_ADDRESS, left(&of_address, MAX_TRIES_PER_ADDRESS)),
                 Ok(CodeTry::Right) => Some("a wrong code is wrong"),
                 _ => Some("an address below its bound is told of a wrong code"),
             }
@@ -197,7 +197,7 @@ fn walk(seed: u64, bug: Option<Bug>) -> Option<&'static str> {
     None
 }
 
-fn told(met: TooManyCodes, limit: usize, left: Duration) -> Option<&'static str> {
+fn violated_limit(met: TooManyCodes, limit: usize, left: Duration) -> Option<&'static str> {
     if met.limit != limit {
         return Some("the limit is that of the bound that was met");
     }
@@ -205,14 +205,14 @@ fn told(met: TooManyCodes, limit: usize, left: Duration) -> Option<&'static str>
 }
 
 #[test]
-fn wrong_codes_keep_their_laws_on_every_walk() {
+fn wrong_code_limits_hold_on_random_walks() {
     for seed in 0..WALKS {
         assert_eq!(walk(seed, None), None, "walk {seed}");
     }
 }
 
 #[test]
-fn every_bug_before_the_codes_is_found() {
+fn every_planted_code_bug_is_found() {
     for (bug, law) in BUGS {
         let found: Vec<_> = (0..WALKS)
             .filter_map(|seed| walk(seed, Some(bug)))
@@ -223,10 +223,10 @@ fn every_bug_before_the_codes_is_found() {
 
 /// A flood of names and addresses uses bounded memory and does not affect a pupil's count.
 #[test]
-fn floods_of_names_and_addresses_are_forgotten_and_pupils_are_not() {
+fn unknown_names_and_addresses_are_bounded_but_pupils_kept() {
     let mut codes = WrongCodes::default();
     let now = HostInstant::ZERO;
-    for _ in 0..NAME_TRIES {
+    for _ in 0..MAX_TRIES_PER_NAME {
         let _ = codes.attempt(now, "ada", true, "10.0.0.1", || false);
     }
     for number in 0..5000 {

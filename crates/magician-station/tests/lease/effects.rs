@@ -1,20 +1,20 @@
 //! Applies effects of control to the model, with the invariants of each.
 
-use magician_station::control::{ASK, ArmId, Effect, JobPhase, OnLost, RequestId};
+use magician_station::control::{ASK_TIMEOUT, ArmId, Effect, JobPhase, LeaseLossPolicy, RequestId};
 
 use crate::model::{Event, Model};
 use crate::step::{Checked, must};
 
 impl Model {
     /// Stops the arm: everything it does is over, and each request is answered.
-    pub(crate) fn end_doing(&mut self, arm: ArmId, ended: &[RequestId]) -> Checked {
+    pub(crate) fn end_requests(&mut self, arm: ArmId, ended: &[RequestId]) -> Checked {
         let arm = &mut self.arms[arm.0 as usize];
         arm.queue.clear();
-        arm.unheld = None;
-        for doing in std::mem::take(&mut arm.doing) {
-            must(ended.contains(&doing.request), "a stop ends all requests")?;
+        arm.unattended = None;
+        for running in std::mem::take(&mut arm.running) {
+            must(ended.contains(&running.request), "a stop ends all requests")?;
             // The request counted as a sign of life until now.
-            self.sessions[doing.session.0 as usize].heard = self.now;
+            self.sessions[running.session.0 as usize].heard = self.now;
         }
         ended.iter().try_for_each(|request| self.answered(*request))
     }
@@ -48,10 +48,10 @@ impl Model {
                 if model.lease != Some((session, lease)) {
                     must(lease.0 > self.last, "a number is used once")?;
                     self.last = lease.0;
-                    let bound = model.doing.iter().any(|doing| !doing.free);
+                    let bound = model.running.iter().any(|running| !running.free);
                     let bound = bound || model.queue.iter().any(|(_, free)| !free);
                     must(
-                        !bound && model.jog.is_none() && model.unheld.is_none(),
+                        !bound && model.jog.is_none() && model.unattended.is_none(),
                         "the arm is stopped before the next holder is told",
                     )?;
                     let in_turn = model.line.first() == Some(&request);
@@ -99,7 +99,7 @@ impl Model {
                     .requests
                     .get_mut(&request)
                     .ok_or("a request that asks")?;
-                (asked.until, asked.asks) = (Some(self.now + ASK), true);
+                (asked.until, asked.asks) = (Some(self.now + ASK_TIMEOUT), true);
                 asked.asked = Some(holder);
                 Ok(())
             }
@@ -107,8 +107,8 @@ impl Model {
                 let over = self.arms[arm.0 as usize].jog.take_if(|one| one.id == jog);
                 must(over.is_some(), "a jog that ends was under way")
             }
-            Effect::EndUnheld { arm } => {
-                self.arms[arm.0 as usize].unheld = None;
+            Effect::EndUnattended { arm } => {
+                self.arms[arm.0 as usize].unattended = None;
                 Ok(())
             }
             Effect::EndWork {
@@ -119,20 +119,20 @@ impl Model {
             } => {
                 let job = self.arm(arm).job;
                 must(
-                    !stop || job != Some((OnLost::Continue, JobPhase::Active)),
+                    !stop || job != Some((LeaseLossPolicy::Continue, JobPhase::Active)),
                     "a job that goes on is not stopped",
                 )?;
                 // Without a stop motion continues, so none may belong to the former holder.
                 must(stop || requests.is_empty(), "what moves is stopped")?;
-                self.end_doing(arm, &requests)
+                self.end_requests(arm, &requests)
             }
             Effect::EndJob { arm, pause, .. } => {
                 let job = self.arm(arm).job;
                 must(
-                    job == Some((OnLost::Pause, JobPhase::Active)) && pause,
+                    job == Some((LeaseLossPolicy::Pause, JobPhase::Active)) && pause,
                     "a job ends as it is to end",
                 )?;
-                self.job_is(arm, OnLost::Pause, Some(JobPhase::Paused));
+                self.set_job_phase(arm, LeaseLossPolicy::Pause, Some(JobPhase::Paused));
                 Ok(())
             }
             Effect::SessionOver(session) => {

@@ -1,7 +1,7 @@
 //! Invariants of control, checked after every event.
 
 use magician_protocol::HostInstant;
-use magician_station::control::{ArmId, GRACE, JobPhase, OnLost, SessionId};
+use magician_station::control::{ArmId, RECONNECT_GRACE, JobPhase, LeaseLossPolicy, SessionId};
 
 use crate::model::{Arm, Event, Model};
 use crate::step::{Checked, must};
@@ -40,9 +40,9 @@ impl Model {
     /// Motion of an arm belongs to its holder.
     fn check_moves(&self, arm: &Arm) -> Checked {
         let holder = arm.lease.map(|(session, _)| session);
-        for doing in arm.doing.iter().filter(|doing| !doing.free) {
+        for running in arm.running.iter().filter(|running| !running.free) {
             must(
-                holder == Some(doing.session),
+                holder == Some(running.session),
                 "what is under way belongs to the holder",
             )?;
         }
@@ -53,7 +53,7 @@ impl Model {
             )?;
         }
         must(
-            arm.unheld.is_none() || holder == arm.unheld,
+            arm.unattended.is_none() || holder == arm.unattended,
             "what has no end of its own belongs to the holder",
         )?;
         if let Some(jog) = &arm.jog {
@@ -83,10 +83,10 @@ impl Model {
                 _ => false,
             };
             must(good, "a lease ends for a reason")?;
-            let job = before.arm(id).job == Some((OnLost::Pause, JobPhase::Active));
+            let job = before.arm(id).job == Some((LeaseLossPolicy::Pause, JobPhase::Active));
             let runs = matches!(arm.job, Some((_, JobPhase::Active)));
             must(!job || !runs, "the job pauses when its lease ends")?;
-            let goes_on = before.arm(id).job == Some((OnLost::Continue, JobPhase::Active));
+            let goes_on = before.arm(id).job == Some((LeaseLossPolicy::Continue, JobPhase::Active));
             must(!goes_on || runs, "a job that is to go on does")?;
         }
         let taker = match event {
@@ -106,9 +106,9 @@ impl Model {
     fn may_end(&self, holder: SessionId, before: &Self, arm: ArmId) -> bool {
         let known = before.session(holder);
         let silent = match known.left {
-            Some(left) => self.now - left >= GRACE,
+            Some(left) => self.now - left >= RECONNECT_GRACE,
             None => {
-                !before.works(holder) && self.now - known.heard >= magician_station::control::TTL
+                !before.works(holder) && self.now - known.heard >= magician_station::control::LEASE_TIMEOUT
             }
         };
         let due = |until: Option<HostInstant>| until.is_some_and(|until| until <= self.now);
@@ -138,8 +138,8 @@ impl Model {
     fn check_stopped(&self, id: ArmId, before: &Self) -> Checked {
         let arm = self.arm(id);
         let runs = matches!(arm.job, Some((_, JobPhase::Active)));
-        let is_on = arm.unheld.is_some();
-        let moves = is_on || arm.jog.is_some() || !arm.doing.is_empty() || !arm.queue.is_empty();
+        let is_on = arm.unattended.is_some();
+        let moves = is_on || arm.jog.is_some() || !arm.running.is_empty() || !arm.queue.is_empty();
         must(!moves && !runs, "after a stop nothing moves")?;
         must(arm.lease == before.arm(id).lease, "a stop leaves the lease")
     }

@@ -4,7 +4,7 @@
 mod class;
 mod codes;
 mod effects;
-mod found;
+mod regressions;
 mod laws;
 mod model;
 mod mutant;
@@ -21,7 +21,7 @@ const DEPTH: usize = 5;
 const FURTHER: usize = 6;
 
 #[test]
-fn control_keeps_its_laws_in_every_order_of_events() {
+fn control_invariants_hold_for_every_event_sequence() {
     let (found, states) = search(Model::new(None), FURTHER);
     println!("states at each depth: {states:?}");
     assert!(found.is_none(), "{found:#?}");

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, GRACE, JobPhase, JogId, LeaseId, OnLost, RequestId, SessionId, TTL, WorkKind,
+    ArmId, RECONNECT_GRACE, JobPhase, JogId, LeaseId, LeaseLossPolicy, RequestId, SessionId, LEASE_TIMEOUT, WorkKind,
 };
 
 use crate::mutant::{Bug, Mutant};
@@ -18,7 +18,7 @@ pub(crate) const ARMS: u64 = 2;
 /// Longer than the lease timeout, shorter than the time for a question.
 pub(crate) const WAIT: Duration = Duration::from_secs(8);
 pub(crate) const KEEP: Duration = Duration::from_millis(250);
-pub(crate) const MOMENT: Duration = Duration::from_millis(125);
+pub(crate) const SHORT_PAUSE: Duration = Duration::from_millis(125);
 
 /// Event of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub(crate) enum Event {
     /// The holder answers the asking session.
     Answer(ArmId, SessionId, bool),
     Take(SessionId, ArmId),
-    Word(SessionId),
+    KeepAlive(SessionId),
     Leave(SessionId),
     Return(SessionId),
     Begin(SessionId, ArmId, WorkKind),
@@ -40,14 +40,14 @@ pub(crate) enum Event {
     StopJog(SessionId, ArmId),
     /// The holder starts a motor or lights the laser.
     SwitchOn(SessionId, ArmId),
-    StartJob(SessionId, ArmId, OnLost),
+    StartJob(SessionId, ArmId, LeaseLossPolicy),
     PauseJob(SessionId, ArmId),
     EndJob(ArmId),
     Stop(SessionId, ArmId),
     /// Time passes until the next deadline.
     Pass,
     /// Time passes, but too little to end a jog.
-    Moment,
+    ShortPause,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -74,7 +74,7 @@ pub(crate) struct Request {
 
 /// Motion of the arm. Free if the lease under which it began was given back.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct Doing {
+pub(crate) struct RunningRequest {
     pub(crate) session: SessionId,
     pub(crate) free: bool,
     pub(crate) request: RequestId,
@@ -82,7 +82,7 @@ pub(crate) struct Doing {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Jogging {
+pub(crate) struct RunningJog {
     pub(crate) id: JogId,
     pub(crate) session: SessionId,
     pub(crate) until: HostInstant,
@@ -91,13 +91,13 @@ pub(crate) struct Jogging {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Arm {
     pub(crate) lease: Option<(SessionId, LeaseId)>,
-    pub(crate) doing: Vec<Doing>,
+    pub(crate) running: Vec<RunningRequest>,
     /// Sessions with commands in the queue, and true if those are free.
     pub(crate) queue: BTreeSet<(SessionId, bool)>,
-    pub(crate) jog: Option<Jogging>,
+    pub(crate) jog: Option<RunningJog>,
     /// Session that switched on what has no end of its own: a motor or the laser.
-    pub(crate) unheld: Option<SessionId>,
-    pub(crate) job: Option<(OnLost, JobPhase)>,
+    pub(crate) unattended: Option<SessionId>,
+    pub(crate) job: Option<(LeaseLossPolicy, JobPhase)>,
     /// Waiting requests by arrival.
     pub(crate) line: Vec<RequestId>,
     /// Positions reported last.
@@ -151,16 +151,16 @@ impl Model {
 
     /// True if a request of the session is in progress, which counts as a permanent sign of life.
     pub(crate) fn works(&self, session: SessionId) -> bool {
-        let mut all = self.arms.iter().flat_map(|arm| &arm.doing);
-        all.any(|doing| doing.session == session)
+        let mut all = self.arms.iter().flat_map(|arm| &arm.running);
+        all.any(|running| running.session == session)
     }
 
     /// True if the session has lost its right to a lease by silence.
     pub(crate) fn is_silent(&self, session: SessionId) -> bool {
         let known = self.session(session);
         match known.left {
-            Some(left) => self.now - left >= GRACE,
-            None => !self.works(session) && self.now - known.heard >= TTL,
+            Some(left) => self.now - left >= RECONNECT_GRACE,
+            None => !self.works(session) && self.now - known.heard >= LEASE_TIMEOUT,
         }
     }
 
@@ -200,14 +200,14 @@ impl Model {
         }
         if holds {
             out.push(Release(id, at));
-            if arm.unheld.is_none() {
+            if arm.unattended.is_none() {
                 out.push(SwitchOn(id, at));
             }
         }
         // A single request at a time suffices. Requests without the lease are refused.
-        if !arm.doing.iter().any(|doing| doing.session == id) {
+        if !arm.running.iter().any(|running| running.session == id) {
             out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
-            out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));
+            out.extend([LeaseLossPolicy::Pause, LeaseLossPolicy::Continue].map(|lost| StartJob(id, at, lost)));
         }
         if arm.job.is_some() {
             out.push(PauseJob(id, at));
@@ -238,7 +238,7 @@ impl Explored for Model {
             }
         }
         for (id, arm) in (0..).map(ArmId).zip(&self.arms) {
-            out.extend(arm.doing.iter().map(|doing| Finish(id, doing.request)));
+            out.extend(arm.running.iter().map(|running| Finish(id, running.request)));
             if arm.job.is_some() {
                 out.push(EndJob(id));
             }
@@ -255,7 +255,7 @@ impl Explored for Model {
         }
         out.push(Pass);
         let due = self.control.control.poll_timeout();
-        let soon = due.is_some_and(|due| due <= self.now + MOMENT);
+        let soon = due.is_some_and(|due| due <= self.now + SHORT_PAUSE);
         if !soon && self.arms.iter().any(|arm| arm.jog.is_some()) {
             out.push(Moment);
         }
@@ -263,7 +263,7 @@ impl Explored for Model {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.happens(before, event)
+        self.check_step(before, event)
     }
 
     fn key(&self) -> u64 {
@@ -273,14 +273,14 @@ impl Explored for Model {
         let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
         for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
             let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
-            let word = if holds { age(session.heard, TTL) } else { TTL };
-            let left = session.left.map(|left| age(left, GRACE));
+            let word = if holds { age(session.heard, LEASE_TIMEOUT) } else { LEASE_TIMEOUT };
+            let left = session.left.map(|left| age(left, RECONNECT_GRACE));
             (word, left, session.joined).hash(&mut hasher);
         }
         for arm in &self.arms {
             arm.lease.map(|(session, _)| session).hash(&mut hasher);
-            (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
-            arm.unheld.hash(&mut hasher);
+            (&arm.running, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
+            arm.unattended.hash(&mut hasher);
             let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
             jog.hash(&mut hasher);
         }

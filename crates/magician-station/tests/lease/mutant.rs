@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_protocol::HostInstant;
 use magician_station::control::{
-    ArmId, Control, Effect, JobId, JobPhase, JogEnd, JogId, LeaseId, OnLost, Refusal, RequestId,
+    ArmId, Control, Effect, JobId, JobPhase, JogEnd, JogId, LeaseId, LeaseLossPolicy, Refusal, RequestId,
     SessionId, WorkKind,
 };
 
@@ -22,9 +22,9 @@ pub(crate) enum Bug {
     /// A session whose socket closed while it waited gets no answer.
     WaiterForgotten,
     /// Motion of the former holder continues.
-    MotionGoesOn,
+    MotionContinues,
     /// Any session keeps a jog alive.
-    KeptByAnother,
+    KeptByOtherSession,
     /// A granted request is answered twice.
     AnsweredTwice,
     /// The new holder is notified before the arm is stopped.
@@ -40,7 +40,7 @@ pub(crate) enum Bug {
     /// A wait that is over is not answered.
     WaitWithoutEnd,
     /// A motor or the laser stays on after a lease is given back.
-    UnheldOutlivesLease,
+    UnattendedOutlivesLease,
 }
 
 /// Each bug, and the invariant that it breaks first.
@@ -51,10 +51,10 @@ pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::GrantInTwoSteps, "a lease passes in one step"),
     (Bug::WaiterForgotten, "who has left is answered"),
     (
-        Bug::MotionGoesOn,
+        Bug::MotionContinues,
         "the arm is stopped before the next holder is told",
     ),
-    (Bug::KeptByAnother, "a jog ends when it is not kept up"),
+    (Bug::KeptByOtherSession, "a jog ends when it is not kept up"),
     (Bug::AnsweredTwice, "a request is answered once"),
     (
         Bug::GrantBeforeStop,
@@ -66,7 +66,7 @@ pub(crate) const BUGS: [(Bug, &str); 15] = [
     (Bug::NumberTwice, "a number is used once"),
     (Bug::WaitWithoutEnd, "a request is answered in time"),
     (
-        Bug::UnheldOutlivesLease,
+        Bug::UnattendedOutlivesLease,
         "what has no end of its own belongs to the holder",
     ),
 ];
@@ -204,7 +204,7 @@ impl Mutant {
             (id == jog).then_some(session)
         });
         let session = of
-            .filter(|_| self.has(Bug::KeptByAnother))
+            .filter(|_| self.has(Bug::KeptByOtherSession))
             .unwrap_or(session);
         self.control.keep_jog(now, session, jog)
     }
@@ -229,14 +229,14 @@ impl Mutant {
         Some(ended)
     }
 
-    pub(crate) fn job_is(
+    pub(crate) fn set_job_phase(
         &mut self,
         now: HostInstant,
         arm: ArmId,
-        on_lost: OnLost,
+        on_lost: LeaseLossPolicy,
         phase: Option<JobPhase>,
     ) {
-        self.control.job_is(now, arm, JobId(arm.0), on_lost, phase);
+        self.control.set_job_phase(now, arm, JobId(arm.0), on_lost, phase);
     }
 
     pub(crate) fn handle_timeout(&mut self, now: HostInstant) {
@@ -255,8 +255,8 @@ impl Mutant {
                     },
                     Some(Bug::JogOutlivesLease),
                 )
-                | (Effect::EndWork { .. }, Some(Bug::MotionGoesOn))
-                | (Effect::EndUnheld { .. }, Some(Bug::UnheldOutlivesLease)) => {}
+                | (Effect::EndWork { .. }, Some(Bug::MotionContinues))
+                | (Effect::EndUnattended { .. }, Some(Bug::UnattendedOutlivesLease)) => {}
                 (Effect::EndJog { .. }, Some(Bug::JogOutlivesSocket))
                 | (Effect::Denied { .. }, Some(Bug::WaiterForgotten | Bug::WaitWithoutEnd))
                     if self.wrong => {}

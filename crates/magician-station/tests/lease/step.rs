@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
-use magician_station::control::{ArmId, JobPhase, OnLost, RequestId, SessionId, WorkKind};
+use magician_station::control::{ArmId, JobPhase, LeaseLossPolicy, RequestId, SessionId, WorkKind};
 
-use crate::model::{Doing, Event, Jogging, KEEP, MOMENT, Model, Request, WAIT};
+use crate::model::{RunningRequest, Event, RunningJog, KEEP, SHORT_PAUSE, Model, Request, WAIT};
 
 /// Result of a check. The error is the broken invariant.
 pub(crate) type Checked = Result<(), String>;
@@ -16,9 +16,9 @@ pub(crate) fn must(good: bool, what: &str) -> Checked {
 
 impl Model {
     /// Applies an event and checks all invariants.
-    pub(super) fn happens(&mut self, before: &Self, event: Event) -> Checked {
+    pub(super) fn check_step(&mut self, before: &Self, event: Event) -> Checked {
         self.control.next_event(self.now);
-        self.happen(event)?;
+        self.apply(event)?;
         self.take_effects(event)?;
         self.check(before, event)
     }
@@ -42,7 +42,7 @@ impl Model {
         id
     }
 
-    fn happen(&mut self, event: Event) -> Checked {
+    fn apply(&mut self, event: Event) -> Checked {
         use Event::*;
         let now = self.now;
         let (session, arm) = match event {
@@ -118,7 +118,7 @@ impl Model {
                 let begun = self.control.begin(now, session, arm, request, kind).is_ok();
                 self.began(session, arm, begun, request)?;
                 if begun {
-                    self.arms[arm.0 as usize].doing.push(Doing {
+                    self.arms[arm.0 as usize].running.push(RunningRequest {
                         session,
                         free: false,
                         request,
@@ -147,7 +147,7 @@ impl Model {
                 self.began(session, arm, begun, request)?;
                 if begun {
                     // Answered at once; the motor or laser stays on.
-                    self.arms[arm.0 as usize].unheld = Some(session);
+                    self.arms[arm.0 as usize].unattended = Some(session);
                     self.arms[arm.0 as usize].queue.insert((session, false));
                     self.control.control.finish(now, arm, request);
                     self.requests.remove(&request);
@@ -161,20 +161,20 @@ impl Model {
                 if begun {
                     // The job starts when the arm has done what was queued.
                     self.arms[arm.0 as usize].queue.clear();
-                    self.job_is(arm, on_lost, Some(JobPhase::Active));
+                    self.set_job_phase(arm, on_lost, Some(JobPhase::Active));
                     self.control.control.finish(now, arm, request);
                     self.requests.remove(&request);
                 }
             }
             PauseJob(session, arm) => {
-                let may = self.control.control.may(session, arm, WorkKind::SteerJob);
+                let may = self.control.control.check_work(session, arm, WorkKind::SteerJob);
                 if let (Ok(()), Some((on_lost, _))) = (may, self.arm(arm).job) {
-                    self.job_is(arm, on_lost, Some(JobPhase::Paused));
+                    self.set_job_phase(arm, on_lost, Some(JobPhase::Paused));
                 }
             }
-            EndJob(arm) => self.job_is(arm, OnLost::Pause, None),
+            EndJob(arm) => self.set_job_phase(arm, LeaseLossPolicy::Pause, None),
             Stop(_, arm) => self.stop(arm)?,
-            Moment => self.now += MOMENT,
+            Moment => self.now += SHORT_PAUSE,
             Pass => {
                 let due = self.control.control.poll_timeout();
                 must(
@@ -209,7 +209,7 @@ impl Model {
     /// The lease is given back: motion that began under it continues.
     fn free(&mut self, arm: ArmId) {
         let arm = &mut self.arms[arm.0 as usize];
-        arm.doing.iter_mut().for_each(|doing| doing.free = true);
+        arm.running.iter_mut().for_each(|running| running.free = true);
         let queue = std::mem::take(&mut arm.queue);
         arm.queue = queue
             .into_iter()
@@ -219,14 +219,14 @@ impl Model {
 
     fn finish(&mut self, arm: ArmId, request: RequestId) -> Checked {
         let arm_model = &mut self.arms[arm.0 as usize];
-        let at = { arm_model.doing.iter() }.position(|doing| doing.request == request);
-        let doing = arm_model.doing.remove(at.ok_or("something under way")?);
-        if doing.queued {
-            arm_model.queue.insert((doing.session, doing.free));
+        let at = { arm_model.running.iter() }.position(|running| running.request == request);
+        let running = arm_model.running.remove(at.ok_or("something under way")?);
+        if running.queued {
+            arm_model.queue.insert((running.session, running.free));
         }
         let known = self.control.control.finish(self.now, arm, request);
         must(known, "what is under way is known")?;
-        self.sessions[doing.session.0 as usize].heard = self.now;
+        self.sessions[running.session.0 as usize].heard = self.now;
         self.requests.remove(&request);
         Ok(())
     }
@@ -239,16 +239,16 @@ impl Model {
         self.take_effects(Event::StartJog(session, arm))?;
         must(id.0 > self.last, "a number is used once")?;
         self.last = id.0;
-        self.control.control.jog_begun(self.now, id);
+        self.control.control.note_jog_started(self.now, id);
         must(self.arm(arm).jog.is_none(), "one jog an arm")?;
         let until = self.now + KEEP;
-        self.arms[arm.0 as usize].jog = Some(Jogging { id, session, until });
+        self.arms[arm.0 as usize].jog = Some(RunningJog { id, session, until });
         Ok(())
     }
 
-    pub(crate) fn job_is(&mut self, arm: ArmId, on_lost: OnLost, phase: Option<JobPhase>) {
+    pub(crate) fn set_job_phase(&mut self, arm: ArmId, on_lost: LeaseLossPolicy, phase: Option<JobPhase>) {
         self.arms[arm.0 as usize].job = phase.map(|phase| (on_lost, phase));
-        self.control.job_is(self.now, arm, on_lost, phase);
+        self.control.set_job_phase(self.now, arm, on_lost, phase);
     }
 
     fn stop(&mut self, arm: ArmId) -> Checked {
@@ -257,9 +257,9 @@ impl Model {
         let Some(ended) = self.control.stop(self.now, arm, model.lease, runs) else {
             return Ok(());
         };
-        self.end_doing(arm, &ended)?;
+        self.end_requests(arm, &ended)?;
         if runs {
-            self.job_is(arm, OnLost::Pause, None);
+            self.set_job_phase(arm, LeaseLossPolicy::Pause, None);
         }
         Ok(())
     }

@@ -36,7 +36,7 @@ impl BareStation {
             frames: 0,
         };
         station.socket = station.join("Anna");
-        station.heard();
+        station.received();
         station
     }
 
@@ -74,7 +74,7 @@ impl BareStation {
     }
 
     /// Reports a reading with this `x`, changed by `say`.
-    pub(crate) fn reading(&mut self, x: f32, say: impl FnOnce(&mut ArmReading)) {
+    pub(crate) fn reading(&mut self, x: f32, change: impl FnOnce(&mut ArmReading)) {
         let pose = Pose {
             x,
             y: 0.0,
@@ -97,33 +97,33 @@ impl BareStation {
             speed: None,
             pins: Vec::new(),
         };
-        say(&mut reading);
+        change(&mut reading);
         self.report(ArmReport::Reading(Box::new(reading)));
     }
 
     /// Returns the waiting messages.
-    pub(crate) fn heard(&mut self) -> Vec<Value> {
-        let mut heard = Vec::new();
+    pub(crate) fn received(&mut self) -> Vec<Value> {
+        let mut received = Vec::new();
         while let Some(outgoing) = self.station.poll_send(self.socket) {
             match outgoing {
                 Outgoing::Text(text) => {
                     let message: Value = serde_json::from_str(&text).unwrap();
                     if message.get("method").is_some() {
-                        crate::typed::check_notification(&message);
+                        crate::schema_check::check_notification(&message);
                     }
-                    heard.push(message);
+                    received.push(message);
                 }
                 Outgoing::Frame(_) => self.frames += 1,
                 Outgoing::Close(code) => panic!("{code:?}"),
             }
         }
-        heard
+        received
     }
 
     /// Returns the states among the waiting messages.
     pub(crate) fn states(&mut self) -> Vec<Value> {
-        let heard = self.heard().into_iter();
-        let states = heard.filter(|message| message["method"] == json!("arm.state"));
+        let received = self.received().into_iter();
+        let states = received.filter(|message| message["method"] == json!("arm.state"));
         states
             .map(|message| message["params"]["state"].clone())
             .collect()

@@ -13,25 +13,25 @@ use magician_job::presets::Presets;
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine, KeptRun,
+    ArmEntry, Client, CloseCode, FormatReader, FrameRing, Grant, JobStore, JournalLine, StoredRun,
     NoRecordings, Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
 
-use crate::shelf::{Drawer, Gate, Gated, Shelf};
-use crate::typed;
+use crate::memory_library::{MemoryPresets, Gate, Gated, MemoryLibrary};
+use crate::schema_check;
 
 /// Longest time for an answer, in virtual time.
-const PATIENCE: Duration = Duration::from_secs(120);
+const MESSAGE_TIMEOUT: Duration = Duration::from_secs(120);
 
 pub(crate) struct LocalStation {
     pub(crate) station: RunningStation,
     pub(crate) arms: Vec<VirtualArm>,
     /// Drivers of the station's connections to the arms.
     pub(crate) drivers: Vec<Arm>,
-    pub(crate) kept: Kept,
-    pub(crate) shelf: Arc<Shelf>,
+    pub(crate) kept: Storage,
+    pub(crate) library: Arc<MemoryLibrary>,
     pub(crate) gate: Gate,
     pub(crate) lines: Arc<Mutex<Vec<JournalLine>>>,
     sockets: std::cell::Cell<u32>,
@@ -41,22 +41,22 @@ impl LocalStation {
     /// Creates a station with this many arms, named `arm`, or `arm1`, `arm2`, .. Time is the test's
     /// virtual time.
     pub(crate) async fn new(arms: usize) -> Self {
-        Self::with(arms, true, Kept::default(), Arc::new(NoRecordings)).await
+        Self::with(arms, true, Storage::default(), Arc::new(NoRecordings)).await
     }
 
     /// Creates a station whose arms count as real as far as the laser is concerned.
     pub(crate) async fn real(arms: usize) -> Self {
-        Self::with(arms, false, Kept::default(), Arc::new(NoRecordings)).await
+        Self::with(arms, false, Storage::default(), Arc::new(NoRecordings)).await
     }
 
     /// Creates a station with one arm that finds the jobs of an earlier one.
-    pub(crate) async fn after(kept: Kept) -> Self {
+    pub(crate) async fn after(kept: Storage) -> Self {
         Self::with(1, true, kept, Arc::new(NoRecordings)).await
     }
 
     /// Creates a station with one arm that keeps recordings.
     pub(crate) async fn recording(recordings: impl RecordingStore + 'static) -> Self {
-        Self::with(1, true, Kept::default(), Arc::new(recordings)).await
+        Self::with(1, true, Storage::default(), Arc::new(recordings)).await
     }
 
     /// Creates the same with a history and a tapped line.
@@ -65,20 +65,20 @@ impl LocalStation {
         line: Arc<FrameRing>,
         trace: Tracer,
     ) -> Self {
-        let kept = Kept::default();
+        let kept = Storage::default();
         Self::made(1, true, kept, Arc::new(recordings), Some((line, trace))).await
     }
 
     /// Creates a station with one real arm at which students may burn.
     pub(crate) async fn student_laser() -> Self {
-        let (kept, recordings) = (Kept::default(), Arc::new(NoRecordings));
+        let (kept, recordings) = (Storage::default(), Arc::new(NoRecordings));
         Self::of(1, false, kept, recordings, None, true).await
     }
 
     async fn with(
         count: usize,
         is_virtual: bool,
-        store: Kept,
+        store: Storage,
         recordings: Arc<dyn RecordingStore>,
     ) -> Self {
         Self::made(count, is_virtual, store, recordings, None).await
@@ -87,7 +87,7 @@ impl LocalStation {
     async fn made(
         count: usize,
         is_virtual: bool,
-        store: Kept,
+        store: Storage,
         recordings: Arc<dyn RecordingStore>,
         ring: Option<(Arc<FrameRing>, Tracer)>,
     ) -> Self {
@@ -97,7 +97,7 @@ impl LocalStation {
     async fn of(
         count: usize,
         is_virtual: bool,
-        store: Kept,
+        store: Storage,
         recordings: Arc<dyn RecordingStore>,
         ring: Option<(Arc<FrameRing>, Tracer)>,
         student_laser: bool,
@@ -130,10 +130,10 @@ impl LocalStation {
             .as_array()
             .map_or(0, Vec::len);
         let epoch = starts.to_string();
-        let shelf = Arc::new(Shelf::default());
-        let presets = Presets::kept_in(Arc::new(Drawer::default()));
+        let library = Arc::new(MemoryLibrary::default());
+        let presets = Presets::with_store(Arc::new(MemoryPresets::default()));
         let reader = FormatReader::default()
-            .with_library(Arc::clone(&shelf) as _)
+            .with_library(Arc::clone(&library) as _)
             .with_presets(presets.clone());
         let gate = Gate::default();
         let config = StationConfig {
@@ -144,7 +144,7 @@ impl LocalStation {
             ring: if ring.is_some() { 50 } else { 0 },
             lines: ring.into_iter().map(|(line, _)| line).collect(),
             reader: Arc::new(Gated(reader, gate.clone())),
-            programs: Arc::clone(&shelf) as _,
+            programs: Arc::clone(&library) as _,
             presets,
             ..StationConfig::new(entries, epoch)
         };
@@ -160,7 +160,7 @@ impl LocalStation {
             arms: virtual_arms,
             drivers,
             kept,
-            shelf,
+            library,
             gate,
             lines,
             sockets: std::cell::Cell::new(0),
@@ -211,7 +211,7 @@ impl LocalStation {
             notices: Vec::new(),
             frames: Vec::new(),
             closed: None,
-            asked: BTreeMap::new(),
+            requests: BTreeMap::new(),
         }
     }
 
@@ -254,18 +254,18 @@ impl LocalStation {
 
 /// Jobs and journals in memory, which a station leaves to the next one.
 #[derive(Clone, Default)]
-pub(crate) struct Kept {
+pub(crate) struct Storage {
     /// Jobs of the first arm.
     pub(crate) jobs: Arc<Mutex<Value>>,
     /// True if the disk is full.
     pub(crate) full: Arc<AtomicBool>,
-    pub(crate) runs: Vec<KeptRun>,
+    pub(crate) runs: Vec<StoredRun>,
     /// Files of the class by name.
     pub(crate) files: Arc<Mutex<BTreeMap<String, String>>>,
     journals: Arc<Mutex<BTreeMap<String, Checkpoint>>>,
 }
 
-impl Kept {
+impl Storage {
     /// Returns a copy, independent of what the station does later.
     pub(crate) fn copy(&self) -> Self {
         Self {
@@ -278,7 +278,7 @@ impl Kept {
     }
 }
 
-impl JobStore for Kept {
+impl JobStore for Storage {
     fn load(&self, arm: usize) -> Value {
         match arm {
             0 => self.jobs.lock().unwrap().clone(),
@@ -296,11 +296,11 @@ impl JobStore for Kept {
         Ok(())
     }
 
-    fn kept(&self, name: &str) -> io::Result<Option<String>> {
+    fn load_text(&self, name: &str) -> io::Result<Option<String>> {
         Ok(self.files.lock().unwrap().get(name).cloned())
     }
 
-    fn keep(&self, name: &str, text: &str) -> io::Result<()> {
+    fn save_text(&self, name: &str, text: &str) -> io::Result<()> {
         if self.full.load(Ordering::SeqCst) {
             return Err(io::ErrorKind::StorageFull.into());
         }
@@ -309,7 +309,7 @@ impl JobStore for Kept {
         Ok(())
     }
 
-    fn runs(&self, arm: usize) -> Vec<KeptRun> {
+    fn runs(&self, arm: usize) -> Vec<StoredRun> {
         match arm {
             0 => self.runs.clone(),
             _ => Vec::new(),
@@ -317,29 +317,29 @@ impl JobStore for Kept {
     }
 
     fn journal(&self) -> Box<dyn Journal> {
-        Box::new(KeptJournal {
+        Box::new(StoredJournal {
             kept: self.clone(),
             key: String::new(),
         })
     }
 }
 
-struct KeptJournal {
-    kept: Kept,
+struct StoredJournal {
+    kept: Storage,
     key: String,
 }
 
-impl Journal for KeptJournal {
+impl Journal for StoredJournal {
     fn open(&mut self, key: &JournalKey) {
         self.key = format!("{}-{}", key.program, key.arm);
     }
 
-    fn left(&self) -> Result<Checkpoint, JournalError> {
+    fn load(&self) -> Result<Checkpoint, JournalError> {
         let journals = self.kept.journals.lock().unwrap();
         journals
             .get(&self.key)
             .cloned()
-            .ok_or(JournalError::Nothing)
+            .ok_or(JournalError::NotFound)
     }
 
     fn write(&mut self, checkpoint: &Checkpoint) -> std::io::Result<()> {
@@ -362,7 +362,7 @@ pub(crate) struct Tester {
     pub(crate) frames: Vec<Vec<u8>>,
     pub(crate) closed: Option<CloseCode>,
     /// Requests without an answer by id: method and parameters.
-    asked: BTreeMap<i64, (String, Value)>,
+    requests: BTreeMap<i64, (String, Value)>,
 }
 
 impl Tester {
@@ -373,7 +373,7 @@ impl Tester {
             json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
         self.client.send(&message.to_string());
         let params = message["params"].clone();
-        self.asked.insert(self.next, (method.to_owned(), params));
+        self.requests.insert(self.next, (method.to_owned(), params));
         self.next
     }
 
@@ -417,7 +417,7 @@ impl Tester {
     /// Waits for the next answer and stores notifications. `None` if the socket was closed.
     pub(crate) async fn message(&mut self) -> Option<Value> {
         loop {
-            let outgoing = timeout(PATIENCE, self.client.receive())
+            let outgoing = timeout(MESSAGE_TIMEOUT, self.client.receive())
                 .await
                 .expect("in time");
             match outgoing {
@@ -455,11 +455,11 @@ impl Tester {
 
     /// Checks an answer against its schema.
     fn check(&mut self, message: &Value) {
-        let asked = message["id"].as_i64().and_then(|id| self.asked.remove(&id));
+        let asked = message["id"].as_i64().and_then(|id| self.requests.remove(&id));
         match (asked, message.get("error")) {
-            (Some((method, _)), Some(error)) => typed::check_error(&method, error),
+            (Some((method, _)), Some(error)) => schema_check::check_error(&method, error),
             (Some((method, params)), None) => {
-                typed::check_call(&method, &params, &message["result"]);
+                schema_check::check_call(&method, &params, &message["result"]);
             }
             (None, _) => {}
         }
@@ -467,7 +467,7 @@ impl Tester {
 
     fn keep(&mut self, message: &Value) {
         if message.get("method").is_some() {
-            typed::check_notification(message);
+            schema_check::check_notification(message);
         } else {
             self.check(message);
         }

@@ -74,7 +74,7 @@ fn plan(moves: usize) -> String {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pupil_signs_in_by_name_and_code_and_wrong_codes_are_slowed_down() {
+async fn pupil_signs_in_and_wrong_codes_are_rate_limited() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = sign_in(&bench, "ada", "7k3m").await.unwrap();
     let sessions = ada.ok("session.list", json!({})).await["sessions"].clone();
@@ -117,7 +117,7 @@ async fn a_pupil_signs_in_by_name_and_code_and_wrong_codes_are_slowed_down() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn sixty_wrong_codes_of_nobody_keep_no_pupil_out() {
+async fn wrong_codes_of_unknown_names_do_not_block_pupils() {
     let (bench, _teacher) = class(1).await;
     let mut refused = 0;
     for nobody in 0..60 {
@@ -181,7 +181,7 @@ async fn sixty_wrong_codes_of_nobody_keep_no_pupil_out() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_turn_passes_on_by_the_clock_and_a_reload_keeps_the_place() {
+async fn turn_passes_on_time_and_reload_keeps_the_place() {
     let (bench, _teacher) = class(1).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
     ada.ok("turn.join", json!({})).await;
@@ -227,7 +227,7 @@ async fn a_turn_passes_on_by_the_clock_and_a_reload_keeps_the_place() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_frozen_arm_pauses_its_job_and_no_pupil_moves_it() {
+async fn freeze_pauses_the_job_and_blocks_pupils() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
     ada.ok("lease.acquire", json!({})).await;
@@ -253,7 +253,7 @@ async fn a_frozen_arm_pauses_its_job_and_no_pupil_moves_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_frozen_arm_stands_within_two_seconds_whatever_its_job_does() {
+async fn frozen_arm_is_at_rest_within_2_s() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
     ada.ok("lease.acquire", json!({})).await;
@@ -275,7 +275,7 @@ async fn a_frozen_arm_stands_within_two_seconds_whatever_its_job_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_freeze_ends_a_job_that_burns_at_once() {
+async fn freeze_stops_a_burning_job_immediately() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
     ada.ok("lease.acquire", json!({})).await;
@@ -305,7 +305,7 @@ async fn a_freeze_ends_a_job_that_burns_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_freeze_that_is_answered_outlives_its_station_and_ends_where_it_is_freed() {
+async fn freeze_survives_a_restart_until_freed() {
     let (bench, mut teacher) = class(1).await;
     teacher.ok("class.freeze", json!({})).await;
     let kept = bench.kept.copy();
@@ -329,7 +329,7 @@ async fn a_freeze_that_is_answered_outlives_its_station_and_ends_where_it_is_fre
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_freeze_that_the_disk_does_not_take_counts_and_says_so() {
+async fn unsaved_freeze_applies_and_is_reported() {
     let (bench, mut teacher) = class(1).await;
     bench
         .kept
@@ -342,7 +342,7 @@ async fn a_freeze_that_the_disk_does_not_take_counts_and_says_so() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_schedule_holds_by_the_stations_clock() {
+async fn schedule_follows_the_station_clock() {
     let (bench, mut teacher) = class(1).await;
     // The clock of the test starts at 1970-01-12T13:46:40Z.
     let text = "[[slot]]\narms = [\"arm\"]\nwho = [\"red\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = \"1970-01-12T13:48:00Z\"\n";
@@ -377,7 +377,7 @@ async fn the_schedule_holds_by_the_stations_clock() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_place_for_a_later_slot_says_from_when_and_an_arm_whose_it_is() {
+async fn place_reports_its_slot_start_and_arm_its_persons() {
     let (bench, mut teacher) = class(1).await;
     let slot = |who: &str, from: &str, until: &str| {
         format!(
@@ -411,7 +411,7 @@ async fn a_place_for_a_later_slot_says_from_when_and_an_arm_whose_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
+async fn class_from_names_has_arms_and_keeps_codes() {
     let bench = LocalStation::new(2).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     let names =
@@ -486,7 +486,7 @@ async fn a_class_of_names_has_its_arms_and_keeps_the_codes_that_count() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_teacher_ends_a_turn_passes_it_on_and_takes_a_place_away() {
+async fn teacher_ends_and_passes_turns_and_removes_places() {
     let (bench, mut teacher) = class(1).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
     ada.ok("turn.join", json!({})).await;
@@ -531,7 +531,7 @@ async fn a_teacher_ends_a_turn_passes_it_on_and_takes_a_place_away() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_pupil_has_waiting_goes_with_the_pupil() {
+async fn removed_pupil_loses_waiting_jobs_and_places() {
     let (bench, mut teacher) = class(1).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
     ada.ok("turn.join", json!({})).await;
@@ -543,7 +543,7 @@ async fn what_a_pupil_has_waiting_goes_with_the_pupil() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pupil_gets_no_arm_of_another_group_by_any_way() {
+async fn pupil_cannot_use_an_arm_of_another_group() {
     let (bench, mut teacher) = class(2).await;
     let arms = teacher.ok("turn.list", json!({})).await["arms"].clone();
     let (own, other) = (
@@ -601,7 +601,7 @@ async fn job_from_queue_after(text: &str, word: (&str, Value)) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
+async fn queued_job_ends_with_the_end_of_turns() {
     let finish = CLASS.replace("[class]", "[class]\nfinish_job = true");
     for (method, params) in [
         ("turn.end", json!({})),
@@ -620,7 +620,7 @@ async fn a_job_from_the_queue_ends_with_the_word_that_ends_turns() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_token_called_like_a_pupil_is_the_pupil_and_has_no_second_turn() {
+async fn token_named_like_a_pupil_shares_the_pupils_turn() {
     let bench = LocalStation::new(2).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     // The token exists before the class and its pupil.
@@ -658,7 +658,7 @@ async fn a_token_called_like_a_pupil_is_the_pupil_and_has_no_second_turn() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
+async fn holder_of_two_arms_gets_one_turn_when_a_class_begins() {
     let bench = LocalStation::new(2).await;
     let token = Grant {
         role: Role::Student,
@@ -684,7 +684,7 @@ async fn who_has_two_arms_when_a_class_begins_has_one_turn() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_waits_is_shown_at_its_arm_with_what_keeps_it() {
+async fn waiting_job_is_listed_with_its_reason() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
     ada.ok("turn.join", json!({})).await;
@@ -707,7 +707,7 @@ async fn a_job_that_waits_is_shown_at_its_arm_with_what_keeps_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jobs_wait_for_their_arm_and_begin_in_order() {
+async fn queued_jobs_start_in_order() {
     let (bench, mut teacher) = class(1).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
     ada.ok("lease.acquire", json!({})).await;
@@ -780,7 +780,7 @@ async fn jobs_wait_for_their_arm_and_begin_in_order() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn another_place_in_the_queue_is_told_and_is_no_event() {
+async fn queue_position_change_is_notified_without_event() {
     let (bench, mut teacher) = class(1).await;
     let (mut ada, mut ben) = (pupil(&bench, "Ada").await, pupil(&bench, "Ben").await);
     ada.ok("turn.join", json!({})).await;
@@ -812,7 +812,7 @@ async fn another_place_in_the_queue_is_told_and_is_no_event() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn after_a_stop_the_queue_waits_for_a_word() {
+async fn stop_holds_the_queue_until_resumed() {
     let (bench, mut teacher) = class(1).await;
     let mut ada = pupil(&bench, "Ada").await;
     let first = ada
@@ -843,7 +843,7 @@ async fn after_a_stop_the_queue_waits_for_a_word() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_burns_begins_from_the_queue_by_a_teachers_yes_alone() {
+async fn burning_queued_job_needs_a_teachers_confirmation() {
     let bench = LocalStation::real(1).await;
     let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
     teacher.ok("class.set", json!({"text": CLASS})).await;
@@ -881,7 +881,7 @@ async fn what_burns_begins_from_the_queue_by_a_teachers_yes_alone() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_fence_of_the_class_holds_for_pupils_and_not_for_teachers() {
+async fn class_fence_applies_to_pupils_only() {
     let (bench, mut teacher) = class(1).await;
     let text = CLASS.replace(
         "grace_s = 20",
@@ -908,7 +908,7 @@ async fn the_fence_of_the_class_holds_for_pupils_and_not_for_teachers() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_teacher_sends_a_program_to_all_arms() {
+async fn teacher_queues_a_program_at_all_arms() {
     let (bench, mut teacher) = class(2).await;
     let mut ada = pupil(&bench, "Ada").await;
     ada.ok("turn.join", json!({"arm": "arm2"})).await;
@@ -924,7 +924,7 @@ async fn a_teacher_sends_a_program_to_all_arms() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn change_that_the_disk_does_not_take_is_refused_and_changes_nothing() {
+async fn unsaved_class_change_is_refused_without_effect() {
     const SCHEDULE: &str = "[[slot]]\narms = [\"arm\"]\nwho = [\"Ada\"]\nfrom = 1970-01-12T13:00:00Z\nuntil = 1970-01-12T13:48:00Z\n";
     let (bench, mut teacher) = class(1).await;
     let shown = async |teacher: &mut Tester| {
@@ -965,7 +965,7 @@ async fn change_that_the_disk_does_not_take_is_refused_and_changes_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn class_is_answered_by_post() {
+async fn class_is_returned_by_post() {
     let bench = LocalStation::new(1).await;
     let set = bench.once("class.set", json!({"text": CLASS})).await;
     assert_eq!(set["result"]["pupils"][0]["name"], "Ada", "{set}");

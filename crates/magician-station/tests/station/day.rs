@@ -15,10 +15,10 @@ const ROUND: Duration = Duration::from_secs(600);
 const ROUNDS: u32 = 24 * 6;
 
 /// Random numbers with a fixed seed.
-struct Dice(u64);
+struct Random(u64);
 
-impl Dice {
-    fn roll(&mut self, sides: u64) -> u64 {
+impl Random {
+    fn below(&mut self, sides: u64) -> u64 {
         // xorshift64.
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -37,8 +37,8 @@ struct Seat {
 
 impl Seat {
     /// A client connects, resuming or anew.
-    fn come(&mut self, bench: &LocalStation, dice: &mut Dice) {
-        let role = [Role::Viewer, Role::Student, Role::Teacher][dice.roll(3) as usize];
+    fn come(&mut self, bench: &LocalStation, dice: &mut Random) {
+        let role = [Role::Viewer, Role::Student, Role::Teacher][dice.below(3) as usize];
         let mut tester = bench.socket(Some(role));
         let mut hello = json!({"client": {"name": "Anna"}});
         if self.resume.is_string() {
@@ -49,17 +49,17 @@ impl Seat {
     }
 
     /// The client does something without waiting for the answer.
-    fn act(&mut self, dice: &mut Dice) {
+    fn act(&mut self, dice: &mut Random) {
         let Some(tester) = &mut self.tester else {
             return;
         };
-        let arm = json!(["arm1", "arm2"][dice.roll(2) as usize]);
-        let to = [180 + dice.roll(60), 0, 20 + dice.roll(60), 0];
-        let (method, params) = match dice.roll(16) {
+        let arm = json!(["arm1", "arm2"][dice.below(2) as usize]);
+        let to = [180 + dice.below(60), 0, 20 + dice.below(60), 0];
+        let (method, params) = match dice.below(16) {
             0 | 1 => ("lease.acquire", json!({"arm": arm})),
             2 => (
                 "lease.acquire",
-                json!({"arm": arm, "wait_s": dice.roll(300)}),
+                json!({"arm": arm, "wait_s": dice.below(300)}),
             ),
             3 => ("lease.ask", json!({"arm": arm})),
             4 => ("lease.take", json!({"arm": arm})),
@@ -100,26 +100,26 @@ impl Seat {
 
 async fn live(rounds: u32) {
     let bench = LocalStation::new(2).await;
-    let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
+    let mut dice = Random(0x9E37_79B9_7F4A_7C15);
     let mut seats: Vec<_> = (0..CLIENTS).map(|_| Seat::default()).collect();
     for round in 0..rounds {
         for step in 0..12 {
             for seat in &mut seats {
-                match dice.roll(8) {
+                match dice.below(8) {
                     0 if seat.tester.is_none() => seat.come(&bench, &mut dice),
                     1 if step > 8 => seat.tester = None,
                     _ => seat.act(&mut dice),
                 }
                 // A client that never reads is closed at some point.
-                if dice.roll(50) != 0 {
+                if dice.below(50) != 0 {
                     seat.read();
                 }
             }
-            sleep(Duration::from_millis(50 + dice.roll(400))).await;
+            sleep(Duration::from_millis(50 + dice.below(400))).await;
         }
         // Most leave; some stay and are silent.
         for seat in &mut seats {
-            if dice.roll(8) != 0 {
+            if dice.below(8) != 0 {
                 seat.tester = None;
             }
         }
@@ -164,6 +164,6 @@ async fn live(rounds: u32) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_day_of_sessions_that_come_and_go_leaves_nothing() {
+async fn state_is_empty_after_a_day_of_sessions() {
     live(ROUNDS).await;
 }

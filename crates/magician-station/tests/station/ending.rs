@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_station::RunsEnd;
+use magician_station::EndReport;
 use serde_json::{Value, json};
 use tokio::time::Instant;
 
@@ -29,7 +29,7 @@ fn stands(bench: &LocalStation) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goes() {
+async fn holder_finishes_its_stop_before_the_station_ends() {
     let bench = LocalStation::new(1).await;
     let (mut anna, lease) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
@@ -53,19 +53,19 @@ async fn holder_that_stops_lifts_and_gives_the_lease_back_before_the_station_goe
         "viewers hear of it too"
     );
     anna.ok("lease.release", json!({"lease": lease})).await;
-    assert_eq!(ending.await.unwrap(), RunsEnd::default());
+    assert_eq!(ending.await.unwrap(), EndReport::default());
     assert!(stands(&bench));
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
+async fn holder_without_a_stop_in_1_s_is_evicted() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
-    let cut_off = bench.station.end_runs().await.cut_off;
+    let forced_stops = bench.station.end_runs().await.forced_stops;
     assert_eq!(began.elapsed().as_secs(), 1);
     assert_eq!(
-        (cut_off.len(), &*cut_off[0].arm, &*cut_off[0].holder),
+        (forced_stops.len(), &*forced_stops[0].arm, &*forced_stops[0].holder),
         (1, "arm", "Anna")
     );
     let refused = anna.call("arm.home", json!({})).await.unwrap_err();
@@ -75,7 +75,7 @@ async fn holder_that_does_not_stop_in_a_second_is_cut_off() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
+async fn stopped_silent_holder_is_done() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let began = Instant::now();
@@ -83,7 +83,7 @@ async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
         anna.listen(Duration::from_millis(20)).await;
         anna.ok("arm.stop", json!({})).await;
     });
-    assert_eq!(ended.cut_off, []);
+    assert_eq!(ended.forced_stops, []);
     assert!(
         began.elapsed() < Duration::from_secs(3),
         "{:?}",
@@ -92,7 +92,7 @@ async fn holder_that_has_stopped_and_says_nothing_more_has_ended() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
+async fn holder_has_at_most_5_s_and_none_after_a_second_call() {
     for again in [false, true] {
         let bench = LocalStation::new(1).await;
         let (mut anna, _) = holder(&bench, "Anna").await;
@@ -127,12 +127,12 @@ async fn no_holder_has_more_than_five_seconds_and_none_after_a_second_call() {
 const STOPS: Duration = Duration::from_millis(2 * 2 * 25 + 30);
 
 #[tokio::test(start_paused = true)]
-async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
+async fn unreachable_holder_is_not_waited_for() {
     let bench = LocalStation::new(1).await;
     let (anna, _) = holder(&bench, "Anna").await;
     drop(anna);
     let began = Instant::now();
-    assert_eq!(bench.station.end_runs().await.cut_off.len(), 1);
+    assert_eq!(bench.station.end_runs().await.forced_stops.len(), 1);
     assert!(began.elapsed() < STOPS);
 
     // The same if its socket was still open when the end began.
@@ -143,7 +143,7 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
         tokio::time::sleep(Duration::from_millis(300)).await;
         drop(anna);
     });
-    assert_eq!(ended.cut_off.len(), 1);
+    assert_eq!(ended.forced_stops.len(), 1);
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 
     // A request by POST receives no notification.
@@ -154,12 +154,12 @@ async fn holder_that_is_gone_or_cannot_be_told_is_not_waited_for() {
         bench.station.end_runs().await
     });
     assert_eq!(answer["error"]["message"], "the station ends");
-    assert_eq!(ended.cut_off, []);
+    assert_eq!(ended.forced_stops, []);
     assert!(began.elapsed() < Duration::from_millis(300) + STOPS);
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_begins_at_a_station_that_ends() {
+async fn ending_station_starts_nothing() {
     let bench = LocalStation::new(1).await;
     let (mut anna, _) = holder(&bench, "Anna").await;
     let mut ben = bench.join("Ben").await;
@@ -192,7 +192,7 @@ async fn nothing_begins_at_a_station_that_ends() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_ends_at_once_as_the_station_begins_to_end() {
+async fn jog_ends_when_the_station_starts_to_end() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -237,7 +237,7 @@ fn start_of_a_job() -> Vec<(&'static str, Value)> {
 /// A client suspended by the system neither reads nor answers, but what it has sent is still in
 /// flight.
 #[tokio::test(start_paused = true)]
-async fn station_that_ends_leaves_an_empty_queue_whatever_its_client_had_sent() {
+async fn ended_station_leaves_an_empty_queue() {
     let calls = start_of_a_job();
     for sent in 0..=calls.len() {
         for (answered, late) in [(false, 0), (true, 0), (true, 3), (true, 40), (false, 990)] {

@@ -7,7 +7,7 @@ use magician_station::api::{Example, METHODS, Needs};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
-use crate::typed;
+use crate::schema_check;
 
 fn example(method: &str) -> Example {
     let example = Example::of(method);
@@ -81,7 +81,7 @@ pub(crate) fn alike(shown: &Value, found: &Value) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_example_succeeds_on_a_new_station() {
+async fn every_example_succeeds_on_a_new_station() {
     for method in METHODS {
         let mut calls = vec![method.name.to_owned()];
         while let Some(after) = calls.last().and_then(|last| example(last).after) {
@@ -98,7 +98,7 @@ async fn each_example_succeeds_on_a_new_station() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_examples_succeed_one_after_the_other() {
+async fn examples_succeed_in_sequence() {
     let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
     let (mut tester, hello) = hello(&bench).await;
     let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
@@ -117,7 +117,7 @@ async fn the_examples_succeed_one_after_the_other() {
 
 /// Methods and examples must match, and all but notifications have a result.
 #[test]
-fn examples_are_of_methods_and_whole() {
+fn examples_cover_existing_methods_completely() {
     let text = include_str!("../../src/api/examples.json");
     let examples: Value = serde_json::from_str(text).unwrap();
     for (name, example) in examples.as_object().unwrap() {
@@ -131,9 +131,9 @@ fn examples_are_of_methods_and_whole() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn reports_options_and_presets_are_as_their_types_say() {
+async fn reports_options_and_presets_match_their_schemas() {
     let holds = |value: &Value, name: &str| {
-        let checked = typed::is_of(value, typed::component(name));
+        let checked = schema_check::check(value, typed::component(name));
         checked.unwrap_or_else(|why| panic!("{name}: {why} in {value}"));
     };
     let bench = LocalStation::new(1).await;

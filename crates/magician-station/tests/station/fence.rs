@@ -26,7 +26,7 @@ fn is_the_fences(refused: &Value, value: f64, limit: f64) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn teachers_change_the_members_they_name_and_all_see_it() {
+async fn fence_change_affects_named_members_and_is_visible_to_all() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join_as("Ben", Role::Viewer).await;
@@ -71,7 +71,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_fence_that_is_none_is_refused_and_the_one_before_stays() {
+async fn invalid_fence_is_refused_and_the_old_one_kept() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.ok("arm.fence", floor(-20.0)).await;
@@ -98,7 +98,7 @@ async fn a_fence_that_is_none_is_refused_and_the_one_before_stays() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn it_holds_for_moves_raw_commands_steps_and_jobs_of_every_session() {
+async fn fence_applies_to_moves_raw_commands_steps_and_jobs() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join("Ben").await;
@@ -129,7 +129,7 @@ async fn it_holds_for_moves_raw_commands_steps_and_jobs_of_every_session() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_stops_before_it() {
+async fn jog_stops_before_the_fence() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
@@ -153,7 +153,7 @@ async fn a_jog_stops_before_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_under_way_ends_when_it_is_set_because_it_was_checked_without_it() {
+async fn setting_a_fence_ends_unchecked_motion() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     let mut ben = bench.join("Ben").await;

@@ -73,7 +73,7 @@ fn pen_is_up(bench: &LocalStation) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_is_checked_and_refused_with_its_report() {
+async fn refused_program_carries_its_check_report() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let good = anna.ok("job.check", json!({"text": drawing()})).await;
@@ -112,7 +112,7 @@ async fn a_program_is_checked_and_refused_with_its_report() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_runs_to_its_end_is_counted_and_told_of() {
+async fn completed_job_is_counted_and_notified() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     assert_eq!(
@@ -175,7 +175,7 @@ async fn a_job_runs_to_its_end_is_counted_and_told_of() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
+async fn arm_may_move_during_a_pause_and_job_resumes() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -211,7 +211,7 @@ async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm() {
+async fn job_stop_lifts_the_pen_and_arm_stop_does_not() {
     for (method, up) in [("job.stop", true), ("arm.stop", false)] {
         let bench = LocalStation::new(1).await;
         let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
@@ -239,7 +239,7 @@ async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm()
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_whose_lease_ends_does_what_its_starter_said() {
+async fn job_follows_its_on_lost_policy() {
     for (on_lost, state) in [
         (json!({}), "paused"),
         (json!({"on_lost": "stop"}), "stopped"),
@@ -273,7 +273,7 @@ async fn a_job_whose_lease_ends_does_what_its_starter_said() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_by_a_single_request_goes_on_without_a_lease() {
+async fn job_of_a_single_request_continues_without_lease() {
     let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let job = bench.once("job.start", json!({"text": drawing()})).await["result"]["job"].clone();
@@ -293,7 +293,7 @@ async fn a_job_by_a_single_request_goes_on_without_a_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
+async fn job_of_a_crashed_station_is_interrupted() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -323,7 +323,7 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn job_of_a_station_that_died_shows_the_progress_of_its_last_seconds() {
+async fn job_of_a_crashed_station_keeps_recent_progress() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -345,7 +345,7 @@ async fn job_of_a_station_that_died_shows_the_progress_of_its_last_seconds() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
+async fn arm_speed_slows_the_running_job() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -358,7 +358,7 @@ async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn last_fifty_jobs_are_listed_and_more_are_kept() {
+async fn job_list_has_fifty_entries_and_history_more() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -374,7 +374,7 @@ async fn last_fifty_jobs_are_listed_and_more_are_kept() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_burns_needs_a_teacher_who_means_it() {
+async fn burning_job_needs_a_teacher_and_confirmation() {
     let mut burns = Plan::new("burns");
     burns.push(Action::from(build::laser(true)), Origin::NONE);
     burns.push(Action::from(build::laser(false)), Origin::NONE);
@@ -404,7 +404,7 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
 
 /// A laser without a page may be unattended, so the job does not wait for the end of the lease.
 #[tokio::test(start_paused = true)]
-async fn a_job_that_burns_ends_at_once_with_the_socket_of_its_holder() {
+async fn burning_job_ends_when_its_holder_disconnects() {
     let mut burns = Plan::new("burns");
     let by = Travel::Line;
     let to = [200.0, 0.0, 0.0, 0.0];
@@ -504,7 +504,7 @@ async fn burnt_again(overlap: Value) -> f64 {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_burn_that_was_stopped_goes_on_so_far_before_that_place_as_is_said() {
+async fn resumed_burn_starts_before_its_end_by_the_overlap() {
     let again = [
         burnt_again(Value::Null).await,
         burnt_again(json!(6.5)).await,
@@ -516,7 +516,7 @@ async fn a_burn_that_was_stopped_goes_on_so_far_before_that_place_as_is_said() {
 
 /// The arm needs another pen: every client can read which.
 #[tokio::test(start_paused = true)]
-async fn a_job_that_waits_between_parts_says_what_for() {
+async fn job_paused_between_parts_reports_its_reason() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

@@ -24,7 +24,7 @@ async fn keep(anna: &mut Tester, jog: &serde_json::Value, time: Duration) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
+async fn jog_lasts_while_kept_and_stops_on_request() {
     let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(2)).await;
@@ -40,7 +40,7 @@ async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_that_is_not_kept_up_ends_in_time() {
+async fn jog_without_keep_alive_ends() {
     let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_millis(500)).await;
@@ -57,7 +57,7 @@ async fn a_jog_that_is_not_kept_up_ends_in_time() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_end_of_a_socket_ends_its_jog_at_once() {
+async fn closed_socket_ends_its_jog_immediately() {
     let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let (mut anna, jog) = jogging(&bench).await;
@@ -72,7 +72,7 @@ async fn the_end_of_a_socket_ends_its_jog_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn anybody_stops_a_jog_and_only_its_session_keeps_it_up() {
+async fn any_session_stops_a_jog_but_only_its_own_keeps_it() {
     let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let (mut anna, jog) = jogging(&bench).await;
@@ -90,7 +90,7 @@ async fn anybody_stops_a_jog_and_only_its_session_keeps_it_up() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_second_jog_takes_the_place_of_the_first_and_everything_else_is_busy() {
+async fn second_jog_replaces_the_first_and_other_motion_is_busy() {
     let bench = LocalStation::new(1).await;
     let (mut anna, first) = jogging(&bench).await;
     let busy = anna
@@ -116,7 +116,7 @@ async fn a_second_jog_takes_the_place_of_the_first_and_everything_else_is_busy()
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_step_is_checked_and_turned_by_r_in_the_tools_frame() {
+async fn step_in_tool_frame_is_rotated_by_r_and_checked() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -182,7 +182,7 @@ async fn second_start_of_a_session_replaces_the_first_with_the_default_keep_ms()
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
+async fn jog_stopped_during_braking_does_not_start() {
     let bench = LocalStation::new(1).await;
     let (mut anna, jog) = jogging(&bench).await;
     keep(&mut anna, &jog, Duration::from_secs(1)).await;
@@ -203,7 +203,7 @@ async fn jog_stopped_while_the_arm_comes_to_rest_starts_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_into_the_end_of_its_axis_ends_for_limit() {
+async fn jog_at_the_axis_limit_ends_with_reason_limit() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

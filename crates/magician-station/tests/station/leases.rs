@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
-async fn a_second_session_is_refused_asks_and_gets_the_lease() {
+async fn second_session_asks_for_and_gets_the_lease() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
@@ -41,7 +41,7 @@ async fn a_second_session_is_refused_asks_and_gets_the_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_question_that_is_not_answered_is_granted() {
+async fn unanswered_lease_request_is_granted() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
@@ -56,7 +56,7 @@ async fn a_question_that_is_not_answered_is_granted() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_session_that_asks_again_is_one_question_and_all_its_requests_are_answered() {
+async fn repeated_lease_request_is_one_question_with_all_answers() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let mut cleo = bench.join_as("Cleo", Role::Teacher).await;
@@ -77,7 +77,7 @@ async fn a_session_that_asks_again_is_one_question_and_all_its_requests_are_answ
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_list_of_arms_tells_who_waits_and_who_asks() {
+async fn arm_list_names_waiting_and_asking_sessions() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let mut cleo = bench.join("Cleo").await;
@@ -98,7 +98,7 @@ async fn the_list_of_arms_tells_who_waits_and_who_asks() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
+async fn silent_holder_loses_the_lease_and_its_move_stops() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
@@ -125,7 +125,7 @@ async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_move_under_way_is_a_word_all_the_time() {
+async fn move_in_progress_counts_as_keep_alive() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -143,7 +143,7 @@ async fn a_move_under_way_is_a_word_all_the_time() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn those_who_wait_get_it_in_order_and_are_told_their_place() {
+async fn waiting_sessions_get_the_lease_in_order_with_their_place() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let mut carl = bench.join("Carl").await;
@@ -161,7 +161,7 @@ async fn those_who_wait_get_it_in_order_and_are_told_their_place() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_socket_that_comes_back_in_time_keeps_the_lease() {
+async fn resumed_socket_keeps_the_lease() {
     let bench = LocalStation::new(1).await;
     let mut ben = bench.join("Ben").await;
     let mut anna = bench.socket(Some(Role::Student));
@@ -191,7 +191,7 @@ async fn a_socket_that_comes_back_in_time_keeps_the_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
+async fn teacher_takes_the_lease_and_stops_the_holders_work() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
@@ -211,7 +211,7 @@ async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
 
 /// People read the sentence; the method is for programs.
 #[tokio::test(start_paused = true)]
-async fn refusal_of_a_lease_names_its_holder_and_no_method_in_its_sentence() {
+async fn lease_refusal_names_the_holder_but_no_method() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let to = json!({"to": [200, 0, 50, 0]});

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
-async fn more_than_200_messages_a_second_are_refused_but_stops_are_obeyed() {
+async fn messages_above_the_rate_are_refused_except_stops() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut last = 0;
@@ -26,7 +26,7 @@ async fn more_than_200_messages_a_second_are_refused_but_stops_are_obeyed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_goes_on_for_five_seconds_is_closed() {
+async fn client_above_the_rate_for_5_s_is_closed() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for _ in 0..80 {
@@ -42,7 +42,7 @@ async fn who_goes_on_for_five_seconds_is_closed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn sixteen_subscriptions_and_no_more() {
+async fn seventeenth_subscription_is_refused() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for _ in 0..16 {
@@ -54,7 +54,7 @@ async fn sixteen_subscriptions_and_no_more() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn sixty_four_requests_wait_and_no_more() {
+async fn request_65_in_flight_is_refused() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     anna.lease().await;
@@ -66,7 +66,7 @@ async fn sixty_four_requests_wait_and_no_more() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_reads_nothing_is_closed_and_slows_nobody() {
+async fn non_reading_client_is_closed_without_slowing_others() {
     let bench = LocalStation::new(1).await;
     let mut deaf = bench.join("Deaf").await;
     let mut anna = bench.join("Anna").await;

@@ -11,7 +11,7 @@ async fn raw(tester: &mut Tester, text: &str) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_no_request_is_answered_as_json_rpc_says() {
+async fn invalid_requests_get_json_rpc_errors() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (text, id, code) in [
@@ -108,7 +108,7 @@ async fn parameters_are_checked_by_name_kind_and_range() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
+async fn message_before_hello_is_refused_and_bad_hello_closes() {
     let bench = LocalStation::new(1).await;
     let mut early = bench.socket(Some(Role::Student));
     assert_eq!(early.code("arm.state", json!({})).await, -32001);
@@ -119,7 +119,7 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
         -32602
     );
     assert!(early.message().await.is_none());
-    assert_eq!(early.closed, Some(CloseCode::HELLO));
+    assert_eq!(early.closed, Some(CloseCode::BAD_HELLO));
     let mut foreign = bench.socket(None);
     assert_eq!(
         foreign
@@ -128,7 +128,7 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
         -32001
     );
     assert!(foreign.message().await.is_none());
-    assert_eq!(foreign.closed, Some(CloseCode::TOKEN));
+    assert_eq!(foreign.closed, Some(CloseCode::BAD_TOKEN));
     let mut noise = bench.socket(Some(Role::Student));
     noise.client.send("GET / HTTP/1.1");
     assert_eq!(
@@ -138,12 +138,12 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
     assert!(noise.message().await.is_none());
     let mut silent = bench.socket(Some(Role::Student));
     assert!(silent.message().await.is_none());
-    assert_eq!(silent.closed, Some(CloseCode::LATE));
+    assert_eq!(silent.closed, Some(CloseCode::HELLO_TIMEOUT));
 }
 
 /// Every method of the table must be implemented.
 #[tokio::test(start_paused = true)]
-async fn every_method_does_something() {
+async fn every_method_is_implemented() {
     let bench = LocalStation::recording(crate::recordings::Tapes::default()).await;
     for method in METHODS {
         if method.name == "session.hello" || method.name == "jog.keep" {

@@ -1,5 +1,5 @@
-//! Motor outputs and a lit laser: they have no end of their own, so they end with the lease and with
-//! a stop.
+//! Motor outputs and a lit laser: they have no end of their own, so they end with the lease and
+//! with a stop.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ async fn turning(bench: &LocalStation) -> (Tester, serde_json::Value) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn stop_switches_a_motor_off() {
+async fn stop_switches_motors_off() {
     let bench = LocalStation::new(1).await;
     let (_anna, _) = turning(&bench).await;
     // Any session may stop.
@@ -39,7 +39,7 @@ async fn stop_switches_a_motor_off() {
 }
 
 /// Requests that switch on what has no end of its own, by the method.
-fn unheld() -> [(&'static str, Vec<(&'static str, serde_json::Value)>); 5] {
+fn unattended() -> [(&'static str, Vec<(&'static str, serde_json::Value)>); 5] {
     let set = |command: &str, fields: serde_json::Value| {
         let params = json!({"command": command, "fields": fields, "yes": true});
         ("arm.set", params)
@@ -88,10 +88,10 @@ fn is_on(bench: &LocalStation) -> bool {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_has_no_end_of_its_own_goes_off_with_every_end_of_a_lease() {
+async fn motors_and_laser_go_off_with_every_lease_end() {
     let ends = ["released", "at once", "taken", "granted", "left", "silent"];
-    let unheld = unheld();
-    for ((what, requests), end) in unheld.iter().flat_map(|on| ends.map(|end| (on, end))) {
+    let unattended = unattended();
+    for ((what, requests), end) in unattended.iter().flat_map(|on| ends.map(|end| (on, end))) {
         let bench = LocalStation::new(1).await;
         let mut anna = bench.join_as("Anna", magician_station::Role::Teacher).await;
         let mut ben = bench.join_as("Ben", magician_station::Role::Teacher).await;
@@ -131,12 +131,12 @@ async fn what_has_no_end_of_its_own_goes_off_with_every_end_of_a_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn post_switches_nothing_on_that_has_no_end_of_its_own() {
+async fn post_cannot_switch_motors_or_laser_on() {
     let bench = LocalStation::new(1).await;
     let path = json!({"command": "CPLECmd", "yes": true, "fields": {
         "cp_mode": 1, "x": 220, "y": 0, "z": 0, "velocity_or_power": 50}});
     let path = ("a path", vec![("arm.enqueue", path)]);
-    for (what, requests) in unheld().into_iter().chain([path]) {
+    for (what, requests) in unattended().into_iter().chain([path]) {
         let mut refused = false;
         for (method, params) in requests {
             let answer = bench.once(method, params).await;
@@ -152,7 +152,7 @@ async fn post_switches_nothing_on_that_has_no_end_of_its_own() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
+async fn queued_motor_command_is_dropped_with_the_lease() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let lease = anna.lease().await;
@@ -167,7 +167,7 @@ async fn motor_that_waits_in_the_queue_does_not_begin_after_the_lease() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn motor_is_not_started_by_post() {
+async fn post_cannot_start_a_motor() {
     let bench = LocalStation::new(1).await;
     for method in ["arm.set", "arm.enqueue"] {
         let answer = bench.once(method, motor(1000)).await;
@@ -188,7 +188,7 @@ fn belt_plan() -> String {
 }
 
 #[tokio::test(start_paused = true)]
-async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
+async fn belt_of_an_unheld_job_stops_with_the_job() {
     let bench = LocalStation::new(1).await;
     let job = json!({"text": belt_plan(), "format": "plan", "unhomed": true, "yes": true});
     let answer = bench.once("job.start", job).await;
@@ -198,7 +198,7 @@ async fn belt_of_a_job_that_nobody_holds_ends_with_the_job() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn job_that_leaves_belt_and_pump_on_says_so_in_notes() {
+async fn job_leaving_belt_and_pump_on_has_notes() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
-async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
+async fn move_needs_the_lease_and_is_answered_on_arrival() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let to = json!({"to": [220, 0, 50, 0]});
@@ -40,7 +40,7 @@ async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_out_of_reach_is_refused_and_nothing_is_sent() {
+async fn unreachable_move_is_refused_before_sending() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -62,7 +62,7 @@ async fn what_is_out_of_reach_is_refused_and_nothing_is_sent() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn commands_and_readings_are_those_of_the_table() {
+async fn commands_and_readings_match_the_protocol_table() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -110,7 +110,7 @@ async fn commands_and_readings_are_those_of_the_table() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
+async fn real_laser_needs_a_teacher_and_confirmation() {
     let bench = LocalStation::real(1).await;
     let laser = json!({"laser": {"on": true}});
     let mut pupil = bench.join("Pupil").await;
@@ -139,7 +139,7 @@ async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_dangerous_needs_a_teacher_who_means_it() {
+async fn dangerous_command_needs_a_teacher_and_confirmation() {
     let bench = LocalStation::new(1).await;
     let reset = json!({"command": "ResetPose", "fields": {"manual": 0, "rear_arm_angle": 0, "front_arm_angle": 0}});
     let mut pupil = bench.join("Pupil").await;
@@ -157,7 +157,7 @@ async fn what_is_dangerous_needs_a_teacher_who_means_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn storing_a_program_needs_a_teacher_who_means_it() {
+async fn storing_in_flash_needs_a_teacher_and_confirmation() {
     let bench = LocalStation::new(1).await;
     let store = json!({"command": "QueuedCmdStartDownload", "fields": {"total_loop": 1, "line_per_loop": 1}});
     let mut pupil = bench.join("Pupil").await;
@@ -174,7 +174,7 @@ async fn storing_a_program_needs_a_teacher_who_means_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
+async fn power_out_of_range_is_refused_with_value_and_range() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;
@@ -211,7 +211,7 @@ async fn share_of_power_out_of_range_is_refused_with_value_and_range() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_viewer_looks_and_stops_and_does_nothing_else() {
+async fn viewer_may_read_and_stop_only() {
     let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     for method in [
@@ -244,7 +244,7 @@ async fn a_viewer_looks_and_stops_and_does_nothing_else() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn where_the_arm_stands_is_captured_as_a_step() {
+async fn capture_returns_the_pose_as_a_step() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -265,7 +265,7 @@ async fn where_the_arm_stands_is_captured_as_a_step() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn poses_and_joints_are_reckoned_without_an_arm() {
+async fn kinematics_work_without_an_arm() {
     let bench = LocalStation::new(2).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let pose = json!({"pose": [220, 10, 50, 5], "tool": "pen"});

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use magician_station::Role;
-use magician_station::api::{EVENTS, NOTIFICATIONS, NotificationExample, Said};
+use magician_station::api::{EVENTS, NOTIFICATIONS, NotificationExample, ExampleCall};
 use serde_json::{Value, json};
 
 use crate::bench::{LocalStation, Tester};
 use crate::examples::alike;
-use crate::typed;
+use crate::schema_check;
 
 /// Time after which the arm has been read.
 const READ: Duration = Duration::from_millis(200);
@@ -31,35 +31,35 @@ fn with_ids(params: &Value, results: &[Value]) -> Value {
 async fn client<'t>(
     bench: &LocalStation,
     testers: &'t mut BTreeMap<String, Tester>,
-    said: &Said,
+    said: &ExampleCall,
 ) -> &'t mut Tester {
-    if !testers.contains_key(&said.who) {
+    if !testers.contains_key(&said.client) {
         let tester = if said.method == "session.hello" {
             bench.socket(Some(Role::Teacher))
         } else {
-            bench.join_as(&said.who, Role::Teacher).await
+            bench.join_as(&said.client, Role::Teacher).await
         };
-        testers.insert(said.who.clone(), tester);
+        testers.insert(said.client.clone(), tester);
     }
-    testers.get_mut(&said.who).unwrap()
+    testers.get_mut(&said.client).unwrap()
 }
 
 /// Returns what the client of an example receives of a notification.
-async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
+async fn received(example: &NotificationExample, method: &str) -> Vec<Value> {
     let bench = LocalStation::new(1).await;
     let mut testers = BTreeMap::new();
     let mut results = Vec::new();
     let comes_later = example
         .after
         .iter()
-        .any(|said| said.who == example.heard_by && said.method == "session.hello");
+        .any(|said| said.client == example.recipient && said.method == "session.hello");
     if !comes_later {
-        let tester = bench.join_as(&example.heard_by, Role::Teacher).await;
-        testers.insert(example.heard_by.clone(), tester);
+        let tester = bench.join_as(&example.recipient, Role::Teacher).await;
+        testers.insert(example.recipient.clone(), tester);
     }
     for said in &example.after {
         if said.method == "server.ending" {
-            let listener = testers.get_mut(&example.heard_by).unwrap();
+            let listener = testers.get_mut(&example.recipient).unwrap();
             tokio::join!(bench.station.end_runs(), listener.listen(TURN));
             continue;
         }
@@ -89,7 +89,7 @@ async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
                 tester.ok("server.info", json!({})).await;
             }
         }
-        let listener = &testers[&example.heard_by];
+        let listener = &testers[&example.recipient];
         let found = listener.noticed(method);
         let event = |params: &Value| params.get("event").cloned();
         let is_it = |params: &&&Value| event(params) == event(&example.params);
@@ -100,25 +100,25 @@ async fn heard(example: &NotificationExample, method: &str) -> Vec<Value> {
             break;
         }
     }
-    let listener = testers.remove(&example.heard_by).unwrap();
+    let listener = testers.remove(&example.recipient).unwrap();
     listener.noticed(method).into_iter().cloned().collect()
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_notification_comes_as_its_example_shows() {
+async fn every_notification_matches_its_example() {
     let mut wrong = Vec::new();
     for row in NOTIFICATIONS {
         let example = NotificationExample::of(row.name).expect(row.name);
-        let heard = heard(&example, row.name).await;
-        if !heard.iter().any(|params| alike(&example.params, params)) {
-            wrong.push(format!("{}: {heard:?}", row.name));
+        let received = received(&example, row.name).await;
+        if !received.iter().any(|params| alike(&example.params, params)) {
+            wrong.push(format!("{}: {received:?}", row.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_event_comes_as_its_example_shows() {
+async fn every_event_matches_its_example() {
     let mut wrong = Vec::new();
     for row in EVENTS {
         let example = NotificationExample::of(row.name).expect(row.name);
@@ -126,14 +126,14 @@ async fn each_event_comes_as_its_example_shows() {
             // No client can cause this event.
             let message =
                 json!({"jsonrpc": "2.0", "method": "arm.event", "params": example.params});
-            typed::check_notification(&message);
+            schema_check::check_notification(&message);
             continue;
         }
-        let heard = heard(&example, "arm.event").await;
+        let received = received(&example, "arm.event").await;
         let is_it = |params: &&Value| params["event"] == row.name;
-        let found = heard.iter().filter(is_it).collect::<Vec<_>>();
+        let found = received.iter().filter(is_it).collect::<Vec<_>>();
         if !found.iter().any(|params| alike(&example.params, params)) {
-            wrong.push(format!("{}: {found:?} of {heard:?}", row.name));
+            wrong.push(format!("{}: {found:?} of {received:?}", row.name));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -20,7 +20,7 @@ fn told(report: &Value) -> Vec<&str> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_preset_is_kept_shown_and_removed() {
+async fn preset_is_saved_shown_and_removed() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let list = anna.ok("preset.list", json!({})).await;
@@ -77,7 +77,7 @@ async fn a_preset_is_kept_shown_and_removed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_wrong_with_a_preset_is_told_and_nothing_is_kept() {
+async fn invalid_preset_is_refused_and_not_saved() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (method, params, param) in [
@@ -135,7 +135,7 @@ async fn what_is_wrong_with_a_preset_is_told_and_nothing_is_kept() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_said_goes_before_the_preset_and_its_note_is_told() {
+async fn explicit_options_override_the_preset_and_its_note_is_sent() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let report = checked(&mut anna, json!({"preset": "wood-engrave", "surface": -60})).await;
@@ -167,7 +167,7 @@ async fn what_is_said_goes_before_the_preset_and_its_note_is_told() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_preset_that_is_not_there_is_told_before_all_else() {
+async fn unknown_preset_is_reported_first() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("program.put", json!({"name": "square.svg", "text": SQUARE}))

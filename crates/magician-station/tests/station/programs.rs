@@ -13,7 +13,7 @@ use crate::bench::LocalStation;
 use crate::jobs::{drawing, until};
 
 #[tokio::test(start_paused = true)]
-async fn programs_are_kept_listed_given_and_removed() {
+async fn programs_are_stored_listed_returned_and_removed() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let info = anna.ok("server.info", json!({})).await;
@@ -49,7 +49,7 @@ async fn programs_are_kept_listed_given_and_removed() {
         );
     }
     // Without room nothing is stored, and the old content stays.
-    *bench.shelf.room.lock().unwrap() = 10;
+    *bench.library.room.lock().unwrap() = 10;
     let more = json!({"name": "house 2.plan.json", "text": "more than ten bytes"});
     let full = anna.call("program.put", more).await.unwrap_err();
     assert_eq!(full["data"]["kind"], json!("unexpected"), "{full}");
@@ -62,7 +62,7 @@ async fn programs_are_kept_listed_given_and_removed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_too_large_for_an_answer_is_not_given() {
+async fn program_too_large_for_an_answer_is_refused() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (size, given) in [(700 * 1024, true), (700 * 1024 + 1, false)] {
@@ -78,7 +78,7 @@ async fn a_program_too_large_for_an_answer_is_not_given() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn names_that_are_none_and_roles_that_are_too_low_are_refused() {
+async fn invalid_names_and_low_roles_are_refused() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let long = "x".repeat(81);
@@ -114,7 +114,7 @@ async fn names_that_are_none_and_roles_that_are_too_low_are_refused() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_that_is_not_there_is_told_before_the_lease_is_needed() {
+async fn missing_program_is_reported_before_the_lease() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let name = json!({"program": "lines.plan.json"});
@@ -127,7 +127,7 @@ async fn a_program_that_is_not_there_is_told_before_the_lease_is_needed() {
 }
 
 #[test]
-fn a_stop_comes_before_a_job_whose_program_is_looked_for() {
+fn stop_precedes_a_job_still_looking_up_its_program() {
     let now = HostInstant::ZERO;
     let arms = vec![ArmEntry::simulated("arm")];
     let mut station = Station::new(StationConfig::new(arms, "0"));
@@ -165,7 +165,7 @@ fn a_stop_comes_before_a_job_whose_program_is_looked_for() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_program_is_run_by_its_name_and_made_another_file_of() {
+async fn program_runs_by_name_and_is_converted() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -192,7 +192,7 @@ async fn a_program_is_run_by_its_name_and_made_another_file_of() {
     );
     let lost = "a list of points has no speeds, tool or settings";
     assert_eq!(made["lost"], json!([lost]));
-    let points = bench.shelf.bytes("lines.csv");
+    let points = bench.library.bytes("lines.csv");
     let points = String::from_utf8(points).unwrap();
     assert!(
         points.starts_with("step,action,x,y,z,r,line,name\n"),
@@ -213,7 +213,7 @@ async fn a_program_is_run_by_its_name_and_made_another_file_of() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn job_with_the_digest_of_a_check_runs_what_was_checked_and_nothing_else() {
+async fn job_with_a_digest_runs_only_the_checked_program() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut ben = bench.join("Ben").await;
@@ -253,7 +253,7 @@ async fn job_with_the_digest_of_a_check_runs_what_was_checked_and_nothing_else()
 }
 
 #[tokio::test(start_paused = true)]
-async fn program_that_must_not_be_replaced_stays() {
+async fn existing_program_is_not_replaced_without_permission() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let put = |name: &str, text: &str| json!({"name": name, "text": text, "replace": false});
@@ -270,14 +270,14 @@ async fn program_that_must_not_be_replaced_stays() {
         let refused = anna.call(method, params).await.unwrap_err();
         let found = (&refused["code"], &refused["data"]["param"]);
         assert_eq!(found, (&json!(-32602), &json!(param)), "{refused}");
-        assert_eq!(bench.shelf.bytes("lines.csv"), b"mine");
+        assert_eq!(bench.library.bytes("lines.csv"), b"mine");
     }
     anna.ok("program.convert", convert).await;
-    assert_ne!(bench.shelf.bytes("lines.csv"), b"mine");
+    assert_ne!(bench.library.bytes("lines.csv"), b"mine");
 }
 
 #[tokio::test(start_paused = true)]
-async fn checks_take_turns_and_hold_up_no_stop() {
+async fn checks_are_queued_and_do_not_delay_a_stop() {
     let bench = LocalStation::new(1).await;
     let mut checkers = Vec::new();
     for name in ["Anna", "Ben", "Cleo"] {

@@ -15,13 +15,13 @@ use crate::bench::LocalStation;
 /// Recordings in memory, on a disk that may become full.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tapes {
-    tapes: Arc<Mutex<BTreeMap<String, Tape>>>,
+    tapes: Arc<Mutex<BTreeMap<String, MemoryRecordings>>>,
     /// True if the disk is full.
     full: Arc<Mutex<bool>>,
 }
 
 #[derive(Clone, Debug, Default)]
-struct Tape {
+struct MemoryRecordings {
     epoch: f64,
     rate: u32,
     samples: Vec<Sample>,
@@ -44,7 +44,7 @@ impl Tapes {
         Ok(())
     }
 
-    fn tape(&self, name: &str) -> Tape {
+    fn tape(&self, name: &str) -> MemoryRecordings {
         self.tapes.lock().unwrap()[name].clone()
     }
 
@@ -56,10 +56,10 @@ impl Tapes {
 impl RecordingStore for Tapes {
     fn begin(&self, name: &str, epoch: f64, rate: u32) -> io::Result<Box<dyn RecordingFile>> {
         self.room()?;
-        let tape = Tape {
+        let tape = MemoryRecordings {
             epoch,
             rate,
-            ..Tape::default()
+            ..MemoryRecordings::default()
         };
         let before = self.tapes.lock().unwrap().insert(name.to_owned(), tape);
         assert!(before.is_none(), "{name} is there already");
@@ -75,7 +75,7 @@ impl RecordingStore for Tapes {
 }
 
 impl Writer {
-    fn change(&self, change: impl FnOnce(&mut Tape)) -> io::Result<()> {
+    fn change(&self, change: impl FnOnce(&mut MemoryRecordings)) -> io::Result<()> {
         self.tapes.room()?;
         let mut tapes = self.tapes.tapes.lock().unwrap();
         change(tapes.get_mut(&self.name).unwrap());
@@ -92,7 +92,7 @@ impl RecordingFile for Writer {
         self.change(|tape| tape.passed.push((t, from, bytes.to_vec())))
     }
 
-    fn note(&mut self, _: f64, _: bool, words: &str) -> io::Result<()> {
+    fn note(&mut self, _: f64, _: bool, text: &str) -> io::Result<()> {
         self.change(|tape| tape.notes.push(words.to_owned()))
     }
 
@@ -112,7 +112,7 @@ async fn asked(bench: &LocalStation) -> u64 {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
+async fn recording_sets_the_read_rate_and_contains_events() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -168,7 +168,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
+async fn history_of_ten_minutes_can_be_saved() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -218,7 +218,7 @@ async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_full_disk_costs_the_recording_and_never_the_arm() {
+async fn full_disk_ends_the_recording_but_not_the_arm() {
     let tapes = Tapes::default();
     let bench = LocalStation::recording(tapes.clone()).await;
     let mut anna = bench.join("Anna").await;
@@ -259,9 +259,9 @@ async fn a_full_disk_costs_the_recording_and_never_the_arm() {
 
 /// Tap that notes all traffic.
 #[derive(Default)]
-struct Heard(Mutex<Vec<(Direction, Vec<u8>)>>);
+struct RecordingTap(Mutex<Vec<(Direction, Vec<u8>)>>);
 
-impl Tap for Heard {
+impl Tap for RecordingTap {
     fn passed(&self, _: &str, direction: Direction, bytes: &[u8]) {
         let mut heard = self.0.lock().unwrap();
         heard.push((direction, bytes.to_vec()));
@@ -278,10 +278,10 @@ fn bytes_of<'a>(
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
+async fn line_traffic_is_complete_in_history_and_recording() {
     let tapes = Tapes::default();
-    let (line, heard) = (FrameRing::new("usb"), Arc::new(Heard::default()));
-    let both = Arc::new(Both(Arc::clone(&line), Arc::clone(&heard)));
+    let (line, heard) = (FrameRing::new("usb"), Arc::new(RecordingTap::default()));
+    let both = Arc::new(CombinedTap(Arc::clone(&line), Arc::clone(&heard)));
     let bench = LocalStation::ringing(tapes.clone(), line, Tracer::default().tap(both)).await;
     let mut anna = bench.join("Anna").await;
     anna.listen(Duration::from_secs(3)).await;
@@ -318,7 +318,7 @@ async fn every_byte_of_the_line_is_in_what_was_kept_and_in_what_is_recorded() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
+async fn arm_is_read_for_the_history_without_clients() {
     let line = FrameRing::new("usb");
     let trace = Tracer::default().tap(Arc::clone(&line) as _);
     let bench = LocalStation::ringing(Tapes::default(), line, trace).await;
@@ -330,9 +330,9 @@ async fn an_arm_is_read_for_the_last_minutes_before_anybody_comes() {
 }
 
 /// Two taps.
-struct Both(Arc<FrameRing>, Arc<Heard>);
+struct CombinedTap(Arc<FrameRing>, Arc<RecordingTap>);
 
-impl Tap for Both {
+impl Tap for CombinedTap {
     fn passed(&self, line: &str, direction: Direction, bytes: &[u8]) {
         self.0.passed(line, direction, bytes);
         self.1.passed(line, direction, bytes);

@@ -1,5 +1,5 @@
-//! Rights: the table in docs/reference/STATION.md for every method and role; every path to the laser; queued
-//! jobs.
+//! Rights: the table in docs/reference/STATION.md for every method and role; every path to the
+//! laser; queued jobs.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -15,7 +15,7 @@ const LEASE: i64 = -32002;
 const DANGEROUS: i64 = -32005;
 
 /// Columns of the table.
-const WHO: [&str; 6] = ["viewer", "pupil", "student", "teacher", "holder", "owner"];
+const CALLERS: [&str; 6] = ["viewer", "pupil", "student", "teacher", "holder", "owner"];
 
 pub(crate) const CLASS: &str = r#"
 [class]
@@ -32,7 +32,7 @@ name = "Cem"
 code = "CCCC"
 "#;
 
-/// Row of the table: description, methods, and a cell for each of [`WHO`].
+/// Row of the table: description, methods, and a cell for each of [`CALLERS`].
 pub(crate) struct Row {
     pub(crate) what: String,
     pub(crate) methods: Vec<String>,
@@ -59,7 +59,7 @@ pub(crate) fn table() -> Vec<Row> {
 }
 
 /// Class at one arm, which Ada holds and which runs her job; a job of Cem's waits.
-pub(crate) struct Lesson {
+pub(crate) struct ClassBench {
     pub(crate) bench: LocalStation,
     ada: Tester,
     cem: Tester,
@@ -69,7 +69,7 @@ pub(crate) struct Lesson {
     waits: Value,
 }
 
-impl Lesson {
+impl ClassBench {
     pub(crate) async fn new() -> Self {
         let bench = LocalStation::new(1).await;
         let mut teacher = bench.join_as("Ms Lee", Role::Teacher).await;
@@ -162,13 +162,13 @@ async fn queue(tester: &mut Tester) -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_table_of_the_documents_is_what_the_station_does() {
+async fn documented_rights_table_matches_the_station() {
     let rows = table();
     assert!(rows.len() >= 8, "{}", rows.len());
     let mut wrong = Vec::new();
     let mut named = BTreeSet::new();
     for row in &rows {
-        assert_eq!(row.cells.len(), WHO.len(), "{}", row.what);
+        assert_eq!(row.cells.len(), CALLERS.len(), "{}", row.what);
         for method in row
             .methods
             .iter()
@@ -177,9 +177,9 @@ async fn the_table_of_the_documents_is_what_the_station_does() {
             let special = row.what.contains("waits") || row.what.contains("fence");
             let is_first = named.insert(method.clone());
             assert!(special || is_first, "{method} stands there twice");
-            for (who, cell) in WHO.iter().zip(&row.cells) {
-                let mut lesson = Lesson::new().await;
-                let mut tester = lesson.who(who).await;
+            for (who, cell) in CALLERS.iter().zip(&row.cells) {
+                let mut lesson = ClassBench::new().await;
+                let mut tester = lesson.client(who).await;
                 let mut params = Value::Object(lesson.params(row, method));
                 let mut asker = lesson.bench.join_as("asker", Role::Teacher).await;
                 if method == "lease.answer" {
@@ -222,11 +222,11 @@ async fn the_table_of_the_documents_is_what_the_station_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
-    for who in WHO {
-        let mut lesson = Lesson::new().await;
+async fn waiting_job_may_be_changed_by_owner_holder_and_teacher() {
+    for who in CALLERS {
+        let mut lesson = ClassBench::new().await;
         let waits = json!({"job": lesson.waits});
-        let mut tester = lesson.who(who).await;
+        let mut tester = lesson.client(who).await;
         let outcome = tester.call("job.stop", waits.clone()).await;
         let mut looks = lesson.bench.join_as("looks", Role::Viewer).await;
         let state = looks.ok("job.get", waits).await["state"].clone();
@@ -252,8 +252,8 @@ async fn a_job_that_waits_is_its_owners_the_holders_and_a_teachers() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_teachers_job_that_waits_is_no_nobodys() {
-    let mut lesson = Lesson::new().await;
+async fn waiting_job_of_a_teacher_is_protected_from_strangers() {
+    let mut lesson = ClassBench::new().await;
     let job = json!({"job": queue(&mut lesson.teacher).await});
     // An anonymous student does not own a job without an owner.
     let mut nobody = lesson.bench.join_as("nobody", Role::Student).await;
@@ -265,12 +265,12 @@ async fn a_teachers_job_that_waits_is_no_nobodys() {
 }
 
 /// Paths to the laser.
-const DOORS: [&str; 5] = ["arm.set", "arm.enqueue", "arm.tool", "job.start", "queue"];
+const LASER_METHODS: [&str; 5] = ["arm.set", "arm.enqueue", "arm.tool", "job.start", "queue"];
 
-fn burning(door: &str, yes: bool) -> Value {
+fn burning(method: &str, yes: bool) -> Value {
     let plan = json!({"format": "magician-plan", "version": 1, "tool": "laser", "steps": [
         {"laser": true}, {"laser": false}]});
-    let mut params = match door {
+    let mut params = match method {
         "arm.set" => {
             json!({"command": "SetEndEffectorLaser", "fields": {"enable_ctrl": 1, "on": 1}})
         }
@@ -285,7 +285,7 @@ fn burning(door: &str, yes: bool) -> Value {
 }
 
 /// Returns the code with which a path to the laser is refused. `None` if it is permitted.
-async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Option<i64> {
+async fn lights(bench: &LocalStation, role: Role, method: &str, yes: bool) -> Option<i64> {
     let grant = Grant {
         role,
         token: Some("tablet".to_owned()),
@@ -294,14 +294,14 @@ async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Opti
     tester
         .ok("session.hello", json!({"client": {"name": "tablet"}}))
         .await;
-    if door != "queue" {
+    if method != "queue" {
         tester.lease().await;
-        let outcome = tester.call(door, burning(door, yes)).await;
+        let outcome = tester.call(method, burning(method, yes)).await;
         return outcome.err().and_then(|error| error["code"].as_i64());
     }
     let mut holder = bench.join_as("holder", Role::Teacher).await;
     let lease = holder.lease().await;
-    let mut params = burning(door, yes);
+    let mut params = burning(method, yes);
     params["queue"] = json!(true);
     let job = tester.ok("job.start", params).await;
     holder.ok("lease.release", json!({"lease": lease})).await;
@@ -312,25 +312,25 @@ async fn lights(bench: &LocalStation, role: Role, door: &str, yes: bool) -> Opti
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_way_to_the_laser_asks_for_the_same_role_and_word() {
+async fn every_laser_method_needs_the_same_role_and_confirmation() {
     for (is_virtual, students) in [(true, false), (false, false), (false, true)] {
         for role in [Role::Student, Role::Teacher] {
             for yes in [false, true] {
-                for door in DOORS {
+                for method in LASER_METHODS {
                     let bench = match (is_virtual, students) {
                         (true, _) => LocalStation::new(1).await,
                         (false, false) => LocalStation::real(1).await,
                         (false, true) => LocalStation::student_laser().await,
                     };
-                    let found = lights(&bench, role, door, yes).await;
+                    let found = lights(&bench, role, method, yes).await;
                     let may = students || role == Role::Teacher;
                     let expected = match (is_virtual, may, yes) {
                         (true, ..) | (false, true, true) => None,
-                        (false, false, _) if door != "queue" => Some(FORBIDDEN),
+                        (false, false, _) if method != "queue" => Some(FORBIDDEN),
                         _ => Some(DANGEROUS),
                     };
                     let told = format!(
-                        "{door} by a {} with yes {yes}; virtual {is_virtual}, students {students}",
+                        "{method} by a {} with yes {yes}; virtual {is_virtual}, students {students}",
                         role.name()
                     );
                     assert_eq!(found, expected, "{told}");

@@ -25,7 +25,7 @@ fn middle(report: &Value) -> [f64; 2] {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_setup_says_where_and_how_a_drawing_is_done() {
+async fn setup_places_and_configures_a_drawing() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let plain = anna.ok("job.check", json!({"text": SQUARE})).await;
@@ -57,7 +57,7 @@ const ICON: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='24' height='2
     <circle cx='12' cy='12' r='11' fill='none' stroke='black'/></svg>";
 
 #[tokio::test(start_paused = true)]
-async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
+async fn icon_circle_is_smooth_at_its_scaled_size() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for work in ["draw", "engrave"] {
@@ -73,7 +73,7 @@ async fn circle_of_an_icon_is_round_in_the_size_of_its_setup() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
+async fn pen_stays_above_the_surface_unless_depths_are_kept() {
     const TWO: &str = "G21 G90\nG0 Z5\nG0 X5 Y5\nG1 Z-0.2 F900\nX35\nY25\nG0 Z5\nG0 X0 Y0\nG1 Z-3\nX40\nY30\nX0\nY0\nG0 Z5\n";
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
@@ -100,7 +100,7 @@ async fn pen_of_a_setup_never_goes_below_the_surface_unless_depths_are_kept() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
+async fn frame_runs_as_a_job_and_marks_nothing() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let at = json!([220, 30]);
@@ -136,7 +136,7 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn frame_goes_by_the_tool_in_force_and_a_refusal_names_an_unknown_one() {
+async fn frame_uses_the_current_tool_and_refuses_an_unknown_one() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -169,7 +169,7 @@ const LAYERS: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' heigh
     <g id='two' stroke='blue'><path d='M5 15H35'/><path d='M5 25H35'/></g></svg>";
 
 #[tokio::test(start_paused = true)]
-async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
+async fn check_lists_parts_and_assigns_lines_to_them() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut checked = async |setup: Value| {
@@ -217,7 +217,7 @@ async fn a_check_tells_the_parts_and_each_line_whose_it_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn of_many_parts_with_long_names_a_bounded_number_is_told() {
+async fn list_of_parts_is_bounded() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let name = "ä".repeat(300);
@@ -235,7 +235,7 @@ async fn of_many_parts_with_long_names_a_bounded_number_is_told() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_test_grid_is_a_program_like_any_other() {
+async fn test_grid_runs_as_a_program() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let grid = json!({"format": "magician-testgrid", "power": "20:60:3", "speed": "10:30:2"});
@@ -248,7 +248,7 @@ async fn a_test_grid_is_a_program_like_any_other() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_a_setup_does_not_have_is_named() {
+async fn unknown_setup_option_is_named() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     for (setup, param) in [
@@ -278,7 +278,7 @@ async fn what_a_setup_does_not_have_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_preview_has_the_lines_that_are_left() {
+async fn preview_contains_the_remaining_lines() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let looked = |setup: Value| json!({"text": SQUARE, "setup": setup, "preview": true});
@@ -315,7 +315,7 @@ async fn a_preview_has_the_lines_that_are_left() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
+async fn g_code_without_start_begins_at_the_current_pose() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -353,7 +353,7 @@ async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
+async fn resumed_job_keeps_its_original_start_pose() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -385,7 +385,7 @@ async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
 
 /// Notes of a check: out of the arm's front, without a mark, or for another machine.
 #[tokio::test(start_paused = true)]
-async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
+async fn check_notes_report_placement_and_limitations() {
     const WIDE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='240mm' height='20mm' viewBox='0 0 240 20'>\
         <rect width='240' height='20' fill='none' stroke='black'/></svg>";
     const FOREIGN: &str = "G21 G90\nG0 X10 Y10 Z20\nG1 Z10 F600\nG1 X60\nG1 Y40\nG0 Z20\n";
@@ -429,7 +429,7 @@ async fn notes_of_a_check_say_where_a_program_lies_and_what_it_is_not() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn bad_option_of_a_setup_has_the_sentence_of_every_door() {
+async fn bad_setup_option_has_the_common_error_sentence() {
     let table = include_str!("../../../magician-program/tests/data/bad_options.json");
     let table: Vec<Value> = serde_json::from_str(table).unwrap();
     let bench = LocalStation::new(1).await;

@@ -9,7 +9,7 @@ use magician_job::{Journal, NoJournal};
 use magician_protocol::HostInstant;
 use magician_station::control::{ArmId, JobId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReport, Grant, JobEnd, JobNews, JobStore, Outgoing, Peer, Role,
+    ArmEntry, ArmOrder, ArmReport, Grant, JobEnd, JobUpdate, JobStore, Outgoing, Peer, Role,
     SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
@@ -69,7 +69,7 @@ enum Promise {
 }
 
 /// Process: a station with one arm that does what the test says.
-struct Life {
+struct Simulation {
     station: Station,
     socket: SocketId,
     disk: Disk,
@@ -79,11 +79,11 @@ struct Life {
     writes: u32,
     killed: bool,
     /// Jobs that the arm was ordered to start, in order.
-    begun: Vec<JobId>,
+    start: Vec<JobId>,
     promises: Vec<Promise>,
 }
 
-impl Life {
+impl Simulation {
     fn new(disk: Disk, epoch: &str, fault: Option<(u32, Fault)>) -> Self {
         let mut config = StationConfig::new(vec![ArmEntry::simulated("arm")], epoch);
         config.jobs = Arc::new(disk.clone());
@@ -107,7 +107,7 @@ impl Life {
             fault,
             writes: 0,
             killed: false,
-            begun: Vec::new(),
+            start: Vec::new(),
             promises: Vec::new(),
         };
         life.call("session.hello", json!({"client": {"name": "store"}}));
@@ -135,10 +135,10 @@ impl Life {
                 };
                 let (arm, revision) = (jobs.arm(), jobs.revision());
                 self.station
-                    .jobs_kept(HostInstant::ZERO, arm, revision, outcome);
+                    .jobs_written(HostInstant::ZERO, arm, revision, outcome);
             } else if let Some((_, order)) = self.station.poll_order() {
                 match order {
-                    ArmOrder::StartJob(start) => self.begun.push(start.job),
+                    ArmOrder::StartJob(start) => self.start.push(start.job),
                     ArmOrder::StopJob(job) => self.over(job, "stopped"),
                     _ => {}
                 }
@@ -148,7 +148,7 @@ impl Life {
         }
     }
 
-    fn news(&mut self, job: JobId, news: JobNews) {
+    fn news(&mut self, job: JobId, news: JobUpdate) {
         if self.killed {
             return;
         }
@@ -158,18 +158,18 @@ impl Life {
     }
 
     fn over(&mut self, job: JobId, state: &'static str) {
-        self.news(job, JobNews::Over(Box::new(JobEnd::new(state))));
+        self.news(job, JobUpdate::Over(Box::new(JobEnd::new(state))));
     }
 
     /// Brings the last started job into this state.
     fn goes_on(&mut self, state: &str) {
-        let Some(job) = self.begun.last().copied() else {
+        let Some(job) = self.start.last().copied() else {
             return;
         };
         if state == "done" {
             return self.over(job, "done");
         }
-        let running = JobNews::State(magician_job::JobState::Running, None);
+        let running = JobUpdate::State(magician_job::JobState::Running, None);
         self.news(job, running);
     }
 
@@ -265,7 +265,7 @@ impl Life {
 }
 
 /// Step of the day.
-type Step = (&'static str, fn(&mut Life));
+type Step = (&'static str, fn(&mut Simulation));
 
 /// Day that leads through all states.
 const DAY: [Step; 14] = [
@@ -289,7 +289,7 @@ const DAY: [Step; 14] = [
 /// Runs the first steps of the day with this fault, and then a second process.
 fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
     let disk = Disk::default();
-    let mut first = Life::new(disk.clone(), "1", fault);
+    let mut first = Simulation::new(disk.clone(), "1", fault);
     for (_, step) in &DAY[..steps] {
         step(&mut first);
     }
@@ -313,7 +313,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
     let writes = first.writes;
     drop(first);
 
-    let mut second = Life::new(disk, "2", None);
+    let mut second = Simulation::new(disk, "2", None);
     second.turn();
     let jobs = second.list();
     let found = |id: &str| -> Vec<Value> {
@@ -365,7 +365,7 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
         }
     }
     // No job starts by itself.
-    assert_eq!(second.begun, [], "{}", at());
+    assert_eq!(second.start, [], "{}", at());
     for (key, job) in &keys {
         if deleted(job) || stopped(job) {
             continue;
@@ -373,12 +373,12 @@ fn live(steps: usize, fault: Option<(u32, Fault)>) -> u32 {
         second.start(key);
         assert_eq!(second.job(key).as_ref(), Some(job), "{key} {}", at());
     }
-    assert_eq!(second.begun, [], "a known key begins nothing {}", at());
+    assert_eq!(second.start, [], "a known key begins nothing {}", at());
     writes
 }
 
 #[test]
-fn nothing_answered_is_lost_and_nothing_done_twice_whichever_write_fails() {
+fn failed_writes_lose_no_answer_and_repeat_no_action() {
     let mut lives = 0;
     for steps in 1..=DAY.len() {
         let writes = live(steps, None);
@@ -395,8 +395,8 @@ fn nothing_answered_is_lost_and_nothing_done_twice_whichever_write_fails() {
 /// Checks that the day without faults does what its steps say. Otherwise the property proves
 /// nothing.
 #[test]
-fn the_day_leads_through_every_state() {
-    let mut life = Life::new(Disk::default(), "1", None);
+fn script_covers_every_job_state() {
+    let mut life = Simulation::new(Disk::default(), "1", None);
     let mut seen = std::collections::BTreeSet::new();
     for (_, step) in DAY {
         step(&mut life);
@@ -406,7 +406,7 @@ fn the_day_leads_through_every_state() {
     }
     let seen: Vec<_> = seen.iter().map(String::as_str).collect();
     assert_eq!(seen, ["checking", "done", "queued", "running", "stopped"]);
-    assert_eq!(life.begun.len(), 4, "b began twice");
+    assert_eq!(life.start.len(), 4, "b began twice");
     assert!(
         life.promises
             .iter()
@@ -421,14 +421,14 @@ fn the_day_leads_through_every_state() {
 }
 
 #[test]
-fn start_that_the_disk_does_not_take_is_refused_and_moves_nothing() {
+fn unsaved_start_is_refused_and_moves_nothing() {
     for method in ["begins", "waits"] {
-        let mut life = Life::new(Disk::default(), "1", None);
+        let mut life = Simulation::new(Disk::default(), "1", None);
         if method == "waits" {
             life.start("a");
             life.goes_on("running");
         }
-        let begun = life.begun.len();
+        let begun = life.start.len();
         life.fault = Some((life.writes, Fault::Full));
         let text = json!({"format": "magician-plan", "version": 1, "steps": []}).to_string();
         let params = json!({"text": text, "queue": true, "key": "x"});
@@ -436,7 +436,7 @@ fn start_that_the_disk_does_not_take_is_refused_and_moves_nothing() {
         assert_eq!(refused["data"]["kind"], json!("closed"), "{refused}");
         let message = refused["message"].as_str().unwrap();
         assert!(message.contains("No space left"), "{message}");
-        assert_eq!(life.begun.len(), begun, "{method}");
+        assert_eq!(life.start.len(), begun, "{method}");
         let last = life.list().pop().unwrap();
         assert_eq!(last["state"], json!("failed"), "{last}");
         // There is room again.
@@ -446,8 +446,8 @@ fn start_that_the_disk_does_not_take_is_refused_and_moves_nothing() {
 }
 
 #[test]
-fn key_of_another_program_is_refused_and_names_the_job() {
-    let mut life = Life::new(Disk::default(), "1", None);
+fn reused_key_with_another_program_is_refused() {
+    let mut life = Simulation::new(Disk::default(), "1", None);
     life.start("a");
     let plan = json!({"format": "magician-plan", "version": 1, "steps": [{"wait": 5}]}).to_string();
     let params = json!({"text": plan, "key": "a", "queue": true});
@@ -455,19 +455,19 @@ fn key_of_another_program_is_refused_and_names_the_job() {
     assert_eq!(refused["code"], json!(-32602));
     assert_eq!(refused["data"]["param"], json!("key"));
     assert_eq!(refused["data"]["job"], json!(life.job("a").unwrap()));
-    assert_eq!(life.begun.len(), 1);
+    assert_eq!(life.start.len(), 1);
     let empty = life.call("job.start", json!({"text": "{}", "key": ""}));
     assert_eq!(empty.unwrap().unwrap_err()["data"]["param"], json!("key"));
 }
 
 #[test]
-fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
-    let mut life = Life::new(Disk::default(), "1", None);
+fn failed_write_is_retried_until_it_succeeds() {
+    let mut life = Simulation::new(Disk::default(), "1", None);
     life.start("a");
     life.goes_on("running");
     life.fault = Some((life.writes, Fault::Full));
     life.goes_on("done");
-    let kept = |life: &Life| life.disk.load(0)["jobs"][0]["state"].clone();
+    let kept = |life: &Simulation| life.disk.load(0)["jobs"][0]["state"].clone();
     assert_eq!(kept(&life), json!("running"));
     let due = life.station.poll_timeout().unwrap();
     life.station.handle_timeout(due);
@@ -476,14 +476,14 @@ fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
 }
 
 #[test]
-fn job_that_leaves_the_queue_leaves_the_arm_to_the_one_that_runs() {
-    let mut life = Life::new(Disk::default(), "1", None);
+fn removed_queued_job_does_not_affect_the_running_one() {
+    let mut life = Simulation::new(Disk::default(), "1", None);
     life.start("a");
     life.goes_on("running");
     life.start("b");
     life.start("c");
     life.stop("b");
-    assert_eq!(life.begun.len(), 1, "c waits for a");
+    assert_eq!(life.start.len(), 1, "c waits for a");
     let busy = life.call("arm.home", json!({})).unwrap().unwrap_err();
     assert_eq!(busy["code"], json!(-32003), "{busy}");
     assert_eq!(busy["data"]["job"], json!(life.job("a").unwrap()));

@@ -21,7 +21,7 @@ fn code(error: &Value) -> &str {
 }
 
 #[tokio::test(start_paused = true)]
-async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
+async fn touched_height_is_used_for_drawings_until_forgotten() {
     let bench = LocalStation::new(2).await;
     let mut anna = bench.join("Anna").await;
     let arm = |arm: &str| json!({"arm": arm});
@@ -56,7 +56,7 @@ async fn touch_is_the_height_that_drawings_are_laid_at_until_it_is_forgotten() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn further_touches_tilt_the_surface_as_the_table_is() {
+async fn several_touches_fit_a_tilted_plane() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
@@ -96,7 +96,7 @@ async fn further_touches_tilt_the_surface_as_the_table_is() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader() {
+async fn three_corners_define_an_upright_sheet() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
@@ -165,7 +165,7 @@ async fn three_corners_are_a_sheet_that_drawings_lie_on_upright_for_its_reader()
 }
 
 #[tokio::test(start_paused = true)]
-async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_same_height() {
+async fn touch_needs_lease_rest_laser_off_and_equal_tool_height() {
     let bench = LocalStation::new(1).await;
     let mut eve = bench.join_as("Eve", Role::Viewer).await;
     assert_eq!(eve.code("surface.touch", json!({})).await, -32001);
@@ -204,7 +204,7 @@ async fn touch_needs_the_lease_and_an_arm_that_stands_dark_with_a_tool_of_the_sa
 }
 
 #[tokio::test(start_paused = true)]
-async fn arm_that_stands_is_touched_after_a_move_nobody_waited_for_and_after_a_jog() {
+async fn touch_works_after_an_unawaited_move_and_a_jog() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
@@ -220,7 +220,7 @@ async fn arm_that_stands_is_touched_after_a_move_nobody_waited_for_and_after_a_j
 }
 
 #[tokio::test(start_paused = true)]
-async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
+async fn arm_error_includes_the_commands_remedy() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("lease.acquire", json!({})).await;
@@ -247,7 +247,7 @@ async fn error_of_the_arm_says_what_to_do_about_it_as_the_command_does() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_change_of_the_surface_is_told_to_every_session_once() {
+async fn surface_change_is_notified_once_to_every_session() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let mut ben = bench.join_as("Ben", Role::Viewer).await;

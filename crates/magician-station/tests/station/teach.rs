@@ -24,7 +24,7 @@ fn plan() -> Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn rows_are_steps_of_the_plan_and_make_it_again() {
+async fn rows_round_trip_to_a_plan() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let taught = anna.ok("teach.rows", json!({"plan": plan()})).await;
@@ -49,7 +49,7 @@ async fn rows_are_steps_of_the_plan_and_make_it_again() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_is_wrong_with_a_row_names_it() {
+async fn row_error_names_its_row() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let good = json!({"name": "P1", "motion": {"move": [220, 0, 40, 0]}, "wait": 1});
@@ -75,7 +75,7 @@ async fn what_is_wrong_with_a_row_names_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_hand_teaches_points_until_the_lease_ends() {
+async fn hand_guided_points_are_reported_until_the_lease_ends() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     assert_eq!(anna.code("teach.guide", json!({"on": true})).await, -32002);
@@ -126,7 +126,7 @@ async fn tells(tester: &mut Tester) -> (Value, usize) {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_that_is_to_tell_while_the_lease_ends_does_not() {
+async fn guiding_started_as_the_lease_ends_is_off() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
@@ -144,7 +144,7 @@ async fn an_arm_that_is_to_tell_while_the_lease_ends_does_not() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_that_is_to_tell_twice_at_once_is_left_as_it_was() {
+async fn concurrent_guiding_requests_apply_the_last_one() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
@@ -165,7 +165,7 @@ async fn an_arm_that_is_to_tell_twice_at_once_is_left_as_it_was() {
 }
 
 #[test]
-fn the_end_of_a_lease_ends_what_a_hand_teaches_only_where_it_does() {
+fn lease_end_switches_guiding_off_only_at_its_arm() {
     let ended = |wishes: &[bool]| {
         let mut station = BareStation::new();
         station.send("lease.acquire", &json!({}));
@@ -187,7 +187,7 @@ fn the_end_of_a_lease_ends_what_a_hand_teaches_only_where_it_does() {
 }
 
 #[test]
-fn conversion_of_a_program_runs_beside_the_station_and_not_behind_a_check() {
+fn conversion_of_taught_program_does_not_wait_for_checks() {
     let mut bare = BareStation::new();
     let anna = bare.join("Anna");
     bare.ask(anna, "job.check", &json!({"text": plan().to_string()}));

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::bench::LocalStation;
 
 #[tokio::test(start_paused = true)]
-async fn a_laser_stands_at_full_power_or_is_off() {
+async fn laser_tool_is_full_power_or_off() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -38,7 +38,7 @@ async fn a_laser_stands_at_full_power_or_is_off() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_laser_goes_out_with_the_session_that_lit_it() {
+async fn laser_goes_off_with_its_session() {
     let bench = LocalStation::real(1).await;
     for method in ["arm.tool", "arm.set"] {
         let mut anna = bench.join_as("Anna", Role::Teacher).await;
@@ -59,7 +59,7 @@ async fn a_laser_goes_out_with_the_session_that_lit_it() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn one_setting_of_speeds_is_set_by_its_name() {
+async fn speed_setting_is_set_by_name() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;

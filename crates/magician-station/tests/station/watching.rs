@@ -15,7 +15,7 @@ fn states(notices: &[(String, Value)], subscription: &Value) -> Vec<Value> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn each_gets_the_rate_that_it_asked_for() {
+async fn each_subscription_gets_its_rate() {
     let bench = LocalStation::new(1).await;
     let mut rates = Vec::new();
     for rate in [1, 3, 7, 20, 30, 50] {
@@ -39,7 +39,7 @@ async fn each_gets_the_rate_that_it_asked_for() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_first_state_is_whole_and_then_what_has_changed() {
+async fn first_state_is_complete_and_later_ones_are_changes() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let made = anna.ok("arm.subscribe", json!({"rate": 10})).await;
@@ -66,7 +66,7 @@ async fn the_first_state_is_whole_and_then_what_has_changed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
+async fn frame_has_112_bytes_and_other_changes_come_as_text() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let made = anna
@@ -101,7 +101,7 @@ async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
+async fn slow_reader_gets_the_newest_state_only() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 50, "frame": "binary"}))
@@ -129,7 +129,7 @@ async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn pins_are_read_for_those_who_ask() {
+async fn pins_are_read_for_their_subscribers() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let pins = json!([{"kind": "output", "address": 2}]);
@@ -179,7 +179,7 @@ async fn pins_are_read_for_those_who_ask() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn events_have_numbers_and_can_be_had_later() {
+async fn events_are_numbered_and_can_be_fetched_later() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;

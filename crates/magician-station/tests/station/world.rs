@@ -24,7 +24,7 @@ fn object<'a>(look: &'a Value, name: &str) -> &'a Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
+async fn holder_changes_the_world_and_teacher_the_scenario() {
     let bench = LocalStation::new(1).await;
     let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
     let empty = viewer.ok("world.look", json!({})).await;
@@ -59,7 +59,7 @@ async fn a_world_is_changed_by_the_holder_alone_and_by_teachers_as_a_whole() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
+async fn scenario_objects_can_be_placed_and_picked() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.ok("arm.subscribe", json!({"rate": 10})).await;
@@ -144,7 +144,7 @@ async fn notes_of(tester: &mut Tester, steps: Value) -> Vec<Value> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn job_that_picks_nothing_says_so_and_one_that_waits_for_vacuum_does_not() {
+async fn job_that_picks_nothing_has_a_note_unless_it_waits_for_vacuum() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
@@ -173,7 +173,7 @@ async fn job_that_picks_nothing_says_so_and_one_that_waits_for_vacuum_does_not()
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base() {
+async fn arm_is_guided_with_the_unlock_key_and_homed_by_the_base_key() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -208,7 +208,7 @@ async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pulled_cable_is_a_lost_line_until_it_is_plugged_in_again() {
+async fn pulled_cable_is_a_lost_line_until_plugged_in() {
     let bench = LocalStation::new(1).await;
     let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
     let links = |viewer: &Tester| {
@@ -237,7 +237,7 @@ async fn a_pulled_cable_is_a_lost_line_until_it_is_plugged_in_again() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_page_can_draw_the_arm_by_its_links() {
+async fn arm_model_has_the_links_for_drawing() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     let model = anna.ok("arm.model", json!({})).await;
@@ -272,7 +272,7 @@ async fn a_page_can_draw_the_arm_by_its_links() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn scenarios_without_a_file_are_told_and_begin() {
+async fn built_in_scenarios_are_listed_and_start() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
@@ -294,7 +294,7 @@ async fn scenarios_without_a_file_are_told_and_begin() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_drawing_is_told_again_only_when_it_has_changed() {
+async fn drawing_is_resent_only_after_a_change() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join_as("Anna", Role::Teacher).await;
     anna.lease().await;
@@ -331,7 +331,7 @@ async fn a_drawing_is_told_again_only_when_it_has_changed() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn things_go_wrong_at_a_call_also_under_a_job() {
+async fn faults_can_be_injected_during_a_job() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -353,7 +353,7 @@ async fn things_go_wrong_at_a_call_also_under_a_job() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn pins_are_told_by_the_table_and_driven_from_outside() {
+async fn pins_follow_the_protocol_table_and_external_inputs() {
     let bench = LocalStation::new(1).await;
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
@@ -394,7 +394,7 @@ async fn pins_are_told_by_the_table_and_driven_from_outside() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_look_says_what_leaves_lines() {
+async fn world_report_names_the_drawing_tool() {
     let bench = LocalStation::new(1).await;
     let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
     teacher.lease().await;

@@ -155,7 +155,7 @@ fn take(console: &mut Console, touched: &mut Touched) {
     let Some(status) = console.observed.arm.status.as_ref() else {
         return;
     };
-    if console.pad.pendant.activity.is_some() || !console.observed.arm.stands() {
+    if console.pad.pendant.activity.is_some() || !console.observed.arm.is_at_rest() {
         console.pad.say(
             Tone::Bad,
             "the arm is moving: take the point after it has stopped",

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::{Arm, Set};
-use magician_job::{Done, Fault, JobError, JobHandle};
+use magician_job::{JobSummary, Fault, JobError, JobHandle};
 use magician_picture::RunReading;
 
 use super::display::{Display, DisplayState};
@@ -46,7 +46,7 @@ impl Recorder {
         arm: &Arm,
         job: &JobHandle,
         display: &mut Display<'_>,
-    ) -> Result<Arc<Done>, Failure> {
+    ) -> Result<Arc<JobSummary>, Failure> {
         let watch = async {
             loop {
                 self.read(arm, job, display).await?;

@@ -7,7 +7,7 @@ use magician_site::Caller;
 use magician_site::carrier::ZenohSite;
 use magician_site::hub::{HubConfig, RunningHub};
 use magician_station::client::ClientError;
-use magician_station::http::Served;
+use magician_station::http::ApiServer;
 use magician_station::{Grant, Peer, Role, StationConfig};
 use serde_json::{Value, json};
 

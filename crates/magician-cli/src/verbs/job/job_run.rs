@@ -12,8 +12,8 @@ use std::time::{Duration, SystemTime};
 use magician::{Arm, ErrorKind};
 use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, NOTICEABLE, PauseReason,
-    ResumeError, SpeedError, Start, StartsAt, StopOrder, report,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, MIN_REPORTED_OVERLAP, PauseReason,
+    ResumeError, SpeedError, Start, StartPlace, StopOrder, report,
 };
 use magician_program::Tool;
 use magician_station::JobOrder;
@@ -78,7 +78,7 @@ pub(super) struct JobRun<'a> {
 /// Result of a run.
 #[derive(Debug)]
 pub(super) struct RunResult {
-    pub(super) job: Arc<magician_job::Done>,
+    pub(super) job: Arc<magician_job::JobSummary>,
     /// Reason why the recording is incomplete; `None` if it is complete or was not asked for.
     pub(super) unrecorded: Option<Failure>,
 }
@@ -155,8 +155,8 @@ impl JobRun<'_> {
             .origin(made.source.name.clone())
             .keep(self.keep)
             .require_homed(self.require_homed)
-            .passes_over(self.windowed)
-            .begins_here(made.prepared.start.is_some())
+            .index_may_skip(self.windowed)
+            .depends_on_pose(made.prepared.start.is_some())
             .lasting(self.lasting)
             .saved(saved.clone())
     }
@@ -266,7 +266,7 @@ impl JobRun<'_> {
             Some(Ok(job)) => Ok(RunEnd::Completed(RunResult { job, unrecorded })),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
-                let well = self.repeats && !error.line_ends;
+                let well = self.repeats && !error.stopped_by_line_end;
                 if let (true, true, Some(pose)) = (well, stands, &error.pose) {
                     return Ok(RunEnd::Stopped(StoppedReport {
                         stopped: true,
@@ -297,7 +297,7 @@ impl JobRun<'_> {
         loop {
             match run.next(None).await {
                 Next::Event(event) => match event {
-                    JobEvent::Settled(settled) => out.note_settled(&settled, self.json),
+                    JobEvent::RecoveredSettings(settled) => out.note_settled(&settled, self.json),
                     JobEvent::Unfinished {
                         finished,
                         resumable,
@@ -305,11 +305,11 @@ impl JobRun<'_> {
                         let note = self.wording().unfinished(finished, resumable);
                         out.note(&note, self.json);
                     }
-                    JobEvent::Unkept(cause) => {
+                    JobEvent::NotStored(cause) => {
                         // Errors of output are ignored: a closed pipe must not stop the job.
-                        let _ = out.note_at_once(&report::unkept(&cause), self.json);
+                        let _ = out.note_at_once(&report::not_stored_note(&cause), self.json);
                     }
-                    JobEvent::Starts(starts) => {
+                    JobEvent::Start(starts) => {
                         from = starts.steps;
                         self.report_start(starts, out);
                     }
@@ -322,7 +322,7 @@ impl JobRun<'_> {
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
                     run.stop();
-                    if order == StopOrder::AtOnce {
+                    if order == StopOrder::Halt {
                         return None;
                     }
                 }
@@ -352,7 +352,7 @@ impl JobRun<'_> {
     }
 
     /// Reports where an interrupted run resumes.
-    fn report_start(&self, starts: StartsAt, out: &mut Output) {
+    fn report_start(&self, starts: StartPlace, out: &mut Output) {
         let step = starts.steps + 1;
         let twice = starts.burnt_twice;
         if self.json && self.resume {
@@ -367,7 +367,7 @@ impl JobRun<'_> {
         }
         let burns = self.made.prepared.program.plan().burns();
         let within = starts.within && self.resume;
-        let text = match (starts.again, within, twice >= NOTICEABLE) {
+        let text = match (starts.again, within, twice >= MIN_REPORTED_OVERLAP) {
             (true, _, false) => {
                 format!("step {step} was interrupted, or its end is unknown: it is repeated")
             }
@@ -375,7 +375,7 @@ impl JobRun<'_> {
                 "step {step} was interrupted, or its end is unknown: it is repeated, and up to \
                     {twice:.1} mm are burnt twice"
             ),
-            (false, _, true) if starts.at_most => {
+            (false, _, true) if starts.is_upper_bound => {
                 format!(
                     "the point where the laser went out is not known exactly: the run continues in \
                         step {step}, before where it stopped, and up to {twice:.1} mm are burnt \
@@ -426,7 +426,7 @@ impl JobRun<'_> {
         loop {
             match run.next(recorder.as_mut()).await {
                 Next::Event(JobEvent::Progress(progress)) => {
-                    let left = progress.left.and_then(|left| self.wall_time(left));
+                    let left = progress.remaining.and_then(|left| self.wall_time(left));
                     reporter.at(&progress, left);
                 }
                 Next::Event(JobEvent::State(state)) => match state {
@@ -442,7 +442,7 @@ impl JobRun<'_> {
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => reporter.speed(percent),
-                Next::Event(JobEvent::Unkept(cause)) => reporter.note(&report::unkept(&cause)),
+                Next::Event(JobEvent::NotStored(cause)) => reporter.note(&report::not_stored_note(&cause)),
                 Next::UserOrder(typed) => match run.carry_out(typed) {
                     OrderResult::Yes => {}
                     OrderResult::IgnoredLine(line) => reporter.object(&IgnoredLine::of(&line)),
@@ -473,7 +473,7 @@ impl JobRun<'_> {
                 Next::Stop(None) | Next::Pressed(_) => {}
                 Next::Stop(Some(order)) => {
                     run.stop();
-                    if order == StopOrder::AtOnce {
+                    if order == StopOrder::Halt {
                         return ObservedEnd {
                             outcome: run.stopped_at_once().await,
                             unrecorded,

@@ -1,6 +1,6 @@
 //! `--list-parts`: lists the parts of a file that can be selected.
 
-use magician_job::report::clock;
+use magician_job::report::format_duration;
 use magician_program::PartSummary;
 use magician_protocol::visible_lines;
 use serde::Serialize;
@@ -45,7 +45,7 @@ fn line(part: &PartSummary) -> String {
         .seconds
         .and_then(|seconds| std::time::Duration::try_from_secs_f64(seconds).ok());
     let time = time
-        .map(|time| format!(", {}", clock(time)))
+        .map(|time| format!(", {}", format_duration(time)))
         .unwrap_or_default();
     let skipped = if part.skipped { ", left out" } else { "" };
     format!(

@@ -29,7 +29,7 @@ use std::path::Path;
 use magician::preflight::Preflight;
 use magician::sim::Controller;
 use magician::{Options, SimSpeed, Target, VirtualArm, blocking, burns};
-use magician_job::report::advised;
+use magician_job::report::with_advice;
 use magician_picture::DrawingOptions;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
@@ -504,7 +504,7 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
 }
 
 fn line_of(source: &Source, note: &Diagnostic) -> String {
-    let text = advised(&Command, format!("{}: {note}", source.short_name()), note);
+    let text = with_advice(&Command, format!("{}: {note}", source.short_name()), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }

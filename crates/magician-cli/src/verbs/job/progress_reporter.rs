@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use magician_job::report::{advised, clock};
+use magician_job::report::{with_advice, format_duration};
 use magician_job::{JobProgress, PauseReason};
 use magician_program::Diagnostic;
 use magician_protocol::visible_lines;
@@ -81,7 +81,7 @@ impl<'o> ProgressReporter<'o> {
 
     /// Formats as `2:10 left, at 50 %`.
     fn time_left(&self, left: Option<Duration>) -> Option<String> {
-        let left = left.map(|left| format!("{} left", clock(left)));
+        let left = left.map(|left| format!("{} left", format_duration(left)));
         let speed = Some(self.speed.get()).filter(|speed| *speed != 100);
         let speed = speed.map(|speed| format!("at {speed} %"));
         let parts: Vec<String> = [left, speed].into_iter().flatten().collect();
@@ -234,7 +234,7 @@ impl<'o> ProgressReporter<'o> {
     /// Reports a note.
     pub(super) fn note(&self, note: &Diagnostic) {
         if !self.json {
-            let text = advised(&Command, note.message.as_str().to_owned(), note);
+            let text = with_advice(&Command, note.message.as_str().to_owned(), note);
             return self.say(&format!("note: {}", visible_lines(&text)));
         }
         if let Ok(mut out) = self.out.try_borrow_mut() {
@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn times_are_read_like_clocks() {
-        let shown = |seconds| clock(Duration::from_secs_f64(seconds));
+        let shown = |seconds| format_duration(Duration::from_secs_f64(seconds));
         assert_eq!(shown(0.4), "0:00");
         assert_eq!(shown(83.2), "1:23");
         assert_eq!(shown(3_725.0), "1:02:05");

@@ -2,7 +2,7 @@
 
 use magician::report::ErrorFigures;
 use magician::{ErrorKind, Given, Setting};
-use magician_job::report::{Bounds, Estimate, PowerRange, WayOut, clock, refused_places};
+use magician_job::report::{Bounds, Estimate, PowerRange, FitOptions, format_duration, refused_places};
 use magician_program::{
     Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, foreign_coordinates,
 };
@@ -38,7 +38,7 @@ impl HumanSummary for Estimate {
         let time = match self.seconds {
             Some(seconds) => {
                 let time = std::time::Duration::from_secs_f64(seconds);
-                format!("takes {} ({seconds:.1} s)", clock(time))
+                format!("takes {} ({seconds:.1} s)", format_duration(time))
             }
             None => "time unknown (it homes, waits for an input, or begins at an unknown \
                 position)"
@@ -87,7 +87,7 @@ impl PreparedJob {
     }
 
     /// Returns the hint for the user; `None` if the note about a misfit has one already.
-    fn hint(&self, way_out: WayOut) -> Option<String> {
+    fn hint(&self, way_out: FitOptions) -> Option<String> {
         if self.prepared.misfit.is_some() {
             return None;
         }
@@ -122,7 +122,7 @@ pub(super) fn failure(
         .then(|| foreign_coordinates(prepared.program.plan(), report))
         .flatten();
     let way_out = made
-        .hint(WayOut::of(prepared, rest))
+        .hint(FitOptions::of(prepared, rest))
         .filter(|_| foreign.is_none());
     let source = &made.source;
     let problem = |refused_step: &RefusedStep| Diagnostic {

@@ -5,7 +5,7 @@ use std::pin::Pin;
 use magician_job::recording::{RecordError, Recorder};
 use magician_job::{
     JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
-    SpeedError, StopOrder, Waits,
+    SpeedError, StopOrder, JobWait,
 };
 use tokio::time::timeout;
 
@@ -301,13 +301,13 @@ impl RunningJob<'_> {
 
     pub(super) fn note_event(&mut self, event: &JobEvent) {
         match event {
-            JobEvent::Waits(Waits::Queue) => {
+            JobEvent::Wait(JobWait::Queue) => {
                 self.waits = Some("waiting for commands left in the arm's queue")
             }
-            JobEvent::Waits(Waits::Line) => {
+            JobEvent::Wait(JobWait::Line) => {
                 self.waits = Some("line lost: waiting to switch the laser off when it is back");
             }
-            JobEvent::Waits(_) => self.waits = None,
+            JobEvent::Wait(_) => self.waits = None,
             _ => {}
         }
     }

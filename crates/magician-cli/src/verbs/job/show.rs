@@ -5,9 +5,9 @@ use std::path::Path;
 use magician::commands::Pose;
 use magician::preflight::Preflight;
 use magician::{Ctrl, FrameBuf};
-use magician_job::End;
+use magician_job::FinalState;
 use magician_job::files::write_whole;
-use magician_job::report::{CheckReport, Estimate, Note, clock, findings};
+use magician_job::report::{CheckReport, Estimate, Note, format_duration, findings};
 use magician_picture::{PictureError, Preview, PreviewOptions, fitting};
 use magician_program::artwork::Sheet;
 use magician_program::{RemainingProgram, Report};
@@ -220,7 +220,7 @@ pub(super) fn done(
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
-    if let Some(End {
+    if let Some(FinalState {
         pose,
         pen_is_up: up,
         parked,
@@ -237,7 +237,7 @@ pub(super) fn done(
         }
     }
     context.show(&object, |out| {
-        let time = clock(std::time::Duration::from_secs_f64(done.seconds));
+        let time = format_duration(std::time::Duration::from_secs_f64(done.seconds));
         let indices = match (done.ran.first, done.ran.last) {
             (Some(first), Some(last)) => format!("; queue indices {} to {}", first.0, last.0),
             _ => String::new(),
@@ -246,7 +246,7 @@ pub(super) fn done(
         if let Some(power) = estimate.power_line() {
             out.line(power)?;
         }
-        if let Some(End {
+        if let Some(FinalState {
             pose,
             pen_is_up: up,
             parked,

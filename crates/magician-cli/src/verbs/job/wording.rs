@@ -2,7 +2,7 @@
 
 use magician::{ErrorKind, Given, Setting};
 use magician_job::{
-    Fault, InterruptedJob, JobError, JournalError, Left, NOTICEABLE, PenLift, ResumeError,
+    Fault, InterruptedJob, JobError, JournalError, ResumePlace, MIN_REPORTED_OVERLAP, PenLift, ResumeError,
 };
 use magician_program::resume::{ResumePoint, StepRange};
 use magician_program::{Diagnostic, Origin};
@@ -59,7 +59,7 @@ impl Wording<'_> {
     /// Returns the failure of a stopped job, and true if the arm is known to stand.
     pub(super) fn stopped(&self, error: &JobError) -> (Failure, bool) {
         let twice = matches!(error.fault, Fault::Stopped { twice: true });
-        let cause = if error.line_ends {
+        let cause = if error.stopped_by_line_end {
             STATION_ENDED
         } else {
             INTERRUPTED
@@ -76,18 +76,18 @@ impl Wording<'_> {
                 let message = format!("{cause}: {said}{}; queue empty", place(pose));
                 (message, true)
             }
-            (None, None) if error.line_ends && error.left.is_none() => (
+            (None, None) if error.stopped_by_line_end && error.resume_place.is_none() => (
                 format!("{cause} before the arm received a command of this job"),
                 true,
             ),
-            _ if error.line_ends => (
+            _ if error.stopped_by_line_end => (
                 format!("{cause} before the arm confirmed that it has stopped: look at the arm"),
                 false,
             ),
             (_, Some(why)) => (not_confirmed(cause, &why.to_string()), false),
             (None, None) => (not_confirmed(cause, "it took too long"), false),
         };
-        let failure = Failure::new(kind_of_stop(error.line_ends, twice), message);
+        let failure = Failure::new(kind_of_stop(error.stopped_by_line_end, twice), message);
         (self.with_advice(failure, error), stands)
     }
 
@@ -113,7 +113,7 @@ impl Wording<'_> {
                 Failure::invalid(format!("{place} cannot be read: another version wrote it"))
                     .hint(from_step)
             }
-            Fault::Journal(JournalError::Others(others))
+            Fault::Journal(JournalError::OtherPrograms(others))
                 if self.with_other_flags(others).is_some() =>
             {
                 let message = self.with_other_flags(others).unwrap_or_default();
@@ -130,7 +130,7 @@ impl Wording<'_> {
                 let message = format!("the progress of the last run is not known: {why}");
                 Failure::new(Kind::Driver(ErrorKind::Uncertain), message).hint(self.in_doubt(*span))
             }
-            Fault::Stands { waiting } => {
+            Fault::StuckQueue { waiting } => {
                 let message = format!(
                     "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
                 );
@@ -139,7 +139,7 @@ impl Wording<'_> {
                         commands, then --resume continues",
                 )
             }
-            Fault::BeginsElsewhere => needs_start(),
+            Fault::UnknownStartPose => needs_start(),
             other => Failure::invalid(format!("{other:?}")),
         }
     }
@@ -164,27 +164,27 @@ impl Wording<'_> {
     /// Adds the advice how to resume.
     fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
         let command = format!("the same command with {}--resume", self.with_start());
-        let advice = match error.left {
-            Some(left) if error.unkept.is_some() => self.advice_unsaved(left),
+        let advice = match error.resume_place {
+            Some(left) if error.storage_error.is_some() => self.advice_unsaved(left),
             None => return failure,
-            Some(Left::NotAsked) if self.at_station => format!(
+            Some(ResumePlace::NotRead) if self.at_station => format!(
                 "the state of the arm is unknown: look at the arm; when a station serves it again \
                     and it has stopped, {command} continues"
             ),
-            Some(Left::NotAsked) => {
+            Some(ResumePlace::NotRead) => {
                 format!("the arm finishes its queue; after that, {command} continues")
             }
-            Some(Left::Known {
+            Some(ResumePlace::Known {
                 resume_point,
                 within,
                 burnt_twice,
             }) => self.advice(resume_point, (within, burnt_twice), &command),
-            Some(Left::Forgotten(span)) => self.in_doubt(span),
+            Some(ResumePlace::Forgotten(span)) => self.in_doubt(span),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         };
-        let advice = match error.left {
-            Some(Left::Known { .. }) if error.line_ends => {
+        let advice = match error.resume_place {
+            Some(ResumePlace::Known { .. }) if error.stopped_by_line_end => {
                 format!("start the station again; {advice}")
             }
             _ => advice,
@@ -193,15 +193,15 @@ impl Wording<'_> {
     }
 
     /// Returns the advice for a job whose progress was not saved.
-    fn advice_unsaved(&self, left: Left) -> String {
+    fn advice_unsaved(&self, left: ResumePlace) -> String {
         let lost = "the progress could not be saved";
         let steps = match left {
-            Left::Known { resume_point, .. } => match resume_point {
+            ResumePlace::Known { resume_point, .. } => match resume_point {
                 ResumePoint::After(steps) | ResumePoint::Again(steps) => steps,
                 ResumePoint::Doubt(span) => return format!("{lost}: {}", self.in_doubt(span)),
             },
-            Left::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
-            Left::NotAsked => return format!("{lost}: the same command starts from the beginning"),
+            ResumePlace::Forgotten(span) => return format!("{lost}: {}", self.in_doubt(span)),
+            ResumePlace::NotRead => return format!("{lost}: the same command starts from the beginning"),
             #[cfg(not(magician_workspace))]
             _ => unreachable!(),
         };
@@ -217,7 +217,7 @@ impl Wording<'_> {
     ) -> String {
         let of = self.of();
         match resume_point {
-            ResumePoint::Again(steps) | ResumePoint::After(steps) if burnt_twice >= NOTICEABLE => {
+            ResumePoint::Again(steps) | ResumePoint::After(steps) if burnt_twice >= MIN_REPORTED_OVERLAP => {
                 format!(
                     "{steps}{of} steps are done; {command} continues in step {}, before where it \
                         stopped, and up to {burnt_twice:.1} mm are burnt twice",
@@ -278,9 +278,9 @@ impl Wording<'_> {
 fn pen_lift_text(lift: &PenLift) -> Option<String> {
     Some(match lift {
         PenLift::Lifted(lifted) => lifted.to_string(),
-        PenLift::Stays => "the pen stays down (`--stay`)".to_owned(),
+        PenLift::KeptDown => "the pen stays down (`--stay`)".to_owned(),
         PenLift::Failed(error) => format!("the pen was not lifted: {error}"),
-        PenLift::Late => "the pen may not be up: lifting it took too long".to_owned(),
+        PenLift::TimedOut => "the pen may not be up: lifting it took too long".to_owned(),
         _ => return None,
     })
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use magician::Arm;
 use magician_job::Polled;
 use magician_job::jog::{PendantEvent, PendantSession, device_name};
-use magician_job::report::left_on;
+use magician_job::report::outputs_left_on;
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
@@ -113,7 +113,7 @@ impl Console {
     fn note_motion(&mut self) {
         self.pad.pendant.activity = self.session.activity();
         if self.pad.pendant.activity.is_some() {
-            self.observed.arm.disturb();
+            self.observed.arm.mark_moving();
         }
     }
 
@@ -178,7 +178,7 @@ impl Console {
                 Err(Failure::new(Kind::Interrupted, message))
             }
         };
-        for note in left_on(&self.arm.outputs()) {
+        for note in outputs_left_on(&self.arm.outputs()) {
             out.note(&note, json);
         }
         ended

@@ -254,7 +254,7 @@ pub(super) fn pad_lines(
     let roomy = long_mode_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = if pad.pendant.activity.is_none() && observed.arm.stands() {
+    let style = if pad.pendant.activity.is_none() && observed.arm.is_at_rest() {
         theme.dim()
     } else {
         theme.good()
@@ -331,8 +331,8 @@ pub(super) fn activity_text(observed: &ObservedArm, pad: &Pad) -> String {
         Some(Activity::Stop) => "stops".to_owned(),
         Some(Activity::Home) => "homes".to_owned(),
         Some(Activity::Run) => "plays".to_owned(),
-        _ if observed.arm.stands() => "stands".to_owned(),
-        _ if !observed.arm.answers() => "does not answer".to_owned(),
+        _ if observed.arm.is_at_rest() => "stands".to_owned(),
+        _ if !observed.arm.is_answering() => "does not answer".to_owned(),
         _ => "moves".to_owned(),
     }
 }

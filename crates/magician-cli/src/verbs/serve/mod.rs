@@ -27,7 +27,7 @@ use magician_station::http::{
     TokenError, TokenStore,
 };
 use magician_station::{
-    ArmEntry, CutOff, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
+    ArmEntry, ForcedStop, FormatReader, FrameRing, ProgramStore, RunningStation, StationConfig,
 };
 use serde_json::json;
 use tokio::sync::watch;
@@ -460,7 +460,7 @@ impl Serve {
             // Leaving the site runs in parallel, so that a slow network does not delay the stops.
             let leaving = joined.map(|joined| tokio::spawn(joined.leave()));
             let ended = station.end_runs().await;
-            for CutOff { arm, holder, .. } in ended.cut_off {
+            for ForcedStop { arm, holder, .. } in ended.forced_stops {
                 print_stderr(format_args!(
                     "{arm} was stopped while {holder} held it and did not stop it in time: a pen may be down"
                 ));

@@ -1,7 +1,7 @@
 //! Store for measured work surfaces: the surface of the only real arm is kept in the settings, as
 //! `calibrate` does.
 
-use magician_job::{WorkSurface, keep_surface, kept_surface};
+use magician_job::{WorkSurface, store_surface, stored_surface};
 use magician_station::{ArmEntry, KnownSurface, MemorySurfaces, SurfaceStore};
 
 /// Keeps the surface of the only real arm in the settings, where every verb reads it. Other
@@ -36,13 +36,13 @@ impl SurfaceStore for Surfaces {
             return Ok(KnownSurface::Unknown);
         }
         // Read anew, since another program may have changed the settings.
-        let kept = kept_surface()?;
+        let kept = stored_surface()?;
         Ok(kept.map_or(KnownSurface::Unknown, KnownSurface::Measured))
     }
 
-    fn keep(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> magician::Result<()> {
+    fn store(&self, arm: &ArmEntry, surface: Option<WorkSurface>) -> magician::Result<()> {
         if self.is_in_settings(arm) {
-            keep_surface(surface)
+            store_surface(surface)
         } else {
             self.touched.keep(arm, surface)
         }

@@ -121,7 +121,7 @@ impl Session {
         let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(DEFAULT_FILE_NAME));
         let mut lesson = match known {
-            Some(plan) => ProgramModel::of(&plan),
+            Some(plan) => ProgramModel::from_plan(&plan),
             None => ProgramModel::new("", None),
         };
         lesson.tool = Some(tool);
@@ -162,8 +162,8 @@ impl Session {
                 event = self.console.next(&mut self.stage) => match event? {
                     ConsoleEvent::Key(key) => {
                         let observed = &self.console.observed;
-                        let status = observed.arm.status.as_ref().filter(|_| observed.arm.answers());
-                        let (pose, still) = (status.map(|status| status.pose), observed.arm.stands());
+                        let status = observed.arm.status.as_ref().filter(|_| observed.arm.is_answering());
+                        let (pose, still) = (status.map(|status| status.pose), observed.arm.is_at_rest());
                         let now = self.console.now();
                         let turn = self.teach.key(key, &mut self.console.pad, pose.as_ref(), still, now);
                         self.take(turn)
@@ -218,7 +218,7 @@ impl Session {
         self.console.carry_out(KeyEffect::Order(order));
         // If a program plays already, it continues and the new one was refused.
         if before.is_none() && self.console.pad.pendant.activity == Some(Activity::Run) {
-            self.teach.editor.playing_began(playing);
+            self.teach.editor.start_playing(playing);
             self.console.pad.say(Tone::Plain, "playing; space stops it");
         }
     }

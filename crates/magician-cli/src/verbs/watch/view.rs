@@ -222,9 +222,9 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 }
 
 fn pose_title(model: &Model) -> &'static str {
-    if model.observed.arm.stands() {
+    if model.observed.arm.is_at_rest() {
         "tool stands"
-    } else if model.observed.arm.answers() {
+    } else if model.observed.arm.is_answering() {
         "tool moves"
     } else {
         "tool when last seen"

@@ -19,7 +19,7 @@ fn done(pendant: &mut Pendant, activity: Activity) {
 }
 
 #[test]
-fn steps_have_the_length_that_is_set_and_come_one_after_the_other() {
+fn steps_have_the_selected_length_and_run_in_sequence() {
     let mut pendant = pendant();
     let mut lengths = vec![pendant.step];
     (0..5).for_each(|_| pendant.longer_step());
@@ -40,7 +40,7 @@ fn steps_have_the_length_that_is_set_and_come_one_after_the_other() {
 }
 
 #[test]
-fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
+fn speed_moves_to_the_neighbouring_list_entry() {
     let mut pendant = Pendant::new(42.0, ToolState::default(), false);
     let speeds = [pendant.faster(), pendant.slower()];
     assert_eq!(
@@ -52,7 +52,7 @@ fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
 }
 
 #[test]
-fn what_is_held_ends_with_another_frame_or_mode_and_with_a_refusal() {
+fn held_jog_ends_on_frame_change_mode_change_or_refusal() {
     type Change = fn(&mut Pendant) -> Option<PendantOrder>;
     let changes: [Change; 3] = [
         |pendant| pendant.set_frame(JogFrame::Joints),
@@ -78,7 +78,7 @@ fn what_is_held_ends_with_another_frame_or_mode_and_with_a_refusal() {
 }
 
 #[test]
-fn tools_are_what_the_arm_has_confirmed() {
+fn tool_state_follows_confirmed_orders() {
     let mut pendant = pendant();
     let PendantOrder::Tool(suction) = pendant.toggle_suction() else {
         panic!("no tool");
@@ -99,7 +99,7 @@ fn tools_are_what_the_arm_has_confirmed() {
 }
 
 #[test]
-fn a_laser_may_burn_from_its_order_until_the_arm_says_that_it_is_dark() {
+fn laser_may_burn_from_its_order_until_confirmed_off() {
     let mut pendant = pendant();
     let laser = |on| Activity::Tool(ToolOrder::Laser(on));
     pendant.laser(true);

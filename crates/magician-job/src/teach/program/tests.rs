@@ -28,7 +28,7 @@ fn names(program: &ProgramModel) -> Vec<&str> {
 }
 
 #[test]
-fn points_come_after_the_one_that_is_chosen() {
+fn new_point_is_inserted_after_the_selected_step() {
     let mut program = taught(&[200.0, 210.0]);
     program.select(false);
     program.store(&pose(205.0));
@@ -49,7 +49,7 @@ fn points_come_after_the_one_that_is_chosen() {
 }
 
 #[test]
-fn every_kind_of_edit_can_be_undone_and_redone() {
+fn each_edit_can_be_undone_and_redone() {
     let mut program = taught(&[200.0, 210.0]);
     let mut states = vec![program.steps.clone()];
     let changes: [fn(&mut ProgramModel); 10] = [
@@ -87,7 +87,7 @@ fn every_kind_of_edit_can_be_undone_and_redone() {
 }
 
 #[test]
-fn an_arc_takes_two_points_and_stays_one() {
+fn arc_takes_two_points_and_remains_an_arc() {
     let mut program = taught(&[200.0]);
     program.arc_through(&pose(220.0));
     program.store(&pose(240.0));
@@ -98,12 +98,12 @@ fn an_arc_takes_two_points_and_stays_one() {
 }
 
 #[test]
-fn what_only_leads_on_needs_what_comes_before() {
+fn arc_depends_on_the_preceding_step() {
     let mut program = taught(&[200.0, 210.0]);
     program.next_suction().unwrap();
     program.arc_through(&pose(220.0));
     program.store(&pose(240.0));
-    let from_anywhere = [0, 1, 2].map(|step| program.leads_from_anywhere(step));
+    let from_anywhere = [0, 1, 2].map(|step| program.is_independent_of_start(step));
     assert_eq!(from_anywhere, [true, true, false]);
     assert_eq!(
         [0, 1, 2].map(|step| program.plan_steps_before(step)),
@@ -112,7 +112,7 @@ fn what_only_leads_on_needs_what_comes_before() {
 }
 
 #[test]
-fn a_plan_of_rows_gives_the_same_rows() {
+fn plan_of_steps_converts_back_to_the_same_steps() {
     let mut program = taught(&[200.0, 210.0, 220.0]);
     program.next_suction().unwrap();
     program.set_pause(1250).unwrap();
@@ -121,7 +121,7 @@ fn a_plan_of_rows_gives_the_same_rows() {
     program.next_travel().unwrap();
     let plan = program.plan(0);
     assert_eq!(plan.steps.len(), 5);
-    let again = ProgramModel::of(&plan);
+    let again = ProgramModel::from_plan(&plan);
     assert_eq!((&again.steps, again.tool), (&program.steps, program.tool));
     assert!(again.is_saved() && !program.is_saved());
     let steps = [0, 1, 2, 3, 4, 5].map(|step| program.step_at(0, step));
@@ -133,7 +133,7 @@ fn a_plan_of_rows_gives_the_same_rows() {
 }
 
 #[test]
-fn what_a_file_says_otherwise_is_kept() {
+fn other_content_of_a_file_is_preserved() {
     let mut plan = Plan::new("drawn");
     let steps = [
         Action::Wait(0),
@@ -149,17 +149,17 @@ fn what_a_file_says_otherwise_is_kept() {
     for step in steps {
         plan.push(step, Origin::NONE);
     }
-    assert_eq!(ProgramModel::of(&plan).plan(0), plan);
+    assert_eq!(ProgramModel::from_plan(&plan).plan(0), plan);
 }
 
 #[test]
-fn a_playback_file_that_is_written_is_taught_as_it_was() {
+fn playback_file_round_trips_through_the_model() {
     let mut program = taught(&[200.0, 210.0]);
     program.next_suction().unwrap();
     program.rename("pick").unwrap();
     let playback = Playback::from_plan(&program.plan(0)).unwrap();
     let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
-    let again = ProgramModel::of(&read.to_plan().content);
+    let again = ProgramModel::from_plan(&read.to_plan().content);
     assert_eq!(names(&again), ["P1", "pick"]);
     let suction: Vec<_> = again.steps.iter().map(|step| step.suction).collect();
     assert_eq!(suction, [Some(false), Some(true)]);

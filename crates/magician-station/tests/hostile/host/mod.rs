@@ -13,7 +13,7 @@ use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
 use magician_station::control::{ArmId, JogEnd, RequestId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmRead, ArmReport, Grant, JobEnd, JobNews, Outcome, Outgoing, Peer, Role,
+    ArmEntry, ArmOrder, ArmRead, ArmReport, Grant, JobEnd, JobUpdate, Outcome, Outgoing, Peer, Role,
     SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
@@ -24,10 +24,10 @@ const ARMS: u64 = 2;
 /// Number of clients.
 const CLIENTS: usize = 10;
 /// Most requests of a socket in flight. Stops are not limited.
-const UNDER_WAY: usize = 64;
+const MAX_REQUESTS_IN_FLIGHT: usize = 64;
 
 /// Station with its surroundings.
-pub(crate) struct Life {
+pub(crate) struct Simulation {
     station: Station,
     now: HostInstant,
     clients: Vec<Client>,
@@ -48,7 +48,7 @@ pub(crate) struct Life {
     read: f32,
 }
 
-impl Default for Life {
+impl Default for Simulation {
     fn default() -> Self {
         let arm = |at: u64| ArmEntry {
             is_virtual: at == 0,
@@ -84,7 +84,7 @@ fn peer(role: Option<Role>, at: usize) -> Peer {
     }
 }
 
-impl Life {
+impl Simulation {
     /// Runs a script.
     pub(crate) fn live(&mut self, script: &str) {
         for line in script.lines() {
@@ -203,7 +203,7 @@ impl Life {
                 token: Some("good".to_owned()),
             };
             self.station
-                .vouch(socket, (token == "good").then_some(good));
+                .set_token_grant(socket, (token == "good").then_some(good));
         }
         if let Ok(message) = Message::parse(text) {
             self.queued += match message.method.as_str() {
@@ -249,7 +249,7 @@ impl Life {
                 | ArmOrder::KeepJog(_)
                 | ArmOrder::Guide { request: None, .. }
                 | ArmOrder::EndJog(_)
-                | ArmOrder::EndUnheld
+                | ArmOrder::EndUnattended
                 | ArmOrder::Watch { .. } => continue,
                 _ => {}
             }
@@ -270,16 +270,16 @@ impl Life {
             while let Some(jobs) = self.station.poll_jobs() {
                 let outcome = self.write();
                 self.station
-                    .jobs_kept(self.now, jobs.arm(), jobs.revision(), outcome);
+                    .jobs_written(self.now, jobs.arm(), jobs.revision(), outcome);
             }
-            let files = self.station.poll_kept();
+            let files = self.station.poll_files();
             if files.is_empty() {
                 return;
             }
             for (name, file) in files {
                 let outcome = self.write();
                 self.station
-                    .file_kept(self.now, name, file.revision, outcome);
+                    .file_written(self.now, name, file.revision, outcome);
             }
         }
     }
@@ -335,9 +335,9 @@ impl Life {
         };
         if let Some((job, state)) = news {
             let news = if good && state != JobState::Stopping {
-                JobNews::State(state, None)
+                JobUpdate::State(state, None)
             } else {
-                JobNews::Over(Box::new(JobEnd::new("stopped")))
+                JobUpdate::Over(Box::new(JobEnd::new("stopped")))
             };
             let report = ArmReport::Job { job, news };
             return self.station.report(self.now, arm, report);
@@ -399,7 +399,7 @@ impl Life {
             );
             match outgoing {
                 Outgoing::Text(text) => client.hears(&text),
-                Outgoing::Frame(frame) => assert_eq!(frame.len(), magician_station::FRAME),
+                Outgoing::Frame(frame) => assert_eq!(frame.len(), magician_station::FRAME_SIZE),
                 Outgoing::Close(_) => {
                     client.closed = true;
                     break;
@@ -417,7 +417,7 @@ impl Life {
         assert!(size.jogs <= 256, "{size:?}");
         assert!(size.events <= 1000 * ARMS as usize, "{size:?}");
         assert!(size.sessions <= self.opened + 1, "{size:?}");
-        let requests = UNDER_WAY * (self.opened + 1) + self.orders.len();
+        let requests = MAX_REQUESTS_IN_FLIGHT * (self.opened + 1) + self.orders.len();
         assert!(size.pending <= requests, "{size:?}");
         let bytes = (8 * 1024 + 512) * 1024 * sockets;
         assert!(size.unsent <= bytes, "{size:?}");

@@ -20,7 +20,7 @@ impl Model {
                     _ => false,
                 };
                 let law = match event {
-                    Event::Gone(_) | Event::Back(_) | Event::Word(_) => "a reload keeps the place",
+                    Event::Gone(_) | Event::Back(_) | Event::KeepAlive(_) => "a reload keeps the place",
                     _ => "a turn and a place are kept",
                 };
                 must(good, law)?;
@@ -74,7 +74,7 @@ impl Model {
                 "the queue keeps its order",
             )?;
         }
-        self.check_word_of_teacher(before, event)?;
+        self.check_teacher_actions(before, event)?;
         if let (Event::Join(person, _), Some(at)) = (event, self.waits(event_person(event))) {
             let new = before.waits(person).is_none();
             let last = self.control.control.places().count() - 1;
@@ -84,7 +84,7 @@ impl Model {
     }
 
     /// Checks the effects of a teacher's decision about a turn.
-    fn check_word_of_teacher(&self, before: &Self, event: Event) -> Checked {
+    fn check_teacher_actions(&self, before: &Self, event: Event) -> Checked {
         let (arm, ends) = match event {
             Event::EndTurn(arm) => (arm, true),
             Event::NextTurn(arm) => (arm, false),
@@ -173,7 +173,7 @@ impl Model {
         arm == ARMS[0]
             || slots(self.begun).iter().any(|slot| {
                 let from = slot.from.is_none_or(|from| from <= self.now);
-                from && self.now < slot.until && slot.who.contains(&person)
+                from && self.now < slot.until && slot.client.contains(&person)
             })
     }
 

@@ -45,7 +45,7 @@ pub(crate) enum Event {
     Acquire(SessionId, ArmId),
     Release(SessionId, ArmId),
     Take(ArmId),
-    Word(SessionId),
+    KeepAlive(SessionId),
     /// A page is closed, or its connection breaks.
     Gone(SessionId),
     /// A page comes back: with its session while that lasts, otherwise with a new one.
@@ -203,7 +203,7 @@ impl Explored for Model {
     }
 
     fn step(&mut self, before: &Self, event: Event) -> Checked {
-        self.happens(before, event)
+        self.check_step(before, event)
     }
 
     fn key(&self) -> u64 {
@@ -220,7 +220,7 @@ impl Explored for Model {
 }
 
 #[test]
-fn a_class_keeps_its_laws_in_every_order_of_events() {
+fn class_invariants_hold_for_every_event_sequence() {
     for finish_job in [false, true] {
         let (found, states) = search(Model::new(None, finish_job), FURTHER);
         println!("class, states at each depth: {states:?}");
@@ -229,6 +229,6 @@ fn a_class_keeps_its_laws_in_every_order_of_events() {
 }
 
 #[test]
-fn every_bug_planted_in_a_class_is_found() {
+fn every_planted_class_bug_is_found() {
     finds_all(&BUGS, DEPTH, |bug| Model::new(Some(bug), false));
 }

@@ -28,11 +28,11 @@ pub(crate) enum Bug {
     /// The holder may move a frozen arm.
     StartsFrozen,
     /// A turn does not end.
-    WithoutEnd,
+    EndlessTurn,
     /// A teacher who takes an arm ends the turn.
     TakeEndsTurn,
     /// Motion continues after the end of a turn or a slot.
-    MovesOn,
+    WorkContinues,
     /// The next person is notified but gets no lease.
     NextWithoutLease,
     /// A job starts at any idle arm, regardless of the turn.
@@ -58,9 +58,9 @@ pub(crate) const BUGS: [(Bug, &str); 17] = [
     (Bug::JumpsQueue, "the queue keeps its order"),
     (Bug::MovesFrozen, "frozen arms do not move"),
     (Bug::StartsFrozen, "frozen arms do not move"),
-    (Bug::WithoutEnd, "what is due is in the future"),
+    (Bug::EndlessTurn, "what is due is in the future"),
     (Bug::TakeEndsTurn, "a turn and a place are kept"),
-    (Bug::MovesOn, "what moves belongs to the holder"),
+    (Bug::WorkContinues, "what moves belongs to the holder"),
     (
         Bug::NextWithoutLease,
         "the holder that is told is the holder",
@@ -185,7 +185,7 @@ impl Mutant {
         if self.has(Bug::SlotForgotten) {
             self.control.set_slots(now, ARMS[1], None);
         }
-        if !self.has(Bug::WithoutEnd) {
+        if !self.has(Bug::EndlessTurn) {
             self.control.handle_timeout(now);
         }
     }
@@ -219,7 +219,7 @@ impl Mutant {
         let effects: Vec<_> = std::iter::from_fn(|| self.control.poll_effect()).collect();
         let drops = |effect: &Effect| match (effect, self.bug) {
             (Effect::EndWork { .. }, Some(Bug::MovesFrozen)) => frozen,
-            (Effect::EndWork { .. }, Some(Bug::MovesOn)) => !frozen,
+            (Effect::EndWork { .. }, Some(Bug::WorkContinues)) => !frozen,
             (Effect::TurnLease { .. }, Some(Bug::NextWithoutLease)) => true,
             _ => false,
         };

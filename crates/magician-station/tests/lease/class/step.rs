@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_station::control::{
-    ArmId, Effect, JobClaim, JobId, JobPhase, OnLost, RequestId, WorkKind,
+    ArmId, Effect, JobClaim, JobId, JobPhase, LeaseLossPolicy, RequestId, WorkKind,
 };
 
 use super::mutant::AT_ONCE;
@@ -11,8 +11,8 @@ use super::{ARMS, Event, Model, TEACHER};
 use crate::step::{Checked, must};
 
 impl Model {
-    pub(super) fn happens(&mut self, before: &Self, event: Event) -> Checked {
-        self.happen(event)?;
+    pub(super) fn check_step(&mut self, before: &Self, event: Event) -> Checked {
+        self.apply(event)?;
         let request = RequestId(self.requests);
         let frozen = matches!(event, Event::Freeze(_));
         self.carry_out_all(event, request, frozen)?;
@@ -25,7 +25,7 @@ impl Model {
         RequestId(self.requests)
     }
 
-    fn happen(&mut self, event: Event) -> Checked {
+    fn apply(&mut self, event: Event) -> Checked {
         use Event::*;
         let now = self.now;
         let request = self.request();
@@ -104,13 +104,13 @@ impl Model {
                 let kind = WorkKind::StartJob;
                 if self.control.begin(now, session, arm, request, kind) {
                     self.arm_mut(arm).job = Some(session);
-                    self.job_is(arm, Some(JobPhase::Active));
+                    self.set_job_phase(arm, Some(JobPhase::Active));
                     self.control.control.finish(now, arm, request);
                 }
             }
             EndJob(arm) => {
                 self.arm_mut(arm).job = None;
-                self.job_is(arm, None);
+                self.set_job_phase(arm, None);
             }
             QueueJob(session, arm) => {
                 let line = &mut self.arm_mut(arm).line;
@@ -155,17 +155,17 @@ impl Model {
                 let at = at.ok_or("a job begins once")?;
                 let (_, session) = model.line.remove(at);
                 model.job = Some(session);
-                self.job_is(arm, Some(JobPhase::Active));
+                self.set_job_phase(arm, Some(JobPhase::Active));
             }
         }
         Ok(())
     }
 
-    fn job_is(&mut self, arm: ArmId, phase: Option<JobPhase>) {
+    fn set_job_phase(&mut self, arm: ArmId, phase: Option<JobPhase>) {
         let (now, job) = (self.now, JobId(arm.0));
         self.control
             .control
-            .job_is(now, arm, job, OnLost::Pause, phase);
+            .set_job_phase(now, arm, job, LeaseLossPolicy::Pause, phase);
     }
 
     fn carry_out_all(&mut self, event: Event, request: RequestId, frozen: bool) -> Checked {
@@ -235,7 +235,7 @@ impl Model {
                 must(pause, "a job ends as it is to end")?;
                 if self.arm_mut(arm).job.take().is_some() {
                     self.arm_mut(arm).paused = true;
-                    self.job_is(arm, Some(JobPhase::Paused));
+                    self.set_job_phase(arm, Some(JobPhase::Paused));
                 }
                 Ok(())
             }
@@ -244,7 +244,7 @@ impl Model {
                 self.sockets.insert(session, (socket, false));
                 Ok(())
             }
-            Effect::Turns | Effect::TurnEnding { .. } | Effect::EndUnheld { .. } => Ok(()),
+            Effect::Turns | Effect::TurnEnding { .. } | Effect::EndUnattended { .. } => Ok(()),
             other => Err(format!("unknown effect {other:?}")),
         }
     }

@@ -82,7 +82,7 @@ async fn answers(ids: std::ops::RangeInclusive<u8>) -> Vec<(String, String, Stri
 }
 
 #[tokio::test(start_paused = true)]
-async fn every_call_is_answered_on_a_virtual_arm() {
+async fn every_link_call_is_answered_on_a_virtual_arm() {
     // A laser that may burn prevents the start of the queue, so calls of the queue use another arm.
     let mut all = answers(0..=239).await;
     all.extend(answers(240..=255).await);
@@ -104,7 +104,7 @@ async fn every_call_is_answered_on_a_virtual_arm() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn frames_beyond_the_table_are_sent_to_a_real_arm() {
+async fn unknown_frames_are_sent_to_a_real_arm() {
     let bench = LocalStation::real(1).await;
     let mut options = LinkOptions::default();
     options.dangerous = true;

@@ -3,4 +3,4 @@
 mod every_call;
 mod program;
 mod queue;
-mod who;
+mod access;

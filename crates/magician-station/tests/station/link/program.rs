@@ -9,7 +9,7 @@ use tokio::time::timeout;
 use crate::bench::LocalStation;
 
 /// Longest time for an answer, in virtual time.
-const PATIENCE: Duration = Duration::from_secs(200);
+const MESSAGE_TIMEOUT: Duration = Duration::from_secs(200);
 
 /// Program that waits for the answer to each call.
 pub(crate) struct Program {
@@ -51,7 +51,7 @@ impl Program {
         }
         let method = format!("dobotlink.Magician.{api}");
         let text = json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
-        assert!(self.link.say(text.to_string()).await);
+        assert!(self.link.send(text.to_string()).await);
         self.next
     }
 
@@ -82,22 +82,22 @@ impl Program {
                     )),
                 };
             }
-            let heard = self.heard().await;
-            match heard.get("id") {
-                Some(_) => self.answers.push(heard),
-                None => self.notices.push(heard),
+            let received = self.received().await;
+            match received.get("id") {
+                Some(_) => self.answers.push(received),
+                None => self.notices.push(received),
             }
         }
     }
 
-    pub(crate) async fn heard(&mut self) -> Value {
-        let heard = timeout(PATIENCE, self.link.hear()).await.expect("in time");
-        serde_json::from_str(&heard.expect("not cut off")).unwrap()
+    pub(crate) async fn received(&mut self) -> Value {
+        let received = timeout(MESSAGE_TIMEOUT, self.link.receive()).await.expect("in time");
+        serde_json::from_str(&received.expect("not cut off")).unwrap()
     }
 
     /// Sends text as it is.
     pub(crate) async fn raw(&mut self, text: &str) -> Value {
-        self.link.say(text).await;
-        self.heard().await
+        self.link.send(text).await;
+        self.received().await
     }
 }

@@ -17,7 +17,7 @@ fn to(x: f64, y: f64) -> serde_json::Value {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_move_is_answered_when_the_arm_is_there() {
+async fn waiting_move_is_answered_on_arrival() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let result = program.ok("SetPTPCmd", to(220.0, 40.0)).await;
@@ -30,7 +30,7 @@ async fn a_move_is_answered_when_the_arm_is_there() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_call_that_does_not_wait_is_answered_with_its_index() {
+async fn non_waiting_call_returns_its_index() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut at = to(220.0, 40.0);
@@ -71,7 +71,7 @@ async fn calls_in_flight_keep_their_order() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_stop_by_another_session_ends_a_wait_within_50_ms() {
+async fn foreign_stop_ends_a_wait_within_50_ms() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let mut viewer = bench.join_as("viewer", Role::Viewer).await;
@@ -90,7 +90,7 @@ async fn a_stop_by_another_session_ends_a_wait_within_50_ms() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn its_own_stop_and_clear_end_waits_and_what_is_kept_back() {
+async fn own_stop_and_clear_end_waits_and_held_calls() {
     for (api, params) in [
         ("QueuedCmdStop", json!({})),
         ("QueuedCmdStop", json!({"forceStop": true})),
@@ -121,7 +121,7 @@ async fn its_own_stop_and_clear_end_waits_and_what_is_kept_back() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_time_of_a_call_runs_from_when_it_is_the_next() {
+async fn call_timeout_starts_when_it_is_next() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let first = program
@@ -139,7 +139,7 @@ async fn the_time_of_a_call_runs_from_when_it_is_the_next() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn an_alarm_that_holds_the_queue_ends_waits_and_is_named() {
+async fn blocking_alarm_ends_waits_and_is_reported() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let (code, why) = program.call("SetPTPCmd", to(600.0, 0.0)).await.unwrap_err();
@@ -148,7 +148,7 @@ async fn an_alarm_that_holds_the_queue_ends_waits_and_is_named() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_queue_that_stays_full_is_given_up() {
+async fn permanently_full_queue_is_given_up() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let wait = json!({"delay": 60_000, "isWaitForFinish": false, "timeout": 1_000});
@@ -167,7 +167,7 @@ async fn a_queue_that_stays_full_is_given_up() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn what_needs_no_place_in_a_full_queue_is_done_at_once() {
+async fn immediate_call_bypasses_a_full_queue() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     for _ in 0..40 {
@@ -188,7 +188,7 @@ async fn what_needs_no_place_in_a_full_queue_is_done_at_once() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_jog_of_a_program_that_hangs_ends() {
+async fn jog_of_a_hanging_program_ends() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::with(&bench, LinkOptions::default());
     program.ok("ConnectDobot", json!({})).await;
@@ -203,7 +203,7 @@ async fn a_jog_of_a_program_that_hangs_ends() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
+async fn closed_socket_stops_its_jog_but_not_the_queue() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     program
@@ -223,7 +223,7 @@ async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_of_another_axis_begins_when_the_arm_stands() {
+async fn jog_of_another_axis_starts_at_rest() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
@@ -243,7 +243,7 @@ async fn jog_of_another_axis_begins_when_the_arm_stands() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn jog_released_while_the_arm_comes_to_rest_starts_nothing() {
+async fn jog_released_during_braking_does_not_start() {
     let bench = LocalStation::new(1).await;
     let mut program = Program::connected(&bench).await;
     let jog = |cmd: u8| json!({"isJoint": false, "cmd": cmd});
